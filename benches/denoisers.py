@@ -3,7 +3,7 @@
 
 usage: benches/denoisers.py PROGRAM [FIGURE.png], in an environment with matplotlib (benches/peers/requirements.txt)
 
-Each scene is rendered once with 4 and once with 16 samples a pixel, and the same file is denoised by each filter (`develop --denoise`).
+Each scene is rendered once with 4 and once with 16 samples per pixel, and the same file is denoised by each filter (`develop --denoise`).
 The error is relMSE against the suite's reference, by `compare`; the time is the processor time of `develop`
 above one without a filter, for 512 x 512 pixels.
 The light is the mean luminance of the result over that of the raw picture.
@@ -71,7 +71,7 @@ def main():
                     after, left = compared(out)
                     results[scene, samples, name] = (after, max(took, 0.0), left / light)
     for samples in SAMPLES:
-        print(f"\n{samples} samples a pixel: relMSE (light left)\n")
+        print(f"\n{samples} samples per pixel: relMSE (light left)\n")
         print("| | " + " | ".join(SCENES) + " | processor seconds |")
         print("|---" * (len(SCENES) + 2) + "|")
         for name in ["raw"] + names:

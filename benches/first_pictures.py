@@ -1,4 +1,4 @@
-"""Renders OBJ files as somebody would who has just got them: no flag but the output's name and a time limit.
+"""Renders OBJ files as a new user would: no flag but the output's name and a time limit.
 
 Of each picture the table has, from the render's own channels: the share of the frame that the subject covers (pixels with a depth), the share of its
 pixels that are white, and the median of its display values; the time from the start to the finished file, and what was guessed.

@@ -20,7 +20,7 @@ impl Observer for Watcher {
     fn passed(&self, film: &Film) {
         let Some(error) = film.relative_error() else { return };
         let spp = film.samples() / film.crop().area();
-        println!("{spp:5} samples a pixel: relative error {error:.4}");
+        println!("{spp:5} samples per pixel: relative error {error:.4}");
         self.is_clean.store(error <= self.level, Ordering::Relaxed);
     }
 

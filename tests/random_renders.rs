@@ -84,7 +84,7 @@ fn backends() -> &'static [&'static str] {
     }
 }
 
-/// Materials as exporters write them, and as nobody would.
+/// Materials as exporters write them, and others.
 fn library(random: &mut Random) -> String {
     let mut text = String::new();
     for i in 0..MATERIALS {
@@ -388,7 +388,7 @@ fn fault(k: u64, folder: &Path) -> Result<i32, String> {
 
 /// Runs the program: its exit code, or what is wrong with that or with the picture `x.exr`.
 fn outcome(folder: &Path, args: &[&str]) -> Result<i32, String> {
-    // Its words go to files: a pipe that nobody empties would be a hang of the test's own.
+    // Its words go to files: a full pipe would be a hang of the test's own.
     let program = std::env::var_os("EMBRASURE_PROGRAM").unwrap_or_else(|| PROGRAM.into());
     let mut command = Command::new(program);
     command.current_dir(folder).args(args).stdin(Stdio::null());

@@ -4,7 +4,7 @@
     venv/bin/python benches/peers/mtl_blender.py --embrasure target/release/embrasure --chart kitchen.mtl
 
 Blender's importer reads each library, and Cycles renders a sphere of each material; this program renders the same spheres with the library read as it
-stands (`--mtl-dialect auto`) and by the letter of the format (`spec`). The means over a sphere's disc are compared in each channel. With --chart
+stands (`--mtl-dialect auto`) and literally (`spec`). The means over a sphere's disc are compared in each channel. With --chart
 Blender writes two libraries itself, of surfaces that vary one input at a time, with and without its PBR extension, and they are compared too.
 
 The exit code is 1 where a material that is read as it stands differs by more than 5 %.

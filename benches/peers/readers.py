@@ -63,7 +63,7 @@ def told(*args: str) -> None:
 
 def main(path: str) -> None:
     header, ours = channels(path)
-    # What checkpoints and parts hold besides is nobody else's.
+    # Other programs do not know the further contents of checkpoints and parts.
     ours = {name: values for name, values in ours.items() if values.dtype != np.uint32}
     with tempfile.TemporaryDirectory() as folder:
         theirs = f"{folder}/oiio.npz"

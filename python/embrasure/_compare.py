@@ -18,7 +18,7 @@ from embrasure._settings import Array
 class Comparison:
     """How far a picture is from a reference, and whether by more than noise."""
 
-    #: ``identical``, ``equal within noise``, ``differs``, or ``no verdict`` where nothing is known of the noise.
+    #: ``identical``, ``equal within noise``, ``differs``, or ``not tested`` without enough variance.
     outcome: str
     #: Mean of the picture by channel.
     mean: List[float]
@@ -56,7 +56,7 @@ def compare(
         Error: pictures of two sizes.
     """
     facts = json.loads(_native.compare(_film(a), _film(b), significance))
-    verdict = facts["verdict"]
+    test = facts["significance_test"]
     return Comparison(
         outcome=facts["outcome"],
         mean=facts["mean"],
@@ -66,7 +66,7 @@ def compare(
         rel_mse=facts["rel_mse"],
         psnr=facts["psnr_db"],
         flip=facts["flip"]["mean"],
-        p=verdict["p"] if verdict else None,
+        p=test["p"] if test else None,
         facts=facts,
     )
 

@@ -76,7 +76,7 @@ def progressive(
     progress: Optional[Progress] = None,
     **settings: Any,
 ) -> Iterator[Film]:
-    """Renders a scene, and gives the film as it grows: after 1, 2, 4, … 64 samples a pixel, and from there every 64.
+    """Renders a scene, and gives the film as it grows: after 1, 2, 4, … 64 samples per pixel, and from there every 64.
 
     The last film is that of `render` with the same settings. The render waits while a film is looked at; to leave the loop ends it.
 

@@ -233,7 +233,7 @@ impl Film {
         }
     }
 
-    /// What is odd about the scene or the settings.
+    /// Warnings about the scene and the settings.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.0.warnings.clone()

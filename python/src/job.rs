@@ -12,7 +12,7 @@ use std::time::Duration;
 /// Between two looks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How long work that was told to stop is waited for.
+/// Maximum wait for work that was told to stop.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// What work and the thread that waits for it tell each other.

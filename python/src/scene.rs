@@ -98,7 +98,7 @@ impl Description {
             .map_err(|error| errors::of_file(py, &error))
     }
 
-    /// The same scene with these keys, and these meshes: each with its name and that of its material.
+    /// This scene with these keys, and these meshes: each with its name and that of its material.
     #[pyo3(signature = (keys, meshes))]
     fn with_parts(
         &self,

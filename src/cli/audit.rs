@@ -6,6 +6,7 @@ use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
 use super::warnings::ShownWarnings;
+use super::words::percent;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::film::Film;
@@ -49,7 +50,7 @@ pub(super) struct Report {
     rate: f64,
     /// Disagreements by cause.
     causes: BTreeMap<&'static str, u64>,
-    /// How often each backend is wrong in `rays`.
+    /// Number of errors of each backend in `rays`.
     wrong: BTreeMap<&'static str, u64>,
     /// The first of them; unexplained ones come first, then leaks.
     rays: Vec<Entry>,
@@ -88,7 +89,7 @@ struct Entry {
     answers: BTreeMap<String, serde_json::Value>,
 }
 
-/// What is read back from a report.
+/// Part of a report that `--replay` reads.
 #[derive(Debug, Deserialize)]
 struct Replay {
     scene_hash: String,
@@ -211,7 +212,7 @@ impl Audit<'_> {
         Ok((checked, outcome))
     }
 
-    /// Renders so many samples a pixel, and checks a share of the rays.
+    /// Renders so many samples per pixel, and checks a share of the rays.
     fn render(&self, share: f64, samples: u32) -> (Findings, Statistics) {
         let settings = self.session.settings();
         let auditor = Auditor::new(self.session.scene(), self.accels, share);
@@ -304,7 +305,7 @@ impl Report {
     pub fn text(&self) -> String {
         let [a, b] = &self.backends;
         let mut text = format!(
-            "{}: {} {} and {} {} disagree on {} of {} rays ({:.1e})",
+            "{}: {} {} and {} {} disagree on {} of {} rays ({})",
             self.scene,
             a.name,
             a.version,
@@ -312,7 +313,7 @@ impl Report {
             b.version,
             self.disagreements,
             self.closest_rays + self.occlusion_rays,
-            self.rate
+            percent(self.rate)
         );
         let causes: Vec<String> = self
             .causes

@@ -34,7 +34,7 @@ pub(super) fn check(args: &SceneArgs) -> Result<ExitCode, CliError> {
 /// Findings of a kind in a file that are told one by one.
 const MAX_ALIKE: usize = 12;
 
-/// What was found out.
+/// Result of a check.
 #[derive(Default)]
 struct Report {
     findings: Vec<Finding>,
@@ -170,7 +170,7 @@ impl Report {
             (
                 sampling.samples.is_none() && quality.quality.is_none(),
                 if file.is_file() {
-                    "64 samples a pixel"
+                    "64 samples per pixel"
                 } else {
                     "quality good"
                 },

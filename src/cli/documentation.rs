@@ -3,6 +3,7 @@
 
 use crate::description::SceneOptions;
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
+use clap::CommandFactory;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -131,4 +132,30 @@ fn help_is_short() {
         assert!(!help.is_empty() && help.len() <= 80, "{}: {help}", parameter.key);
         assert!(!help.ends_with('.'), "{}: {help}", parameter.key);
     }
+}
+
+/// The first line of the help of every flag and argument of every command, which `-h` shows, has at most 80 columns besides values and default.
+#[test]
+fn brief_help_is_a_line() {
+    let parameters = SceneOptions::GROUPS.iter().flat_map(|(_, parameters)| *parameters);
+    // These have their range behind their help, which the test above measures.
+    let of_parameters: Vec<&str> = parameters.map(|parameter| parameter.help()).collect();
+    let program = super::args::Args::command();
+    let (mut count, mut wrong) = (0, Vec::new());
+    for command in program.get_subcommands() {
+        for arg in command.get_arguments() {
+            let name = format!("{} {}", command.get_name(), arg.get_id());
+            let help = arg.get_help().map_or(String::new(), ToString::to_string);
+            let text = help.split(" [default: ").next().unwrap_or_default();
+            let is_of_parameter = of_parameters.iter().any(|known| text.starts_with(known));
+            let columns = text.chars().count();
+            let is_line = is_of_parameter || (1..=80).contains(&columns);
+            if !is_line || help.contains('\n') || help.ends_with('.') {
+                wrong.push(format!("{name}: {columns} columns: {help}"));
+            }
+            count += 1;
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(count > 200, "{count} flags");
 }

@@ -2,6 +2,7 @@ use super::aov_list::aovs;
 use super::args::{LoadArgs, RenderArgs};
 use super::error::CliError;
 use super::warnings::ShownWarnings;
+use super::words;
 use crate::color::{Curve, Exposure};
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
@@ -28,7 +29,7 @@ pub(super) struct Job {
     pub pixel: Option<([u32; 2], u32)>,
     pub quiet: bool,
     pub verbose: bool,
-    /// What is odd about the flags.
+    /// Warnings about the flags.
     pub warnings: Vec<Warning>,
     /// Which warnings are printed.
     pub shown_warnings: ShownWarnings,
@@ -48,7 +49,7 @@ impl Job {
         Self::to_show_scene(args, read_scene(&args.scene, &args.load)?)
     }
 
-    /// The same for a scene file that was read.
+    /// [`Job::to_show`] for a scene file that was read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         if !scene.is_file() {
             guess_picture(args, &mut scene.options);
@@ -149,7 +150,8 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
     if let Some([first, end]) = args.samples.filter(too_few) {
         let spp = settings.spp;
         return Err(CliError::Usage(format!(
-            "--samples {first}..{end}\n  help: the whole picture has {spp} samples a pixel: end at {spp}, or raise --spp"
+            "--samples {first}..{end}\n  help: the whole picture has {} per pixel: end at {spp}, or raise --spp",
+            words::count(spp.into(), "sample")
         )));
     }
     let wanted = aovs(&args.aov, scene, &settings.method())?;

@@ -7,7 +7,7 @@
 //! Work that cannot be asked has a thread of its own, which the command leaves behind: denoising half a second after an interrupt, and a tev viewer
 //! that has not read a band of the last picture for a second. Such a command ends without exit handlers.
 
-use super::words::{escaped, in_colour};
+use super::words::{escaped, in_colour, percent};
 use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
@@ -154,13 +154,13 @@ impl Progress {
 }
 
 /// A [`Progress`] that also stops the render at its end, and has it pause when something is due.
-pub(super) struct Until<'a> {
+pub(super) struct StopCondition<'a> {
     pub progress: &'a Progress,
     pub end: Option<Instant>,
     pub pause: Option<Instant>,
 }
 
-impl Observer for Until<'_> {
+impl Observer for StopCondition<'_> {
     fn progress(&self, samples: u64) {
         self.progress.progress(samples);
     }
@@ -226,7 +226,7 @@ impl LoadObserver for Loading {
     }
 }
 
-/// How much is done, in whole per cent that are done.
+/// Completed share in whole percent, rounded down.
 fn floored_percent(done: u64, of: Option<u64>) -> u64 {
     let of = of.unwrap_or(0).max(1);
     (done.min(of) as u128 * 100 / of as u128) as u64
@@ -239,7 +239,7 @@ impl Observer for Progress {
 
     fn expect(&self, samples: u64, error: f64) {
         self.bar.set_length(self.bar.position() + samples);
-        self.bar.set_message(format!("error {error:.2e}  "));
+        self.bar.set_message(format!("error {}  ", percent(error)));
     }
 
     fn prepared(&self, records: u64) {
@@ -249,7 +249,7 @@ impl Observer for Progress {
     fn passed(&self, film: &Film) {
         let error = (!self.bar.is_hidden()).then(|| film.relative_error());
         if let Some(error) = error.flatten() {
-            self.bar.set_message(format!("error {error:.2e}  "));
+            self.bar.set_message(format!("error {}  ", percent(error)));
         }
     }
 

@@ -41,7 +41,7 @@ pub struct Request {
     pub exr: ExrFormat,
     /// Seconds of rendering after which to stop.
     pub time_limit: Option<f64>,
-    /// What is odd about the flags.
+    /// Warnings about the flags.
     pub warnings: Vec<Warning>,
 }
 

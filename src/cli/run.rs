@@ -9,7 +9,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
-use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
+use super::progress::{Heeding, Loading, Progress, StopCondition, interrupted_for, is_interrupted};
 use super::stats::{Chains, Denoised, Dropped, Noise, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices};
@@ -110,7 +110,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     )
 }
 
-/// How long denoising may go on after an interrupt.
+/// Maximum time of denoising after an interrupt.
 const DENOISING_AT_END: Duration = Duration::from_millis(500);
 
 /// What a render writes.
@@ -150,7 +150,7 @@ impl Run<'_> {
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, checkpointer.as_ref(), &mut preview);
 
-        // What is to be said of it
+        // Warnings about the result
         let mut warn = |warning: String| {
             let warning = Warning::new("render", warning);
             job.shown_warnings.show_each(std::slice::from_ref(&warning));
@@ -310,12 +310,12 @@ impl Run<'_> {
         let interval = checkpointer.map(|checkpointer| checkpointer.interval);
         let mut clock = Clock::new(interval, self.files.write_every, preview.interval, job.time_limit);
         let stop = loop {
-            let until = Until {
+            let condition = StopCondition {
                 progress: &progress,
                 end: clock.end(),
                 pause: clock.pause(),
             };
-            if self.renderer.render(state, &until) == Outcome::Complete {
+            if self.renderer.render(state, &condition) == Outcome::Complete {
                 break Stop::of_complete(&state.film, settings.noise);
             } else if progress.should_stop() {
                 break Stop::Interrupt;

@@ -3,6 +3,7 @@
 use super::audit::Report;
 use super::error::CliError;
 use super::outputs::Outputs;
+use super::words;
 use crate::film::{Film, Tile};
 use crate::integrator::ChainCounts;
 use crate::io::{FileError, Output};
@@ -178,16 +179,16 @@ pub(super) struct Denoised {
     pub seconds: f64,
 }
 
-/// How noisy a picture is.
+/// Noise of a picture.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Noise {
-    /// What was asked for.
+    /// Requested level.
     level: f64,
     /// Estimated relative error: the square root of relMSE.
     error: f64,
-    least_spp: u32,
+    min_spp: u32,
     mean_spp: f64,
-    most_spp: u32,
+    max_spp: u32,
 }
 
 impl Noise {
@@ -198,9 +199,9 @@ impl Noise {
         Self {
             level,
             error: film.error().sqrt(),
-            least_spp: samples().min().unwrap_or(0),
+            min_spp: samples().min().unwrap_or(0),
             mean_spp: film.tiles().iter().map(sum).sum::<f64>() / film.crop().area() as f64,
-            most_spp: samples().max().unwrap_or(0),
+            max_spp: samples().max().unwrap_or(0),
         }
     }
 
@@ -212,10 +213,13 @@ impl Noise {
     /// Says that it is not.
     pub fn warning(&self) -> String {
         let Self {
-            level, error, most_spp, ..
+            level, error, max_spp, ..
         } = self;
         format!(
-            "noise level {level} was not reached with at most {most_spp} samples a pixel: it is {error:.2e}; raise --spp"
+            "noise level {} was not reached with at most {} per pixel: it is {}\n  help: raise --spp",
+            words::percent(*level),
+            words::count((*max_spp).into(), "sample"),
+            words::percent(*error)
         )
     }
 }

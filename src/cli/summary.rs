@@ -44,19 +44,20 @@ pub(super) fn print_camera(session: &Session) {
 pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     let names: Vec<String> = images.iter().map(|(_, o)| o.path().display().to_string()).collect();
     errln!(
-        "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}){}{}{} -> {}",
+        "{}: {}x{}, {} of {} per pixel in {:.2} s ({:.2} million samples/s, {} {}){}{}{} -> {}",
         job.scene_path.display(),
         stats.width,
         stats.height,
-        stats.samples as f64 / job.settings.crop().area() as f64,
-        stats.spp,
+        words::number(stats.samples as f64 / job.settings.crop().area() as f64),
+        words::count(stats.spp.into(), "sample"),
         stats.render_s,
         stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
         stats.backend,
         stats.backend_version,
-        stats
-            .error
-            .map_or(String::new(), |error| format!(", relative error {error:.2e}")),
+        stats.error.map_or(String::new(), |error| format!(
+            ", relative error {}",
+            words::percent(error)
+        )),
         stop.words(),
         match (job.settings.tone.exposure, stats.exposure) {
             (Exposure::Auto, Some(stops)) => format!(", exposure {stops:+} (auto)"),

@@ -21,13 +21,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
-/// How long a viewer may take to answer, and to read on where it has stopped.
+/// Maximum time of a viewer to answer, and to read on where it has stopped.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How long a viewer may take for one picture.
+/// Maximum time of a viewer for one picture.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// How long a viewer may take for a band of the last picture, for which the program waits; and for all of it once an interrupt has come.
+/// Maximum time of a viewer for a band of the last picture, for which the program waits; and for all of it once an interrupt has come.
 const PATIENCE_AT_END: Duration = Duration::from_secs(1);
 
 /// Between two looks at interrupts.
@@ -57,7 +57,7 @@ struct Sending {
     /// Closes the connection under the thread.
     connection: TcpStream,
     work: Sender<Work>,
-    /// What became of each piece of work.
+    /// What became of each work item.
     results: Receiver<io::Result<()>>,
     /// Bands that were sent so far.
     bands: Arc<AtomicU64>,
@@ -203,12 +203,12 @@ impl Sending {
         self.since = Some(Instant::now());
     }
 
-    /// How long the last work took, if the thread is idle again.
+    /// Time of the last work, if the thread is idle again.
     fn look(&mut self) -> io::Result<Option<Duration>> {
         self.look_for(Duration::ZERO)
     }
 
-    /// The same, within so long.
+    /// Time of the last work, waiting at most so long for it.
     fn look_for(&mut self, patience: Duration) -> io::Result<Option<Duration>> {
         let Some(since) = self.since else {
             return Ok(Some(Duration::ZERO));

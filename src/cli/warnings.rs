@@ -27,18 +27,17 @@ impl ShownWarnings {
         self.texts(warnings, path).iter().for_each(words::warning);
     }
 
-    /// Prints `warnings` that are not about the scene's files: there are few of them, and `embrasure check` knows nothing of them.
+    /// Prints `warnings` that are not about the scene's files: there are few of them, and `embrasure check` does not report them.
     pub fn show_each(self, warnings: &[Warning]) {
         if self != Self::None {
             warnings.iter().for_each(words::warning);
         }
     }
 
-    /// What is printed, in the order of the first warning of each kind.
+    /// Printed warnings, in the order of the first warning of each kind.
     fn texts(self, warnings: &[Warning], path: &Path) -> Vec<String> {
-        let texts = || warnings.iter().map(|warning| warning.text.clone());
         match self {
-            Self::All => texts().collect(),
+            Self::All => warnings.iter().map(with_code).collect(),
             Self::None => Vec::new(),
             Self::Summary => {
                 // Kinds with their first warning and the number of others
@@ -50,13 +49,22 @@ impl ShownWarnings {
                     }
                 }
                 let text = |(first, others): (&Warning, usize)| match others {
-                    0 => first.text.clone(),
+                    0 => with_code(first),
                     _ => summary(first, others, path),
                 };
                 kinds.into_iter().map(text).collect()
             }
         }
     }
+}
+
+/// A warning with its code, which `embrasure help CODE` explains, at the end of the first line.
+fn with_code(warning: &Warning) -> String {
+    let (line, rest) = match warning.text.split_once('\n') {
+        Some((line, rest)) => (line, format!("\n{rest}")),
+        None => (warning.text.as_str(), String::new()),
+    };
+    format!("{line} [{}]{rest}", warning.kind)
 }
 
 /// One line for a warning and `others` of its kind: the first place, the number, and where to see the others.
@@ -90,10 +98,12 @@ mod tests {
             texts(ShownWarnings::Summary),
             [
                 "a.mtl:3: texture `a.png` is missing (and 2 more [missing-texture]; see `embrasure check a.obj`)",
-                "nothing emits\n  help: add a light"
+                "nothing emits [default-light]\n  help: add a light"
             ]
         );
-        assert_eq!(texts(ShownWarnings::All).len(), 4);
+        let all = texts(ShownWarnings::All);
+        assert_eq!(all.len(), 4);
+        assert!(all[3].ends_with("is missing [missing-texture]"), "{}", all[3]);
         assert!(texts(ShownWarnings::None).is_empty());
     }
 }

@@ -6,7 +6,7 @@
 //! Control characters are escaped, because names may hold terminal escapes. The first error of the standard output is remembered, and the exit code
 //! is 1 then; a closed pipe is no error.
 
-use crate::math::{rounded, rounded_list};
+use crate::math::{rounded, rounded_list, significant};
 use anstream::{AutoStream, ColorChoice};
 use clap::builder::styling::{AnsiColor, Style};
 use std::fmt::{Arguments, Display};
@@ -55,6 +55,16 @@ pub(super) fn count(number: u64, noun: &str) -> String {
 /// A number as people write it, such as 0.04 for the `f32` nearest to it.
 pub(super) fn number(value: f64) -> String {
     rounded(value)
+}
+
+/// A measured number with at most four significant digits, such as 0.004021.
+pub(super) fn measured(value: f64) -> String {
+    significant(value, 4)
+}
+
+/// A share in percent with at most three significant digits, such as 7.7 %.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 3))
 }
 
 /// Numbers as people write them, between brackets.
@@ -130,6 +140,18 @@ pub(super) fn in_colour() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_written_for_people() {
+        assert_eq!(measured(4.021), "4.021");
+        assert_eq!(measured(0.000_040_213_6), "0.00004021");
+        assert_eq!(percent(0.077), "7.7 %");
+        assert_eq!(percent(1.2345e-3), "0.123 %");
+        assert_eq!(
+            [count(1, "sample"), count(0, "sample"), count(64, "sample")],
+            ["1 sample", "0 samples", "64 samples"]
+        );
+    }
 
     #[test]
     fn names_cannot_speak_to_terminals() {

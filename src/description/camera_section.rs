@@ -1,3 +1,4 @@
+use super::exact_list::numbers;
 use crate::guess::{Orbit, View};
 use crate::options::{join_names, name_of};
 use serde::de::{Deserializer, Error};
@@ -14,10 +15,13 @@ pub struct CameraSection {
     /// Azimuth, elevation and distance of the camera, in place of a named view.
     pub orbit: Option<Spanned<OrbitAngles>>,
     /// Centre of the lens.
+    #[serde(default, deserialize_with = "numbers")]
     pub position: Option<Spanned<[f32; 3]>>,
     /// The point in the middle of the image.
+    #[serde(default, deserialize_with = "numbers")]
     pub look_at: Option<Spanned<[f32; 3]>>,
     /// Up in the image.
+    #[serde(default, deserialize_with = "numbers")]
     pub up: Option<Spanned<[f32; 3]>>,
     /// Degrees.
     pub vertical_fov: Option<Spanned<f32>>,
@@ -34,14 +38,19 @@ pub struct CameraSection {
     /// Along the view axis.
     pub focus_distance: Option<Spanned<f32>>,
     /// The point of the image, in pixels, that is in focus.
+    #[serde(default, deserialize_with = "numbers")]
     pub focus_at: Option<Spanned<[f32; 2]>>,
     /// Where the camera is at time 1, if it moves.
+    #[serde(default, deserialize_with = "numbers")]
     pub position_close: Option<Spanned<[f32; 3]>>,
     /// What it looks at then.
+    #[serde(default, deserialize_with = "numbers")]
     pub look_at_close: Option<Spanned<[f32; 3]>>,
     /// Up in the image then.
+    #[serde(default, deserialize_with = "numbers")]
     pub up_close: Option<Spanned<[f32; 3]>>,
     /// When the shutter opens and closes, from 0 to 1.
+    #[serde(default, deserialize_with = "numbers")]
     pub shutter: Option<Spanned<[f32; 2]>>,
 }
 

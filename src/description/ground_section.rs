@@ -1,3 +1,4 @@
+use super::exact_list::numbers;
 use crate::color::Spectrum;
 use crate::math::Vec3;
 use crate::scene::{BuildError, GroundPlane};
@@ -10,10 +11,13 @@ use toml::Spanned;
 #[serde(deny_unknown_fields)]
 pub struct GroundSection {
     /// A point of the plane; just below the scene's lowest point along `up` if this is left out.
+    #[serde(default, deserialize_with = "numbers")]
     pub point: Option<Spanned<[f32; 3]>>,
     /// The side of the plane that catches shadows; `up` if this is left out.
+    #[serde(default, deserialize_with = "numbers")]
     pub normal: Option<Spanned<[f32; 3]>>,
     /// Direction against which things fall; +y if this is left out.
+    #[serde(default, deserialize_with = "numbers")]
     pub up: Option<Spanned<[f32; 3]>>,
     /// Radius around the point, scene units; 50 times that of the scene if this is left out.
     pub radius: Option<Spanned<f32>>,
@@ -21,11 +25,11 @@ pub struct GroundSection {
     pub albedo: Option<Spanned<Albedo>>,
 }
 
-/// The same in all channels, or red, green and blue.
+/// One number for all channels, or red, green and blue.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "albedo must be a number or three numbers")]
 pub enum Albedo {
-    /// The same in all channels.
+    /// One number for all channels.
     Grey(f32),
     /// Linear red, green and blue.
     Rgb([f32; 3]),

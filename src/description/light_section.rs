@@ -1,5 +1,6 @@
 use super::FileError;
 use super::environment::{BYTES_OF_A_NEW_TEXEL, environment_bytes, read_environment};
+use super::exact_list::numbers;
 use super::light_group_section::light_group;
 use super::memory::Allowance;
 use super::source::Source;
@@ -24,13 +25,16 @@ pub struct LightSection {
     /// Name of the group that the light is in, if it is in one.
     pub group: Option<Spanned<String>>,
     /// Of a point or spot light; the middle of a sphere, a disk or a rectangle.
+    #[serde(default, deserialize_with = "numbers")]
     pub position: Option<Spanned<[f32; 3]>>,
     /// Of a point or spot light, W/sr.
     #[serde(default, deserialize_with = "color")]
     pub intensity: Option<Spanned<[f32; 3]>>,
     /// In which a directional or spot light travels; normal of the side of a disk or a rectangle that emits.
+    #[serde(default, deserialize_with = "numbers")]
     pub direction: Option<Spanned<[f32; 3]>>,
     /// What a spot light shines at, in place of `direction`.
+    #[serde(default, deserialize_with = "numbers")]
     pub look_at: Option<Spanned<[f32; 3]>>,
     /// Half-angle of a spot light's cone, or diameter of a directional light's disc, degrees.
     pub angle: Option<Spanned<f32>>,
@@ -49,14 +53,17 @@ pub struct LightSection {
     /// Rotation of an environment, degrees.
     pub rotate: Option<Spanned<Rotation>>,
     /// Azimuth and elevation of a sky's sun, degrees.
+    #[serde(default, deserialize_with = "numbers")]
     pub sun: Option<Spanned<[f32; 2]>>,
     /// Haze of a sky.
     pub turbidity: Option<Spanned<f32>>,
     /// Up in a sky or a studio, and along the height of a rectangle.
+    #[serde(default, deserialize_with = "numbers")]
     pub up: Option<Spanned<[f32; 3]>>,
     /// Azimuth at which the camera stands in a studio, degrees.
     pub front: Option<Spanned<f32>>,
     /// Width and height of a rectangle.
+    #[serde(default, deserialize_with = "numbers")]
     pub size: Option<Spanned<[f32; 2]>>,
     /// Of a sphere or a disk.
     pub radius: Option<Spanned<f32>>,
@@ -76,7 +83,7 @@ pub enum Rotation {
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a colour is one number or three")]
 enum Channels {
-    /// The same in all of them.
+    /// One number for all channels.
     All(f32),
     /// Linear red, green and blue.
     Each([f32; 3]),

@@ -1,4 +1,5 @@
 use super::FileError;
+use super::exact_list::numbers;
 use super::mtl::MapRequest;
 use super::mtl::{MapSlot, MapStatement};
 use super::source::Source;
@@ -22,9 +23,11 @@ pub struct MapSection {
     pub is_none: bool,
     /// The file, relative to the scene file.
     pub file: PathBuf,
-    /// How often it repeats in a unit of u and v.
+    /// Repetitions in a unit of u and v.
+    #[serde(default, deserialize_with = "numbers")]
     pub scale: Option<Spanned<[f32; 2]>>,
     /// Where in it the surface's (0, 0) lies.
+    #[serde(default, deserialize_with = "numbers")]
     pub offset: Option<Spanned<[f32; 2]>>,
     /// What lies beside it: `repeat`, `clamp` or `mirror`.
     pub wrap: Option<Spanned<String>>,

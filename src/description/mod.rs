@@ -6,6 +6,7 @@
 //! render in `options`.
 
 mod camera_section;
+mod exact_list;
 mod find_texture;
 mod glob;
 mod ground_section;

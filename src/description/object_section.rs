@@ -1,3 +1,4 @@
+use super::exact_list::{matrix, plain_numbers};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use toml::Spanned;
@@ -13,10 +14,12 @@ pub struct ObjectSection {
     /// Placement in the world.
     pub transform: Option<Spanned<TransformSection>>,
     /// Placement as four rows of four, instead of `transform`.
+    #[serde(default, deserialize_with = "matrix")]
     pub matrix: Option<Spanned<[[f32; 4]; 4]>>,
     /// Placement at time 1, if the object moves.
     pub transform_close: Option<Spanned<TransformSection>>,
-    /// The same as four rows of four.
+    /// Placement at time 1 as four rows of four.
+    #[serde(default, deserialize_with = "matrix")]
     pub matrix_close: Option<Spanned<[[f32; 4]; 4]>>,
     /// OBJ file of its shape at time 1, if that changes.
     pub obj_close: Option<Spanned<PathBuf>>,
@@ -42,8 +45,10 @@ pub enum Instances {
 #[serde(deny_unknown_fields)]
 pub struct TransformSection {
     /// Applied last.
+    #[serde(default, deserialize_with = "plain_numbers")]
     pub translate: Option<[f32; 3]>,
     /// Rotation in degrees about the fixed x, y and z axes, in that order.
+    #[serde(default, deserialize_with = "plain_numbers")]
     pub rotate: Option<[f32; 3]>,
     /// Applied first.
     pub scale: Option<Scale>,
@@ -53,7 +58,7 @@ pub struct TransformSection {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "scale must be a number or three numbers")]
 pub enum Scale {
-    /// The same along all axes.
+    /// One factor for all axes.
     Uniform(f32),
     /// Along x, y and z.
     Axes([f32; 3]),

@@ -16,7 +16,11 @@ pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator
 pub(super) fn parser_error(message: &str) -> (String, String) {
     let message = message.trim_end();
     let Some(rest) = message.strip_prefix("unknown field ") else {
-        return (plain(message), REFERENCE.into());
+        let help = match message.split_once(", expected an array of length ") {
+            Some((_, count)) => format!("write {count} values between brackets; {REFERENCE}"),
+            None => REFERENCE.into(),
+        };
+        return (plain(message), help);
     };
     let mut names = rest.split('`').skip(1).step_by(2);
     let key = names.next().unwrap_or_default();
@@ -64,7 +68,7 @@ fn plain(message: &str) -> String {
 const MAX_NEAREST: usize = 3;
 /// Names among which the nearest are looked for: files may have more than anybody waits for.
 const MAX_NAMES: usize = 4096;
-/// How much two names have in common, at least, if one may be meant by the other (Jaro and Winkler, 0 to 1).
+/// Minimum similarity of two names of which one may be meant by the other (Jaro and Winkler, 0 to 1).
 const SIMILAR: f64 = 0.7;
 
 /// The names of `known` that `name` is most like, the nearest first. Case does not count, and a name that holds all of `name` is near.
@@ -147,5 +151,8 @@ mod tests {
         assert_eq!(words("position = true").0, "expected a number, found `true`");
         assert_eq!(words("position = []").0, "expected a number, found a list");
         assert_eq!(words("position = 1").0, "the key `look_at` is missing");
+        let (message, help) = parser_error("invalid length 4, expected an array of length 3");
+        assert_eq!(message, "expected a list of 3 values, found 4");
+        assert!(help.starts_with("write 3 values between brackets; "), "{help}");
     }
 }

@@ -59,7 +59,7 @@ impl LightSection {
 }
 
 impl SceneFile {
-    /// The same scene with these options and this camera, and with all patches in sections of their own.
+    /// This scene with these options and this camera, and with all patches in sections of their own.
     ///
     /// # Errors
     ///

@@ -14,12 +14,12 @@ const DEFAULT_FOV: f32 = 40.0;
 /// Height of the sensor where nothing is said, scene units: that of full frame, if they are metres.
 const DEFAULT_SENSOR_HEIGHT: f32 = 0.024;
 
-/// What is said of the camera; the rest is guessed from the scene (`crate::guess`).
+/// Settings of the camera; the others are guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraSettings {
     /// From which side the scene is seen, where no position is said.
     pub view: Option<View>,
-    /// The same by angles.
+    /// Side from which the scene is seen, by angles.
     pub orbit: Option<Orbit>,
     /// Centre of the lens.
     pub position: Option<Vec3>,
@@ -221,7 +221,7 @@ impl CameraSettings {
 pub(crate) struct FoundCamera {
     pub camera: Camera,
     pub description: CameraDescription,
-    /// What was guessed of it, if anything was.
+    /// Guessed settings, if there are any.
     pub guess: Option<CameraGuess>,
 }
 

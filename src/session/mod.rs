@@ -63,11 +63,11 @@ pub struct Session {
     warnings: Vec<Warning>,
     /// What separates light paths, where they are distinguished.
     paths: Option<Arc<LightPaths>>,
-    /// What was guessed of the camera, if anything was.
+    /// Guess of the camera, if one was made.
     camera_guess: Option<CameraGuess>,
-    /// What is said of the camera; the settings have what was guessed, too, where the light was.
+    /// Given settings of the camera, without guesses, which `settings` include if the light was guessed.
     said_camera: CameraSettings,
-    /// What was guessed of the light, if anything was: words, and the scene file that says it.
+    /// Guess of the light, if one was made: a description, and the scene file with the light.
     light_guess: Option<(String, SceneFile)>,
     /// Files that the scene was read from.
     files: Vec<PathBuf>,
@@ -227,17 +227,17 @@ impl Session {
             .get_or_init(|| hash::scene_hash(&self.scene, &self.description))
     }
 
-    /// What is odd about the scene.
+    /// Warnings about the scene.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
-    /// What was guessed of the camera, if anything was.
+    /// Guess of the camera, if one was made.
     pub fn camera_guess(&self) -> Option<&CameraGuess> {
         self.camera_guess.as_ref()
     }
 
-    /// What was guessed of the light, if anything was.
+    /// Guess of the light, if one was made.
     pub fn light_guess(&self) -> Option<&str> {
         self.light_guess.as_ref().map(|(words, _)| words.as_str())
     }

@@ -88,7 +88,7 @@ impl<'a> Renderer<'a> {
         self.accel.as_dyn().info()
     }
 
-    /// How long building the acceleration structure took.
+    /// Build time of the acceleration structure.
     pub fn build_seconds(&self) -> f64 {
         self.build_seconds
     }
@@ -107,7 +107,7 @@ impl<'a> Renderer<'a> {
         state
     }
 
-    /// What was known when the checkpoint was written, to go on from.
+    /// State of the checkpoint, to resume from.
     ///
     /// # Errors
     ///
@@ -143,11 +143,11 @@ impl<'a> Renderer<'a> {
                 "use the earlier settings, or name another --checkpoint",
             );
         }
-        let most = film.tiles().iter().map(|tile| tile.next_sample()).max().unwrap_or(0);
+        let max = film.tiles().iter().map(|tile| tile.next_sample()).max().unwrap_or(0);
         let wanted = settings.samples().end;
-        if most > wanted {
+        if max > wanted {
             return refused(
-                format!("this checkpoint already has {most} samples per pixel, more than the requested {wanted}"),
+                format!("this checkpoint already has {max} samples per pixel, more than the requested {wanted}"),
                 "ask for as many or more: samples cannot be removed",
             );
         }

@@ -27,15 +27,15 @@ pub struct Settings {
     pub crop: Option<Rect>,
     /// Pixel filter.
     pub filter: FilterKind,
-    /// How far the filter reaches, pixels; `None`: as far as is usual for its kind.
+    /// Radius of the filter, pixels; `None`: the default of its kind.
     pub filter_radius: Option<f32>,
     /// What camera rays see where they leave the scene.
     pub background: Background,
-    /// What is guessed where nothing says it.
+    /// Guesses that are made for missing settings.
     pub guesses: Guesses,
     /// Where the picture is taken from.
     pub camera: CameraSettings,
-    /// Samples a pixel of the whole picture; with `noise` at most.
+    /// Samples per pixel of the whole picture; with `noise` at most.
     pub spp: u32,
     /// The samples to take, if they are a part of the picture's: their indices.
     pub part: Option<Range<u32>>,
@@ -179,10 +179,10 @@ impl Settings {
             return invalid("threads", &0, "use at least one thread");
         }
         let processors = all_threads();
-        let most = processors.saturating_mul(THREADS_OF_A_PROCESSOR);
-        if self.threads > most {
+        let max = processors.saturating_mul(THREADS_OF_A_PROCESSOR);
+        if self.threads > max {
             let plural = if processors == 1 { "" } else { "s" };
-            let help = format!("use {most} at most: this machine has {processors} processor{plural}");
+            let help = format!("use {max} at most: this machine has {processors} processor{plural}");
             return invalid("threads", &self.threads, &help);
         }
         None
@@ -246,7 +246,7 @@ impl Settings {
             return refused("crop", value, "X0 < X1 and Y0 < Y1, inside the image".into());
         }
         if self.noise.is_some() && (self.spp < 2 * BLOCK || self.spp % BLOCK != 0) {
-            let value = format!("{} samples a pixel with a noise level", self.spp);
+            let value = format!("{} samples per pixel with a noise level", self.spp);
             let help = format!(
                 "use a multiple of {BLOCK}, {} at least: errors are estimated from the differences of such blocks",
                 2 * BLOCK
@@ -322,7 +322,7 @@ impl Settings {
         pool: &rayon::ThreadPool,
         unlit: bool,
     ) -> Result<(FoundCamera, Option<(LightGuess, Survey)>), Error> {
-        // What is guessed is guessed by rays.
+        // Guesses trace rays.
         let accel = match unlit || self.camera.needs_scene() {
             true => Some(self.backend.build(scene, pool)?),
             false => None,
@@ -363,7 +363,7 @@ impl Settings {
         }
         let total = self.total_samples();
         match self.noise {
-            Some(level) => settings + &format!(" noise={level} most_samples={total}"),
+            Some(level) => settings + &format!(" noise={level} max_samples={total}"),
             // Whether samples are added later, or in parts, is no business of others.
             None if self.sampler.knows_count() || method.knows_count() => settings + &format!(" count={total}"),
             None => settings,

@@ -47,7 +47,7 @@ impl RenderState {
         self.film.samples() == 0
     }
 
-    /// What was read.
+    /// The state that was read.
     pub(super) fn of_checkpoint(checkpoint: Checkpoint) -> Result<Self, FileError> {
         let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
             FileError::new(&checkpoint.path, format!("its statistics are invalid: {error}")).help("render it anew")

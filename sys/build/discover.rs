@@ -106,7 +106,7 @@ pub fn discover(places: &Places) -> Result<Embree, String> {
 
 /// Where package managers and administrators install, below the root of the file system.
 pub fn system_prefixes(root: &Path) -> Vec<PathBuf> {
-    // What was installed by hand comes before the distribution's, as for compilers and loaders.
+    // Libraries installed by hand come before the distribution's, as for compilers and loaders.
     let mut prefixes = vec![root.join("usr/local")];
 
     // Embree's own archives unpack to a folder that ends in the version: likely the latest first.

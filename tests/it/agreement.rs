@@ -213,7 +213,7 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
     );
 }
 
-/// Mean of variance over squared mean of the pixel `i` and its neighbours; black ones say nothing.
+/// Mean of variance over squared mean of the pixel `i` and its neighbours, without black ones.
 fn relative_variance_about(i: usize, variances: &[f64], means: &[f64]) -> f64 {
     let width = RESOLUTION.x as usize;
     let is_near = |j: usize| (i % width).abs_diff(j % width) <= 1 && (i / width).abs_diff(j / width) <= 1;

@@ -162,7 +162,7 @@ fn they_change_nothing_and_do_not_depend_on_the_way() {
     render(&["-o", "a.exr", "--aov", "all", "--samples", "0..64"]);
     render(&split("-o b.exr --aov all --samples 64..160 --threads 3"));
     done(folder.path(), &["merge", "-q", "b.exr", "a.exr", "-o", "merged.exr"]);
-    // Gone on with from within a block
+    // Resumed from within a block
     let state = ["--aov", "all", "--checkpoint", "c.exr", "--resume", "-o", "resumed.exr"];
     done(
         folder.path(),
@@ -230,8 +230,8 @@ fn points_are_as_dense_as_photons() {
         known.iter().all(|g| *g > 0.0 && g.is_finite()) && (0.05..1.0).contains(&across),
         "{across}"
     );
-    let most = dots.iter().filter(|share| **share > 0.0).count();
-    assert!(most > 20 && most < 48 * 48 / 2, "{most}");
+    let max = dots.iter().filter(|share| **share > 0.0).count();
+    assert!(max > 20 && max < 48 * 48 / 2, "{max}");
     assert!(
         counts
             .iter()

@@ -452,8 +452,11 @@ fn copies_are_what_they_would_be_in_the_world() {
                 p.p.distance(q.p) < 1e-5 && p.ng.distance(q.ng) < 1e-4 && p.ns.distance(q.ns) < 1e-4,
                 "{p:?} {q:?}"
             );
-            let lifts = [p.lift[0] - q.lift[0], p.lift[1] - q.lift[1]];
-            assert!(lifts.iter().all(|d| d.abs() < 1e-5), "{p:?} {q:?}");
+            let offsets = [
+                p.curvature_offset[0] - q.curvature_offset[0],
+                p.curvature_offset[1] - q.curvature_offset[1],
+            ];
+            assert!(offsets.iter().all(|d| d.abs() < 1e-5), "{p:?} {q:?}");
             hits += 1;
         }
         assert!(hits > 500, "{hits}");

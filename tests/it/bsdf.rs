@@ -12,7 +12,7 @@ use embrasure::sampling::warp::{
     UNIFORM_HEMISPHERE_PDF, cosine_hemisphere_of_sphere, cosine_hemisphere_pdf, uniform_hemisphere_of_sphere,
 };
 
-/// Of each lobe and incidence: [`wrong_densities_are_found`] says what they tell apart. A density of a wrong scale is found by its integral, to 0.4 %.
+/// Of each lobe and incidence: [`wrong_densities_are_found`] says which densities they distinguish. A density of a wrong scale is found by its integral, to 0.4 %.
 const SAMPLES: u32 = 300_000;
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
 const EXPONENTS: [f32; 4] = [1.0, 10.0, 100.0, 1000.0];
@@ -183,8 +183,11 @@ fn rough_lobes() -> impl Iterator<Item = (String, Lobe)> {
         ([0.1, 0.4], Fresnel::Full),
     ];
     let mirrors = mirrors.map(|(alpha, fresnel)| {
-        let lobe = RoughMirror::new(grey(1.0), alpha.into(), fresnel);
-        (format!("rough mirror {alpha:?} {fresnel:?}"), Lobe::RoughMirror(lobe))
+        let lobe = RoughConductor::new(grey(1.0), alpha.into(), fresnel);
+        (
+            format!("rough conductor {alpha:?} {fresnel:?}"),
+            Lobe::RoughConductor(lobe),
+        )
     });
     let glasses = [([0.04, 0.04], 0.7), ([1.0, 1.0], 2.0), ([0.5, 0.2], 1.5)];
     let glasses = glasses.map(|(alpha, ior)| {
@@ -339,9 +342,9 @@ fn reflection_is_reciprocal_and_keeps_energy() {
                     let back = bsdf.eval(s.wi, wo).to_array();
                     let drawn = s.f.to_array();
                     for c in 0..3 {
-                        let least = f[c].min(back[c]).min(drawn[c]);
-                        let most = f[c].max(back[c]).max(drawn[c]);
-                        assert!(most - least <= 2e-3 * most, "{name}: {f:?} {back:?} {drawn:?}");
+                        let min = f[c].min(back[c]).min(drawn[c]);
+                        let max = f[c].max(back[c]).max(drawn[c]);
+                        assert!(max - min <= 2e-3 * max, "{name}: {f:?} {back:?} {drawn:?}");
                     }
                 }
             }
@@ -477,18 +480,18 @@ const ROUGHNESSES: [f32; 7] = [0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0];
 const ANGLES: [f32; 7] = [0.0, 20.0, 40.0, 60.0, 70.0, 80.0, 85.0];
 
 #[test]
-fn rough_mirrors_reflect_all_light() {
+fn rough_conductors_reflect_all_light() {
     let mut worst = 0f64;
     for roughness in ROUGHNESSES {
         for degrees in ANGLES {
             let alpha = Vec2::splat(roughness * roughness);
-            let lobe = Lobe::RoughMirror(RoughMirror::new(grey(1.0), alpha, Fresnel::Full));
+            let lobe = Lobe::RoughConductor(RoughConductor::new(grey(1.0), alpha, Fresnel::Full));
             let [share, ..] = scattered(&[lobe], incident(degrees));
             worst = worst.max((share - 1.0).abs());
             assert!((share - 1.0).abs() < 5e-3, "{roughness} {degrees}°: {share}");
         }
     }
-    eprintln!("rough mirrors: off by {worst:.4} at most");
+    eprintln!("rough conductors: off by {worst:.4} at most");
 }
 
 #[test]
@@ -542,7 +545,7 @@ fn scattered_by(bsdf: &Bsdf, wo: Vec3) -> f64 {
 
 /// Least and most of a white base's light that goes on under layers, whatever the coat's roughness and the angle.
 fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
-    let (mut least, mut most) = (2f64, 0f64);
+    let (mut min, mut max) = (2f64, 0f64);
     for &(clearcoat, sheen) in layers {
         for clearcoat_roughness in [0.0, 0.3, 1.0] {
             for degrees in ANGLES {
@@ -553,11 +556,11 @@ fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
                     ..base.clone()
                 };
                 let share = scattered_by(&layered.bsdf(), incident(degrees));
-                (least, most) = (least.min(share), most.max(share));
+                (min, max) = (min.min(share), max.max(share));
             }
         }
     }
-    (least, most)
+    (min, max)
 }
 
 /// What a coat and a sheen take of the light they give, so that white stays white: on matte surfaces all of it. Glossy lobes lose what they bring from
@@ -585,11 +588,11 @@ fn layers_share_the_light_with_their_base() {
             ("both", &[(1.0, 1.0)]),
         ];
         for ((what, layers), loss) in layers.into_iter().zip(losses) {
-            let (least, most) = under_layers(&base, layers);
-            eprintln!("{name} under {what}: {least:.4} to {most:.4}");
+            let (min, max) = under_layers(&base, layers);
+            eprintln!("{name} under {what}: {min:.4} to {max:.4}");
             // Some thousand samples and the tables are not exact.
-            if most > 1.01 || least < 1.0 - loss {
-                wrong.push((name, what, least, most));
+            if max > 1.01 || min < 1.0 - loss {
+                wrong.push((name, what, min, max));
             }
         }
     }
@@ -671,7 +674,7 @@ fn paths_from_both_ends_agree_on_shading_normals() {
     let point = SurfacePoint {
         p: Vec3::ZERO,
         ray_offset: 0.0,
-        lift: [0.0; 2],
+        curvature_offset: [0.0; 2],
         ng: Vec3::Z,
         ns,
         time: 0.0,
@@ -728,25 +731,25 @@ fn paths_from_both_ends_agree_on_shading_normals() {
 /// Facets of different slopes lose energy, and gain a little where light grazes.
 #[test]
 fn brushed_mirrors_keep_most_energy() {
-    let (mut most, mut least) = (0f64, 2f64);
+    let (mut max, mut min) = (0f64, 2f64);
     for alpha in [[0.05, 0.2], [0.1, 0.4], [0.5, 0.05], [1.0, 0.3]] {
         for degrees in ANGLES {
             for turn in [0.0, 30.0, 60.0, 90.0f32] {
                 let (sin, cos) = degrees.to_radians().sin_cos();
                 let (y, x) = turn.to_radians().sin_cos();
-                let lobe = Lobe::RoughMirror(RoughMirror::new(grey(1.0), alpha.into(), Fresnel::Full));
+                let lobe = Lobe::RoughConductor(RoughConductor::new(grey(1.0), alpha.into(), Fresnel::Full));
                 let [share, ..] = scattered(&[lobe], Vec3::new(sin * x, sin * y, cos));
-                (most, least) = (most.max(share), least.min(share));
+                (max, min) = (max.max(share), min.min(share));
             }
         }
     }
-    eprintln!("brushed mirrors: {least:.4} to {most:.4}");
-    assert!(most < 1.035 && least > 0.75, "{least} {most}");
+    eprintln!("brushed mirrors: {min:.4} to {max:.4}");
+    assert!(max < 1.035 && min > 0.75, "{min} {max}");
 }
 
 /// Values in f64 from another form of the formulas, and from sums over the hemisphere for what several reflections add.
 #[test]
-fn rough_mirrors_reflect_what_quadrature_says() {
+fn rough_conductors_reflect_what_quadrature_says() {
     const STEPS: usize = 400;
     let f = |cos: f64| 0.2 + 0.8 * (1.0 - cos).powi(5);
     let mean_f = (20.0 * 0.2 + 1.0) / 21.0;
@@ -783,7 +786,7 @@ fn rough_mirrors_reflect_what_quadrature_says() {
         let several = mean_f * mean_f * mean / (1.0 - mean_f * (1.0 - mean)) / (std::f64::consts::PI * (1.0 - mean));
 
         let fresnel = Fresnel::Schlick { f0: [0.2; 3] };
-        let lobe = Lobe::RoughMirror(RoughMirror::new(grey(1.0), Vec2::splat(alpha as f32), fresnel));
+        let lobe = Lobe::RoughConductor(RoughConductor::new(grey(1.0), Vec2::splat(alpha as f32), fresnel));
         for (cos_o, cos_i, phi) in [
             (0.9, 0.8, 3.0),
             (0.5, 0.5, 1.0),
@@ -863,7 +866,7 @@ fn smooth_facets_are_mirrors() {
                 };
                 let pairs = [
                     (
-                        Lobe::RoughMirror(RoughMirror::new(ones, alpha, GOLD)),
+                        Lobe::RoughConductor(RoughConductor::new(ones, alpha, GOLD)),
                         Lobe::Mirror(mirror),
                     ),
                     (
@@ -913,7 +916,7 @@ fn rough_lobes_bear_any_direction() {
         .chain(numbers.into_iter().flat_map(|x| {
             let alpha = Vec2::new(x, 0.5);
             [
-                Lobe::RoughMirror(RoughMirror::new(grey(1.0), alpha, Fresnel::Schlick { f0: [0.5; 3] })),
+                Lobe::RoughConductor(RoughConductor::new(grey(1.0), alpha, Fresnel::Schlick { f0: [0.5; 3] })),
                 Lobe::RoughDielectric(RoughDielectric::new(grey(1.0), grey(1.0), alpha, 1.5)),
                 Lobe::RoughDielectric(RoughDielectric::new(
                     grey(1.0),
@@ -1121,7 +1124,7 @@ fn lobes_with_parts_are_mixtures() {
 #[test]
 fn lobes_are_small() {
     // Three of them are copied with every mixture.
-    assert!(size_of::<RoughMirror>() <= 60 && size_of::<RoughDielectric>() <= 60);
+    assert!(size_of::<RoughConductor>() <= 60 && size_of::<RoughDielectric>() <= 60);
     assert_eq!(size_of::<Lobe>(), 64);
     assert!(size_of::<Bsdf>() <= 336);
 }

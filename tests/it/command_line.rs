@@ -135,7 +135,7 @@ fn noise_ends_a_render() {
     assert_eq!(noise, again);
     let error = noise["error"].as_f64().unwrap();
     assert!((0.001..=0.002).contains(&error), "{noise}");
-    assert!(noise["least_spp"].as_u64().unwrap() >= 128, "{noise}");
+    assert!(noise["min_spp"].as_u64().unwrap() >= 128, "{noise}");
     let [one, two] = ["1.exr", "2.exr"].map(|name| folder.path().join(name));
     assert_eq!(read_rgb(&one), read_rgb(&two));
     // The map: what tiles have left, whose mean square is the picture's error
@@ -143,16 +143,16 @@ fn noise_ends_a_render() {
     let square = map.iter().map(|e| (*e as f64).powi(2)).sum::<f64>() / map.len() as f64;
     assert!((square.sqrt() / error - 1.0).abs() < 1e-4, "{} {error}", square.sqrt());
     let samples = read_channel(&one, "samples");
-    let [least, most] = [f32::min, f32::max].map(|f| samples.iter().copied().reduce(f).unwrap());
-    assert!(least < most, "every pixel has {least}");
+    let [min, max] = [f32::min, f32::max].map(|f| samples.iter().copied().reduce(f).unwrap());
+    assert!(min < max, "every pixel has {min}");
 
     // Too few samples are said to be so.
     let (words, noise) = render("few.exr", &["0.0001", "--spp", "192"]);
     assert!(
-        words.contains("was not reached with at most 192 samples a pixel"),
+        words.contains("was not reached with at most 192 samples per pixel"),
         "{words}"
     );
-    assert_eq!(noise["most_spp"], 192);
+    assert_eq!(noise["max_spp"], 192);
 }
 
 #[test]
@@ -667,7 +667,7 @@ fn a_scene_file_overrides_materials() {
     );
     let out = done(folder.path(), &["render", "s.toml"]);
     assert!(words(&out).contains("no face uses the material `unused`"));
-    // 0.75 + 0.5 is more than there is: both lobes are scaled.
+    // 0.75 + 0.5 is more than arrives: both lobes are scaled.
     assert!(
         words(&out).contains("material `floor` reflects more light than it receives: 1.25 times"),
         "{}",
@@ -782,7 +782,7 @@ fn one_sample_can_be_explained() {
     }
     assert!(!folder.path().join("s.exr").exists());
 
-    // What is told is what a render takes, whoever it shares its paths with.
+    // The forecast is that of a render, also with path reuse.
     for reuse in ["pixels", "none"] {
         let args = ["render", "s.toml", "--reuse", reuse];
         let told = run(folder.path(), &joined(&args, &["--pixel", "20,14"]));
@@ -797,7 +797,7 @@ fn one_sample_can_be_explained() {
     }
 }
 
-/// Who reads the first line and goes leaves the program no reason to fail.
+/// A reader that stops after the first line is no reason to fail.
 #[cfg(unix)]
 #[test]
 fn readers_may_go() {

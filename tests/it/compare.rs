@@ -63,11 +63,11 @@ fn noise_is_no_difference_and_a_brighter_lamp_is() {
     render(folder, "brighter.toml", &["--seed", "9", "--spp", "64"], "brighter.exr");
     let (code, found) = compare(folder, &["1.exr", "brighter.exr"]);
     assert_eq!((code, found["outcome"].as_str()), (1, Some("differs")), "{found:#}");
-    let percent = 100.0 * found["verdict"]["worst"]["difference"].as_f64().unwrap();
+    let percent = 100.0 * found["significance_test"]["worst"]["difference"].as_f64().unwrap();
     assert!((percent - 2.0).abs() < 0.6, "{found:#}");
     let (code, text, _) = said(folder, &["compare", "1.exr", "brighter.exr"]);
-    assert!(code == 1 && text.contains("verdict: differs by +"), "{text}");
-    // A limit takes the verdict's place.
+    assert!(code == 1 && text.contains("result: differs by +"), "{text}");
+    // A limit decides in place of the test.
     let within = ["compare", "1.exr", "brighter.exr", "--max-relmse", "0.5"];
     let beyond = ["compare", "1.exr", "2.exr", "--max-flip", "1e-4"];
     assert_eq!((said(folder, &within).0, said(folder, &beyond).0), (0, 1));
@@ -108,7 +108,7 @@ fn percentages_are_those_of_the_values_beside_them() {
         let biases: Vec<&str> = biases.split_whitespace().collect();
         assert_eq!(biases[3..], ["0", "0"], "{text}");
         let (_, found) = compare(folder, &["1.exr", image]);
-        let tests = found["verdict"]["tests"].as_array().unwrap();
+        let tests = found["significance_test"]["tests"].as_array().unwrap();
         assert_eq!(tests.len(), 4, "{found:#}");
         for test in tests {
             let [reference, value, share] = ["reference", "image", "difference"].map(|key| test[key].as_f64().unwrap());
@@ -143,12 +143,12 @@ fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
             let (code, found) = compare(folder, &pair);
             let outcome = found["outcome"].as_str();
             assert_eq!((code, outcome), (0, Some("equal within noise")), "{method}: {found:#}");
-            let verdict = &found["verdict"];
-            assert_eq!(verdict["common_errors"], common);
-            let tests = verdict["tests"].as_array().unwrap().iter();
+            let test = &found["significance_test"];
+            assert_eq!(test["common_errors"], common);
+            let tests = test["tests"].as_array().unwrap().iter();
             let tested: Vec<&str> = tests.map(|test| test["scale"].as_str().unwrap()).collect();
             assert_eq!(tested, scales, "{method}");
-            assert!(verdict["left_out"].as_str().unwrap().contains("regions"));
+            assert!(test["left_out"].as_str().unwrap().contains("regions"));
         }
         let text = said(folder, &["compare", "1.exr", "2.exr"]).1;
         assert!(text.contains("left out: ") && text.contains("several seeds"), "{text}");
@@ -183,7 +183,7 @@ fn seeds_of_methods_that_look_at_maps_agree() {
     }
     let (code, text, _) = said(folder.path(), &["compare", "1.exr", "2.exr"]);
     assert!(
-        code == 0 && text.contains("no verdict: too few samples or pixels"),
+        code == 0 && text.contains("not tested: too few samples or pixels"),
         "{text}"
     );
 }
@@ -208,7 +208,7 @@ fn phong(exponent: u32) -> TempDir {
     ])
 }
 
-/// Uniform directions meet a sharp lobe once in ten thousand samples: most tiles have never seen it, and their noise says nothing of it. That is no difference; one of the whole
+/// Uniform directions meet a sharp lobe once in ten thousand samples: most tiles have never seen it, and their noise does not include it. That is no difference; one of the whole
 /// that is larger than such noise is.
 #[test]
 fn rare_samples_are_no_difference() {
@@ -223,12 +223,12 @@ fn rare_samples_are_no_difference() {
             let outcome = if is_testable {
                 "equal within noise"
             } else {
-                "no verdict"
+                "not tested"
             };
             assert_eq!((code, found["outcome"].as_str()), (0, Some(outcome)), "{found:#}");
-            let words = found["verdict"]["left_out"].as_str().unwrap_or_default();
+            let words = found["significance_test"]["left_out"].as_str().unwrap_or_default();
             assert!(words.contains("heavy tails"), "{found:#}");
-            // Two of the same kind are as often brighter as darker, and compared as ever.
+            // Two of the same kind are as often brighter as darker, and compared as usual.
             render(folder, "s.toml", &joined(&naive[..4], &["--seed", "9"]), "other.exr");
             let (code, found) = compare(folder, &["other.exr", "naive.exr"]);
             assert_eq!(
@@ -236,7 +236,7 @@ fn rare_samples_are_no_difference() {
                 (0, Some("equal within noise")),
                 "{found:#}"
             );
-            assert_eq!(found["verdict"]["tests"].as_array().map(Vec::len), Some(4));
+            assert_eq!(found["significance_test"]["tests"].as_array().map(Vec::len), Some(4));
 
             if is_testable {
                 render(folder, "brighter.toml", &naive, "brighter.exr");
@@ -311,8 +311,8 @@ fn pictures_of_others_get_figures_without_a_verdict() {
     foreign(&folder.join("a.exr"), ramp);
     foreign(&folder.join("b.exr"), |x, y| ramp(x, y).map(|v| v + 0.25));
     let (code, found) = compare(folder, &["a.exr", "b.exr"]);
-    assert_eq!((code, found["outcome"].as_str()), (0, Some("no verdict")));
-    assert!(found["verdict"].is_null());
+    assert_eq!((code, found["outcome"].as_str()), (0, Some("not tested")));
+    assert!(found["significance_test"].is_null());
     // Means of 0 … 23 and 0 … 19 sixteenths; all are a quarter more.
     assert_eq!(
         found["reference_mean"],
@@ -344,7 +344,7 @@ fn png_files_are_decoded() {
     let folder = folder.path();
     render(folder, "s.toml", &["-o", "x.exr"], "x.png");
     let (code, found) = compare(folder, &["x.exr", "x.png"]);
-    assert_eq!((code, found["outcome"].as_str()), (0, Some("no verdict")), "{found:#}");
+    assert_eq!((code, found["outcome"].as_str()), (0, Some("not tested")), "{found:#}");
     // Eight bits are left of what is neither black nor clipped: a mean square of (1/255)² / 12.
     let read = embrasure::io::read_exr(&folder.join("x.exr")).unwrap();
     let values = read.pixels.as_flattened();

@@ -18,7 +18,7 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
     folder.path().join(out)
 }
 
-/// Of the Cornell box with 8 samples a pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
+/// Of the Cornell box with 8 samples per pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
 /// larger a picture is, and less of filters without guides.
 #[test]
 fn denoising_leaves_a_fraction_of_the_error() {
@@ -29,13 +29,13 @@ fn denoising_leaves_a_fraction_of_the_error() {
     } else {
         &[("atrous", 0.5), ("nlm", 0.7), ("bilateral", 0.9)]
     };
-    for (name, most) in denoisers {
+    for (name, max) in denoisers {
         let denoise = format!("--denoise={name}");
         let image = render(&folder, "image.exr", &["--spp", "8", &denoise]);
         let raw = ["raw.R", "raw.G", "raw.B"].map(|channel| read_channel(&image, channel));
         let [before, after] = [&raw, &read_rgb(&image)].map(|image| rel_mse(image, &reference));
         println!("{name}: relMSE {before:.5} becomes {after:.5}");
-        assert!(after < most * before, "{name}: relMSE {before} becomes {after}");
+        assert!(after < max * before, "{name}: relMSE {before} becomes {after}");
     }
 }
 

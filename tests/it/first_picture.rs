@@ -1,4 +1,4 @@
-//! What a render of a bare OBJ is where nobody says it: its files, exposure, tone curve and quality; and flags and keys that say it.
+//! Defaults of a render of a bare OBJ: its files, exposure, tone curve and quality; and flags and keys that say it.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, read_json, refused, run, split, words};
 use crate::support::{read_channel, read_rgb, rel_mse};
@@ -121,7 +121,7 @@ fn flags_and_keys_beat_every_guess_by_itself() {
         (&5.into(), &"gaussian".into())
     );
 
-    // A scene file that says nothing is as ever.
+    // A scene file without settings keeps the defaults.
     let stats = render(at, "s.toml -o x.exr -o x.png");
     assert_eq!(
         (&stats["spp"], &stats["denoise"], &stats["exposure"]),
@@ -270,7 +270,7 @@ fn default_names_spare_files_of_the_scene_and_of_others() {
     let said = refused(at, &split(&format!("{line} -o a.png")), 2);
     assert!(said.contains("would overwrite"), "{said}");
 
-    // Dots of a stem stay; a part of the samples is no picture.
+    // Dots of a stem stay; a part of the samples makes none.
     fs::copy(at.join("s.toml"), at.join("x.y.toml")).unwrap();
     done(at, &split("render x.y.toml -q --spp 1"));
     assert!(at.join("x.y.exr").exists() && !at.join("x.exr").exists());
@@ -309,7 +309,7 @@ fn quality_sets_samples_and_denoiser_and_is_beaten_by_what_says_more() {
         of("a.obj --set render.quality=draft --quality good"),
         (16, best.clone())
     );
-    // The best ends at its noise level, which nobody asked for where samples are given.
+    // The best ends at its noise level, which is unset where samples are given.
     let line = "s.toml --quality final --size 4x4 --max-depth 0 -o x.exr";
     let stats = render(at, line);
     assert!(stats["noise"]["level"] == 0.01 && stats["spp"] == 2048, "{stats}");

@@ -1,4 +1,4 @@
-//! What the program guesses where nobody said it: the camera of a bare OBJ, and the flags and keys that say it.
+//! Guesses of the program for missing settings: the camera of a bare OBJ, and the flags and keys that say it.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, split, words};
 use serde_json::Value;
@@ -492,7 +492,7 @@ fn light_is_guessed_where_nothing_emits() {
     assert!(of(&["statue.obj", "--no-ground"]).unwrap().starts_with("a studio ("));
     assert!(of(&["closed.obj"]).unwrap().starts_with("a lamp below the ceiling"));
     assert!(of(&["windowed.obj"]).unwrap().starts_with("sky and sun"));
-    // A method that knows no ground gets none.
+    // A method without support for a ground gets none.
     assert!(
         of(&["statue.obj", "--integrator", "bdpt"])
             .unwrap()

@@ -149,7 +149,7 @@ fn gradients_are_those_of_a_box() {
             sampler.start(SampleKey::new(0, 0, index));
             let w = strata.direction(index, sampler.get_2d(Dimension::PIXEL));
             // The first wall on the way
-            let to = |p: f32, w: f32, least: f32, most: f32| ((if w > 0.0 { most } else { least }) - p) / w;
+            let to = |p: f32, w: f32, min: f32, max: f32| ((if w > 0.0 { max } else { min }) - p) / w;
             let distance = to(p.x, w.x, -1.0, 1.0).min(to(p.y, w.y, -1.0, 1.0)).min(2.0 / w.z);
             Seen {
                 radiance: Spectrum::splat(radiance(p + w * distance)),
@@ -279,7 +279,7 @@ fn the_furnace_is_one() {
     assert_unbiased("furnace", &film, 1.0);
 }
 
-/// Stops whoever asks every few questions.
+/// Asks for a stop at every few calls.
 struct Impatient(AtomicU64);
 
 impl Observer for Impatient {
@@ -374,7 +374,7 @@ fn bits_are_those_of_one_render() {
         &split("merge -q -o merged.exr second.exr left.exr first.exr"),
     );
     same("merged.exr");
-    // A render that ends before the cache is full writes nothing; one that is kept is gone on with.
+    // A render that ends before the cache is full writes nothing; one that is kept is resumed.
     let early = split("--checkpoint state.exr --time-limit 0.001s -o early.exr");
     let words = refused(folder.path(), &joined(&usual, &early), 1);
     assert!(

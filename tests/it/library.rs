@@ -114,7 +114,7 @@ fn integrators_can_be_brought() {
     let renderer = session.renderer().unwrap();
     let (mut own, mut brought) = (renderer.start(), renderer.start());
     assert_eq!(renderer.render(&mut own, &()), Outcome::Complete);
-    // Also where it is stopped, and gone on with
+    // Also where it is stopped and resumed
     let patience = Patience(AtomicU64::new(20_000));
     assert_eq!(
         renderer.render_with(&mut brought, &Openness, &patience),
@@ -131,7 +131,7 @@ fn integrators_can_be_brought() {
     );
 }
 
-/// A render that is stopped again and again, kept, and gone on with by the program
+/// A render that is stopped again and again, kept, and resumed by the program
 #[test]
 fn renders_are_gone_on_with() {
     let folder = scene();
@@ -267,7 +267,7 @@ fn a_picture_of_no_sample_is_not_written() {
     assert!(!state.is_empty() && write(&state).is_empty());
 }
 
-/// Sums of another build are of other bits, perhaps: they are neither gone on with nor joined with those of this one.
+/// Sums of another build are of other bits, perhaps: they are neither resumed nor joined with those of this one.
 #[test]
 fn builds_are_told_apart() {
     let folder = scene();

@@ -107,7 +107,7 @@ fn film(integrator: &impl Integrator, seed: u64, spp: u32, groups: usize) -> Fil
     film
 }
 
-/// Shows the integrators that gather light to `look`: each by name, as what renders with a seed, samples a pixel and groups.
+/// Shows the integrators that gather light to `look`: each by name, as what renders with a seed, samples per pixel and groups.
 fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32, usize) -> Film)) {
     let path = |reuse| MaybeReusing {
         path: PathIntegrator {
@@ -436,7 +436,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
         assert!(bits(&path(file)) == one, "{file}");
     }
 
-    // Other groups are another render, of which nothing can be gone on with.
+    // Other groups are another render, which cannot be resumed.
     let other = fs::read_to_string(path("s.toml"))
         .unwrap()
         .replace("\"sky\"", "\"dome\"");
@@ -467,7 +467,7 @@ fn what_is_asked_for_is_there_or_refused() {
     assert_eq!(smooth["raw.G"], raw["G"]);
     assert_ne!(smooth["G"], raw["G"]);
 
-    // Integrators that gather no light have none to tell apart.
+    // Integrators that gather no light distinguish no lights.
     assert!(render(&["--integrator", "ao", "--aov", "all", "-o", "ao.exr"]).0);
     assert_eq!(count("ao.exr"), with_groups - 12);
     let (is_done, said) = render(&["--integrator", "debug", "--aov", "P,lights"]);
@@ -554,10 +554,10 @@ fn mistakes_are_named_with_their_line() {
         assert!(said.contains(words) && said.contains("help:"), "{text}: {said}");
     }
     // So many are allowed, and a section may share its group with lights and other sections.
-    let most: String = (0..15).map(|i| format!("{sun}group = \"g{i}\"\n")).collect();
+    let max: String = (0..15).map(|i| format!("{sun}group = \"g{i}\"\n")).collect();
     let shared = group("\"g3\"", "[\"lamp\"]") + &group("\"g3\"", "[\"screen\"]");
     let path = folder.path().join("most.toml");
-    fs::write(&path, format!("{HEAD}{most}{shared}")).unwrap();
+    fs::write(&path, format!("{HEAD}{max}{shared}")).unwrap();
     assert_eq!(load(&path).light_groups().names().len(), 16);
     assert_eq!(load(&path).light_groups().names()[15], "default");
 }

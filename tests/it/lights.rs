@@ -558,7 +558,7 @@ fn a_lamp_that_is_half_black_gives_half_the_light() {
         b.triangle_sampling(sampling);
         let texture = grey_texture(1024, 1, |x, _| if x < 512 { 0.0 } else { 1.0 });
         b.set_textures(vec![texture], &[Some(TextureId(0))]);
-        // Without a factor of its own the texture counts alone.
+        // Without a factor of its own only the texture applies.
         add(&mut b, textured_lamp(pieces), glowing(0.0, 0.0));
         let floor = [[-2.0, -2.0], [-2.0, 2.0], [2.0, 2.0], [2.0, -2.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
         add(&mut b, polygon(&floor), material(0.8, 0.0));

@@ -35,6 +35,7 @@ mod hostile_files;
 mod irradiance_cache;
 mod iterations;
 mod lab;
+mod layers;
 mod library;
 mod light_flags;
 mod light_groups;
@@ -52,7 +53,6 @@ mod plots;
 #[cfg(feature = "tobj")]
 mod readers;
 mod reuse;
-mod rooms;
 mod same_pictures;
 mod schema;
 mod shaped_lights;

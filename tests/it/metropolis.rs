@@ -152,7 +152,7 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
     let camera = pinhole(Vec3::new(-0.5, 0.2, 0.3), Vec3::new(1.0, 0.9, -0.2), 80.0);
     let resolution = UVec2::splat(16);
     with_world(&scene, camera, resolution, |world| {
-        let most = 4;
+        let max = 4;
         let means = |max_depth| {
             let test = rough_picture(world, max_depth);
             let mut integrator = pssmlt(world, max_depth, &test);
@@ -160,13 +160,13 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
             means_of_iterations(&integrator, resolution, budget(400))
         };
         // Direct light is the same in both, to the bit: what is left comes by at least two scatterings, with radiance ρ E / π.
-        let indirect: Vec<f64> = means(most)
+        let indirect: Vec<f64> = means(max)
             .iter()
             .zip(means(1))
             .map(|(all, direct)| all - direct)
             .collect();
         let (rho, irradiance) = (rho as f64, (intensity / (radius * radius)) as f64);
-        let series: f64 = (1..most as i32).map(|k| rho.powi(k)).sum();
+        let series: f64 = (1..max as i32).map(|k| rho.powi(k)).sum();
         assert_mean("indirect light", &indirect, rho / PI * irradiance * series);
     });
 }

@@ -52,7 +52,7 @@ fn patches_keep_what_they_do_not_say() {
     ] {
         assert_eq!(picture(at, same, &[]), rough, "{same}");
     }
-    // Without `patch` a section replaces, as ever.
+    // Without `patch` a section replaces, as usual.
     let replaced = picture(at, "[material.\"Floor.001\"]\nroughness = 0.2\n", &[]);
     assert!(replaced != rough && replaced != plain);
     assert_eq!(

@@ -27,11 +27,11 @@ fn photons_of(scene: &Scene, paths: u32, max_depth: u32) -> Vec<Photon> {
             roulette: Roulette::default(),
             min_scatterings: 0,
         };
-        let pieces = (0..PhotonTracer::<Backend>::pieces(paths)).flat_map(|index| {
+        let work_items = (0..PhotonTracer::<Backend>::work_items(paths)).flat_map(|index| {
             let mut rays = RayCounts::default();
-            tracer.piece((0, index), paths, None, &mut Independent::new(5), &mut rays)
+            tracer.work_item((0, index), paths, None, &mut Independent::new(5), &mut rays)
         });
-        pieces.collect()
+        work_items.collect()
     })
 }
 

@@ -212,7 +212,7 @@ fn glossy_ends_are_seen_by_each_pixel_for_itself() {
     assert_unmoved_between("Phong lobes", phong, |_| ());
 }
 
-/// Ends whose normals vary, which light passes, and which have holes.
+/// Ends whose normals vary, which light passes, and which have alpha.
 #[test]
 fn ends_that_are_no_plain_walls_are_shared() {
     assert_unmoved_between("rough glass", coated(0.6, 0.5, 0.0), |builder| {

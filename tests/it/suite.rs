@@ -65,7 +65,7 @@ fn cornell_converges_to_the_reference() {
     assert!((slope + 1.0).abs() < 0.05, "relMSE {raw:?} falls as spp^{slope}");
 
     // Stratified samples, and then paths that are shared, have the same mean and less error.
-    for (flags, most) in [
+    for (flags, max) in [
         (&["--crop", &crop, "--reuse", "none"][..], 0.8),
         (&["--crop", &crop], 0.15),
     ] {
@@ -74,7 +74,7 @@ fn cornell_converges_to_the_reference() {
         let error = rel_mse(&image, &reference);
         println!("{flags:?}: relMSE {error:.5}");
         assert!(
-            error < most * raw[1],
+            error < max * raw[1],
             "{flags:?}: relMSE {error} against {} of independent samples",
             raw[1]
         );

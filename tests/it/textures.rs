@@ -283,9 +283,9 @@ fn every_format_is_read_upright_with_its_channels_in_order() {
         for i in 0..6 {
             let codes = if is_grey { [COLORS[i][0]; 3] } else { COLORS[i] };
             let near = |what: &str, got: f32, expected: f64, slope: f64| {
-                let most = slope * sort.tolerance + 2e-5;
+                let max = slope * sort.tolerance + 2e-5;
                 let place = format!("{} {what}, texel {i}", path.display());
-                assert!((got as f64 - expected).abs() <= most, "{place}: {got}, not {expected}");
+                assert!((got as f64 - expected).abs() <= max, "{place}: {got}, not {expected}");
             };
             let shares = codes.map(|code| code as f64 / 255.0);
             let alpha = if has_alpha { ALPHAS[i] as f64 / 255.0 } else { 1.0 };
@@ -352,7 +352,7 @@ fn samples_take_as_little_as_they_need() {
     }
     assert_eq!(bytes("8-4.png", TextureKind::Value(Channel::Matte)), 7);
     assert_eq!(bytes("8-4.png", TextureKind::Normal), 7 * 3);
-    // Alpha that covers everything says nothing.
+    // Alpha that covers everything has no effect.
     let opaque: Vec<u8> = COLORS.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
     let file = png_file(ColorType::Rgba, BitDepth::Eight, &opaque, &[], &[]);
     std::fs::write(folder.path().join("opaque.png"), file).unwrap();
@@ -655,11 +655,7 @@ fn unbounded_pictures_say_so() {
         let picture = embrasure::io::read_exr(&path).unwrap();
         let texture = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
         assert_eq!(texture.size(), (picture.width, picture.height));
-        let largest = picture
-            .pixels
-            .as_flattened()
-            .iter()
-            .fold(0.0f32, |most, &v| most.max(v));
+        let largest = picture.pixels.as_flattened().iter().fold(0.0f32, |max, &v| max.max(v));
         assert_eq!(texture.max_value(), largest);
         assert_eq!(texture.is_reflectance(), largest <= 1.0);
         let n = picture.pixels.len() as f64;

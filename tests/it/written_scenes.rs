@@ -172,7 +172,7 @@ fn flags_are_written_with_the_scene() {
     );
     assert_eq!(text.matches("[patch.").count(), 5, "{text}");
     assert!(text.contains("instances = \"../../scenes/places.txt\""), "{text}");
-    // The light that nobody named is named.
+    // The light without a name gets one.
     assert!(text.contains("radiance = [1.0, 1.0, 1.0]"), "{text}");
 }
 

@@ -339,7 +339,7 @@ fn kills_cost_nothing_that_was_kept() {
     assert_same(&folder, "later.exr", "one.exr");
 }
 
-/// A termination signal is an interrupt: what is done is written, and gone on with.
+/// A termination signal is an interrupt: what is done is written, and resumed.
 #[cfg(unix)]
 #[test]
 fn signals_are_gone_on_from() {
@@ -553,7 +553,7 @@ fn outputs_that_vanish_are_told() {
         "{said}"
     );
     assert!(folder.path().join("kept.exr").exists());
-    // What was written before can be gone on with where it is now.
+    // Earlier checkpoints can be resumed at their new place.
     let args = split("render s.toml -q --spp 4096 --checkpoint moved/c.exr --resume -o later.exr");
     done(folder.path(), &args);
     assert_same(&folder, "later.exr", "kept.exr");
@@ -565,7 +565,7 @@ fn usage_of_parts_is_checked() {
     for (args, word) in [
         (&["--samples", "10..64"][..], "multiples of 64"),
         (&["--samples", "0..100", "--spp", "200"], "multiples of 64"),
-        (&["--samples", "64..128", "--spp", "100"], "100 samples a pixel"),
+        (&["--samples", "64..128", "--spp", "100"], "100 samples per pixel"),
         (&["--samples", "64..64"], "64..128"),
         (&["--samples", "0..64", "--noise", "0.1"], "cannot be used with"),
         (&["--resume"], "--checkpoint"),

@@ -79,6 +79,16 @@ fn shells_complete() {
         (["embrasure", "ren"].as_slice(), "render"),
         (&["embrasure", "render", "--light-sel"], "--light-selection"),
         (&["embrasure", "completions", "fi"], "fish"),
+        (
+            &["embrasure", "render", "a.obj", "--light-selection", "vis"],
+            "visibility",
+        ),
+        (&["embrasure", "develop", "a.exr", "--tone", "ag"], "agx"),
+        (&["embrasure", "lab", "a.obj", "--methods", "bdp"], "bdpt"),
+        (
+            &["embrasure", "help", "missing-tex"],
+            "missing-texture missing-texture-coordinates",
+        ),
     ] {
         let args = [&["-c", complete, "bash", path.to_str().unwrap()], typed].concat();
         let out = Command::new("bash").args(args).output().unwrap();
@@ -86,6 +96,10 @@ fn shells_complete() {
     }
     for shell in ["zsh", "fish"] {
         let path = script(shell);
+        let text = fs::read_to_string(&path).unwrap();
+        for value in ["visibility", "aces-narkowicz", "blackman-harris"] {
+            assert!(text.contains(value), "{shell}: {value}");
+        }
         if there_is(shell) {
             let read = Command::new(shell).arg("-n").arg(path).output().unwrap();
             assert!(read.status.success(), "{shell}: {}", words(&read));

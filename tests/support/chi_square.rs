@@ -93,7 +93,7 @@ fn integrate(f: &impl Fn(f64, f64) -> f64, edges: bool, [t, p, dt, dp]: [f64; 4]
     // A tenth of a sample in a million; a density with edges is cut twice before that, because
     // they may lie between the nodes.
     const TOLERANCE: f64 = 1e-7;
-    let least_depth = if edges { 2 } else { 0 };
+    let min_depth = if edges { 2 } else { 0 };
     let (ht, hp) = (0.5 * dt, 0.5 * dp);
     let cells = [
         [t, p, ht, hp],
@@ -103,7 +103,7 @@ fn integrate(f: &impl Fn(f64, f64) -> f64, edges: bool, [t, p, dt, dp]: [f64; 4]
     ];
     let parts = cells.map(|cell| gauss(f, cell));
     let sum: f64 = parts.iter().sum();
-    if depth >= 7 || (depth >= least_depth && (sum - whole).abs() < TOLERANCE) {
+    if depth >= 7 || (depth >= min_depth && (sum - whole).abs() < TOLERANCE) {
         return sum;
     }
     cells

@@ -158,7 +158,7 @@ fn strangers_are_refused() {
     assert_eq!(viewer.get("main.js").0, 200);
 }
 
-/// Ten thousand messages that make no sense: each is answered or its page closed, and the render goes on.
+/// Ten thousand invalid messages: each is answered or its page closed, and the render goes on.
 #[test]
 fn nonsense_is_survived() {
     let folder = lit_floor();

@@ -41,11 +41,11 @@ pub(in crate::cli) struct AuditArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// The ray-tracing backend to check
+    /// Ray-tracing backend to check
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub backend: Option<Backend>,
 
-    /// The backend to check it against [default: another one that is built in]
+    /// Backend to compare with [default: another one that is built in]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub against: Option<Backend>,
 

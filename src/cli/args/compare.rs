@@ -45,7 +45,9 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Content of the picture: error (relative difference of luminance), flip, or z (difference over its standard deviation)
+    /// Content of the picture of the difference
+    ///
+    /// error: relative difference of luminance; flip: FLIP; z: difference over its standard deviation.
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Map>::new(), default_value = "error", requires = "output")]
     pub map: Map,
 }

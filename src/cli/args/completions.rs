@@ -4,6 +4,8 @@ use clap::Parser;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
+bash and zsh complete commands, flags and values, fish those of flags. PowerShell and elvish
+complete commands and flags only, as the generator of their scripts supports no values.
 Examples:
   embrasure completions bash > ~/.local/share/bash-completion/completions/embrasure
   embrasure completions fish > ~/.config/fish/completions/embrasure.fish

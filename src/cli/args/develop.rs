@@ -21,7 +21,7 @@ pub(in crate::cli) struct DevelopArgs {
     /// EXR file, from this program or another one
     pub input: PathBuf,
 
-    /// Picture to write, .png (display, or data in false colours) or .exr (linear); repeatable
+    /// Picture to write, .png (display, false colours) or .exr (linear); repeatable
     #[arg(short, long, value_name = "FILE", required_unless_present = "list")]
     pub output: Vec<PathBuf>,
 
@@ -40,7 +40,7 @@ pub(in crate::cli) struct DevelopArgs {
     #[command(flatten)]
     pub tone: Flags<ToneOptions>,
 
-    /// Denoiser: oidn, atrous, gaussian, bilateral or nlm [default: off; without a name: the best one built in]
+    /// Denoiser; without a name the best one built in [default: off]
     #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, value_parser = NameParser::<Denoising>::new())]
     pub denoise: Option<Option<Denoising>>,
 

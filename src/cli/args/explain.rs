@@ -18,7 +18,7 @@ pub(in crate::cli) struct ExplainArgs {
     /// Name of a material in the scene
     pub material: String,
 
-    /// File to write: .exr or .png for a sphere of the material, .svg for polar plots of its lobes; repeatable
+    /// File to write: .exr or .png (sphere), .svg (polar plots of lobes); repeatable
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 

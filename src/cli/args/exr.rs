@@ -5,12 +5,13 @@ use crate::io::{Compression, ExrFormat};
 /// How EXR files hold pictures.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct ExrArgs {
-    /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle or none [default: zip]
+    /// Compression of EXR files; zips is by rows, piz uses wavelets [default: zip]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
     pub compression: Option<Compression>,
 
-    /// Layers of EXR files to store as half floats: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights, or all; others stay
-    /// float32 [default: none]
+    /// Layers of EXR files to store as half floats, such as picture,albedo or all [default: none]
+    ///
+    /// Layers: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights. Others stay float32.
     #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
     pub half: Vec<String>,
 }

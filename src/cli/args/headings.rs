@@ -1,5 +1,8 @@
 //! Headings under which `--help` lists flags, and the dozen of them that `-h` shows.
+//!
+//! `-h` shows the first line of each help, `--help` all lines.
 
+use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, Command};
 
 /// Flags of commands that load a scene, under the titles of their groups. Flags that are not here are under "Options", or say their heading themselves.
@@ -74,21 +77,100 @@ const HEADINGS: [(&str, &[&str]); 7] = [
     ),
 ];
 
-/// The flags of `render` that `-h` shows.
-const BRIEF_OF_RENDER: [&str; 13] = [
-    "output",
-    "size",
-    "spp",
-    "noise",
-    "time-limit",
-    "denoise",
-    "exposure",
-    "view",
-    "orbit",
-    "env",
-    "sun",
-    "material",
-    "integrator",
+/// Flags of single commands under the titles of their groups. These win over [`HEADINGS`]; an empty title is "Options".
+const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
+    // A range of samples to record, not a part of a render
+    ("paths", "", &["samples"]),
+    (
+        "develop",
+        "Picture",
+        &["exposure", "tone", "denoise", "denoise-radius", "crop", "scale"],
+    ),
+    ("develop", "EXR files", &["compression", "half"]),
+    ("merge", "Picture", &["exposure", "tone"]),
+    ("merge", "EXR files", &["compression", "half"]),
+    ("merge", "Parts and checkpoints", &["checkpoint", "allow-gaps"]),
+    ("audit", "Rays", &["rays", "replay", "size", "seed"]),
+    ("audit", "Machine", &["backend", "against", "threads"]),
+];
+
+/// Flags that `-h` shows, of commands with more than a dozen.
+const BRIEF: [(&str, &[&str]); 5] = [
+    (
+        "render",
+        &[
+            "output",
+            "size",
+            "spp",
+            "noise",
+            "time-limit",
+            "denoise",
+            "exposure",
+            "view",
+            "orbit",
+            "env",
+            "sun",
+            "material",
+            "integrator",
+        ],
+    ),
+    (
+        "view",
+        &[
+            "port",
+            "no-open",
+            "compare",
+            "reference",
+            "size",
+            "spp",
+            "noise",
+            "view",
+            "orbit",
+            "env",
+            "sun",
+            "material",
+            "integrator",
+        ],
+    ),
+    (
+        "lab",
+        &[
+            "methods",
+            "bounces",
+            "spp",
+            "time",
+            "reference",
+            "output",
+            "html",
+            "size",
+            "max-depth",
+            "view",
+            "orbit",
+            "material",
+        ],
+    ),
+    (
+        "paths",
+        &[
+            "pixel",
+            "sample",
+            "samples",
+            "output",
+            "json",
+            "size",
+            "spp",
+            "view",
+            "orbit",
+            "material",
+            "integrator",
+        ],
+    ),
+    (
+        "develop",
+        &[
+            "output", "channel", "list", "json", "exposure", "tone", "denoise", "crop", "scale", "quiet",
+        ],
+    ),
 ];
 
 /// Flags below the headings that `-h` of other commands shows.
@@ -99,35 +181,55 @@ fn loads_a_scene(command: &Command) -> bool {
     command.get_arguments().any(|arg| arg.get_long() == Some("texture-dir"))
 }
 
-fn heading_of(flag: &str) -> Option<&'static str> {
+/// Title of the group of a flag of `command`; `None` for flags that say it themselves, or have none.
+fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
+    let of_command = HEADINGS_OF_COMMANDS
+        .iter()
+        .find(|(name, _, flags)| *name == command.get_name() && flags.contains(&flag));
+    if let Some((_, heading, _)) = of_command {
+        return Some(*heading).filter(|heading| !heading.is_empty());
+    }
     let group = HEADINGS.iter().find(|(_, flags)| flags.contains(&flag));
-    group.map(|(heading, _)| *heading)
+    group.map(|(heading, _)| *heading).filter(|_| loads_a_scene(command))
 }
 
 /// The program with the flags of its commands in groups.
 pub(super) fn grouped(program: Command) -> Command {
     program.mut_subcommands(|command| {
-        if !loads_a_scene(&command) {
-            return command;
-        }
-        command.mut_args(|arg| match arg.get_long().and_then(heading_of) {
-            Some(heading) => arg.help_heading(heading),
+        let headings: Vec<_> = command
+            .get_arguments()
+            .filter_map(|arg| Some((arg.get_id().clone(), heading_of(&command, arg.get_long()?)?)))
+            .collect();
+        headings.into_iter().fold(command, |command, (id, heading)| {
+            command.mut_arg(id, |arg| arg.help_heading(heading))
+        })
+    })
+}
+
+/// The program as `--help` shows it: the whole help of each flag in one column. clap's own long help takes three lines for a flag.
+pub(super) fn full(program: Command) -> Command {
+    program.mut_subcommands(|command| {
+        command.mut_args(|arg| match arg.get_long_help().map(StyledStr::to_string) {
+            Some(text) => arg
+                .help(text.replace("\n\n", "\n"))
+                .long_help(Resettable::<StyledStr>::Reset),
             None => arg,
         })
     })
 }
 
-/// The program as `-h` shows it: commands that load a scene list the flags that most people need, and say where the others are.
+/// The program as `-h` shows it: the flags that most people need, the first line of their help, and how to see the others.
 pub(super) fn brief(program: Command) -> Command {
     program.mut_subcommands(|command| {
-        if !loads_a_scene(&command) {
+        let name = command.get_name().to_string();
+        let flags = BRIEF.iter().find(|(of, _)| *of == name).map(|(_, flags)| *flags);
+        if flags.is_none() && !loads_a_scene(&command) {
             return command;
         }
-        let name = command.get_name().to_string();
-        let is_shown = |arg: &Arg| match arg.get_long() {
-            Some(flag) if name == "render" => BRIEF_OF_RENDER.contains(&flag),
-            Some(flag) => arg.get_help_heading().is_none() || BRIEF_OF_OTHERS.contains(&flag),
-            None => true,
+        let is_shown = |arg: &Arg| match (arg.get_long(), flags) {
+            (Some(flag), Some(flags)) => flags.contains(&flag),
+            (Some(flag), None) => arg.get_help_heading().is_none() || BRIEF_OF_OTHERS.contains(&flag),
+            (None, _) => true,
         };
         let hidden = command.get_arguments().filter(|arg| !is_shown(arg)).count();
         let examples = command
@@ -147,38 +249,92 @@ pub(super) fn brief(program: Command) -> Command {
 mod tests {
     use super::*;
     use crate::cli::args::Args;
+    use clap::CommandFactory;
 
+    /// Every flag in the tables is a flag of its command; every heading is used.
     #[test]
-    fn headings_have_flags_of_render() {
+    fn headings_have_flags() {
         let program = Args::program();
-        let render = program.find_subcommand("render").unwrap();
-        for flag in HEADINGS.iter().flat_map(|(_, flags)| *flags).chain(&BRIEF_OF_RENDER) {
-            let arg = render.get_arguments().find(|arg| arg.get_long() == Some(flag));
-            let arg = arg.unwrap_or_else(|| panic!("render has no --{flag}"));
-            assert_eq!(
-                heading_of(flag).is_some(),
-                HEADINGS.iter().any(|(title, _)| arg.get_help_heading() == Some(title))
-            );
+        let flag = |command: &str, flag: &str| {
+            let command = program.find_subcommand(command).unwrap();
+            let arg = command.get_arguments().find(|arg| arg.get_long() == Some(flag));
+            arg.unwrap_or_else(|| panic!("{} has no --{flag}", command.get_name()))
+        };
+        for (heading, flags) in HEADINGS {
+            for name in flags {
+                assert_eq!(flag("render", name).get_help_heading(), Some(heading), "{name}");
+            }
         }
-        let general = render
-            .get_arguments()
-            .filter(|arg| arg.get_long().is_some() && arg.get_help_heading().is_none());
-        assert!(general.count() < 20, "flags of render without a heading");
+        for (command, heading, flags) in HEADINGS_OF_COMMANDS {
+            for name in flags {
+                let expected = Some(heading).filter(|heading| !heading.is_empty());
+                assert_eq!(flag(command, name).get_help_heading(), expected, "{command} --{name}");
+            }
+        }
+        for (command, flags) in BRIEF
+            .iter()
+            .filter(|(command, _)| program.find_subcommand(command).is_some())
+        {
+            for name in *flags {
+                flag(command, name);
+            }
+        }
+    }
+
+    /// No group of a command is longer than two dozen flags, besides the parameters of integrators; commands with more than a dozen flags have groups.
+    #[test]
+    fn long_helps_have_groups() {
+        for command in Args::program().get_subcommands() {
+            let flags = || command.get_arguments().filter(|arg| arg.get_long().is_some());
+            let general = flags().filter(|arg| arg.get_help_heading().is_none()).count();
+            assert!(
+                general < 20,
+                "{}: {general} flags without a heading",
+                command.get_name()
+            );
+            if flags().count() >= 12 {
+                assert!(general < flags().count(), "{} has no groups", command.get_name());
+            }
+        }
     }
 
     #[test]
     fn brief_help_is_a_dozen_flags() {
-        let mut program = brief(Args::program());
+        let mut program = brief(grouped(Args::command()));
         program.build();
-        for (name, limit) in [("render", 14), ("info", 8), ("explain", 10), ("lab", 20)] {
-            let help = program.find_subcommand_mut(name).unwrap().render_help().to_string();
+        let names: Vec<String> = program.get_subcommands().map(|c| c.get_name().into()).collect();
+        for name in names {
+            let command = program.find_subcommand_mut(&name).unwrap();
+            let help = command.render_help().to_string();
             // Lines of a wrapped text are further to the right.
             let is_flag = |line: &&str| line.starts_with("  -") || line.starts_with("      --");
             let flags = help.lines().filter(is_flag).count();
-            assert!((3..=limit).contains(&flags), "{name}: {flags}\n{help}");
-            assert!(help.contains(&format!("embrasure {name} --help shows ")), "{help}");
+            assert!((1..=14).contains(&flags), "{name}: {flags}\n{help}");
+            let is_cut = command.get_arguments().any(Arg::is_hide_set);
+            assert_eq!(
+                help.contains(&format!("embrasure {name} --help shows ")),
+                is_cut,
+                "{help}"
+            );
         }
         let help = program.find_subcommand_mut("render").unwrap().render_help().to_string();
         assert!(help.contains("--sun") && !help.contains("--photon-alpha"), "{help}");
+    }
+
+    /// `-h` has the first line of a help, `--help` all of it, below each other.
+    #[test]
+    fn help_is_brief_or_full() {
+        let help = |mut program: Command| {
+            program.build();
+            let render = program.find_subcommand_mut("develop").unwrap();
+            render.render_help().to_string()
+        };
+        let [short, long] = [brief(grouped(Args::command())), Args::program()].map(help);
+        assert!(!short.contains("--half") && long.contains("float32"), "{long}");
+        assert!(
+            Args::program()
+                .get_subcommands()
+                .all(|command| command.get_arguments().all(|arg| arg.get_long_help().is_none()))
+        );
     }
 }

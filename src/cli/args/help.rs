@@ -15,7 +15,7 @@ Examples:
   embrasure help missing-texture
   embrasure help schema > scene.schema.json")]
 pub(in crate::cli) struct HelpArgs {
-    /// A command, a page of the reference, a code that `check` reports, or schema; without a topic, list all
+    /// A command, a page of the reference, a code of `check`, or schema [default: list all]
     #[arg(value_parser = TopicParser, hide_possible_values = true)]
     pub topic: Option<String>,
 }

@@ -4,8 +4,11 @@ use super::camera::CameraArgs;
 use super::flags::{NameParser, value_parser};
 use super::load::LoadArgs;
 use super::values::{parse_duration, parse_size};
+use crate::description::SceneOptions;
+use crate::io::LoadParameters;
 use crate::options::{
-    Backend, Input, IntegratorKind, IntegratorOptions, MaxDepth, OptionGroup, SamplingOptions, Value, nearest,
+    Backend, FilterOptions, Input, IntegratorKind, IntegratorOptions, MaxDepth, OptionGroup, Parameter,
+    SamplingOptions, Value, nearest,
 };
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::{Error, ErrorKind};
@@ -33,15 +36,20 @@ pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Integrators to compare in place of the ladder, each with optional settings, such as path,bdpt,path:sampler=halton
-    #[arg(long, value_name = "NAME[:KEY=VALUE]...,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
+    /// Integrators to compare in place of the ladder, such as path,path:sampler=halton
+    ///
+    /// A method is NAME or NAME:KEY=VALUE:KEY=VALUE... Its settings are parameters of integrators, sampling and pixel filter. A filter changes the picture: relMSE then includes the
+    /// difference between the filters of the estimator and of the reference.
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
     pub methods: Vec<MethodFlag>,
 
-    /// Write a sheet with the picture of path and the light of each bounce from 0 to 5, in place of a comparison
+    /// Write a sheet of the light of each bounce from 0 to 5, in place of a comparison
     #[arg(long, conflicts_with_all = ["methods", "time", "reference", "html"])]
     pub bounces: bool,
 
-    /// Samples per pixel of every estimator; several values, such as 1,10,100, give a column each [default: 64]
+    /// Samples per pixel of every estimator, such as 64 or 1,10,100 [default: 64]
+    ///
+    /// Several values give a column each.
     #[arg(
         long,
         value_name = "N,...",
@@ -51,7 +59,9 @@ pub(in crate::cli) struct LabArgs {
     )]
     pub spp: Vec<u32>,
 
-    /// Time for every estimator, such as 10s or 2m; several values, such as 1s,4s, give a column each
+    /// Time for every estimator, such as 10s, 2m or 1s,4s
+    ///
+    /// Several values give a column each.
     #[arg(long, value_name = "DUR,...", value_delimiter = ',', value_parser = parse_duration)]
     pub time: Vec<f64>,
 
@@ -107,6 +117,8 @@ pub(in crate::cli) struct MethodFlag {
     pub integrator: IntegratorOptions,
     /// Sampler, seed, backend and denoiser.
     pub sampling: SamplingOptions,
+    /// Pixel filter.
+    pub filter: FilterOptions,
 }
 
 /// Takes integrators with settings; shells complete the integrators.
@@ -147,6 +159,7 @@ fn parse_method(text: &str) -> Result<MethodFlag, String> {
             ..IntegratorOptions::default()
         },
         sampling: SamplingOptions::default(),
+        filter: FilterOptions::default(),
     };
     for part in parts {
         let Some((key, value)) = part.split_once('=') else {
@@ -162,27 +175,33 @@ fn parse_method(text: &str) -> Result<MethodFlag, String> {
 }
 
 impl MethodFlag {
+    /// Parameters that may differ between methods.
+    pub fn parameters() -> impl Iterator<Item = &'static Parameter> {
+        let groups = [
+            IntegratorOptions::PARAMETERS,
+            SamplingOptions::PARAMETERS,
+            FilterOptions::PARAMETERS,
+        ];
+        let all = groups.into_iter().flatten();
+        all.filter(|parameter| !["integrator", "samples"].contains(&parameter.key))
+    }
+
     /// Sets a parameter that may differ between methods.
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        if let Some(flag) = match key {
-            "samples" | "spp" => Some("spp"),
-            "integrator" => Some("methods"),
-            _ => None,
-        } {
-            return Err(format!("`{key}` is the same for all methods\n  help: use --{flag}"));
+        if let Some(refusal) = refusal_of_common(key) {
+            return Err(refusal);
         }
         let input = Input::Flag(value);
         let set = self
             .integrator
             .set(key, input)
-            .or_else(|| self.sampling.set(key, input));
+            .or_else(|| self.sampling.set(key, input))
+            .or_else(|| self.filter.set(key, input));
         match set {
             Some(Ok(())) => Ok(()),
             Some(Err(invalid)) => Err(invalid.to_string()),
             None => {
-                let of_all = [IntegratorOptions::PARAMETERS, SamplingOptions::PARAMETERS].concat();
-                let keys = of_all.iter().map(|parameter| parameter.key);
-                let known: Vec<&str> = keys.filter(|key| !["integrator", "samples"].contains(key)).collect();
+                let known: Vec<&str> = Self::parameters().map(|parameter| parameter.key).collect();
                 let near = nearest(key, known.iter().copied());
                 let near = near.map_or(String::new(), |known| format!("did you mean {known}? "));
                 Err(format!(
@@ -194,9 +213,33 @@ impl MethodFlag {
     }
 }
 
+/// Refuses a parameter that all methods have in common, and names the flag that sets it.
+fn refusal_of_common(key: &str) -> Option<String> {
+    let is_of = |parameters: &[Parameter]| parameters.iter().any(|parameter| parameter.is_called(key));
+    if is_of(LoadParameters::PARAMETERS) {
+        return Some(format!(
+            "`{key}` changes the scene, which all methods share\n  help: use --{} for all methods, and run `lab` once per value",
+            key.replace('_', "-")
+        ));
+    }
+    let instead = match key {
+        "samples" | "spp" => "use --spp".into(),
+        "integrator" => "write the integrator first, such as bdpt, or use --methods path,bdpt".into(),
+        "quality" => "use --spp or --time".into(),
+        "width" | "height" => "use --size".into(),
+        _ if MethodFlag::parameters().any(|parameter| parameter.is_called(key)) => return None,
+        _ => {
+            let (section, _) = SceneOptions::GROUPS.iter().find(|(_, parameters)| is_of(parameters))?;
+            format!("use --set {section}.{key}=VALUE")
+        }
+    };
+    Some(format!("`{key}` is the same for all methods\n  help: {instead}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::FilterKind;
     use crate::options::PathReuse;
     use crate::sampler::SamplerKind;
 
@@ -209,6 +252,9 @@ mod tests {
         assert_eq!(method.integrator.max_depth, Some(MaxDepth(None)));
         assert_eq!(method.sampling.sampler, Some(SamplerKind::Halton));
         assert_eq!(parse_method("vcm").unwrap().name, "vcm");
+        let filtered = parse_method("path:filter=tent:filter-radius=2").unwrap();
+        assert_eq!(filtered.filter.filter, Some(FilterKind::Tent));
+        assert_eq!(filtered.filter.filter_radius, Some(2.0));
         for (text, expected) in [
             ("bdtp", "did you mean bdpt?"),
             ("path:smapler=sobol", "did you mean sampler?"),
@@ -216,6 +262,12 @@ mod tests {
             ("sppm:photon_alpha=2", "at most 1"),
             ("path:spp=4", "use --spp"),
             ("path:integrator=bdpt", "use --methods"),
+            ("path:quality=good", "use --spp or --time"),
+            ("path:panes=refract", "use --panes for all methods"),
+            ("path:texture-filter=mip", "use --texture-filter for all methods"),
+            ("path:tone=agx", "use --set image.tone=VALUE"),
+            ("path:width=4", "use --size"),
+            ("path:filter=gaus", "did you mean gaussian?"),
             ("path:sobol", "path:KEY=VALUE"),
             ("path:", "expected KEY=VALUE"),
             ("", "choose among path"),

@@ -12,7 +12,7 @@ pub(in crate::cli) struct LoadArgs {
     #[command(flatten)]
     pub parameters: Flags<LoadParameters>,
 
-    /// Maximum memory, such as 8G or 500M; a render that needs more is an error [default: the available memory]
+    /// Maximum memory, such as 8G; a render that needs more fails [default: the available memory]
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub max_memory: Option<u64>,
 

@@ -21,7 +21,7 @@ pub(in crate::cli) struct MergeArgs {
     #[arg(required = true, value_name = "PART")]
     pub parts: Vec<PathBuf>,
 
-    /// Image to write, .exr (linear float32) or .png (display); repeatable
+    /// Image to write, .exr (linear) or .png (display); repeatable
     #[arg(short, long, value_name = "FILE", required_unless_present = "checkpoint")]
     pub output: Vec<PathBuf>,
 
@@ -31,11 +31,15 @@ pub(in crate::cli) struct MergeArgs {
     #[command(flatten)]
     pub exr: ExrArgs,
 
-    /// Write the joined sums to this EXR file, to merge or resume it later; without -o the sums may be incomplete
+    /// Write the joined sums to this EXR file, to merge or resume it later
+    ///
+    /// Without -o the sums may be incomplete.
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Merge incomplete parts: pixels or samples may be missing, parts may be unfinished
+    /// Merge incomplete parts: pixels or samples may be missing
+    ///
+    /// Parts may also be unfinished, such as those of an interrupted render.
     #[arg(long)]
     pub allow_gaps: bool,
 

@@ -80,9 +80,9 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// The program with all its commands, whose flags are in groups.
+    /// The program with all its commands, whose flags are in groups, as `--help` shows it.
     pub fn program() -> clap::Command {
-        headings::grouped(Self::command())
+        headings::full(headings::grouped(Self::command()))
     }
 
     /// Parses the arguments of the process.
@@ -97,11 +97,12 @@ impl Args {
             true => arg.allow_negative_numbers(true),
             false => arg,
         };
-        let mut command = Self::program().mut_subcommands(|command| command.mut_args(negative));
         let words = with_values(words.into_iter().map(Into::into));
-        if words.iter().any(|word| word == "-h") {
-            command = headings::brief(command);
-        }
+        let program = match words.iter().any(|word| word == "-h") {
+            true => headings::brief(headings::grouped(Self::command())),
+            false => Self::program(),
+        };
+        let mut command = program.mut_subcommands(|command| command.mut_args(negative));
         let text = words
             .iter()
             .map(|word| word.to_string_lossy().into_owned())

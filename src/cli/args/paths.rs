@@ -32,7 +32,7 @@ pub(in crate::cli) struct PathsArgs {
     #[arg(long, value_name = "A..B", value_parser = parse_range)]
     pub samples: Option<[u32; 2]>,
 
-    /// File to write: .svg for two views, .obj for lines in space, .json for all numbers; repeatable
+    /// File to write: .svg (two views), .obj (lines in space), .json; repeatable
     #[arg(short, long, value_name = "FILE", value_parser = parse_paths_output)]
     pub output: Vec<PathBuf>,
 

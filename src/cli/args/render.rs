@@ -16,7 +16,7 @@ use crate::options::{
 use clap::Parser;
 use std::path::PathBuf;
 
-/// What was typed after `render`: a flag beats the scene file, the scene file beats the default.
+/// Arguments of `render`: a flag beats the scene file, the scene file beats the default.
 #[derive(Clone, Debug, Default, Parser)]
 #[command(after_help = "\
 Examples:
@@ -29,12 +29,13 @@ pub(in crate::cli) struct RenderArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr; a bare OBJ also
-    /// gets a .png; --samples with --checkpoint gets none]
+    /// Image to write, .exr (linear) or .png (display); repeatable [default: SCENE's stem + .exr]
+    ///
+    /// A bare OBJ also gets a .png. --samples with --checkpoint gets no image.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
-    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp becomes the maximum [default: off]
+    /// Stop at this estimated relative error, such as 2%; --spp is the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
 
@@ -42,11 +43,13 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time_limit: Option<f64>,
 
-    /// Render only samples A to B-1 of --spp, multiples of 64: a part for `embrasure merge`
+    /// Render only samples A to B-1 of --spp, multiples of 64: a part for `merge`
     #[arg(long, value_name = "A..B", value_parser = parse_range, conflicts_with = "noise")]
     pub samples: Option<[u32; 2]>,
 
-    /// Write a checkpoint for --resume to this EXR file: at intervals, on an interrupt, and at the end
+    /// Write checkpoints for --resume to this EXR file, and a last one at the end
+    ///
+    /// The program also writes one when it is interrupted.
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
@@ -62,14 +65,15 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub write_every: Option<f64>,
 
-    /// Show the picture so far in the tev viewer at this address, such as 127.0.0.1:14158
-    #[arg(long, value_name = "HOST:PORT", value_parser = parse_address, conflicts_with = "pixel")]
+    /// Show the picture so far in the tev viewer, such as 127.0.0.1:14158
+    #[arg(long, value_name = "ADDRESS", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
-    /// Further channels of EXR files: P (position), uv, motion, points (photons or irradiance records), id, cryptomatte, lights (a layer for each
-    /// light group), strategies (bdpt, --max-depth up to 6), or all (without strategies); light paths: emission, direct, indirect,
-    /// diffuse_direct, diffuse_indirect (also specular_ and transmission_), bounces, bounces:N, bounce.N, and light path expressions such as
-    /// 'lpe:caustics=LS+DE'
+    /// Further channels of EXR files, such as P, uv, id, cryptomatte, lights or all
+    ///
+    /// Also motion, points (photons or irradiance records) and strategies (bdpt, --max-depth up to 6); lights is a layer for each light group;
+    /// all includes everything but strategies. Light paths: emission, direct, indirect, diffuse_direct, diffuse_indirect (also specular_ and
+    /// transmission_), bounces, bounces:N, bounce.N, and light path expressions such as 'lpe:caustics=LS+DE'.
     #[arg(long, value_name = "NAME,...")]
     pub aov: Vec<String>,
 
@@ -77,8 +81,9 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Render only these pixels: half-open, origin top left. Integrators that trace paths from lights, and irradiance-cache, still
-    /// compute the light of the whole image
+    /// Render only these pixels: half-open, origin top left
+    ///
+    /// Integrators that trace paths from lights, and irradiance-cache, still compute the light of the whole image.
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
     pub crop: Option<[u32; 4]>,
 
@@ -116,7 +121,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "SHARE", value_parser = parse_share)]
     pub audit_rays: Option<f64>,
 
-    /// Render and build threads, at most 64 for each processor [default: one for each]
+    /// Render and build threads, at most 64 per processor [default: one per processor]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 

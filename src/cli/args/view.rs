@@ -36,7 +36,9 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long)]
     pub no_open: bool,
 
-    /// Address to listen on; other machines that reach it can control the render if they have the link
+    /// Address to listen on
+    ///
+    /// Other machines that reach it can control the render if they have the link.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
     pub listen: IpAddr,
 
@@ -52,7 +54,7 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
-    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp becomes the maximum [default: off]
+    /// Stop at this estimated relative error, such as 2%; --spp is the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
 
@@ -60,7 +62,7 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Render and build threads, at most 64 for each processor [default: one for each]
+    /// Render and build threads, at most 64 per processor [default: one per processor]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 

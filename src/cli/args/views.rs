@@ -32,7 +32,7 @@ pub(in crate::cli) struct ViewsArgs {
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub backend: Option<Backend>,
 
-    /// Render and build threads, at most 64 for each processor [default: one for each]
+    /// Render and build threads, at most 64 per processor [default: one per processor]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 

@@ -46,7 +46,7 @@ struct SceneReport {
     pub lights: usize,
     pub width: u32,
     pub height: u32,
-    /// Samples a pixel of the renders that are timed.
+    /// Samples per pixel of the renders that are timed.
     pub spp: usize,
     pub backends: Vec<BackendReport>,
 }
@@ -63,7 +63,7 @@ struct BackendReport {
     pub runs: Vec<Run>,
 }
 
-/// What was measured with a number of threads.
+/// Measurements with a number of threads.
 #[derive(Debug, Serialize)]
 struct Run {
     pub threads: usize,
@@ -185,7 +185,7 @@ fn shrink(job: &mut Job) {
     *resolution = UVec2::new(side(resolution.x), side(resolution.y));
 }
 
-/// What is measured on one scene by one backend.
+/// Measurements on one scene by one backend.
 struct Measure<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,

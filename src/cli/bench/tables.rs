@@ -1,7 +1,7 @@
 use super::{BackendReport, Report, Run, SceneReport};
 use std::fmt::Write;
 
-/// What was measured as three Markdown tables: rays, renders, and the other backends against the first one.
+/// Measurements as three Markdown tables: rays, renders, and the other backends against the first one.
 pub(super) fn tables(report: &Report) -> String {
     let mut text = format!(
         "{}, {} cores; embrasure {}",

@@ -5,19 +5,19 @@ use crate::options::name_of;
 use serde_json::{Value, json};
 
 impl Comparison<'_> {
-    /// What was found, as `--json` prints it.
+    /// The comparison as `--json` prints it.
     pub fn json(&self) -> Value {
         let (pair, errors, args) = (self.pair, &self.errors, self.args);
-        let verdict = self.verdict.as_ref().map(|verdict| {
+        let significance = self.significance.as_ref().map(|significance| {
             json!({
-                "significance": verdict.level,
-                "p": verdict.p,
-                "differs": verdict.differs(),
-                "tests": verdict.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
-                "worst": verdict.worst().map(extreme_json),
-                "common_errors": name_of(CommonErrors::NAMES, verdict.common),
-                "rare_samples": verdict.rare,
-                "left_out": left_out(verdict),
+                "significance": significance.level,
+                "p": significance.p,
+                "differs": significance.differs(),
+                "tests": significance.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
+                "worst": significance.worst().map(extreme_json),
+                "common_errors": name_of(CommonErrors::NAMES, significance.common),
+                "rare_samples": significance.rare,
+                "left_out": left_out(significance),
             })
         });
         let limits = self.limits().map(|(flag, value, limit)| {
@@ -46,7 +46,7 @@ impl Comparison<'_> {
             },
             "outcome": self.outcome.words(),
             "biased_by": { "reference": pair.reference.bias, "image": pair.image.bias },
-            "verdict": verdict,
+            "significance_test": significance,
             "limits": limits.collect::<serde_json::Map<String, Value>>(),
             "failed": self.fails(),
         })

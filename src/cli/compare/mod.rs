@@ -75,7 +75,7 @@ fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
     }
 }
 
-/// What is said of the pair as a whole.
+/// Result for the pair as a whole.
 #[derive(Clone, Copy, PartialEq)]
 enum Outcome {
     Identical,
@@ -91,33 +91,33 @@ impl Outcome {
             Self::Identical => "identical",
             Self::Equal => "equal within noise",
             Self::Differs => "differs",
-            Self::Unknown => "no verdict",
+            Self::Unknown => "not tested",
         }
     }
 }
 
-/// What was found.
+/// Result of a comparison.
 struct Comparison<'a> {
     args: &'a CompareArgs,
     pair: &'a Pair,
     errors: Errors,
     flip: Flip,
-    verdict: Option<Significance>,
+    significance: Option<Significance>,
     outcome: Outcome,
 }
 
 impl<'a> Comparison<'a> {
     fn new(args: &'a CompareArgs, pair: &'a Pair) -> Result<Self, SizeMismatch> {
         let (reference, image) = (&pair.reference.image, &pair.image.image);
-        let verdict = pair
+        let significance = pair
             .noisy()
             .and_then(|[reference, image]| Significance::new(pair.window, reference, image, args.significance));
-        let outcome = match &verdict {
+        let outcome = match &significance {
             _ if pair.not_finite != [0; 2] => Outcome::Differs,
             _ if pair.is_identical => Outcome::Identical,
             None => Outcome::Unknown,
-            Some(verdict) if verdict.differs() => Outcome::Differs,
-            Some(verdict) if verdict.extremes.is_empty() => Outcome::Unknown,
+            Some(significance) if significance.differs() => Outcome::Differs,
+            Some(significance) if significance.extremes.is_empty() => Outcome::Unknown,
             Some(_) => Outcome::Equal,
         };
         Ok(Self {
@@ -129,7 +129,7 @@ impl<'a> Comparison<'a> {
             } else {
                 Flip::hdr(image, reference)?
             },
-            verdict,
+            significance,
             outcome,
         })
     }
@@ -165,18 +165,18 @@ fn scale_name(scale: Scale) -> &'static str {
     }
 }
 
-/// Why there is no verdict on pictures whose noise consists of so few samples.
+/// Why pictures are not tested whose noise consists of so few samples.
 fn heavy_tails(rare: f64) -> String {
     format!(
         "heavy tails: not testable at this count; nearly all noise comes from about {rare:.0} rare samples, and the test needs {MIN_RARE}; take more samples per pixel"
     )
 }
 
-/// What is not tested, and why.
-fn left_out(verdict: &Significance) -> Option<String> {
-    match verdict.common {
-        _ if verdict.extremes.is_empty() => verdict.rare.map(heavy_tails),
-        CommonErrors::None | CommonErrors::Tile => verdict.rare.map(|rare| {
+/// Tests that are left out, and the reason.
+fn left_out(significance: &Significance) -> Option<String> {
+    match significance.common {
+        _ if significance.extremes.is_empty() => significance.rare.map(heavy_tails),
+        CommonErrors::None | CommonErrors::Tile => significance.rare.map(|rare| {
             format!(
                 "left out: pixels, tiles and regions; heavy tails: nearly all noise comes from about {rare:.0} rare samples, and most tiles have none of them"
             )

@@ -1,6 +1,7 @@
 //! What `embrasure compare` prints for people.
 
 use super::{CHANNELS, Comparison, Outcome, heavy_tails, left_out, scale_name};
+use crate::cli::words::number;
 use crate::film::Rect;
 
 impl Comparison<'_> {
@@ -43,7 +44,7 @@ impl Comparison<'_> {
         row("mean, image", errors.mean, &|v| format!("{v:.6}"));
         row("bias", errors.bias(), &|v| format!("{v:+.6}"));
         row("bias, %", errors.relative_bias(), &percent);
-        outln!("  MSE     {:.6e}", errors.mse);
+        outln!("  MSE     {}", number(errors.mse));
         outln!(
             "  relMSE  {:<12.6}mean of (x - ref)² / (ref² + 0.01), without the worst 0.1 % of the pixels",
             errors.rel_mse
@@ -53,7 +54,7 @@ impl Comparison<'_> {
             decibels(errors.psnr())
         );
         outln!("  FLIP    {:<12.6}{}", self.flip.mean, self.flip_words());
-        self.print_verdict();
+        self.print_result();
         for line in self.biased() {
             outln!("  {line}");
         }
@@ -90,16 +91,20 @@ impl Comparison<'_> {
 
     /// About how many rare samples the noise consists of, where that limits what is tested.
     fn rare(&self) -> Option<f64> {
-        self.verdict.as_ref().and_then(|verdict| verdict.rare)
+        self.significance.as_ref().and_then(|significance| significance.rare)
     }
 
-    fn print_verdict(&self) {
+    fn print_result(&self) {
         let level = self.args.significance;
         if let (Outcome::Unknown, Some(rare)) = (self.outcome, self.rare()) {
-            outln!("  verdict: {}: {}", self.outcome.words(), heavy_tails(rare));
+            outln!("  result: {}: {}", self.outcome.words(), heavy_tails(rare));
             return;
         }
-        let Some(verdict) = self.verdict.as_ref().filter(|verdict| !verdict.extremes.is_empty()) else {
+        let Some(significance) = self
+            .significance
+            .as_ref()
+            .filter(|significance| !significance.extremes.is_empty())
+        else {
             let why = match (self.outcome, self.pair.noisy()) {
                 (Outcome::Unknown, None) => ": one of them has no variance channels (variance.R, .G, .B)",
                 (Outcome::Unknown, Some(_)) => {
@@ -107,7 +112,7 @@ impl Comparison<'_> {
                 }
                 _ => "",
             };
-            outln!("  verdict: {}{why}", self.outcome.words());
+            outln!("  result: {}{why}", self.outcome.words());
             return;
         };
         outln!(
@@ -122,7 +127,7 @@ impl Comparison<'_> {
             "score",
             "p"
         );
-        for e in &verdict.extremes {
+        for e in &significance.extremes {
             outln!(
                 "  {:<8}{:>9}  {:<18}{:<8}{:>12.6}{:>12.6}{:>10}{:>+9.2}{:>10}",
                 scale_name(e.scale),
@@ -136,24 +141,24 @@ impl Comparison<'_> {
                 chance(e.p)
             );
         }
-        if let Some(words) = left_out(verdict) {
+        if let Some(words) = left_out(significance) {
             outln!("  {words}");
         }
-        let p = format!("p = {} over all tests, significance {level}", chance(verdict.p));
-        match (self.outcome, verdict.worst()) {
-            (Outcome::Differs, Some(e)) if verdict.differs() => {
+        let p = format!("p = {} over all tests, significance {level}", chance(significance.p));
+        match (self.outcome, significance.worst()) {
+            (Outcome::Differs, Some(e)) if significance.differs() => {
                 let (what, channel) = (place(e.window), CHANNELS[e.channel.min(2)]);
                 let by = match e.difference.is_finite() {
                     true => format!("{} %", percent(e.difference)),
                     false => format!("{:+.6}", e.image - e.reference),
                 };
                 outln!(
-                    "  verdict: differs by {by} in {channel}, here: {} {what} ({p})",
+                    "  result: differs by {by} in {channel}, here: {} {what} ({p})",
                     scale_name(e.scale)
                 );
             }
-            (Outcome::Differs, _) => outln!("  verdict: differs: some values are not finite"),
-            (outcome, _) => outln!("  verdict: {} ({p})", outcome.words()),
+            (Outcome::Differs, _) => outln!("  result: differs: some values are not finite"),
+            (outcome, _) => outln!("  result: {} ({p})", outcome.words()),
         }
     }
 }

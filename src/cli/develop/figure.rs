@@ -114,17 +114,17 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             };
             let [low, high] = range(values.iter().copied());
             if low < 0.0 {
-                let most = high.abs().max(low.abs());
+                let max = high.abs().max(low.abs());
                 let color = |v: f32| {
                     if v.is_finite() {
-                        false_color::diverging(v / most)
+                        false_color::diverging(v / max)
                     } else {
                         NOTHING
                     }
                 };
                 (
                     values.into_iter().map(color).collect(),
-                    format!("blue for -{most}, grey for 0, red for {most}"),
+                    format!("blue for -{max}, grey for 0, red for {max}"),
                 )
             } else {
                 let color = |v: f32| {

@@ -138,7 +138,7 @@ impl Layer {
         format!("{}{channels}: {what}, {samples}{part}", self.title())
     }
 
-    /// The same for programs.
+    /// The layer as JSON.
     pub fn json(&self, layers: &Layers) -> Value {
         let window = self.window(layers);
         let components: Vec<&str> = self

@@ -166,10 +166,10 @@ fn print_albedos(albedos: &[(f32, Spectrum)]) {
         .iter()
         .max_by(|a, b| a.1.max_component().total_cmp(&b.1.max_component()));
     if let Some((angle, albedo)) = largest {
-        let most = albedo.max_component();
-        let verdict = if most <= MAX_ALBEDO { "kept" } else { "GAINED" };
+        let max = albedo.max_component();
+        let energy = if max <= MAX_ALBEDO { "kept" } else { "GAINED" };
         outln!(
-            "  {:<13} {verdict}: at most {most:.3} of the light is scattered, at {angle}°",
+            "  {:<13} {energy}: at most {max:.3} of the light is scattered, at {angle}°",
             "energy"
         );
     }

@@ -119,19 +119,19 @@ fn draw(text: &mut String, profile: &Profile, lobe: &LobeProfile, [x, y]: [f64; 
         "<path d=\"M{cx} {cy}L{vx:.1} {vy:.1}\" stroke=\"currentColor\" stroke-dasharray=\"1 3\"/><circle cx=\"{vx:.1}\" cy=\"{vy:.1}\" r=\"3\"/>"
     );
     let values = luminances(lobe);
-    let [most_value, most_pdf] = [&values, &lobe.pdf].map(|values| largest(values));
+    let [max_value, max_pdf] = [&values, &lobe.pdf].map(|values| largest(values));
     curve(
         text,
         &profile.angles,
         &values,
-        most_value,
+        max_value,
         &format!("stroke=\"{}\" stroke-width=\"2\"", color(0)),
     );
     curve(
         text,
         &profile.angles,
         &lobe.pdf,
-        most_pdf,
+        max_pdf,
         &format!("stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"5 3\"", color(1)),
     );
     for delta in &lobe.deltas {
@@ -148,7 +148,7 @@ fn draw(text: &mut String, profile: &Profile, lobe: &LobeProfile, [x, y]: [f64; 
         text,
         "<text x=\"{left}\" y=\"{below}\">{}°</text><text x=\"{right}\" y=\"{below}\" text-anchor=\"end\">{}</text>\n</g>",
         profile.incidence,
-        maxima(most_value, most_pdf)
+        maxima(max_value, max_pdf)
     );
 }
 
@@ -166,13 +166,13 @@ pub(super) fn digits(value: f32) -> String {
     format!("{value:.*}", (2 - before).clamp(0, 9) as usize)
 }
 
-fn curve(text: &mut String, angles: &[f32], values: &[f32], most: f32, style: &str) {
-    if most <= 0.0 {
+fn curve(text: &mut String, angles: &[f32], values: &[f32], max: f32, style: &str) {
+    if max <= 0.0 {
         return;
     }
     let mut kept: Vec<[f64; 2]> = Vec::new();
     for (angle, value) in angles.iter().zip(values) {
-        let next = place(*angle, value / most);
+        let next = place(*angle, value / max);
         if kept
             .last()
             .is_none_or(|last| (next[0] - last[0]).hypot(next[1] - last[1]) > STEP)

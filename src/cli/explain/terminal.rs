@@ -29,14 +29,14 @@ fn print_row(what: &str, profiles: &[Profile], row: &[&LobeProfile], values: Vec
     let mut names = Vec::new();
     let mut plots = Vec::new();
     for ((profile, lobe), values) in profiles.iter().zip(row).zip(values) {
-        let most = largest(&values);
+        let max = largest(&values);
         let name = format!(
             "{}° {}",
             profile.incidence,
-            if most > 0.0 { digits(most) } else { "-".into() }
+            if max > 0.0 { digits(max) } else { "-".into() }
         );
         names.push(format!("{name:<COLUMNS$}"));
-        plots.push(plot(profile, lobe, &values, most, is_two_sided));
+        plots.push(plot(profile, lobe, &values, max, is_two_sided));
     }
     outln!("  {}", names.join(GAP).trim_end());
     for line in 0..plots.first().map_or(0, Vec::len) {
@@ -46,7 +46,7 @@ fn print_row(what: &str, profiles: &[Profile], row: &[&LobeProfile], values: Vec
 }
 
 /// The lines of a plot: the surface as dots, a curve, and single directions as long as their shares.
-fn plot(profile: &Profile, lobe: &LobeProfile, values: &[f32], most: f32, is_two_sided: bool) -> Vec<String> {
+fn plot(profile: &Profile, lobe: &LobeProfile, values: &[f32], max: f32, is_two_sided: bool) -> Vec<String> {
     let mut picture = Braille::new(COLUMNS, if is_two_sided { 9 } else { 5 });
     let origin = [COLUMNS as f64 - 0.5, RADIUS + 1.0];
     let place = |angle: f32, share: f32| {
@@ -59,12 +59,12 @@ fn plot(profile: &Profile, lobe: &LobeProfile, values: &[f32], most: f32, is_two
     (0..2 * COLUMNS as i64)
         .step_by(3)
         .for_each(|x| picture.dot(x, origin[1] as i64));
-    if most > 0.0 {
+    if max > 0.0 {
         let places: Vec<[f64; 2]> = profile
             .angles
             .iter()
             .zip(values)
-            .map(|(a, v)| place(*a, v / most))
+            .map(|(a, v)| place(*a, v / max))
             .collect();
         places.windows(2).for_each(|ends| picture.line(ends[0], ends[1]));
     }

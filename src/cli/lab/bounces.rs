@@ -5,6 +5,7 @@ use crate::cli::job::Job;
 use crate::cli::outputs::Outputs;
 use crate::cli::progress::{Heeding, Progress};
 use crate::cli::warnings::ShownWarnings;
+use crate::cli::words::count;
 use crate::color::Spectrum;
 use crate::film::{Image, PathPart, RgbImage};
 use crate::io::{Output, Panel, write_contact_sheet};
@@ -37,7 +38,7 @@ pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet:
     }
 
     let image = renderer.develop(&state);
-    let samples = format!("{} samples", settings.spp);
+    let samples = count(settings.spp.into(), "sample");
     let mut panels = vec![Panel {
         label: vec!["picture: sum of all".into(), samples],
         image: RgbImage::from(&image),

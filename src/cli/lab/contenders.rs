@@ -1,4 +1,4 @@
-//! What is compared: the ladder, each rung with one idea more than the one below, or the methods of `--methods`.
+//! The contenders: the ladder, each rung with one idea more than the one below, or the methods of `--methods`.
 
 use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;
@@ -128,6 +128,8 @@ pub(super) fn methods(base: &Settings, flags: &[MethodFlag]) -> Vec<Contender> {
         } = flag.sampling;
         let settings = Settings {
             integrator: flag.integrator.or(base.integrator),
+            filter: flag.filter.filter.unwrap_or(base.filter),
+            filter_radius: filter_radius(flag, base),
             seed: seed.unwrap_or(base.seed),
             sampler: sampler.unwrap_or(base.sampler),
             backend: backend.unwrap_or(base.backend),
@@ -138,6 +140,12 @@ pub(super) fn methods(base: &Settings, flags: &[MethodFlag]) -> Vec<Contender> {
         Contender::new(&flag.name, lessons::of_method(flag, &settings), settings)
     };
     flags.iter().map(contender).collect()
+}
+
+/// Radius of the pixel filter: that of `flag`, or of the scene unless the flag names another filter.
+fn filter_radius(flag: &MethodFlag, base: &Settings) -> Option<f32> {
+    let of_scene = base.filter_radius.filter(|_| flag.filter.filter.is_none());
+    flag.filter.filter_radius.or(of_scene)
 }
 
 /// Keys of `flag` that its integrator does not read.

@@ -57,7 +57,7 @@ pub(super) fn svg(comparison: &Comparison, place: Place) -> String {
     let size = [2.0 * PLOT_SIZE[0], LEGEND[1] + LINE * rows as f64];
     let mut text = svg_head(size, "Convergence: relMSE against samples and against seconds", place);
     for (measure, name, title, shift) in [
-        (Measure::Samples, "samples", "relMSE against samples a pixel", 0.0),
+        (Measure::Samples, "samples", "relMSE against samples per pixel", 0.0),
         (Measure::Seconds, "seconds", "relMSE against seconds", PLOT_SIZE[0]),
     ] {
         let curve = |(_, run): (_, &super::Run)| measure.points(&run.snapshots);

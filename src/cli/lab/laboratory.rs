@@ -11,7 +11,7 @@ use crate::io::read_exr;
 use crate::session::{Session, Settings};
 use std::path::Path;
 
-/// How many times the samples of its rung the reference has.
+/// Samples of the reference over those of its rung.
 const REFERENCE_FACTOR: u32 = 64;
 
 /// What all are compared with.

@@ -1,7 +1,7 @@
 //! What each contender changes, in a sentence, and the paper that it comes from.
 
 use crate::cli::args::MethodFlag;
-use crate::options::{IntegratorKind, IntegratorOptions, OptionGroup, Parameter, SamplingOptions};
+use crate::options::{IntegratorKind, OptionGroup, Parameter};
 use crate::session::Settings;
 
 /// A sentence, and a paper.
@@ -125,13 +125,14 @@ fn paper(kind: IntegratorKind) -> Option<Paper> {
 pub(super) fn of_method(flag: &MethodFlag, settings: &Settings) -> Lesson {
     let kind = flag.integrator.integrator();
     let mut sentence = String::from(kind.help());
-    let own = flag.integrator.entries().into_iter().chain(flag.sampling.entries());
-    for entry in own.filter(|entry| entry.key != "integrator") {
-        let of_all = IntegratorOptions::PARAMETERS.iter().chain(SamplingOptions::PARAMETERS);
-        let help = of_all
-            .into_iter()
-            .find(|parameter| parameter.key == entry.key)
-            .map(Parameter::help);
+    let groups = [
+        flag.integrator.entries(),
+        flag.sampling.entries(),
+        flag.filter.entries(),
+    ];
+    for entry in groups.into_iter().flatten().filter(|entry| entry.key != "integrator") {
+        let parameter = MethodFlag::parameters().find(|parameter| parameter.key == entry.key);
+        let help = parameter.map(Parameter::help);
         sentence += &format!("; {} = {} ({})", entry.key, entry.text, help.unwrap_or_default());
     }
     if let Some(bias) = settings.method().bias() {

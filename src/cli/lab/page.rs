@@ -96,7 +96,7 @@ struct Pictures<'a> {
 }
 
 impl Pictures<'_> {
-    /// What was compared, in a line.
+    /// Subject of the comparison, in a line.
     fn summary(&self) -> String {
         let [width, height] = self.comparison.size;
         let estimators = count(self.comparison.runs.len() as u64, "estimator");

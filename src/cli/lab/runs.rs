@@ -9,7 +9,9 @@ use super::contenders::Contender;
 use crate::cli::error::CliError;
 use crate::cli::progress::{Progress, is_interrupted};
 use crate::color::Tone;
-use crate::film::{Film, RgbImage, metered};
+use crate::film::{Film, Filter, RgbImage, metered};
+use crate::integrator::World;
+use crate::method::AnyAccel;
 use crate::options::Method;
 use crate::render::{Outcome, last_cut};
 use crate::sampler::RenderSampler;
@@ -82,7 +84,7 @@ pub(super) fn run(
     let spent = Estimate::new(renderer, contender, &progress).spend(budgets, &mut run);
     progress.finish();
     spent?;
-    // What was rendered until an interrupt stands for the budget that was not spent.
+    // Samples until an interrupt stand for the budget that was not spent.
     if run.is_interrupted {
         let spent = run.snapshots.iter().flat_map(|snapshot| &snapshot.budgets).max();
         let next = spent.map_or(0, |spent| spent + 1);
@@ -102,6 +104,8 @@ struct Estimate<'a> {
     contender: &'a Contender,
     method: Method,
     prepared: Prepared,
+    /// Pixel filter of the contender.
+    filter: Filter,
     progress: &'a Progress,
     /// Seconds of what is made before the first sample.
     preparing: f64,
@@ -120,6 +124,7 @@ impl<'a> Estimate<'a> {
             contender,
             method: contender.method(),
             prepared: Prepared::new(settings.resolution, settings.seed),
+            filter: settings.filter(),
             progress,
             preparing: 0.0,
             film: Film::new(settings.resolution, settings.crop()),
@@ -196,7 +201,7 @@ impl<'a> Estimate<'a> {
         let start = Instant::now();
         let sampler = self.sampler(self.contender.settings.spp);
         let session = self.session();
-        let world = (session.world(self.renderer.accel()), &self.prepared);
+        let world = (self.world(), &self.prepared);
         let (outcome, _) = session.install(|| self.method.prepare(world, &sampler, self.progress));
         self.preparing = start.elapsed().as_secs_f64();
         self.seconds = self.preparing;
@@ -207,7 +212,7 @@ impl<'a> Estimate<'a> {
     fn take(&self, film: &mut Film, end: u32) -> Result<f64, Interrupted> {
         let start = Instant::now();
         let (session, sampler) = (self.session(), self.sampler(end));
-        let world = (session.world(self.renderer.accel()), &self.prepared);
+        let world = (self.world(), &self.prepared);
         let render = || self.method.render(world, &sampler, film, (end, None), self.progress);
         let (outcome, _) = session.install(render);
         let seconds = start.elapsed().as_secs_f64();
@@ -235,6 +240,14 @@ impl<'a> Estimate<'a> {
             budgets: Vec::new(),
             rel_mse: None,
         }))
+    }
+
+    /// The world of the session, seen by the contender's filter.
+    fn world(&self) -> World<'_, AnyAccel<'a>> {
+        World {
+            filter: &self.filter,
+            ..self.session().world(self.renderer.accel())
+        }
     }
 
     fn session(&self) -> &'a Session {

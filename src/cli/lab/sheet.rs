@@ -3,7 +3,7 @@
 use super::Comparison;
 use super::contenders::Contender;
 use super::runs::Snapshot;
-use crate::cli::words::count;
+use crate::cli::words::{count, measured};
 use crate::color::{Tone, srgb};
 use crate::film::RgbImage;
 use crate::io::Panel;
@@ -38,7 +38,7 @@ impl Comparison {
     fn panel(&self, contender: &Contender, snapshot: &Snapshot) -> Panel {
         let samples = count(u64::from(snapshot.samples), "sample");
         let spent = format!("{samples}, {:.2} s", snapshot.seconds);
-        let error = snapshot.rel_mse.map(|error| format!("relMSE {error:.3e}"));
+        let error = snapshot.rel_mse.map(|error| format!("relMSE {}", measured(error)));
         Panel {
             label: [contender.name.clone(), spent].into_iter().chain(error).collect(),
             image: shown(&snapshot.image, &self.tone),

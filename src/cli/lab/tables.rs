@@ -3,6 +3,7 @@
 use super::Comparison;
 use super::curves::Measure;
 use super::runs::Snapshot;
+use crate::cli::words::measured;
 use std::fmt::Write;
 
 /// Head of both CSV files.
@@ -44,8 +45,8 @@ impl Comparison {
                     contender.name,
                     snapshot.samples,
                     snapshot.seconds,
-                    snapshot.rel_mse.map_or(String::new(), |error| format!("{error:.3e}")),
-                    snapshot.efficiency().map_or(String::new(), |e| format!("{e:.3}"))
+                    snapshot.rel_mse.map_or(String::new(), measured),
+                    snapshot.efficiency().map_or(String::new(), measured)
                 );
             }
         }

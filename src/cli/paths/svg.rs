@@ -16,7 +16,7 @@ const MARGIN: f64 = 10.0;
 const LINE: f64 = 18.0;
 /// Triangles whose edges are drawn; of larger scenes the boxes of meshes are.
 const MAX_TRIANGLES: u64 = 2000;
-/// How much larger than the paths a scene may be that is shown whole.
+/// Maximum size, over that of the paths, of a scene that is shown whole.
 const MUCH_LARGER: f32 = 4.0;
 /// Samples that the legend lists.
 const MAX_LISTED: usize = 10;

@@ -24,7 +24,7 @@ pub(super) struct Integral {
     f: fn(Vec2) -> f64,
 }
 
-/// What is integrated: smooth functions and steps, in the square and on the sphere, with variances in closed form.
+/// Integrands: smooth functions and steps, in the square and on the sphere, with variances in closed form.
 fn integrals() -> [Integral; 4] {
     let smooth = |u: Vec2| {
         let [x, y] = [u.x, u.y].map(|v| (PI * f64::from(v)).sin());

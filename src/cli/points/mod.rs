@@ -9,6 +9,7 @@ mod projections;
 use super::args::{PointSet, PointsArgs};
 use super::error::CliError;
 use super::outputs::Outputs;
+use super::words;
 use crate::integrator::Directions;
 use crate::math::Vec2;
 use crate::options::{IntegratorKind, IntegratorOptions, Method, Named, name_of};
@@ -38,7 +39,7 @@ impl PointSet {
         (0..count).map(point).collect()
     }
 
-    /// The sampler of a render with `count` samples a pixel.
+    /// The sampler of a render with `count` samples per pixel.
     fn sampler(self, seed: u64, count: u32) -> RenderSampler {
         let (kind, directions) = match self {
             Self::Sampler(kind) => (kind, Directions::Bsdf),
@@ -151,7 +152,7 @@ fn facts(
 fn print_text(args: &PointsArgs, name: &str, [star, cap]: [f64; 2], shown: &[Projection], measured: &[Convergence]) {
     outln!(
         "{name}, {} of pixel 0,0, seed {}",
-        super::words::count(args.count.into(), "point"),
+        words::count(args.count.into(), "point"),
         args.seed
     );
     for (shape, independent) in [(Shape::Square, star), (Shape::Disk, cap)] {
@@ -170,9 +171,9 @@ fn print_text(args: &PointsArgs, name: &str, [star, cap]: [f64; 2], shown: &[Pro
                 Some(slope) => format!("falls as N^{slope:.2}, "),
                 None => String::new(),
             };
-            let last = errors
-                .last()
-                .map_or(String::new(), |[n, error]| format!("{error:.2e} with {n} samples"));
+            let last = errors.last().map_or(String::new(), |[n, error]| {
+                format!("{} with {}", words::measured(*error), words::count(*n as u64, "sample"))
+            });
             outln!("    {decision:<30} {falls}{last}");
         }
     }

@@ -16,7 +16,7 @@ use std::fmt;
 /// A scene, what is measured in its picture, and the answer.
 pub(super) struct Case {
     pub name: &'static str,
-    /// What is measured, and by what it is known.
+    /// Measured quantity, and the source of its exact value.
     pub about: &'static str,
     /// Whether `selftest` runs the case without `--full`.
     pub is_quick: bool,

@@ -49,12 +49,12 @@ impl Ran {
     }
 
     fn print(&self) {
-        let verdict = if self.passed() { "ok" } else { "FAILED" };
+        let outcome = if self.passed() { "ok" } else { "FAILED" };
         let figures = match &self.measured {
             Ok(measured) => measured.to_string(),
             Err(error) => error.to_string(),
         };
-        outln!("  {verdict:<6} {:<18} {figures}", self.case.name);
+        outln!("  {outcome:<6} {:<18} {figures}", self.case.name);
     }
 }
 

@@ -44,7 +44,7 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// How many disagreements are kept.
+    /// Maximum number of disagreements that are kept.
     const KEPT: usize = 100;
 
     /// Rays that were checked.
@@ -97,7 +97,7 @@ impl<'a> Auditor<'a> {
         }
     }
 
-    /// What was found so far.
+    /// Findings so far.
     pub fn findings(&self) -> Findings {
         self.findings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -300,7 +300,7 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// What is found of a backend whose hits are wrong by `change`, by the closest hit of one ray, and which of both backends is held to be wrong.
+    /// Findings of a backend whose hits are wrong by `change`, by the closest hit of one ray, and which of both backends is held to be wrong.
     fn judged(ray: Ray, change: fn(Hit) -> Option<Hit>) -> Option<(Cause, [bool; 2])> {
         let scene = squares();
         let right = BruteForce::new(&scene);

@@ -20,7 +20,7 @@ use std::f32::consts::TAU;
 /// Answers of two backends to one query that are further apart than rounding makes them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement {
-    /// What was asked.
+    /// The query.
     pub query: Query,
     /// Whether the first backend traced the ray in a packet.
     pub is_packet: bool,
@@ -194,7 +194,7 @@ pub struct Crossing {
     normal: DVec3,
     /// N·d.
     determinant: f64,
-    /// How far the triangle may be displaced by what moves it.
+    /// Bound on the displacement of the triangle by its motion or placement.
     displacement: f64,
 }
 
@@ -256,7 +256,7 @@ impl Crossing {
         4.0 * self.volume_error() / self.determinant.abs() + ROUNDINGS
     }
 
-    /// How far the hit's distance and barycentrics are from those of the crossing by f64.
+    /// Distance of the hit's parameters from those of the crossing by f64.
     pub fn errors(&self) -> (f64, f64) {
         let [_, b1, b2] = self.volumes().map(|volume| volume / self.determinant);
         let t = self.normal.dot(self.corners[0]) / self.determinant;

@@ -49,7 +49,7 @@ pub trait Accel: Send + Sync {
         }
     }
 
-    /// How many of `queries` hit something: a loop that is compiled for the backend itself, so that measurements of it have no calls through a table.
+    /// Number of `queries` that hit something: a loop that is compiled for the backend itself, so that measurements of it have no calls through a table.
     fn count_hits(&self, queries: &[Query]) -> usize {
         queries.iter().filter(|query| query.ask(self).is_hit()).count()
     }

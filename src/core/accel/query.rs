@@ -7,11 +7,11 @@ use crate::math::Ray;
 pub struct Query {
     /// The segment in question.
     pub ray: Ray,
-    /// What is asked of it.
+    /// Kind of the query.
     pub kind: QueryKind,
 }
 
-/// What is asked of a ray.
+/// Kind of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QueryKind {
     /// The closest hit.

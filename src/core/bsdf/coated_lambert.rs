@@ -5,7 +5,7 @@ use crate::math::Vec3;
 use crate::sampling::warp::cosine_hemisphere_pdf;
 use std::f32::consts::PI;
 
-/// Ideal diffuse reflection below a coat: it gets what the coat, a [`super::RoughMirror`] without colour, does not
+/// Ideal diffuse reflection below a coat: it gets what the coat, a [`super::RoughConductor`] without colour, does not
 /// reflect, on the way in and on the way out. Alike on both sides of the surface.
 ///
 /// `f = albedo (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē))`, with the coat's albedo `E` towards a direction and its mean `Ē`

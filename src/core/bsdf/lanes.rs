@@ -8,7 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::energy::{ConductorRows, ConductorTables, NODES};
-use super::{Bsdf, CoatedLambert, Lambert, Lobe, RoughMirror};
+use super::{Bsdf, CoatedLambert, Lambert, Lobe, RoughConductor};
 use crate::color::Spectrum;
 use crate::math::{LANES, Lane, Vec2, Vec3, Vec3Lanes};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -72,7 +72,7 @@ struct EnergyLanes {
 struct Parts<'a> {
     base: Option<Base<'a>>,
     /// Facets, and rows of the energy tables for their roughness.
-    facets: Option<(&'a RoughMirror, ConductorRows)>,
+    facets: Option<(&'a RoughConductor, ConductorRows)>,
 }
 
 enum Base<'a> {
@@ -94,7 +94,7 @@ impl<'a> Parts<'a> {
             match lobe {
                 Lobe::Lambert(lobe) if parts.base.is_none() => parts.base = Some(Base::Bare(lobe)),
                 Lobe::CoatedLambert(lobe) if parts.base.is_none() => parts.base = Some(Base::Coated(lobe)),
-                Lobe::RoughMirror(lobe) if parts.facets.is_none() && lobe.is_schlick() => {
+                Lobe::RoughConductor(lobe) if parts.facets.is_none() && lobe.is_schlick() => {
                     let rows = ConductorRows::of(ConductorTables::new(lobe.roughness()));
                     parts.facets = Some((lobe, rows));
                 }

@@ -67,7 +67,7 @@ impl Layered {
     }
 
     /// What light counts that a lobe scatters, where the shares `o` and `i` pass on its way out and in.
-    pub(super) fn through(&self, lobe: &Lobe, o: f32, i: f32) -> f32 {
+    pub(super) fn transmittance(&self, lobe: &Lobe, o: f32, i: f32) -> f32 {
         match lobe {
             Lobe::Lambert(_) | Lobe::CoatedLambert(_) => o * i / self.diffuse_passed,
             _ => o.min(i),
@@ -76,7 +76,7 @@ impl Layered {
 
     /// `sample` of the lobe in `place`, less what the layers take.
     pub(super) fn below(&self, place: usize, lobe: &Lobe, wo: Vec3, sample: BsdfSample) -> BsdfSample {
-        let share = self.through(lobe, self.passed(wo)[place], self.passed(sample.wi)[place]);
+        let share = self.transmittance(lobe, self.passed(wo)[place], self.passed(sample.wi)[place]);
         BsdfSample {
             f: sample.f * share,
             weight: sample.weight * share,

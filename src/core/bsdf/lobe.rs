@@ -1,6 +1,6 @@
 use super::energy::{DirectionTerms, EnergyLookup};
 use super::{
-    Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Scattering,
+    Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughConductor, RoughDielectric, Scattering,
     Sheen, ThinDielectric, TransportMode, same_hemisphere,
 };
 use crate::color::Spectrum;
@@ -18,7 +18,7 @@ pub enum Lobe {
     /// Glossy reflection by microfacets.
     Blinn(Blinn),
     /// Reflection by GGX microfacets.
-    RoughMirror(RoughMirror),
+    RoughConductor(RoughConductor),
     /// Boundary of a refracting medium, of GGX microfacets.
     RoughDielectric(RoughDielectric),
     /// Reflection by upright fibres.
@@ -48,7 +48,7 @@ impl Lobe {
 
     /// Whether the lobe is drawn from in parts, between which a number of its own chooses.
     pub fn has_parts(&self) -> bool {
-        matches!(self, Self::RoughMirror(_) | Self::RoughDielectric(_))
+        matches!(self, Self::RoughConductor(_) | Self::RoughDielectric(_))
     }
 
     /// Whether it scatters widely: what it makes of light from a direction varies little from one direction to another near it, so that a mean over
@@ -61,7 +61,7 @@ impl Lobe {
             Self::Lambert(_) | Self::CoatedLambert(_) | Self::Sheen(_) => true,
             Self::Phong(lobe) => lobe.exponent <= 0.25 * EXPONENT,
             Self::Blinn(lobe) => lobe.exponent <= EXPONENT,
-            Self::RoughMirror(lobe) => lobe.roughness() >= ROUGHNESS,
+            Self::RoughConductor(lobe) => lobe.roughness() >= ROUGHNESS,
             Self::RoughDielectric(lobe) => lobe.roughness() >= ROUGHNESS,
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => false,
         }
@@ -106,7 +106,7 @@ impl Lobe {
     pub(super) fn terms(&self, energy: &mut EnergyLookup, w: Vec3) -> DirectionTerms {
         match self {
             Self::CoatedLambert(lobe) => lobe.terms(energy),
-            Self::RoughMirror(lobe) => lobe.terms(energy, w),
+            Self::RoughConductor(lobe) => lobe.terms(energy, w),
             Self::RoughDielectric(lobe) => lobe.terms(w),
             _ => DirectionTerms::default(),
         }
@@ -126,7 +126,7 @@ impl Lobe {
             Self::CoatedLambert(lobe) => lobe.eval_pdf(o, i, wo, wi),
             Self::Phong(lobe) => lobe.eval_pdf(wo, wi),
             Self::Blinn(lobe) => lobe.eval_pdf(wo, wi),
-            Self::RoughMirror(lobe) => lobe.eval_pdf(o, i, wo, wi),
+            Self::RoughConductor(lobe) => lobe.eval_pdf(o, i, wo, wi),
             Self::Sheen(lobe) => lobe.eval_pdf(wo, wi),
             Self::RoughDielectric(lobe) => lobe.eval_pdf(o, i, wo, wi),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => (Spectrum::ZERO, 0.0),
@@ -139,7 +139,7 @@ impl Lobe {
             Self::Lambert(_) | Self::CoatedLambert(_) => Some(Lambert::sample_direction(wo, u)),
             Self::Phong(lobe) => lobe.sample_direction(wo, u),
             Self::Blinn(lobe) => lobe.sample_direction(wo, u),
-            Self::RoughMirror(lobe) => lobe.sample_direction(terms, wo, u_lobe, u),
+            Self::RoughConductor(lobe) => lobe.sample_direction(terms, wo, u_lobe, u),
             Self::Sheen(_) => Some(Sheen::sample_direction(wo, u)),
             Self::RoughDielectric(lobe) => lobe.sample_direction(terms, wo, u_lobe, u),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
@@ -173,7 +173,7 @@ impl Lobe {
             Self::CoatedLambert(lobe) => lobe.albedo(),
             Self::Phong(lobe) => lobe.reflectance,
             Self::Blinn(lobe) => lobe.reflectance,
-            Self::RoughMirror(lobe) => lobe.albedo(),
+            Self::RoughConductor(lobe) => lobe.albedo(),
             Self::Sheen(lobe) => lobe.albedo(),
             Self::RoughDielectric(lobe) => lobe.albedo(),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.tint(),
@@ -192,7 +192,7 @@ impl Lobe {
     pub(super) fn albedo_with(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         match self {
             Self::CoatedLambert(lobe) => lobe.albedo_towards(terms),
-            Self::RoughMirror(lobe) => lobe.albedo_towards(terms, wo),
+            Self::RoughConductor(lobe) => lobe.albedo_towards(terms, wo),
             Self::Sheen(lobe) => lobe.albedo_towards(wo),
             Self::Blinn(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),

@@ -33,8 +33,8 @@ mod lobe;
 mod mirror;
 mod mix;
 mod phong;
+mod rough_conductor;
 mod rough_dielectric;
-mod rough_mirror;
 mod sheen;
 mod thin_dielectric;
 mod view;
@@ -53,8 +53,8 @@ pub use lobe::Lobe;
 pub use mirror::Mirror;
 pub use mix::Mix;
 pub use phong::Phong;
+pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
-pub use rough_mirror::RoughMirror;
 pub use sheen::Sheen;
 pub use thin_dielectric::ThinDielectric;
 pub use view::{BsdfDirection, BsdfView};
@@ -62,7 +62,7 @@ pub use view::{BsdfDirection, BsdfView};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 
-/// What is transported along the path that is being made: refraction changes radiance, but not importance.
+/// Transported quantity of a path: refraction changes radiance, but not importance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportMode {
     /// The path starts at the camera.
@@ -250,7 +250,7 @@ impl Bsdf {
         self.places().map(move |(place, lobe)| {
             let f = lobe.eval(wo, wi);
             let f = match (self, o, i) {
-                (Self::Layered(layered), Some(o), Some(i)) => f * layered.through(lobe, o[place], i[place]),
+                (Self::Layered(layered), Some(o), Some(i)) => f * layered.transmittance(lobe, o[place], i[place]),
                 _ => f,
             };
             (lobe, f)

@@ -29,7 +29,7 @@ pub struct RoughDielectric {
 struct Side {
     /// Its share, on average.
     missing: f32,
-    /// How much of it goes back to this side.
+    /// Share of it that returns to this side.
     reflected: f32,
 }
 

@@ -114,7 +114,7 @@ impl<'a> BsdfView<'a> {
             let terms = [&self.wo.lobes[place], &wi.lobes[place]];
             let (lobe_f, lobe_pdf) = lobe.eval_pdf_with(terms, self.wo.w, wi.w);
             f += match self.bsdf {
-                Bsdf::Layered(layered) => lobe_f * layered.through(lobe, self.wo.passed[place], wi.passed[place]),
+                Bsdf::Layered(layered) => lobe_f * layered.transmittance(lobe, self.wo.passed[place], wi.passed[place]),
                 _ => lobe_f,
             };
             pdf += self.p[place] * lobe_pdf;

@@ -50,7 +50,7 @@ impl Lobe {
             Self::CoatedLambert(_) => "coated Lambert",
             Self::Phong(_) => "Phong",
             Self::Blinn(_) => "Blinn",
-            Self::RoughMirror(_) => "rough conductor",
+            Self::RoughConductor(_) => "rough conductor",
             Self::RoughDielectric(_) => "rough dielectric",
             Self::Sheen(_) => "sheen",
             Self::Mirror(_) => "mirror",
@@ -83,7 +83,7 @@ impl Lobe {
                     lobe.fresnel
                 )
             }
-            Self::RoughMirror(lobe) => {
+            Self::RoughConductor(lobe) => {
                 let (reflectance, fresnel) = lobe.parameters();
                 format!(
                     "reflectance {}, roughness {}, {fresnel}",
@@ -148,7 +148,7 @@ impl Lobe {
                 ];
                 [values, lobe.fresnel.values()].concat()
             }
-            Self::RoughMirror(lobe) => {
+            Self::RoughConductor(lobe) => {
                 let (reflectance, fresnel) = lobe.parameters();
                 let values = vec![color("reflectance", reflectance), number("roughness", lobe.roughness())];
                 [values, fresnel.values()].concat()

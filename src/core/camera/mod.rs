@@ -253,7 +253,7 @@ impl Camera {
         Ok(camera)
     }
 
-    /// The same with another opening than a disk. One that no lens can have is an error.
+    /// The camera with another aperture than a disk. One that no lens can have is an error.
     pub fn with_aperture(self, aperture: Aperture) -> Result<Self, CameraError> {
         aperture.check()?;
         Ok(Self {
@@ -348,7 +348,7 @@ impl Camera {
         self.scale * p.distance(self.at(time).position)
     }
 
-    /// How much wider a pixel is for each scene unit that it is further away.
+    /// Increase of a pixel's width per scene unit of distance.
     pub fn pixel_width_by_distance(&self) -> f32 {
         self.scale
     }

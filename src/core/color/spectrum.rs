@@ -17,7 +17,7 @@ impl Spectrum {
         Self(Vec3A::new(r, g, b))
     }
 
-    /// The same value in every channel.
+    /// One value in all channels.
     pub const fn splat(value: f32) -> Self {
         Self(Vec3A::splat(value))
     }

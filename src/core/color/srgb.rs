@@ -39,7 +39,7 @@ mod tests {
         // 18 % grey and half intensity, the textbook pair.
         assert_eq!(encode_u8(0.18), 118);
         assert_eq!(encode_u8(0.5), 188);
-        // The two pieces meet.
+        // The two branches meet.
         assert!((encode(0.003_130_8) - encode(0.003_130_9)).abs() < 1e-5);
     }
 

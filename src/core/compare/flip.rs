@@ -34,7 +34,7 @@ pub struct Exposures {
     pub start: f32,
     /// The brightest one, stops.
     pub stop: f32,
-    /// How many.
+    /// Number of exposures.
     pub count: u32,
 }
 
@@ -57,9 +57,7 @@ impl Flip {
             let gain = PRE_EXPOSURE * stops.exp2();
             let shown = |picture: &RgbImage| View::new(picture, |v| narkowicz(gain * v));
             let at_exposure = errors(&shown(image), &shown(reference));
-            map.iter_mut()
-                .zip(at_exposure)
-                .for_each(|(most, e)| *most = most.max(e));
+            map.iter_mut().zip(at_exposure).for_each(|(max, e)| *max = max.max(e));
         }
         Ok(Self::of_map(map, Some(exposures)))
     }
@@ -368,7 +366,7 @@ mod tests {
         [0.0, 1.0, 2.0].map(|c| 0.5 + 0.5 * (0.31 * x + 0.17 * y * (c + 1.0) + c).sin())
     }
 
-    /// The same a little darker, with bright dots.
+    /// The picture a little darker, with bright dots.
     fn dotted(x: usize, y: usize) -> [f64; 3] {
         let dot = if (x + 2 * y) % 7 == 0 { 0.06 } else { 0.0 };
         waves(x, y).map(|v| 0.93 * v + dot)

@@ -62,7 +62,7 @@ impl Errors {
         [0, 1, 2].map(|c| self.mean[c] - self.reference_mean[c])
     }
 
-    /// The same as a share of the reference's mean: 0 where both means are 0, and infinite where only the reference's is.
+    /// Bias as a share of the reference's mean: 0 where both means are 0, and infinite where only the reference's is.
     pub fn relative_bias(&self) -> [f64; 3] {
         [0, 1, 2].map(|c| relative_change(self.reference_mean[c], self.mean[c]))
     }

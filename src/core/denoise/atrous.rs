@@ -16,7 +16,7 @@
 //! - Differences from the pixel are summed instead of values, so that constant light stays to the bit.
 //! - Luminances are compared by the noise of the pixel alone. That of the other one besides takes another 5 % off the kitchen's error, but lets the light of
 //!   lamps leak over their edges: the Cornell box at 8 samples gets 1.7 times the error.
-//! - The sigmas leave about the smallest relMSE at 16 samples a pixel on the scenes that ship with the project. Normals may differ by somewhat more,
+//! - The sigmas leave about the smallest relMSE at 16 samples per pixel on the scenes that ship with the project. Normals may differ by somewhat more,
 //!   so that pixels on edges, whose mean normals lie in between, find others to blend with.
 
 use super::{ALBEDO, DenoiseError, NORMAL, VARIANCE, values, vectors};
@@ -69,7 +69,7 @@ struct Guide {
     gradient: [f32; 2],
 }
 
-/// What is filtered.
+/// Filtered signal.
 #[derive(Clone, Copy)]
 struct Light {
     /// Radiance over albedo.

@@ -4,7 +4,7 @@
 use crate::math::Vec3;
 use rayon::prelude::*;
 
-/// Standard deviation in pixels where none is given. Of 1, 1.5, 2 and 3 it leaves about the least relMSE at 16 samples a pixel (docs/denoise.md).
+/// Standard deviation in pixels where none is given. Of 1, 1.5, 2 and 3 it leaves about the least relMSE at 16 samples per pixel (docs/denoise.md).
 pub(super) const RADIUS: f32 = 1.5;
 /// Standard deviation of the difference of two compressed colours.
 const SIGMA_COLOR: f32 = 0.15;

@@ -1,7 +1,7 @@
 use crate::math::Vec3;
 use rayon::prelude::*;
 
-/// Standard deviation in pixels where none is given. Of 0.7, 1, 1.5 and 2 this one leaves the least relMSE at 16 samples a pixel on the scenes that come
+/// Standard deviation in pixels where none is given. Of 0.7, 1, 1.5 and 2 this one leaves the least relMSE at 16 samples per pixel on the scenes that come
 /// along.
 pub(super) const RADIUS: f32 = 0.7;
 /// Standard deviations from which on the weight is below 0.1 % of that in the middle.

@@ -179,7 +179,7 @@ mod tests {
     use crate::math::UVec2;
     use crate::math::hash::mix;
 
-    /// A crop of a noisy picture with `spp` samples a pixel.
+    /// A crop of a noisy picture with `spp` samples per pixel.
     fn picture(spp: u64) -> Image {
         let crop = Rect {
             min: UVec2::new(5, 3),

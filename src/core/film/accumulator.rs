@@ -62,7 +62,7 @@ impl Block {
 
 /// Sums over all samples of one pixel.
 ///
-/// What is added are the sums of blocks of samples, and of the parts that the first block comes in. They are fixed by the indices of the
+/// Terms are the sums of blocks of samples, and of the parts that the first block comes in. They are fixed by the indices of the
 /// samples, and totals are exact: a pixel's bits depend neither on threads nor on where a render was interrupted, nor on
 /// which machine took which samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -218,7 +218,7 @@ impl Accumulator {
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
     }
 
-    /// The same from the variance of all samples, as if they were independent.
+    /// Squared error from the variance of all samples, as if they were independent.
     pub fn independent_squared_error(&self) -> f64 {
         let channel = |c| self.variance_of_mean(c) / (self.mean(c).powi(2) + DARK);
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0

@@ -59,7 +59,7 @@ impl Aov {
 
     /// Channels of the first surface, each with the function that develops it.
     fn channels(self) -> &'static [FeatureDeveloper] {
-        fn most(coverage: &Coverage) -> f32 {
+        fn max(coverage: &Coverage) -> f32 {
             coverage.by_rank().first().map_or(0.0, |&(id, _)| id as f32 + 1.0)
         }
         match self {
@@ -74,8 +74,8 @@ impl Aov {
                 ("points.gradient", |f| f.mean(11)),
             ],
             Self::Ids => &[
-                ("id.object", |f| most(&f.objects)),
-                ("id.material", |f| most(&f.materials)),
+                ("id.object", |f| max(&f.objects)),
+                ("id.material", |f| max(&f.materials)),
             ],
             Self::Cryptomatte | Self::Lights | Self::Strategies => &[],
         }

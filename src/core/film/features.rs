@@ -161,7 +161,7 @@ impl Coverage {
         }
     }
 
-    /// What was met and how often, in the order of the ids.
+    /// Ids of surfaces and their numbers of samples, in the order of the ids.
     pub fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
         self.0.iter().copied()
     }
@@ -176,7 +176,7 @@ impl Coverage {
         self.0.is_empty()
     }
 
-    /// The same, what was met most first; of equals the lower id.
+    /// Ids with their numbers of samples, the largest number first; of equals the lower id.
     pub fn by_rank(&self) -> Vec<(u32, u32)> {
         let mut ranked = self.0.clone();
         ranked.sort_by_key(|&(id, n)| (std::cmp::Reverse(n), id));

@@ -118,7 +118,7 @@ impl Filter {
         self.kind
     }
 
-    /// How far it reaches, pixels.
+    /// Radius, pixels.
     pub fn radius(&self) -> f32 {
         self.radius
     }

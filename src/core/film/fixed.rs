@@ -82,9 +82,9 @@ mod tests {
 
     #[test]
     fn what_is_too_large_stays_at_the_end() {
-        let most = Fixed::new(1e30);
-        assert_eq!(most, Fixed::new(f64::INFINITY));
-        assert_eq!(most.plus(Fixed::new(1.0)), most);
+        let max = Fixed::new(1e30);
+        assert_eq!(max, Fixed::new(f64::INFINITY));
+        assert_eq!(max.plus(Fixed::new(1.0)), max);
         assert_eq!(Fixed::new(f64::NAN), Fixed::default());
         assert_eq!(Fixed::new(-1e30).to_f64(), -(2f64.powi(63)));
     }

@@ -70,7 +70,7 @@ impl Film {
         Self::starting_at(resolution, crop, 0)
     }
 
-    /// The same, for samples from the index `first` on.
+    /// A film for samples from the index `first` on.
     ///
     /// # Panics
     /// Like [`Film::new`].
@@ -113,7 +113,7 @@ impl Film {
             .collect()
     }
 
-    /// The same, which also sums the [`Features`] of what is met.
+    /// The film, which also sums the [`Features`] of the surfaces that samples hit.
     pub fn with_features(mut self) -> Self {
         self.tiles.iter_mut().for_each(Tile::sum_features);
         self
@@ -129,7 +129,7 @@ impl Film {
         self.tile_at(pixel)?.features(pixel)
     }
 
-    /// The same, which also sums so many parts of the light by themselves: those of groups of lights, of strategies, or of light paths.
+    /// The film, which also sums so many parts of the light by themselves: those of groups of lights, of strategies, or of light paths.
     pub fn with_parts(mut self, parts: usize) -> Self {
         self.tiles.iter_mut().for_each(|tile| tile.sum_parts(parts));
         self
@@ -212,7 +212,7 @@ impl Film {
         self.tiles.get(self.tile_index(pixel)?)
     }
 
-    /// The same, to change it.
+    /// The tile that `pixel` is in, to change it.
     pub fn tile_at_mut(&mut self, pixel: UVec2) -> Option<&mut Tile> {
         let index = self.tile_index(pixel)?;
         self.tiles.get_mut(index)
@@ -327,7 +327,7 @@ impl Film {
         crop.area().saturating_mul(size_of::<Accumulator>() as u64)
     }
 
-    /// The same of sums of parts of the light, with the channels that are made of them.
+    /// Bytes of sums of parts of the light, with the channels that are made of them.
     pub fn part_bytes(crop: Rect, parts: usize) -> u64 {
         crop.area()
             .saturating_mul((parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64)

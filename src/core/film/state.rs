@@ -106,7 +106,7 @@ pub struct StateLayout {
     parts: usize,
     /// Whether the share of a transparent background is summed.
     has_background: bool,
-    /// How many objects and how many materials a pixel may name, where there are features.
+    /// Maximum numbers of objects and of materials that a pixel names, where there are features.
     levels: Option<[usize; 2]>,
 }
 
@@ -114,13 +114,13 @@ impl StateLayout {
     /// One that has room for all of `film`.
     pub fn of_film(film: &Film) -> Self {
         let features = || film.crop().pixels().filter_map(|pixel| film.features(pixel));
-        let most = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
+        let max = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
         Self {
             parts: film.parts(),
             has_background: film.has_alpha(),
             levels: film
                 .has_features()
-                .then(|| [most(|f| &f.objects), most(|f| &f.materials)]),
+                .then(|| [max(|f| &f.objects), max(|f| &f.materials)]),
         }
     }
 

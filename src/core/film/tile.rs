@@ -64,7 +64,7 @@ pub struct Tile {
     bounds: Rect,
     /// Index of the first sample that it takes.
     first: u32,
-    /// Samples a pixel that it was promised.
+    /// Samples per pixel that it was promised.
     target: u32,
     pixels: Vec<Accumulator>,
     /// One a pixel, or none.
@@ -126,7 +126,7 @@ impl Tile {
         self.features.get(self.index(pixel)?)
     }
 
-    /// The same, to add to them.
+    /// Sums of the features of `pixel`, to add to them.
     pub fn features_mut(&mut self, pixel: UVec2) -> Option<&mut FeatureSums> {
         let index = self.index(pixel)?;
         self.features.get_mut(index)
@@ -190,7 +190,7 @@ impl Tile {
         self.part_sums.get(range).unwrap_or_default()
     }
 
-    /// The same, to add to them.
+    /// Sums of each part of the light at `pixel`, to add to them.
     pub fn part_sums_mut(&mut self, pixel: UVec2) -> &mut [PartSum] {
         let range = self.part_range(pixel);
         self.part_sums.get_mut(range).unwrap_or_default()
@@ -237,12 +237,12 @@ impl Tile {
         self.first.saturating_add(self.samples())
     }
 
-    /// Samples a pixel that it gets before anything is decided anew.
+    /// Samples per pixel that it gets before anything is decided anew.
     pub fn target(&self) -> u32 {
         self.target
     }
 
-    /// Promises so many samples a pixel.
+    /// Promises so many samples per pixel.
     pub fn set_target(&mut self, samples: u32) {
         self.target = samples;
     }
@@ -258,7 +258,7 @@ impl Tile {
         self.pixels.get(self.index(pixel)?)
     }
 
-    /// The same, to add samples to.
+    /// The sums of a pixel, to add samples to.
     pub fn sums_mut(&mut self, pixel: UVec2) -> Option<&mut Accumulator> {
         let index = self.index(pixel)?;
         self.pixels.get_mut(index)

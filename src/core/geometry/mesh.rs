@@ -49,11 +49,11 @@ pub struct SurfacePoint {
     pub p: Vec3,
     /// When that is so.
     pub time: f32,
-    /// How far along the normal a ray must start from `p` to clear the surface: a bound on rounding errors.
+    /// Ray offset along the normal from `p`: a bound on rounding errors.
     pub ray_offset: f32,
     /// What rays to the front and to the back add to that where the triangle stands for a curved surface, which passes before or
     /// behind it.
-    pub lift: [f32; 2],
+    pub curvature_offset: [f32; 2],
     /// Unit geometric normal, by the winding.
     pub ng: Vec3,
     /// Unit shading normal, on the side of `ng`.
@@ -138,7 +138,7 @@ impl Mesh {
         self.surface_point_on(self.facet(prim), prim, b1, b2)
     }
 
-    /// The same, where the triangle's facet is at hand.
+    /// [`Self::surface_point`] with the triangle's facet at hand.
     #[inline(always)]
     pub fn surface_point_on(&self, facet: Facet, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
         let corners = self.corners(prim);
@@ -193,7 +193,7 @@ impl Facet {
         Vec3::from_vec4(self.0)
     }
 
-    /// How far from a point of the plane an intersector may find the triangle.
+    /// Bound on the distance from the plane at which an intersector finds the triangle.
     #[inline(always)]
     fn ray_offset(self) -> f32 {
         self.0.w
@@ -216,7 +216,7 @@ impl SurfacePoint {
             time: 0.0,
             // The components of a unit vector sum to √3 at most.
             ray_offset: gamma(9) * ng.abs().dot(magnitude) + facet.ray_offset(),
-            lift: [0.0; 2],
+            curvature_offset: [0.0; 2],
             ng,
             ns: ng,
         }
@@ -230,22 +230,22 @@ impl SurfacePoint {
     #[inline(never)]
     pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;
-        let mut lift = [0.0; 2];
+        let mut curvature_offset = [0.0; 2];
         for i in 0..3 {
             // A vertex normal may be on the other side of the winding.
             let n = normals[i] * 1f32.copysign(normals[i].dot(self.ng));
             ns += b[i] * n;
             let height = (corners[i] - self.p).dot(n);
-            lift[usize::from(height < 0.0)] += b[i] * height.abs() * n.dot(self.ng);
+            curvature_offset[usize::from(height < 0.0)] += b[i] * height.abs() * n.dot(self.ng);
         }
         Self {
             ns: ns.try_normalize().unwrap_or(self.ng),
-            lift,
+            curvature_offset,
             ..self
         }
     }
 
-    /// The same with the shading normal of a bump or normal map: a vector in the frame of two unit tangents and the present normal.
+    /// The point with the shading normal of a bump or normal map: a vector in the frame of two unit tangents and the present normal.
     pub fn with_bumps(self, [du, dv]: [Vec3; 2], bumped: Vec3) -> Self {
         // On the surface that the shading normal stands for
         let onto = |t: Vec3| (t - self.ns * t.dot(self.ns)).try_normalize().unwrap_or(Vec3::ZERO);
@@ -278,7 +278,7 @@ impl SurfacePoint {
         height * 1f32.copysign(wo.dot(self.ng)) < MIN_HEIGHT
     }
 
-    /// The same with the shading normal bent, as little as it takes, so that the unit direction `wo` to the viewer and its mirror image are on
+    /// The point with the shading normal bent, as little as it takes, so that the unit direction `wo` to the viewer and its mirror image are on
     /// the outside of the facet: else there were black rims (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering
     /// System", appendix A.3: the mirror image is moved to the horizon).
     pub fn seen_from(self, wo: Vec3) -> Self {

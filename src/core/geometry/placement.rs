@@ -177,7 +177,7 @@ impl PlacedTriangle {
         }
     }
 
-    /// How far off an intersector may find its points, at most.
+    /// Bound on the distance at which an intersector finds its points.
     pub fn rounding(&self) -> f32 {
         let of = |p: Vec3| gamma(4) * p.abs() + self.placement.map_or(Vec3::ZERO, |m| rounding(&m, p));
         self.corners.map(|p| of(p).length()).into_iter().fold(0.0, f32::max)

@@ -40,12 +40,12 @@ impl Side {
 #[inline(always)]
 pub fn offset_to(s: &SurfacePoint, side: Side) -> Vec3 {
     match side {
-        Side::Front => s.p + s.ng * (s.ray_offset + s.lift[0]),
-        Side::Back => s.p - s.ng * (s.ray_offset + s.lift[1]),
+        Side::Front => s.p + s.ng * (s.ray_offset + s.curvature_offset[0]),
+        Side::Back => s.p - s.ng * (s.ray_offset + s.curvature_offset[1]),
     }
 }
 
-/// The same to the side that `w` points to.
+/// Ray origin offset to the side that `w` points to.
 pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
     offset_to(s, Side::of(w.dot(s.ng)))
 }

@@ -91,13 +91,13 @@ impl Picture {
         Self(seen.collect())
     }
 
-    /// How much it shows, in bits: of shapes, of materials, and of detail, for which modellers cut surfaces more finely.
+    /// Information in the view, in bits: of shapes, of materials, and of detail, for which modellers cut surfaces more finely.
     fn information(&self) -> f32 {
         let [normals, materials, triangles] = self.tally().entropies();
         normals + materials + 0.5 * triangles
     }
 
-    /// How much the surfaces bend: the sum over neighbouring pixels of `1 − cos` of the angle between their normals, without steps in depth, which are
+    /// Curvature of the surfaces: the sum over neighbouring pixels of `1 − cos` of the angle between their normals, without steps in depth, which are
     /// outlines; at least 1.
     fn detail(&self) -> f32 {
         let n = RAYS as usize;

@@ -20,7 +20,7 @@ pub enum Background {
     Light,
     /// Nothing: the picture has an alpha channel.
     Transparent,
-    /// The same radiance, W·sr⁻¹·m⁻², everywhere.
+    /// Constant radiance, W·sr⁻¹·m⁻².
     Color(Spectrum),
     /// A backdrop of this radiance, W·sr⁻¹·m⁻², below the horizon, which darkens towards the top.
     Gradient(Spectrum),
@@ -29,7 +29,7 @@ pub enum Background {
 /// The background with its orientation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backdrop {
-    /// What is seen.
+    /// The background.
     pub background: Background,
     /// Unit direction that is up.
     pub up: Vec3,

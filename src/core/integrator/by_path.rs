@@ -4,7 +4,7 @@
 //! lobes share an event by their values, so that a mixture of diffuse and glossy lobes scatters each share into its own class. This holds for sampled
 //! lights and for sampled directions alike, needs no random number, and gives each part the mean of its own paths.
 //!
-//! Classes do not overlap, and their sum is that of all light but for rounding. The sum itself is carried beside them, as it is for light groups.
+//! Classes do not overlap, and their sum is that of all light but for rounding. The sum itself is kept beside them, as it is for light groups.
 
 use super::gathered::{ByGroup, Gathered};
 use crate::bsdf::ScatteringEvent;

@@ -4,7 +4,7 @@
 //! takes all factors along the path as the spectrum does. Each light that is sampled, met or escaped to says which light it is, and the scene knows
 //! its group (`light/groups.rs`); shared vertices of `path/reuse` hold their light by group too.
 //!
-//! The integrators are compiled for each type, so that the one without groups has no cost. The sum is carried beside the shares, since adding the
+//! The integrators are compiled for each type, so that the one without groups has no cost. The sum is kept beside the shares, since adding the
 //! shares would round otherwise: `R G B` keep their bits. docs/benchmarks.md, "Overheads", has the cost of groups.
 
 use crate::bsdf::ScatteringEvent;
@@ -40,7 +40,7 @@ pub trait Gathered:
         &[]
     }
 
-    /// The same light in the classes in which `paths` has it after `event`: that of a surface that scatters it towards the camera. Factors are another
+    /// This light in the classes in which `paths` has it after `event`: that of a surface that scatters it towards the camera. Factors are another
     /// matter.
     #[inline(always)]
     fn scattered(self, _event: impl FnOnce() -> ScatteringEvent, _paths: Option<&LightPaths>) -> Self {
@@ -59,7 +59,7 @@ pub trait Gathered:
         *self += *light * factor;
     }
 
-    /// The same light in the classes that `other` has.
+    /// This light in the classes that `other` has.
     #[inline(always)]
     fn with_classes_of(self, _other: Self) -> Self {
         self

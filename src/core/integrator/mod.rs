@@ -49,7 +49,7 @@ pub use path::whitted::WhittedIntegrator;
 pub use path_record::{EmissionRecord, LightSampleRecord, PathEvent, ScatteringRecord};
 pub use photon::grid::{PhotonGrid, Placed};
 pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps, PhotonSlice};
-pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
+pub use photon::photons::{PHOTON_PATHS_A_WORK_ITEM, Photon, PhotonTracer};
 pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
 pub use photon::vcm::{LightPaths, MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};

@@ -2,7 +2,7 @@
 //!
 //! Some paths from the camera find surfaces as the picture's own paths do. Where enough of their rays leave the scene, the sky is drawn well enough by
 //! radiance, and nothing is learned. Else each cell of a grid that holds surfaces sends one ray through each bin of directions, from points that
-//! the paths have found. The number of rays is limited to a few percent of those of a picture of 16 samples a pixel.
+//! the paths have found. The number of rays is limited to a few percent of those of a picture of 16 samples per pixel.
 //!
 //! Random numbers are those of no sample and of no seed: all parts of a render learn the same, with any settings. Which pixels a
 //! render is to show does not matter either.
@@ -22,8 +22,8 @@ use crate::scene::Scene;
 const PIXELS_A_PATH: u64 = 8;
 /// Number of such paths, at least and at most.
 const PATHS: [u64; 2] = [128, 32_768];
-/// Paths in a piece of work.
-const PATHS_A_PIECE: u32 = 256;
+/// Paths in a work item.
+const PATHS_A_WORK_ITEM: u32 = 256;
 /// Maximum number of scattering events of such a path.
 const MAX_DEPTH: u32 = 8;
 /// Maximum probability that it goes on.
@@ -38,8 +38,8 @@ const OPEN: f64 = 0.4;
 const SITES_A_CELL: usize = 64;
 /// Maximum number of these points that are tried until one faces a light.
 const TRIES: usize = 16;
-/// Cells in a piece of work.
-const CELLS_A_PIECE: usize = 16;
+/// Cells in a work item.
+const CELLS_A_WORK_ITEM: usize = 16;
 
 /// Learns what of the sky is seen from the surfaces that the camera sees, directly or not.
 #[derive(Debug)]
@@ -131,16 +131,16 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         (self.pixels() / PIXELS_A_PATH).clamp(PATHS[0], PATHS[1]) as u32
     }
 
-    /// Number of pieces of work in which surfaces are found.
-    pub fn site_pieces(&self) -> u32 {
-        self.paths().div_ceil(PATHS_A_PIECE)
+    /// Number of work items in which surfaces are found.
+    pub fn site_work_items(&self) -> u32 {
+        self.paths().div_ceil(PATHS_A_WORK_ITEM)
     }
 
-    /// The piece `index` of them.
+    /// The work item `index` of them.
     pub fn find_sites(&self, index: u32, out: &mut impl RaySink) -> Sites {
         let mut found = Sites::default();
-        let first = index * PATHS_A_PIECE;
-        for path in first..(first + PATHS_A_PIECE).min(self.paths()) {
+        let first = index * PATHS_A_WORK_ITEM;
+        for path in first..(first + PATHS_A_WORK_ITEM).min(self.paths()) {
             if out.is_cancelled() {
                 break;
             }
@@ -186,13 +186,13 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         }
     }
 
-    /// Joins all pieces, in their order.
-    pub fn join(&self, pieces: Vec<Sites>) -> Sites {
+    /// Joins all work items, in their order.
+    pub fn join(&self, work_items: Vec<Sites>) -> Sites {
         let mut all = Sites::default();
-        for piece in pieces {
-            all.sites.extend(piece.sites);
-            all.rays += piece.rays;
-            all.escaped += piece.escaped;
+        for work_item in work_items {
+            all.sites.extend(work_item.sites);
+            all.rays += work_item.rays;
+            all.escaped += work_item.escaped;
         }
         all
     }
@@ -233,12 +233,12 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         places
     }
 
-    /// Number of pieces of work in which `count` cells, or groups of cells, trace their rays.
-    pub fn trace_pieces(&self, count: usize) -> u32 {
-        count.div_ceil(CELLS_A_PIECE) as u32
+    /// Number of work items in which `count` cells, or groups of cells, trace their rays.
+    pub fn trace_work_items(&self, count: usize) -> u32 {
+        count.div_ceil(CELLS_A_WORK_ITEM) as u32
     }
 
-    /// The piece `index` of the groups' work: the share of light that passes by one ray through each bin of the sky.
+    /// The work item `index` of the groups' work: the share of light that passes by one ray through each bin of the sky.
     pub fn trace_from_groups(
         &self,
         grid: &VisibilityGrid,
@@ -246,9 +246,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         index: u32,
         out: &mut impl RaySink,
     ) -> Vec<f32> {
-        let first = index as usize * CELLS_A_PIECE;
+        let first = index as usize * CELLS_A_WORK_ITEM;
         let mut shares = Vec::new();
-        for group in first..(first + CELLS_A_PIECE).min(places.groups.len()) {
+        for group in first..(first + CELLS_A_WORK_ITEM).min(places.groups.len()) {
             for bin in 0..grid.bins() {
                 let share = self.trace_to(
                     grid,
@@ -263,7 +263,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         shares
     }
 
-    /// The piece `index` of the cells' work, where `groups` have found these shares: the mean transmittance from each cell to each target.
+    /// The work item `index` of the cells' work, where `groups` have found these shares: the mean transmittance from each cell to each target.
     pub fn trace_from_cells(
         &self,
         grid: &VisibilityGrid,
@@ -271,9 +271,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         index: u32,
         out: &mut impl RaySink,
     ) -> Vec<f32> {
-        let first = index as usize * CELLS_A_PIECE;
+        let first = index as usize * CELLS_A_WORK_ITEM;
         let mut shares = Vec::new();
-        for cell in first..(first + CELLS_A_PIECE).min(grid.cells()) {
+        for cell in first..(first + CELLS_A_WORK_ITEM).min(grid.cells()) {
             let group = &groups[places.group_of[cell] * grid.bins()..][..grid.bins()];
             for (number, target) in (0..).zip(grid.targets()) {
                 let mut mean = |count: u32| {

@@ -375,7 +375,7 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// How much of the surface at `point`, in scene units, a ray stands for: its share of what a pixel sees there if it looks straight from the
+    /// Footprint of a ray on the surface at `point`, in scene units: its share of what a pixel sees there if it looks straight from the
     /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way). It depends on the place alone:
     /// paths that meet a point, from the camera or from a light, must find the same surface there.
     pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {

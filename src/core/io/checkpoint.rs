@@ -40,7 +40,7 @@ pub struct State<'a> {
     pub statistics: &'a str,
 }
 
-/// What was read of a file with a [`State`].
+/// Content of a file with a [`State`].
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
     /// The file.
@@ -238,11 +238,11 @@ impl Opened {
 
         // Where the picture lies, and which word each channel holds
         let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows are invalid"))?;
-        let least = match header.compression {
+        let min = match header.compression {
             exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
             _ => crop.area() / 8,
         };
-        if length < least {
+        if length < min {
             return Err(damaged(path, &"it is too short for its pixels"));
         }
         let word = |channel: &ChannelDescription| {

@@ -92,17 +92,17 @@ impl Sheet {
     }
 }
 
-/// `line` in lines of `fits` letters at most, which end between words; longer words are cut into pieces.
+/// `line` in lines of `fits` letters at most, which end between words; longer words are cut into parts.
 fn wrapped(line: &str, fits: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let letters = |text: &str| text.chars().count();
     for word in line.split(' ') {
         let letters_of_word: Vec<char> = word.chars().collect();
-        for (i, piece) in letters_of_word.chunks(fits.max(1)).enumerate() {
-            let piece: String = piece.iter().collect();
+        for (i, part) in letters_of_word.chunks(fits.max(1)).enumerate() {
+            let part: String = part.iter().collect();
             match lines.last_mut() {
-                Some(last) if i == 0 && letters(last) + 1 + letters(&piece) <= fits => *last += &format!(" {piece}"),
-                _ => lines.push(piece),
+                Some(last) if i == 0 && letters(last) + 1 + letters(&part) <= fits => *last += &format!(" {part}"),
+                _ => lines.push(part),
             }
         }
     }

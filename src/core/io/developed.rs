@@ -8,7 +8,7 @@ use crate::film::Image;
 pub struct Developed {
     /// Its channels: of a picture of colours `R`, `G`, `B` and, where it has alpha, `A`, by which the colours are multiplied.
     pub image: Image,
-    /// What was done to it, as `key=value` pairs.
+    /// Steps of development, as `key=value` pairs.
     pub steps: String,
 }
 

@@ -39,7 +39,7 @@ pub enum FileErrorKind {
     Flag,
 }
 
-/// What is wrong with a file, where, and what to do about it.
+/// Error in a file, with its place and its remedy.
 ///
 /// Shown as `file:line:column: message`, with the remedy on a line of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,7 @@ pub struct FileError {
     pub file: PathBuf,
     /// Where in the file.
     pub position: Option<Position>,
-    /// What is wrong, with the value.
+    /// The error, with the value.
     pub message: String,
     /// What to do.
     pub help: Option<String>,
@@ -90,7 +90,7 @@ impl FileError {
         self.kind == FileErrorKind::Unreadable
     }
 
-    /// The same, at a place.
+    /// The error at a place.
     pub fn at(mut self, position: Position) -> Self {
         self.position = Some(position);
         self
@@ -109,13 +109,13 @@ impl FileError {
         place
     }
 
-    /// The same, with a remedy.
+    /// The error with a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// The same, with a remedy where none is given yet.
+    /// The error with a remedy, unless it has one.
     pub fn help_if_none(mut self, help: &str) -> Self {
         self.help.get_or_insert_with(|| help.into());
         self

@@ -121,8 +121,8 @@ impl<'a> RowChannel<'a> {
 
 /// The nearest half float; what is larger than all of them becomes the largest, since not every tool reads infinities.
 fn to_half(value: f32) -> exr::f16 {
-    let most = exr::f16::MAX.to_f32();
-    exr::f16::from_f32(value.clamp(-most, most))
+    let max = exr::f16::MAX.to_f32();
+    exr::f16::from_f32(value.clamp(-max, max))
 }
 
 /// What a file says of itself besides its pixels.

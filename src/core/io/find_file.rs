@@ -33,7 +33,7 @@ pub fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
     found != folder.join(name) && found != folder.join(with_slashes(name))
 }
 
-/// How many files of its folder have the name of `found`, in whatever case.
+/// Number of files of its folder that have the name of `found`, in whatever case.
 pub(crate) fn count_alike(found: &Path) -> usize {
     let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
     let Some(wanted) = found.file_name().map(lowercase) else {

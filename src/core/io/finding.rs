@@ -5,7 +5,7 @@
 //! and `inspect_scene` is the same loader, told to go on. A wrong entry of a scene file is blanked and the file read again, since the parser stops at
 //! the first error.
 //!
-//! Columns are computed when there is something to say: `place_of` searches the statement for the word once more, at most twenty times a piece.
+//! Columns are computed when there is something to say: `place_of` searches the statement for the word once more, at most twenty times each.
 
 use super::{FileError, Position};
 use std::fmt;
@@ -18,7 +18,7 @@ pub enum Severity {
     Error,
     /// Likely not meant; it was repaired, replaced or left out.
     Warning,
-    /// What was assumed.
+    /// An assumption.
     Note,
 }
 

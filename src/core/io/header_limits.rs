@@ -1,4 +1,4 @@
-//! How far the header of a picture is believed: memory is taken for the pixels before they are seen.
+//! Limits on headers of pictures: memory is allocated for the pixels before they are read.
 
 use super::FileError;
 use ::exr::prelude as exr;
@@ -32,13 +32,13 @@ pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> R
 
 /// An error where the header of `path` names more pixels than an image, or a file of so many bytes, can have.
 pub(super) fn check_size(path: &Path, bytes: u64, width: usize, height: usize) -> Result<(), FileError> {
-    let most = MAX_PIXELS.min(bytes.saturating_mul(MAX_BYTES_PER_BYTE));
+    let max = MAX_PIXELS.min(bytes.saturating_mul(MAX_BYTES_PER_BYTE));
     if (width as u64)
         .checked_mul(height as u64)
-        .is_some_and(|pixels| pixels <= most)
+        .is_some_and(|pixels| pixels <= max)
     {
         return Ok(());
     }
-    let message = format!("the header says {width}x{height} pixels; at most {most} can be read from {bytes} bytes");
+    let message = format!("the header says {width}x{height} pixels; at most {max} can be read from {bytes} bytes");
     Err(FileError::new(path, message).help("the file may be damaged; else scale the image down"))
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs;
 use std::path::Path;
 
-/// How much memory this process may have in all.
+/// Maximum memory of this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryLimit {
     /// Bytes.
@@ -83,7 +83,7 @@ fn limit_of_system() -> Option<MemoryLimit> {
     limit_below(Path::new("/"))
 }
 
-/// The same, where the file system of the system begins at `root`.
+/// The limit where the file system of the system begins at `root`.
 fn limit_below(root: &Path) -> Option<MemoryLimit> {
     let own = kilobytes(&root.join("proc/self/status"), "VmRSS:").unwrap_or(0);
     let of_machine = kilobytes(&root.join("proc/meminfo"), "MemAvailable:").map(|bytes| MemoryLimit {

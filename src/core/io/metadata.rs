@@ -36,7 +36,7 @@ pub struct Metadata {
     pub build: String,
     /// Hash of the frozen scene and the camera.
     pub scene_hash: String,
-    /// What was rendered: integrator, sampler, depth and the like, as `key=value` pairs.
+    /// Method of the render: integrator, sampler, depth and the like, as `key=value` pairs.
     pub settings: String,
     /// Which errors pixels have in common; `None` in files of earlier builds.
     pub common_errors: Option<CommonErrors>,

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// its texture coordinates are kept; normals that the mesh has are replaced. The time grows with the square of the
 /// triangles that meet at a point.
 pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
-    let least_cosine = (degrees as f64).to_radians().cos();
+    let min_cosine = (degrees as f64).to_radians().cos();
     let points = weld(&mesh.positions);
     let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize]);
     let normals: Vec<DVec3> = mesh
@@ -37,7 +37,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
         let new = triangle.map(|v| {
             let near = around[points[v as usize] as usize]
                 .iter()
-                .filter(|&&(other, _)| other as usize == t || own.dot(normals[other as usize]) > least_cosine);
+                .filter(|&&(other, _)| other as usize == t || own.dot(normals[other as usize]) > min_cosine);
             let sum: DVec3 = near.map(|&(other, angle)| angle * normals[other as usize]).sum();
             // Triangles without area have no normal; they are never seen.
             let normal = sum
@@ -65,7 +65,7 @@ pub fn weld(positions: &[Vec3]) -> Vec<u32> {
     positions.iter().enumerate().map(index).collect()
 }
 
-/// The same for vectors that are equal.
+/// Bits of a vector: equal vectors have equal bits.
 fn bits(v: Vec3) -> [u32; 3] {
     // Adding 0 makes 0 of -0.
     (v + Vec3::ZERO).to_array().map(f32::to_bits)

@@ -95,7 +95,7 @@ impl Output {
         let mut temporary = self.temporary()?;
         let mut writer = BufWriter::new(temporary.as_file_mut());
         let written = guarded(|| content(&mut writer).and_then(|()| writer.flush()));
-        // What is left in the buffer of a failure belongs nowhere.
+        // The buffer of a failed write is dropped.
         drop(writer.into_parts());
         match written {
             Ok(written) => written.map_err(failed)?,

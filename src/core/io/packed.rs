@@ -121,9 +121,9 @@ mod tests {
             assert_eq!(value.is_finite(), shown.is_finite(), "{bits:x}");
             if value.is_finite() {
                 // Half a unit in the last place that stays, of normal numbers or those below
-                let most = (value.abs() / 128.0).max(2f32.powi(-24 + ROUNDING as i32 - 1));
+                let max = (value.abs() / 128.0).max(2f32.powi(-24 + ROUNDING as i32 - 1));
                 assert!(
-                    (value - shown).abs() <= most || shown.abs() == 65_024.0,
+                    (value - shown).abs() <= max || shown.abs() == 65_024.0,
                     "{value} {shown}"
                 );
             }

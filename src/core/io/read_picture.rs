@@ -126,14 +126,14 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
                 check_tga(path, &start)?;
             }
             let left = allowance.limit.map(|limit| limit.bytes.saturating_sub(allowance.kept));
-            let most = left.unwrap_or(MAX_BYTES).clamp(MIN_BYTES, MAX_BYTES);
+            let max = left.unwrap_or(MAX_BYTES).clamp(MIN_BYTES, MAX_BYTES);
             let mut limits = Limits::no_limits();
-            limits.max_alloc = Some(most);
+            limits.max_alloc = Some(max);
             reader.limits(limits);
             let decoder = decoded(path, || {
                 // Some decoders take memory for whole rows with the header.
                 match reader.into_decoder() {
-                    Err(ImageError::Limits(_)) => Ok(Err(too_large(path, most, allowance))),
+                    Err(ImageError::Limits(_)) => Ok(Err(too_large(path, max, allowance))),
                     decoder => decoder.map(Ok),
                 }
             });
@@ -149,10 +149,10 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
     }
 }
 
-/// That a picture takes more than the `most` bytes that are left for it.
-fn too_large(path: &Path, most: u64, allowance: Allowance) -> FileError {
-    let left = in_words(most);
-    let message = match allowance.limit.filter(|_| most < MAX_BYTES) {
+/// That a picture takes more than the `max` bytes that are left for it.
+fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
+    let left = in_words(max);
+    let message = match allowance.limit.filter(|_| max < MAX_BYTES) {
         Some(limit) => format!("decoding this takes more than the {left} that are left of {limit}"),
         None => format!("decoding this takes more than {left}, the maximum for a picture"),
     };
@@ -334,7 +334,7 @@ fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileE
     })
 }
 
-/// What is known of each channel that was asked for, if it is there.
+/// Description of each requested channel that exists.
 type Found = (
     Option<exr::ChannelDescription>,
     Option<exr::ChannelDescription>,

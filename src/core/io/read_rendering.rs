@@ -25,7 +25,7 @@ pub struct Rendering {
     pub window: Rect,
     /// Linear Rec.709 of these pixels.
     pub image: RgbImage,
-    /// How noisy they are; `None` where the file does not say.
+    /// Noise of the values; `None` where the file does not say.
     pub noise: Option<Noise>,
     /// Whether the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
     pub is_display: bool,

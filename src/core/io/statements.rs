@@ -21,16 +21,16 @@ pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str
     .filter(|(_, statement)| !statement.is_empty())
 }
 
-/// Cuts a text into pieces of `size` bytes or a little more, none of which ends within a statement.
-pub(crate) fn pieces(text: &str, size: usize) -> Vec<&str> {
-    let mut pieces = Vec::new();
+/// Cuts a text into chunks of `size` bytes or a little more, none of which ends within a statement.
+pub(crate) fn chunks(text: &str, size: usize) -> Vec<&str> {
+    let mut chunks = Vec::new();
     let mut rest = text;
     while !rest.is_empty() {
-        let (piece, after) = rest.split_at(statement_end(rest, size));
-        pieces.push(piece);
+        let (chunk, after) = rest.split_at(statement_end(rest, size));
+        chunks.push(chunk);
         rest = after;
     }
-    pieces
+    chunks
 }
 
 /// Where the first word that is `word` stands in the statement that begins on `line` of `text`; the line, where there is none.
@@ -151,15 +151,15 @@ mod tests {
     }
 
     #[test]
-    fn pieces_hold_whole_statements() {
+    fn chunks_hold_whole_statements() {
         let whole: Vec<_> = statements(TEXT).map(|(_, s)| s).collect();
         for size in 0..=TEXT.len() + 1 {
-            let pieces = pieces(TEXT, size);
-            assert_eq!(pieces.concat(), TEXT);
-            let split: Vec<_> = pieces.iter().flat_map(|p| statements(p)).map(|(_, s)| s).collect();
-            assert_eq!(split, whole, "pieces of {size} bytes");
+            let chunks = chunks(TEXT, size);
+            assert_eq!(chunks.concat(), TEXT);
+            let split: Vec<_> = chunks.iter().flat_map(|p| statements(p)).map(|(_, s)| s).collect();
+            assert_eq!(split, whole, "chunks of {size} bytes");
         }
-        assert!(pieces(TEXT, 1).len() == 5, "{:?}", pieces(TEXT, 1));
+        assert!(chunks(TEXT, 1).len() == 5, "{:?}", chunks(TEXT, 1));
     }
 
     /// A statement begins with its keyword, wherever its first words stand.

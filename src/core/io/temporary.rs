@@ -14,7 +14,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// How often a file is made anew that another run takes away before it is locked.
+/// Attempts to make a file that another run removes before it is locked.
 const MAX_TRIES: usize = 100;
 /// Ends the names of temporary files.
 const SUFFIX: &str = ".tmp";

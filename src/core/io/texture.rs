@@ -39,7 +39,7 @@ pub struct LoadedTextures {
     pub textures: Vec<Texture>,
     /// For each request its texture, or why there is none.
     pub ids: Vec<Result<TextureId, FileError>>,
-    /// What was repaired.
+    /// Repairs.
     pub warnings: Vec<FileError>,
 }
 
@@ -60,7 +60,7 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
     })
 }
 
-/// The same, where reading may take so much memory; an error where it takes more.
+/// Loads textures within a limit of memory; an error where they need more.
 pub fn load_textures_within(
     requests: &[TextureRequest],
     allowance: Allowance,
@@ -118,7 +118,7 @@ pub fn load_textures_within(
 fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
     let cost = |request: &&TextureRequest| {
         let size = picture_size(&request.path, wanted_for(request.kind), allowance);
-        // What is wrong with a header is said when the picture is read.
+        // An error in a header is reported when the picture is read.
         size.map_or((0, 0), |size| cost(&size, request.kind))
     };
     let costs: Vec<(u64, u64)> = requests.par_iter().map(cost).collect();

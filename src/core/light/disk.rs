@@ -64,7 +64,7 @@ impl DiskLight {
         self.center + Frame::from_z(self.normal).to_world(place.into())
     }
 
-    /// How far off its points rays start.
+    /// Ray offset at its points.
     fn ray_offset(&self) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius)
     }

@@ -28,12 +28,12 @@ impl EmissionSelection {
             return Self { ends: Vec::new() };
         }
         // A step for each, and the rest by power
-        let least = u32::from(count <= (STEPS / 2) as usize);
-        let rest = (STEPS - least * count as u32) as f64;
+        let min = u32::from(count <= (STEPS / 2) as usize);
+        let rest = (STEPS - min * count as u32) as f64;
         let (mut steps, mut so_far) = (0, 0.0);
         let ends = lights.iter().map(|light| {
             if let Some(power) = power(light) {
-                steps += least;
+                steps += min;
                 so_far += power;
             }
             // The sum ends at the total to the bit, and the last interval at the last step.

@@ -106,7 +106,7 @@ impl EnvironmentLight {
         }
     }
 
-    /// The same with a picture of that origin.
+    /// The environment with a picture of that origin.
     pub fn of_kind(self, kind: EnvironmentKind) -> Self {
         Self { kind, ..self }
     }

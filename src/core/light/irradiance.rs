@@ -113,7 +113,7 @@ fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
     light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)
 }
 
-/// The same over the radiance, of a convex polygon whose front has the unit normal `front`.
+/// Irradiance over radiance of a convex polygon whose front has the unit normal `front`.
 fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
     let corners: Vec<DVec3> = corners.iter().map(|corner| corner.as_dvec3() - p).collect();

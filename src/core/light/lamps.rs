@@ -94,7 +94,7 @@ impl Lamps {
         (lamp.lights[index], lamp.expected(index))
     }
 
-    /// How many of the samples at a vertex are expected to be of `light`.
+    /// Expected number of the samples at a vertex that are of `light`.
     #[inline]
     pub fn expected(&self, light: LightId) -> f32 {
         self.expected[light.0 as usize]
@@ -102,7 +102,7 @@ impl Lamps {
 }
 
 impl Lamp {
-    /// How many of the samples are expected to be of the light `index` of the lamp.
+    /// Expected number of the samples that are of the light `index` of the lamp.
     fn expected(&self, index: usize) -> f32 {
         self.samples as f32 * self.table.as_ref().map_or(1.0, |table| table.pmf(index))
     }

@@ -82,10 +82,10 @@ impl LightGrid {
         let mut positions = vec![None; lights.len()];
         let mut power_before = vec![0.0];
         let mut sum = 0.0;
-        let least = MIN_POWER * total;
+        let min = MIN_POWER * total;
         for (position, &i) in (0..).zip(&indices) {
             positions[i] = Some(position);
-            sum += powers[i].max(least);
+            sum += powers[i].max(min);
             power_before.push(sum);
         }
         Some(Self {
@@ -99,9 +99,9 @@ impl LightGrid {
         })
     }
 
-    /// All lights but `except` in at most `most` clusters of those that are somewhere, distinguished as from the middle of them, and one for each light at
+    /// All lights but `except` in at most `max` clusters of those that are somewhere, distinguished as from the middle of them, and one for each light at
     /// infinity.
-    pub fn clusters(&self, lights: &[Light], except: Option<LightId>, most: usize) -> Vec<Vec<LightId>> {
+    pub fn clusters(&self, lights: &[Light], except: Option<LightId>, max: usize) -> Vec<Vec<LightId>> {
         let half = self.grids.half * 2f32.powi(self.grids.levels as i32 - 1);
         let region = ReceiverRegion {
             center: self.grids.center,
@@ -109,7 +109,7 @@ impl LightGrid {
             normal: Vec3::ZERO,
         };
         let ids = |range: std::ops::Range<usize>| self.order.get(range).unwrap_or_default().to_vec();
-        let cut = self.tree.cut(lights, &region, most).into_iter();
+        let cut = self.tree.cut(lights, &region, max).into_iter();
         let clusters = cut.map(|c| ids(c.first as usize..(c.first + c.count) as usize));
         let infinite = (self.tree.order().len()..self.order.len()).map(|i| ids(i..i + 1));
         clusters

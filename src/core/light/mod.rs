@@ -131,7 +131,7 @@ pub enum Light {
     Rectangle(RectangleLight),
     /// An isotropic point.
     Point(PointLight),
-    /// The same radiance from every direction.
+    /// Constant radiance from every direction.
     Constant(ConstantLight),
     /// Parallel light.
     Directional(DirectionalLight),
@@ -351,7 +351,7 @@ impl Light {
         }
     }
 
-    /// The same of a light at infinity, in a scene of that radius.
+    /// Irradiance of a light at infinity, in a scene of that radius.
     fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
         // What crosses a disk of the scene's size; light from all directions is counted for all disks.
         let disk = PI * (scene_radius as f64).powi(2);

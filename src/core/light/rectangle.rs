@@ -24,7 +24,7 @@ pub struct RectangleLight {
     /// Unit normal of its front.
     normal: Vec3,
     radiance: Spectrum,
-    /// How far off its points rays start.
+    /// Ray offset at its points.
     ray_offset: f32,
 }
 

@@ -86,7 +86,7 @@ impl SphereLight {
         self.depth(p).map_or(0.0, |depth| (0.5 / (PI * depth)) as f32)
     }
 
-    /// How far off the sphere segments end, and paths start, that lead to points with coordinates of that size: a bound on the roundings of both ends
+    /// Offset from the sphere at which segments end, and paths start, that lead to points with coordinates of that size: a bound on the roundings of both ends
     /// and of the direction between them.
     fn end_offset(&self, size: f32) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius + size)
@@ -97,7 +97,7 @@ impl SphereLight {
         (q - self.center).normalize_or(Vec3::Z)
     }
 
-    /// How far along `ray`, in lengths of its direction, it comes to the centre as near as it does between its ends; and the square of that distance over
+    /// Parameter along `ray`, in lengths of its direction, of the point nearest to the centre between its ends; and the square of that distance over
     /// the squared radius.
     fn approach(&self, ray: &Ray) -> (f64, f64) {
         let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
@@ -122,7 +122,7 @@ impl SphereLight {
         Some((q.as_vec3a(), n.as_vec3a()))
     }
 
-    /// How far off its points rays start.
+    /// Ray offset at its points.
     pub fn ray_offset(&self) -> f32 {
         self.end_offset(0.0)
     }

@@ -47,7 +47,7 @@ const LAMPS: [Lamp; 3] = [
 const BORDER: f64 = 0.3;
 
 impl Lamp {
-    /// How much of the lamp's brightness comes from the unit direction `w`, 0 to 1.
+    /// Share of the lamp's brightness that comes from the unit direction `w`, 0 to 1.
     fn shape(&self, frame: &[[f64; 3]; 3], w: [f64; 3]) -> f64 {
         let [right, up, towards] = frame.map(|axis| axis.iter().zip(w).map(|(a, b)| a * b).sum::<f64>());
         if towards <= 0.0 {

@@ -66,7 +66,7 @@ impl Light {
 }
 
 impl TexturedTriangle {
-    /// The same triangle at `time`, as if it emitted evenly: it is sampled as that one is.
+    /// The triangle at `time`, as if it emitted evenly: it is sampled as that one is.
     pub fn at(&self, time: f32) -> TriangleLight {
         match &self.even {
             Even::Still(light) => *light,
@@ -130,7 +130,7 @@ impl TexturedTriangle {
         }
     }
 
-    /// The same of its irradiance at `region`.
+    /// Estimate of the mean irradiance at `region`, shadows left out.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match &self.even {
             Even::Still(light) => light.emitting(light.radiance() * self.mean).irradiance(region),

@@ -14,7 +14,7 @@ pub(super) struct LightBounds {
     pub intensity: f32,
     /// Mean of the directions in which they emit most, weighted by intensity: the shorter the more they differ.
     pub axis: Vec3,
-    /// How much the cosine with the axis, as they see it, differs from that with the mean.
+    /// Bound on the difference of the cosine with the axis from that with the mean.
     pub spread: f32,
 }
 
@@ -65,7 +65,7 @@ pub(super) struct ReceiverRegion {
     pub normal: Vec3,
 }
 
-/// How much the cosine with a normal differs from that with [`ReceiverRegion::normal`].
+/// Bound on the difference of the cosine with a normal from that with [`ReceiverRegion::normal`].
 const NORMAL_SPREAD: f32 = 0.25;
 
 impl ReceiverRegion {
@@ -84,7 +84,7 @@ impl ReceiverRegion {
         })
     }
 
-    /// The same for a ball of light whose intensity is known by the direction to it and by how much that direction varies.
+    /// Estimate of the mean irradiance from a ball of light whose intensity is known by the direction to it and by how much that direction varies.
     pub fn irradiance_by(&self, center: Vec3, radius: f32, intensity: impl FnOnce(Vec3, f32) -> f32) -> f32 {
         // The mean squared distance between points of two balls is larger than that between their middles. Directions shrink as much: where
         // balls meet, there is none.
@@ -165,15 +165,15 @@ impl LightTree {
         &self.order
     }
 
-    /// Parts all lights into at most `most` clusters for `region`. Splits the cluster with the largest error bound first.
-    pub fn cut(&self, lights: &[Light], region: &ReceiverRegion, most: usize) -> Vec<Cluster> {
+    /// Parts all lights into at most `max` clusters for `region`. Splits the cluster with the largest error bound first.
+    pub fn cut(&self, lights: &[Light], region: &ReceiverRegion, max: usize) -> Vec<Cluster> {
         let Some(root) = self.nodes.first() else {
             return Vec::new();
         };
         let part = |index: usize, node: &Node| self.part(lights, region, index, node);
-        let mut parts = Vec::with_capacity(most);
+        let mut parts = Vec::with_capacity(max);
         parts.push(part(0, root));
-        while parts.len() < most {
+        while parts.len() < max {
             let (mut worst, mut error) = (0, 0.0);
             for (i, part) in parts.iter().enumerate() {
                 if part.error > error {
@@ -298,9 +298,9 @@ mod tests {
             normal: Vec3::Y,
         };
         let exact: f32 = lights.iter().map(|l| l.irradiance(&region)).sum();
-        for most in [1, 2, 64, 2000] {
-            let cut = tree.cut(&lights, &region, most);
-            assert!(cut.len() <= most);
+        for max in [1, 2, 64, 2000] {
+            let cut = tree.cut(&lights, &region, max);
+            assert!(cut.len() <= max);
             let mut next = 0;
             for cluster in &cut {
                 assert_eq!(cluster.first, next);
@@ -308,8 +308,8 @@ mod tests {
             }
             assert_eq!(next, 1000);
             let sum: f32 = cut.iter().map(|c| c.irradiance).sum();
-            if most >= 64 {
-                assert!((sum / exact - 1.0).abs() < 0.1, "{most}: {sum} {exact}");
+            if max >= 64 {
+                assert!((sum / exact - 1.0).abs() < 0.1, "{max}: {sum} {exact}");
             }
         }
     }

@@ -57,7 +57,7 @@ impl TriangleLight {
         }
     }
 
-    /// The same of a triangle that has been put in its region.
+    /// A light of a triangle that has been put in its region.
     pub fn placed(triangle: &PlacedTriangle, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let mut light = Self::new(triangle.corners, radiance, sampling);
         light.ray_offset += triangle.rounding();
@@ -65,7 +65,7 @@ impl TriangleLight {
         light
     }
 
-    /// The same triangle emitting `radiance`.
+    /// This triangle emitting `radiance`.
     pub(super) fn emitting(self, radiance: Spectrum) -> Self {
         Self { radiance, ..self }
     }
@@ -109,7 +109,7 @@ impl TriangleLight {
         self.emission_at(uniform_triangle(u_position), u_direction)
     }
 
-    /// The same from the point with barycentric coordinates `b1` and `b2`.
+    /// Emission from the point with barycentric coordinates `b1` and `b2`.
     pub(super) fn emission_at(&self, (b1, b2): (f32, f32), u_direction: Vec2) -> Emission {
         let [p0, p1, p2] = self.corners;
         let p = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
@@ -292,7 +292,7 @@ impl MovingTriangle {
         }
     }
 
-    /// The same triangle emitting `radiance`.
+    /// This triangle emitting `radiance`.
     pub(super) fn emitting(&self, radiance: Spectrum) -> Self {
         Self {
             radiance,

@@ -38,7 +38,7 @@ const BINS_LOOKED_AT: f64 = 0.33;
 pub const RAYS_A_CLUSTER: u32 = 2;
 /// Share of directions that follow the light's own distribution, whatever is visible.
 const BY_RADIANCE: f64 = 0.1;
-/// How much the cosine of a normal differs from that of the direction that stands for it.
+/// Bound on the difference of the cosine of a normal from that of the direction that stands for it.
 const NORMAL_SPREAD: f32 = 0.35;
 /// Minimum visible share that is assumed of every light, since rays are few.
 const MIN_SHARE: f64 = 0.01;

@@ -12,7 +12,7 @@ pub const DEFAULT_MATERIAL: &str = "default";
 pub struct Inspection {
     /// The scene as far as it can be had: what is wrong is left out of it, or replaced by a default.
     pub scene: Option<Scene>,
-    /// What is wrong, missing, repaired or assumed, in the order in which it was found.
+    /// Errors, missing parts, repairs and assumptions, in the order of their discovery.
     pub findings: Findings,
     /// The scene's materials, by their id.
     pub materials: Vec<MaterialSource>,

@@ -12,9 +12,9 @@ use crate::texture::Texture;
 // `--stats` at different sizes of the image.
 /// Bytes a triangle takes in Embree's structure: 64 to 70.
 const EMBREE_BYTES_PER_TRIANGLE: u64 = 70;
-/// The same in a compact scene: 34.5 of a height field of 10⁷ triangles.
+/// Bytes of a triangle in Embree's structure of a compact scene: 34.5 of a height field of 10⁷ triangles.
 const EMBREE_COMPACT_BYTES_PER_TRIANGLE: u64 = 36;
-/// The same in that of obvhs: 76 to 79.
+/// Bytes of a triangle in the structure of obvhs: 76 to 79.
 const OBVHS_BYTES_PER_TRIANGLE: u64 = 79;
 /// Bytes a triangle takes besides while a structure is built.
 const BUILDING_BYTES_PER_TRIANGLE: u64 = 32;
@@ -46,21 +46,21 @@ pub struct Forecast {
     pub facets_and_lights: u64,
     /// Textures with their levels.
     pub textures: u64,
-    /// What is left of reading files.
+    /// Remainder of reading files.
     pub reading: u64,
     /// Memory that the allocator keeps of the acceleration structure for guessing the camera. Embree's goes back to the system.
     pub guessing: u64,
     /// Acceleration structures, by backend, of which a render has one.
     pub accel: [AccelMemory; 3],
-    /// What is needed besides to build one.
+    /// Additional bytes to build one.
     pub building: u64,
     /// What the method has ready before the first sample, such as photons: an estimate.
     pub prepared: u64,
     /// Sums of the pixels.
     pub film: u64,
-    /// What is needed besides to take samples, such as paths that carry light: an estimate.
+    /// Additional bytes to take samples, such as paths that carry light: an estimate.
     pub sampling: u64,
-    /// What is needed besides to write the pictures.
+    /// Additional bytes to write the pictures.
     pub writing: u64,
 }
 

@@ -1,17 +1,17 @@
-//! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`shells`), what the camera sees
+//! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`components`), what the camera sees
 //! (`view`), the memory of a render (`memory`), and what a material does with light (`preview`, `profile`).
 //!
 //! The readers of files have findings of their own, which are not looked for again. `lint` reads OBJ files once more as `ObjFaces`: polygons before
 //! they are cut, each with its line, which a render would keep for nothing. Faces are compared and joined by position and not by index, since
 //! exporters split vertices. All findings of a kind in a file are one finding, with the first places.
 
+mod components;
 mod definitions;
 mod faces;
 mod inspection;
 mod memory;
 mod preview;
 mod profile;
-mod shells;
 mod tally;
 mod view;
 
@@ -32,7 +32,7 @@ use std::path::Path;
 /// Makes an error of a message about the scene as a whole.
 pub type Whole<'a> = &'a dyn Fn(String) -> FileError;
 
-/// What is likely not meant in the materials and meshes of a scene that was read; OBJ files are read once more, one at a time, for the
+/// Likely mistakes in the materials and meshes of a scene that was read; OBJ files are read once more, one at a time, for the
 /// lines of their faces. `eye` is where the scene file has the camera, if it says so.
 pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<Finding> {
     let mut findings = definitions::inspect(inspection);
@@ -60,7 +60,7 @@ pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<
         let lint = FaceLint::new(&obj.path, &faces, &uses);
         findings.extend(lint.findings());
         let is_around = is_inside && inspection.objs.len() == 1;
-        findings.extend(shells::inspect(&obj.path, &faces, &uses, lint.points(), is_around));
+        findings.extend(components::inspect(&obj.path, &faces, &uses, lint.points(), is_around));
     }
     findings
 }

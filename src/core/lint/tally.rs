@@ -1,7 +1,7 @@
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// How often something was found in a file, and the first lines.
+/// Number of findings of a kind in a file, and the first lines.
 #[derive(Default)]
 pub(super) struct Tally {
     pub count: u64,

@@ -17,7 +17,7 @@ pub use thin_surface::ThinSurface;
 
 use crate::bsdf::{
     Blinn, Bsdf, BsdfView, CoatedLambert, Dielectric, Fresnel, Lambert, Layered, Lobe, MIN_ALPHA, Mirror, Mix, Phong,
-    RoughDielectric, RoughMirror, Sheen, ThinDielectric,
+    RoughConductor, RoughDielectric, Sheen, ThinDielectric,
 };
 use crate::color::Spectrum;
 use crate::math::{Vec2, encode_fields, encode_variants, rounded};
@@ -255,7 +255,7 @@ impl Material {
         self.base_lobes().iter().flatten().any(Lobe::has_roughness)
     }
 
-    /// What is no metal reflects diffusely.
+    /// The share that is no metal reflects diffusely.
     fn diffuse_reflectance(&self) -> Spectrum {
         match self.gloss {
             Gloss::Metallic(metallic) => self.diffuse * (1.0 - metallic),
@@ -285,15 +285,15 @@ impl Material {
             Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
             // Facets too smooth for their formulas are a mirror.
             Gloss::Ggx(fresnel) if self.alpha() < MIN_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
-            Gloss::Ggx(fresnel) => Lobe::RoughMirror(RoughMirror::new(reflectance, alpha, fresnel)),
+            Gloss::Ggx(fresnel) => Lobe::RoughConductor(RoughConductor::new(reflectance, alpha, fresnel)),
             Gloss::Metallic(metallic) if self.alpha() < MIN_ALPHA => {
                 let f0 = self.diffuse * metallic + Spectrum::splat(self.f0() * (1.0 - metallic));
                 let fresnel = Fresnel::Schlick { f0: f0.to_array() };
                 Lobe::Mirror(Mirror { reflectance, fresnel })
             }
             Gloss::Metallic(metallic) => {
-                let lobe = RoughMirror::metallic(reflectance, alpha, self.diffuse, self.f0(), metallic);
-                Lobe::RoughMirror(lobe)
+                let lobe = RoughConductor::metallic(reflectance, alpha, self.diffuse, self.f0(), metallic);
+                Lobe::RoughConductor(lobe)
             }
         }
     }
@@ -304,7 +304,7 @@ impl Material {
         let alpha = self.clearcoat_roughness * self.clearcoat_roughness;
         (self.clearcoat > 0.0).then(|| match alpha < MIN_ALPHA {
             true => Lobe::Mirror(Mirror { reflectance, fresnel }),
-            false => Lobe::RoughMirror(RoughMirror::new(reflectance, Vec2::splat(alpha), fresnel)),
+            false => Lobe::RoughConductor(RoughConductor::new(reflectance, Vec2::splat(alpha), fresnel)),
         })
     }
 

@@ -8,13 +8,13 @@ use std::ops::Range;
 /// Values that differ in anything that a render depends on have different bytes, also where several follow each other: what has a varying
 /// length begins with it, and what has variants with a number for the variant. Floats are encoded by their bits, so that NaN is equal to NaN.
 pub trait Encode {
-    /// Gives the value's bytes to `sink`, piece by piece.
+    /// Gives the value's bytes to `sink`, part by part.
     fn encode(&self, sink: &mut dyn FnMut(&[u8]));
 
     /// All bytes of a small value.
     fn encoded(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        self.encode(&mut |piece| bytes.extend_from_slice(piece));
+        self.encode(&mut |part| bytes.extend_from_slice(part));
         bytes
     }
 }

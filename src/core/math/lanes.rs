@@ -28,7 +28,7 @@ impl Vec3Lanes {
         z: [0.0; LANES],
     };
 
-    /// The same vector in all lanes.
+    /// One vector in all lanes.
     #[inline(always)]
     pub fn splat(v: Vec3) -> Self {
         Self {

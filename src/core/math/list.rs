@@ -6,9 +6,13 @@ pub fn list(values: &[f32]) -> String {
 
 /// A number as people write it: six significant digits, without zeros at the end. The `f32` nearest to 0.04 is `0.04`, and 1 is `1`.
 pub fn rounded(value: f64) -> String {
-    /// Digits after the first one.
-    const DIGITS: usize = 5;
-    let decimal = format!("{value:.DIGITS$e}");
+    significant(value, 6)
+}
+
+/// A number with at most so many significant digits, without an exponent and without zeros at its end.
+pub fn significant(value: f64, digits: usize) -> String {
+    let after_first = digits.saturating_sub(1);
+    let decimal = format!("{value:.after_first$e}");
     decimal.parse().unwrap_or(value).to_string()
 }
 
@@ -36,6 +40,9 @@ mod tests {
         ] {
             assert_eq!(rounded(value), expected);
         }
+        assert_eq!(significant(4.0213, 4), "4.021");
+        assert_eq!(significant(0.000_123_45, 3), "0.000123");
+        assert_eq!(significant(1234.5, 2), "1200");
         assert_eq!(rounded_list(&[0.1, 1.0]), "[0.1, 1]");
     }
 }

@@ -24,6 +24,6 @@ pub use glam::Vec3A as Vec3;
 pub use glam::{Affine3A, DAffine3, DVec2, DVec3, Mat3A, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4};
 pub use horizon::Horizon;
 pub use lanes::{LANES, Lane, Vec3Lanes};
-pub use list::{list, rounded, rounded_list};
+pub use list::{list, rounded, rounded_list, significant};
 pub use ray::Ray;
 pub use transform::{affine_from_rows, affine_from_trs, rotation_from_degrees};

@@ -32,13 +32,13 @@ impl Ray {
         }
     }
 
-    /// The same at another time.
+    /// The ray at another time.
     #[inline(always)]
     pub fn when(self, time: f32) -> Self {
         Self { time, ..self }
     }
 
-    /// The same from within a body.
+    /// The ray from within a body.
     #[inline(always)]
     pub fn within(self, body: u32) -> Self {
         Self { body, ..self }

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 const VERTICES_OF_A_PATH: u64 = 3;
 /// Bytes of a photon of photon maps, while these are made: 93.
 const BYTES_OF_A_MAPPED_PHOTON: u64 = 95;
-/// The same of a photon of an iteration: 152 to 154; and once it has its place, by what is kept of it.
+/// Bytes of a photon of an iteration: 152 to 154; and once it has its place, by what is kept of it.
 const BYTES_OF_A_NEW_PHOTON: u64 = 155;
 const BYTES_OF_A_PHOTON: u64 = 80;
 /// Bytes of a vertex to merge with: 494 to 512; more where materials vary.
@@ -69,7 +69,7 @@ impl Method {
                 .map_or(VERTICES_OF_A_PATH, u64::from),
         );
         let number = |given: Option<u32>, usual: u64| given.map_or(usual, u64::from);
-        // What is prepared for an iteration is first made, and then there while the iteration is.
+        // Preparations of an iteration are made first, and kept while it runs.
         let iteration = |made: u64, kept: u64, light| MethodMemory {
             prepared: 0,
             iteration: made.max(kept.saturating_add(self.iteration_bytes(picture, light))),
@@ -106,7 +106,7 @@ impl Method {
                 iteration: 0,
             },
             Self::IrradianceCache(_) => MethodMemory {
-                prepared: Irradiance::most_records(picture.resolution) * BYTES_OF_A_RECORD,
+                prepared: Irradiance::max_records(picture.resolution) * BYTES_OF_A_RECORD,
                 iteration: 0,
             },
             Self::Path(_)

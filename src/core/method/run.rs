@@ -498,7 +498,7 @@ fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSetti
     }
 }
 
-/// What is done with an integrator, whichever it is.
+/// Operation on an integrator of any type.
 trait Task {
     type Output;
     type Sampler: Sampler;

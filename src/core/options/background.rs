@@ -53,7 +53,7 @@ impl Value for Background {
         let channel = json!({ "type": "number", "minimum": 0 });
         json!({ "anyOf": [
             { "enum": ["light", "transparent", "gradient", "white", "black"] },
-            { "type": "string", "pattern": "^(gradient:.+|#[0-9A-Fa-f]{6}|[0-9.,eE+ -]+)$" },
+            { "type": "string", "pattern": "^(gradient:.+|#[0-9A-Fa-f]{6}|[0-9.eE+ -]+(,[0-9.eE+ -]+){2})$" },
             channel,
             { "type": "array", "items": channel, "minItems": 3, "maxItems": 3 },
             { "type": "array", "items": channel, "minItems": 1, "maxItems": 1 },

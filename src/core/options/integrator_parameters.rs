@@ -106,7 +106,7 @@ parameters! {
         debug_view: DebugView = DebugView::Normals;
         /// Direct light of Metropolis methods: by ordinary path tracing or by the chains
         ///
-        /// The same choice applies to lamps seen in mirrors and through glass.
+        /// This choice also applies to lamps seen in mirrors and through glass.
         metropolis_direct: MetropolisDirect = MetropolisDirect::Ordinary;
         /// Target of Markov chains: luminance, or luminance relative to the surroundings
         ///

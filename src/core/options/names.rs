@@ -65,7 +65,7 @@ pub fn join_names<T>(known: &[(&str, T)]) -> String {
     names.join(", ")
 }
 
-/// How much two names have in common, at least, if one may be meant by the other (Jaro and Winkler, 0 to 1).
+/// Minimum similarity of two names of which one may be meant by the other (Jaro and Winkler, 0 to 1).
 const SIMILAR: f64 = 0.8;
 
 /// The one of `known` that `name` is most like, if there is one that may be meant.

@@ -103,7 +103,7 @@ pub struct InvalidOption {
     pub key: &'static str,
     /// Flag of the parameter, without its dashes.
     pub flag: String,
-    /// What was written.
+    /// Value as written.
     pub value: String,
     /// What to write instead.
     pub help: String,
@@ -130,9 +130,14 @@ impl Entry {
     /// The entry of a parameter that is set.
     pub(crate) fn of<T: Value>(key: &'static str, value: T) -> Self {
         let text = value.text();
-        let is_number = T::IS_NUMBER && text.parse::<f64>().is_ok();
+        let is_number = is_number::<T>(&text);
         Self { key, text, is_number }
     }
+}
+
+/// Whether scene files write `text` as a number.
+fn is_number<T: Value>(text: &str) -> bool {
+    T::IS_NUMBER && text.trim().parse::<f64>().is_ok()
 }
 
 /// What a user has set of the parameters that belong together; what was not set is `None`.
@@ -145,7 +150,7 @@ pub trait OptionGroup: Default {
     /// Sets the parameter that is called `key`; `None`: there is no such parameter in this group.
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
 
-    /// What is set here, and for the rest what is set in `other`.
+    /// Values set here, and for the rest those set in `other`.
     fn or(self, other: Self) -> Self;
 
     /// Keys of what is set.
@@ -166,7 +171,8 @@ pub(crate) fn read<T: Value>(
 ) -> Result<T, InvalidOption> {
     let value = match input {
         Input::Flag(text) => T::of_text(text),
-        Input::String(text) => T::of_text(text).filter(|_| T::IS_STRING),
+        // Numbers are written without quotes.
+        Input::String(text) => T::of_text(text).filter(|_| T::IS_STRING && !is_number::<T>(text)),
         Input::Number(text) => T::of_text(text).filter(|_| T::IS_NUMBER),
         Input::List(text) => T::of_text(text).filter(|_| T::IS_LIST),
         Input::Other(_) => None,

@@ -57,6 +57,12 @@ fn what_is_wrong_is_told_with_what_would_be_right() {
             "use a whole number up to 1024, or none",
         ),
         (
+            "max_depth",
+            Input::String("3"),
+            "\"3\"",
+            "use a whole number up to 1024, or none",
+        ),
+        (
             "debug_view",
             Input::String("normal"),
             "\"normal\"",

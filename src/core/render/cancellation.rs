@@ -15,7 +15,7 @@ use std::cell::Cell;
 /// Looks that long loops take between two questions to the observer, which may read a clock.
 const LOOKS: u32 = 16;
 
-/// Tells the loops of one piece of work when to end. Once they are told they are always told, so that a piece is known not to be whole.
+/// Tells the loops of one work item when to end. Once they are told they are always told, so that a work item is known not to be whole.
 pub(super) struct Cancellation<'a> {
     observer: &'a dyn Observer,
     looks: Cell<u32>,
@@ -47,7 +47,7 @@ impl<'a> Cancellation<'a> {
     }
 }
 
-/// Counts the rays of a piece of work that may be cancelled.
+/// Counts the rays of a work item that may be cancelled.
 pub(super) struct CountedRays<'a> {
     pub counts: RayCounts,
     pub cancellation: Cancellation<'a>,

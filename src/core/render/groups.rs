@@ -57,7 +57,7 @@ mod tests {
         };
         let first = shuffled(cell, 0);
         assert_eq!(in_order(first.clone()), cell.pixels().collect::<Vec<_>>());
-        // The same within a block of samples, and others in the next
+        // Equal groups within a block of samples, and others in the next
         assert_eq!(first, shuffled(cell, 63));
         assert_ne!(first, shuffled(cell, 64));
     }

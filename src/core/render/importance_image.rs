@@ -1,7 +1,7 @@
 use super::cancellation::CountedRays;
 use super::observer::Observer;
-use super::pieces::in_pieces;
 use super::statistics::RayCounts;
+use super::work_items::in_work_items;
 use crate::accel::Accel;
 use crate::integrator::{ImportanceImage, ImportanceImageMaker};
 use crate::sampler::Sampler;
@@ -12,7 +12,7 @@ pub fn importance_image<A: Accel, S: Sampler>(
     sampler: &S,
     observer: &impl Observer,
 ) -> Option<(ImportanceImage, RayCounts)> {
-    let piece = |index, sampler: &mut S, rays: &mut CountedRays| maker.piece(index, sampler, rays);
-    let (pieces, rays) = in_pieces(ImportanceImageMaker::<A>::PIECES, sampler, observer, piece)?;
-    Some((maker.join(&pieces), rays))
+    let work_item = |index, sampler: &mut S, rays: &mut CountedRays| maker.work_item(index, sampler, rays);
+    let (work_items, rays) = in_work_items(ImportanceImageMaker::<A>::WORK_ITEMS, sampler, observer, work_item)?;
+    Some((maker.join(&work_items), rays))
 }

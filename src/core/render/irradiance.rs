@@ -26,13 +26,13 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// The irradiance cache of a picture: filled before the first sample is taken, and the same from then on.
 ///
-/// What is in it depends on the scene, on the whole picture's size and camera, and on the seed, but neither on threads nor on the crop, the
+/// Its records depend on the scene, on the whole picture's size and camera, and on the seed, but neither on threads nor on the crop, the
 /// samples or where a render was stopped: so the bits of the picture do not either.
 #[derive(Debug)]
 pub struct Irradiance {
     resolution: UVec2,
     seed: u64,
-    /// What is done, while it is not all.
+    /// Progress, while it is incomplete.
     filling: Mutex<Option<Filling>>,
     full: OnceLock<IrradianceCache>,
 }
@@ -49,7 +49,7 @@ impl Irradiance {
     }
 
     /// Records that the cache of a picture of `resolution` pixels has at most, about.
-    pub fn most_records(resolution: UVec2) -> u64 {
+    pub fn max_records(resolution: UVec2) -> u64 {
         let pixels = u64::from(resolution.x) * u64::from(resolution.y);
         (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS)
     }
@@ -110,8 +110,8 @@ const FEW_RECORDS: u64 = 1 << 14;
 struct Filling {
     cache: IrradianceCache,
     seed: u64,
-    most_records: u64,
-    /// What is left to look through.
+    max_records: u64,
+    /// Remaining points.
     passes: VecDeque<Pass>,
     /// Where records may be needed.
     found: VecDeque<RecordSite>,
@@ -156,7 +156,7 @@ impl Filling {
                 false => VecDeque::new(),
             },
             seed,
-            most_records: Irradiance::most_records(resolution),
+            max_records: Irradiance::max_records(resolution),
             found: VecDeque::new(),
             batch: Vec::new(),
         }
@@ -186,7 +186,7 @@ impl Filling {
                 }
             }
             observer.prepared(self.cache.len() as u64);
-            if self.cache.len() as u64 >= self.most_records {
+            if self.cache.len() as u64 >= self.max_records {
                 return (Outcome::Complete, statistics);
             }
 

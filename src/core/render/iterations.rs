@@ -1,7 +1,7 @@
 //! Iterations of methods whose light paths light any pixel (`IterationIntegrator`).
 //!
 //! The work of an iteration comes in work items: blocks of pixels, and Markov chains. They run on any number of threads, and their light is added in
-//! their order, so that sums are plain f64 and bits do not depend on threads. The light of at most `PIECES_AT_ONCE` items is kept at a time.
+//! their order, so that sums are plain f64 and bits do not depend on threads. The light of at most `WORK_ITEMS_AT_ONCE` items is kept at a time.
 //!
 //! An iteration that is not whole when a render stops is thrown away, and so is the work of a tile. Where files are only to be written, the render
 //! pauses at the end of an iteration instead (`Observer::should_pause`). Errors of iterations are independent, so a pixel's accumulator has no blocks
@@ -9,9 +9,9 @@
 
 use super::cancellation::{Cancellation, CountedRays};
 use super::observer::{Observer, Outcome, should_leave};
-use super::pieces::{in_pieces, map_indices};
 use super::statistics::{DroppedSample, Statistics};
 use super::tiles::MANY_RAYS;
+use super::work_items::{in_work_items, map_indices};
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Iteration, Rect, Tile};
 use crate::integrator::{
@@ -24,22 +24,22 @@ mod record;
 
 pub use record::{Recorded, record_iteration};
 
-/// Pieces of work at most whose light is kept until all before them have been added: a bound on memory, which decides no bit.
-const PIECES_AT_ONCE: usize = 128;
-/// Bytes that the light of all these may take, about; but each thread has a piece.
+/// Work items at most whose light is kept until all before them have been added: a bound on memory, which decides no bit.
+const WORK_ITEMS_AT_ONCE: usize = 128;
+/// Bytes that the light of all these may take, about; but each thread has a work item.
 const BYTES_AT_ONCE: usize = 128 << 20;
 /// Samples of a block of pixels, and places that each of them lights where light is sent to others, about.
-const SAMPLES_OF_A_PIECE: usize = 256;
+const SAMPLES_OF_A_WORK_ITEM: usize = 256;
 const LIGHTS_OF_A_SAMPLE: usize = 8;
 /// Places that a mutation lights: both paths count, and each may fall on some.
 const LIGHTS_OF_A_MUTATION: usize = 3;
 
-/// Pixels of a piece that are done between two looks at the observer: far less work than the rest of the piece, and far more than the look.
+/// Pixels of a work item that are done between two looks at the observer: far less work than the rest of the work item, and far more than the look.
 const PIXELS_A_LOOK: usize = 4;
 
 /// Adds iterations to `film`, from those that it has to the one before the index `end`, or until its error is estimated to be `level` at most.
 ///
-/// The result is the same to the bit for any number of threads: what a piece of an iteration finds depends on its place alone, and pieces are added in
+/// The result is the same to the bit for any number of threads: what a work item of an iteration finds depends on its place alone, and work items are added in
 /// their order. An iteration that is not whole when the observer asks to stop is thrown away; one that asks to pause waits for its end. The error is judged where blocks of samples end,
 /// as in [`render_to_noise`](super::render_to_noise), but for the whole picture alone: light goes where it will.
 pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
@@ -88,10 +88,10 @@ fn light_bytes<R>(filter: &Filter, crop: Rect) -> usize {
     pixels.saturating_mul(size_of::<(UVec2, R)>())
 }
 
-/// Pieces that are kept at a time, where a place's light takes so many bytes.
-fn pieces_at_once(light: usize, threads: usize) -> usize {
-    let piece = light.saturating_mul(SAMPLES_OF_A_PIECE * LIGHTS_OF_A_SAMPLE);
-    (BYTES_AT_ONCE / piece.max(1)).max(threads).min(PIECES_AT_ONCE)
+/// Work items that are kept at a time, where a place's light takes so many bytes.
+fn work_items_at_once(light: usize, threads: usize) -> usize {
+    let work_item = light.saturating_mul(SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE);
+    (BYTES_AT_ONCE / work_item.max(1)).max(threads).min(WORK_ITEMS_AT_ONCE)
 }
 
 /// How the light of an iteration falls.
@@ -122,22 +122,22 @@ pub fn iteration_bytes(
         true => light_bytes::<ByGroup>(filter, crop),
         false => light_bytes::<Spectrum>(filter, crop),
     };
-    let samples = SAMPLES_OF_A_PIECE as u64;
-    let most = pieces_at_once(bytes, threads) as u64;
-    let pieces = most.min(crop.area().div_ceil(samples));
-    let (pieces, lights) = match light {
-        IterationLight::OfOnePixel => (pieces, samples),
-        IterationLight::OfPixels => (pieces, samples * LIGHTS_OF_A_SAMPLE as u64),
+    let samples = SAMPLES_OF_A_WORK_ITEM as u64;
+    let max = work_items_at_once(bytes, threads) as u64;
+    let work_items = max.min(crop.area().div_ceil(samples));
+    let (work_items, lights) = match light {
+        IterationLight::OfOnePixel => (work_items, samples),
+        IterationLight::OfPixels => (work_items, samples * LIGHTS_OF_A_SAMPLE as u64),
         IterationLight::OfChains { chains, mutations } => {
-            (most.min(chains), mutations.saturating_mul(LIGHTS_OF_A_MUTATION as u64))
+            (max.min(chains), mutations.saturating_mul(LIGHTS_OF_A_MUTATION as u64))
         }
     };
     let surfaces = samples * size_of::<(UVec2, FirstSurface)>() as u64;
     let kept = lights.saturating_mul(bytes as u64).saturating_add(surfaces);
-    Iteration::bytes(crop, parts).saturating_add(pieces.saturating_mul(kept))
+    Iteration::bytes(crop, parts).saturating_add(work_items.saturating_mul(kept))
 }
 
-/// A piece of an iteration.
+/// A work item of an iteration.
 #[derive(Clone, Copy)]
 enum Work {
     /// The samples of a block of pixels.
@@ -155,14 +155,14 @@ fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
 ) -> Option<(Iteration, Statistics)> {
     // What all of the rest looks at
     let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
-    let (parts, rays) = in_pieces(integrator.preparations(), sampler, observer, prepare)?;
+    let (parts, rays) = in_work_items(integrator.preparations(), sampler, observer, prepare)?;
     let mut statistics = Statistics {
         rays,
         ..Statistics::default()
     };
     let prepared = integrator.join(index, parts);
 
-    // All pieces, some at a time
+    // All work items, some at a time
     let seen = match integrator.sends_light() {
         true => Film::cells(film.resolution(), Rect::full(film.resolution())),
         false => Film::cells(film.resolution(), film.crop()),
@@ -179,18 +179,18 @@ fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
     let mut iteration = Iteration::of(film);
     let mut done = 0;
     let light = light_bytes::<R>(filter, film.crop());
-    for batch in work.chunks(pieces_at_once(light, rayon::current_num_threads())) {
-        let pieces: Vec<Piece<R>> = map_indices(batch.len(), |i| {
-            let piece = Piece::<R>::new(target, observer);
-            piece.of(integrator, &prepared, (batch[i], index), sampler, observer)
+    for batch in work.chunks(work_items_at_once(light, rayon::current_num_threads())) {
+        let work_items: Vec<WorkItem<R>> = map_indices(batch.len(), |i| {
+            let work_item = WorkItem::<R>::new(target, observer);
+            work_item.of(integrator, &prepared, (batch[i], index), sampler, observer)
         })?;
-        for piece in pieces {
-            statistics = statistics.merge(piece.add_to(&mut iteration));
+        for work_item in work_items {
+            statistics = statistics.merge(work_item.add_to(&mut iteration));
         }
         // The share of the work, in samples
         let before = done;
         done += batch.len() as u64;
-        let share = |pieces: u64| film.crop().area() * pieces / work.len() as u64;
+        let share = |work_items: u64| film.crop().area() * work_items / work.len() as u64;
         observer.progress(share(done) - share(before));
     }
     statistics.samples = film.crop().area();
@@ -209,8 +209,8 @@ struct IterationTarget<'a> {
     crop: Rect,
 }
 
-/// What a piece of work has found.
-struct Piece<'a, R> {
+/// What a work item has found.
+struct WorkItem<'a, R> {
     target: IterationTarget<'a>,
     light: Vec<(UVec2, R)>,
     /// What parts of the light that are strategies, and classes of paths, get.
@@ -229,7 +229,7 @@ struct Piece<'a, R> {
     record: Option<Vec<PathEvent>>,
 }
 
-impl<'a, R: Gathered> Piece<'a, R> {
+impl<'a, R: Gathered> WorkItem<'a, R> {
     fn new(target: IterationTarget<'a>, observer: &'a impl Observer) -> Self {
         Self {
             target,
@@ -345,7 +345,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
     }
 }
 
-impl<R> RaySink for Piece<'_, R> {
+impl<R> RaySink for WorkItem<'_, R> {
     fn ray(&mut self, kind: RayKind) {
         self.statistics.rays.count(kind);
     }
@@ -378,7 +378,7 @@ impl<R> RaySink for Piece<'_, R> {
     }
 }
 
-impl<R: Gathered> Sink for Piece<'_, R> {
+impl<R: Gathered> Sink for WorkItem<'_, R> {
     type Radiance = R;
 
     fn weight(&mut self, weight: f32) {
@@ -407,7 +407,7 @@ impl<R: Gathered> Sink for Piece<'_, R> {
     }
 }
 
-impl<R: Gathered> SplatSink for Piece<'_, R> {
+impl<R: Gathered> SplatSink for WorkItem<'_, R> {
     fn splat(&mut self, film: Vec2, radiance: R) {
         self.record(PathEvent::Added {
             film: Some(film),

@@ -15,12 +15,12 @@ mod iterations;
 mod noise_level;
 mod observer;
 mod photons;
-mod pieces;
 mod pixel_sample;
 mod schedule;
 mod statistics;
 mod tiles;
 mod visibility;
+mod work_items;
 
 pub use dispatch::{DynSink, Monomorphic, SampleIntegrator};
 pub use groups::companions;

@@ -30,7 +30,7 @@ const FIRST_DIFFERENCES: u64 = 256;
 const GROWTH: f64 = 0.25;
 
 /// Adds samples to `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
-/// more than `most` to a pixel; both counts are in whole blocks, `most` rounded down.
+/// more than `max` to a pixel; both counts are in whole blocks, `max` rounded down.
 ///
 /// Tiles get as many samples as make the error of the whole smallest for the work: with v the squared error that one block
 /// would leave in a tile, Σ v/n is least for a given Σ n where n goes like √v (Neyman 1934). After each round, √v is
@@ -44,18 +44,18 @@ pub fn render_to_noise<S: Sampler>(
     sampler: &S,
     film: &mut Film,
     level: f64,
-    most: u32,
+    max: u32,
     observer: &impl Observer,
 ) -> (Outcome, Statistics) {
-    let most = most / BLOCK;
+    let max = max / BLOCK;
     // Two blocks of every pixel, or more of a few
     let first = 1 + FIRST_DIFFERENCES.div_ceil(film.crop().area()) as u32;
-    let first = first.min(most) * BLOCK;
+    let first = first.min(max) * BLOCK;
     let (mut outcome, mut statistics) = render(integrator, sampler, film, first, observer);
     while outcome == Outcome::Complete {
-        // What is left to do, as it looks now. Where a render goes on that was stopped within a round, the round comes first.
+        // Remaining work, as estimated now. Where a render goes on that was stopped within a round, the round comes first.
         if film.tiles().iter().all(|tile| tile.samples() >= tile.target()) {
-            let wanted = wanted_blocks(film, level, most);
+            let wanted = wanted_blocks(film, level, max);
             let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
                 let blocks = tile.samples() / BLOCK;
                 tile.bounds().area() * (wanted.saturating_sub(blocks) * BLOCK) as u64
@@ -95,8 +95,8 @@ pub fn render_to_noise<S: Sampler>(
     (outcome, statistics)
 }
 
-/// Blocks that each tile should have in the end, `most` at most.
-fn wanted_blocks(film: &Film, level: f64, most: u32) -> Vec<u32> {
+/// Blocks that each tile should have in the end, `max` at most.
+fn wanted_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
     let tiles = film.tiles();
     if film.error() <= level * level {
         return vec![0; tiles.len()];
@@ -113,15 +113,15 @@ fn wanted_blocks(film: &Film, level: f64, most: u32) -> Vec<u32> {
     loop {
         let free = || (0..tiles.len()).filter(|&i| !is_full[i]);
         let c = free().map(|i| areas[i] * roots[i]).sum::<f64>() / allowed.max(0.0);
-        let full: Vec<usize> = free().filter(|&i| c * roots[i] > most as f64).collect();
+        let full: Vec<usize> = free().filter(|&i| c * roots[i] > max as f64).collect();
         if full.is_empty() {
             // Floats saturate where they are cast.
-            let wanted = |i: usize| if is_full[i] { most } else { (c * roots[i]).ceil() as u32 };
+            let wanted = |i: usize| if is_full[i] { max } else { (c * roots[i]).ceil() as u32 };
             return (0..tiles.len()).map(wanted).collect();
         }
         for i in full {
             is_full[i] = true;
-            allowed -= areas[i] * roots[i] * roots[i] / most as f64;
+            allowed -= areas[i] * roots[i] * roots[i] / max as f64;
         }
     }
     // ANCHOR_END: shares
@@ -159,9 +159,9 @@ mod tests {
         }
     }
 
-    fn rendered(level: f64, most: u32, seed: u64) -> Film {
+    fn rendered(level: f64, max: u32, seed: u64) -> Film {
         let mut film = Film::new(SIZE, Rect::full(SIZE));
-        let (outcome, statistics) = render_to_noise(&Noisy, &Independent::new(seed), &mut film, level, most, &());
+        let (outcome, statistics) = render_to_noise(&Noisy, &Independent::new(seed), &mut film, level, max, &());
         assert_eq!(outcome, Outcome::Complete);
         let taken: u64 = film
             .tiles()
@@ -208,7 +208,7 @@ mod tests {
                 .iter()
                 .sum::<f64>();
         let uniform = 0.5 * (0.01 + 1.0) / 1.01 / (level * level);
-        assert!(uniform / all > 1.5, "{all} samples a pixel instead of {uniform}");
+        assert!(uniform / all > 1.5, "{all} samples per pixel instead of {uniform}");
     }
 
     /// What the noisy half may not have, the quiet one gets, as long as that helps.

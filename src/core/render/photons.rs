@@ -1,8 +1,8 @@
 //! Photon maps, made once before the first sample of a render; crops and parts of a render have the photons of the whole picture.
 
 use super::observer::Observer;
-use super::pieces::in_pieces;
 use super::statistics::RayCounts;
+use super::work_items::in_work_items;
 use crate::accel::Accel;
 use crate::integrator::{PhotonMaps, PhotonTracer};
 use crate::sampler::Sampler;
@@ -17,12 +17,12 @@ pub fn photon_maps<A: Accel, S: Sampler>(
     sampler: &S,
     observer: &impl Observer,
 ) -> Option<(PhotonMaps, RayCounts)> {
-    let (pieces, rays) = in_pieces(
-        PhotonTracer::<A>::pieces(paths),
+    let (work_items, rays) = in_work_items(
+        PhotonTracer::<A>::work_items(paths),
         sampler,
         observer,
-        |index, sampler, rays| tracer.piece((0, index), paths, None, sampler, rays),
+        |index, sampler, rays| tracer.work_item((0, index), paths, None, sampler, rays),
     )?;
-    let photons = pieces.into_iter().flatten().collect();
+    let photons = work_items.into_iter().flatten().collect();
     Some((PhotonMaps::new(photons, paths, tracer.slices(paths)), rays))
 }

@@ -63,7 +63,7 @@ pub struct DroppedSample {
     pub radiance: [f32; 3],
 }
 
-/// How often mutations of one kind were proposed to Markov chains, and accepted by them.
+/// Numbers of mutations of one kind that Markov chains proposed and accepted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MutationCounts {
     /// Proposals.
@@ -90,7 +90,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// How many dropped samples are kept for replay.
+    /// Maximum number of dropped samples that are kept for replay.
     const KEPT: usize = 10;
 
     /// Notes an invalid sample.

@@ -319,9 +319,9 @@ mod tests {
         }
     }
 
-    struct Until<'a>(&'a Slow, u64);
+    struct StopAt<'a>(&'a Slow, u64);
 
-    impl Observer for Until<'_> {
+    impl Observer for StopAt<'_> {
         fn progress(&self, _: u64) {}
 
         fn should_stop(&self) -> bool {
@@ -344,7 +344,7 @@ mod tests {
         for end in [50, 90] {
             loop {
                 let slow = Slow(AtomicU64::new(0));
-                let (outcome, statistics) = render(&slow, &sampler, &mut film, end, &Until(&slow, patience));
+                let (outcome, statistics) = render(&slow, &sampler, &mut film, end, &StopAt(&slow, patience));
                 if outcome == Outcome::Complete {
                     break;
                 }

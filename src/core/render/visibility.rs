@@ -1,7 +1,7 @@
 use super::cancellation::CountedRays;
 use super::observer::Observer;
-use super::pieces::in_pieces;
 use super::statistics::RayCounts;
+use super::work_items::in_work_items;
 use crate::accel::Accel;
 use crate::integrator::VisibilityLearner;
 use crate::light::VisibilityGrid;
@@ -15,18 +15,18 @@ pub fn learn_visibility<A: Accel, S: Sampler>(
     observer: &impl Observer,
 ) -> Option<(Option<VisibilityGrid>, RayCounts)> {
     let paths = |index, _: &mut S, rays: &mut CountedRays| learner.find_sites(index, rays);
-    let (found, rays) = in_pieces(learner.site_pieces(), sampler, observer, paths)?;
+    let (found, rays) = in_work_items(learner.site_work_items(), sampler, observer, paths)?;
     let sites = learner.join(found);
     let Some(grid) = learner.grid(&sites) else {
         return Some((None, rays));
     };
     let places = learner.places(&grid, &sites.sites);
     let group = |index, _: &mut S, rays: &mut CountedRays| learner.trace_from_groups(&grid, &places, index, rays);
-    let (groups, of_groups) = in_pieces(learner.trace_pieces(places.groups()), sampler, observer, group)?;
+    let (groups, of_groups) = in_work_items(learner.trace_work_items(places.groups()), sampler, observer, group)?;
     let groups = groups.concat();
     let cell =
         |index, _: &mut S, rays: &mut CountedRays| learner.trace_from_cells(&grid, (&places, &groups), index, rays);
-    let (cells, of_cells) = in_pieces(learner.trace_pieces(grid.cells()), sampler, observer, cell)?;
+    let (cells, of_cells) = in_work_items(learner.trace_work_items(grid.cells()), sampler, observer, cell)?;
     let grid = grid.with_visibility(&cells.concat(), places.counts());
     Some((Some(grid), rays.plus(of_groups).plus(of_cells)))
 }

@@ -20,7 +20,7 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     // Boxes without their upper edges lack points: each reaches up to the next point.
     let open = |width: f64, heights: &[f64]| {
         let tops = heights.iter().copied().chain([1.0]).enumerate();
-        tops.fold(0.0, |most: f64, (below, top)| most.max(width * top - share(below)))
+        tops.fold(0.0, |max: f64, (below, top)| max.max(width * top - share(below)))
     };
     for column in sorted.chunk_by(|a, b| a[0] == b[0]) {
         let width = column[0][0];
@@ -31,7 +31,7 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
         }
         // Boxes with their upper edges have points too many: each ends at its last point.
         let tops = heights.iter().enumerate();
-        largest = tops.fold(largest, |most, (below, top)| most.max(share(below + 1) - width * top));
+        largest = tops.fold(largest, |max, (below, top)| max.max(share(below + 1) - width * top));
     }
     if points.is_empty() {
         return 0.0;

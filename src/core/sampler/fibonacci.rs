@@ -171,8 +171,8 @@ mod tests {
         let dimension = Dimension::bounce(0, DIRECTION);
         let (mean, variance) = error(&|seed| points(sampler(seed, 64), 1, dimension, 0..64));
         let independent = SamplerKind::Independent;
-        let (expected, most) = error(&|seed| points(independent.with_seed(seed, 64), 1, dimension, 0..64));
-        assert!((mean - expected).abs() < 4.0 * ((variance + most) / 500.0).sqrt());
-        assert!(variance < 0.1 * most, "{variance} {most}");
+        let (expected, max) = error(&|seed| points(independent.with_seed(seed, 64), 1, dimension, 0..64));
+        assert!((mean - expected).abs() < 4.0 * ((variance + max) / 500.0).sqrt());
+        assert!(variance < 0.1 * max, "{variance} {max}");
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn permute(x: u32, bits: u32, key: u64) -> u32 {
     words.into_iter().flatten().fold(x, step)
 }
 
-/// The same for up to 8 digits, of which one hash is enough.
+/// [`permute`] for up to 8 digits, of which one hash is enough.
 pub(super) fn permute_few(x: u32, bits: u32, key: u64) -> u32 {
     let hash = mix(key);
     let step = |x, i: u32| permutation_step(x, bits, (hash >> (16 * i)) as u32, (hash >> (16 * i + 8)) as u32);

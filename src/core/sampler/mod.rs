@@ -71,9 +71,9 @@ impl SampleKey {
 pub enum Stream {
     /// Markov chains of Metropolis light transport: a column for each chain.
     Chains,
-    /// Paths that Markov chains may start with: a column for each path, or piece of work.
+    /// Paths that Markov chains may start with: a column for each path, or work item.
     Bootstrap,
-    /// Photon paths: a column for each piece of work.
+    /// Photon paths: a column for each work item.
     Photons,
     /// Numbers that all paths of an iteration share, such as their time.
     Iteration,

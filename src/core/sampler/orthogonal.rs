@@ -51,7 +51,7 @@ impl Orthogonal {
         let decision_bits = self.bits - 1;
         let array = numbered(self.key, dimension.ordinal() >> decision_bits);
         let pair = dimension.ordinal() & ((1 << decision_bits) - 1);
-        // The same run for all that draw from the array
+        // One run for all that draw from the array
         let run = permute(self.within(), 2 * self.bits, array);
         let (a, b) = (run >> self.bits, run & ((1 << self.bits) - 1));
         // Factors j and j + 1 of an even j, whose products with b differ by b

@@ -59,7 +59,7 @@ impl PerturbedQmc {
 
     /// The sample's point on the unit sphere.
     fn point(&self, dimension: Dimension) -> Vec3 {
-        // The same order of points in all pixels and for all seeds
+        // One order of points in all pixels and for all seeds
         let (sample, n) = (self.key.sample, self.points.len() as u32);
         let index = permute(sample % n, self.bits, mix(dimension.index().into()));
         let mut point = self.points[index as usize];

@@ -18,7 +18,7 @@ pub enum Step {
     Small,
 }
 
-/// How many times the largest small step is as long as the least.
+/// Ratio of the largest to the smallest small step.
 const STEP_RATIO: f32 = 16.0;
 
 /// The numbers of a Markov chain in the space of primary samples: a point of the unit cube of all random numbers that a path might ask for, and
@@ -115,7 +115,7 @@ impl PrimarySampler {
     fn accepted(&self, coordinate: u32) -> u32 {
         let known = self.known.get(coordinate as usize);
         let word = known.map_or(0, |word| word.load(Ordering::Relaxed));
-        // What is known may be of before the last large step.
+        // The known value may be from before the last large step.
         let (mut value, taken) = match (word as u32).checked_sub(self.restarted + 1) {
             Some(taken) => ((word >> 32) as u32, taken as usize),
             None => (drawn(self.origin, coordinate), 0),
@@ -130,7 +130,7 @@ impl PrimarySampler {
         value
     }
 
-    /// How far a small step moves a coordinate.
+    /// Displacement of a coordinate by a small step.
     fn way(&self, step: u64, coordinate: u32) -> u32 {
         let bits = hash::numbered(step, coordinate);
         let u = hash::unit_f32((bits >> 32) as u32);

@@ -45,7 +45,7 @@ impl AliasTable {
                 small.push(l);
             }
         }
-        // What is left differs from 1 by rounding only, but an index of probability zero must never be drawn.
+        // The remainder differs from 1 by rounding only, but an index of probability zero must never be drawn.
         let some = weights.iter().position(|&w| w > 0.0)?;
         for i in small.into_iter().chain(large) {
             if weights[i] == 0.0 {

@@ -29,11 +29,11 @@ pub(super) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
     }
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|vertex| root(&mut parents, vertex));
-        let least = a.min(b).min(c);
+        let min = a.min(b).min(c);
         for other in [a, b, c] {
             // A root that was joined a moment ago is one no more.
             let other = root(&mut parents, other);
-            parents[other as usize] = least;
+            parents[other as usize] = min;
         }
     }
     let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();

@@ -220,7 +220,7 @@ impl Ground {
         if ground.finite.len() > MAX_FINITE_LIGHTS {
             return Err(BuildError::TooManyLightsOfGround {
                 count: ground.finite.len(),
-                most: MAX_FINITE_LIGHTS,
+                max: MAX_FINITE_LIGHTS,
             });
         }
         Ok(ground)

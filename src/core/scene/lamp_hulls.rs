@@ -9,7 +9,7 @@ use crate::light::{Light, LightId};
 use crate::math::{DVec3, Frame, Ray, Vec3};
 use std::collections::HashMap;
 
-/// How much larger a hull is than need be: roundings of its vertices do not reach the lamp.
+/// Margin of a hull: roundings of its vertices do not reach the lamp.
 const SLACK: f64 = 1.0 + 1e-5;
 
 impl Scene {
@@ -47,7 +47,7 @@ impl Scene {
                 ng: n,
                 ns: n,
                 ray_offset: light.ray_offset(),
-                lift: [0.0; 2],
+                curvature_offset: [0.0; 2],
                 ..point
             }),
             _ => point,
@@ -95,8 +95,8 @@ pub(super) fn around_sphere(center: Vec3, radius: f32) -> Mesh {
         let (a, b, c) = (points[*a], points[*b], points[*c]);
         a.dot((b - a).cross(c - a).normalize())
     };
-    let least = faces.iter().map(distance).fold(1.0, f64::min);
-    let size = f64::from(radius) * SLACK / least;
+    let min = faces.iter().map(distance).fold(1.0, f64::min);
+    let size = f64::from(radius) * SLACK / min;
     Mesh {
         positions: points
             .iter()

@@ -16,9 +16,9 @@ use crate::math::{Horizon, Quat, Vec3, list};
 
 /// Name of the material of a rectangle that emits, and of the object that it is.
 pub const RECTANGLE_NAME: &str = "rectangle light";
-/// The same of a sphere.
+/// Name of the material and object of a sphere that emits.
 pub const SPHERE_NAME: &str = "sphere light";
-/// The same of a disk.
+/// Name of the material and object of a disk that emits.
 pub const DISK_NAME: &str = "disk light";
 
 /// A daylight sky. Angles are degrees.

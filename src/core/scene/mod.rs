@@ -208,7 +208,7 @@ impl Scene {
         Ball::around(self.bounds)
     }
 
-    /// The same in less memory: what can be made of the rest at each hit is, and acceleration structures are to do so too.
+    /// The scene in less memory: what follows from the rest is computed at each hit, and acceleration structures are to do so too.
     pub fn into_compact(mut self) -> Self {
         self.facets.iter_mut().for_each(|facets| *facets = Vec::new());
         self.is_compact = true;
@@ -488,7 +488,7 @@ impl Scene {
         })
     }
 
-    /// The same of a light that moves, that a texture varies, or that is no triangle.
+    /// Emitted light and density of a light that moves, that a texture varies, or that is no triangle.
     #[inline(never)]
     fn emitted_otherwise(
         &self,

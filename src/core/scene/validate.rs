@@ -21,7 +21,7 @@ pub(super) const MAX_COORDINATE: f32 = 1e10;
 /// normal f32.
 const MIN_EXTENT: f32 = 1e-9;
 
-/// How far lights may be from the origin, and the scene from an instance in units of the instanced object.
+/// Maximum distance of lights from the origin, and of the scene from an instance in units of the instanced object.
 pub(super) const MAX_REACH: f32 = 1e15;
 
 /// Why a scene cannot be built.
@@ -66,7 +66,7 @@ pub enum BuildError {
     BadPlacement {
         /// In the order of adding.
         instance: usize,
-        /// What is wrong.
+        /// The error.
         problem: &'static str,
     },
     /// A vertex attribute is not there for every vertex, or has a value that it cannot have.
@@ -116,13 +116,13 @@ pub enum BuildError {
     UnknownIrradiance,
     /// The ground has more lights than each of its points can sum up.
     #[error(
-        "the ground cannot catch the shadows of {count} lights that are not infinitely far away: {most} at most, each emitting triangle is one"
+        "the ground cannot catch the shadows of {count} lights that are not infinitely far away: {max} at most, each emitting triangle is one"
     )]
     TooManyLightsOfGround {
         /// Number of lights that are not infinitely far away.
         count: usize,
         /// Maximum number.
-        most: usize,
+        max: usize,
     },
     /// A group of lights has a name that it cannot have.
     #[error("light group `{name}`: {rule}")]

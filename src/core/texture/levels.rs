@@ -207,8 +207,8 @@ mod tests {
             let (samples, _) = floats(&vec![0.0; size.0 * size.1], size, 1);
             // Once one side is a single texel the other goes on alone.
             let (long, short) = (size.0.max(size.1), size.0.min(size.1));
-            let most = size.0 * size.1 * 4 / 3 + 2 * long / short;
-            assert!(samples.len() <= most, "{size:?}: {} of {most}", samples.len());
+            let max = size.0 * size.1 * 4 / 3 + 2 * long / short;
+            assert!(samples.len() <= max, "{size:?}: {} of {max}", samples.len());
             assert_eq!(samples.capacity(), samples.len());
         }
     }

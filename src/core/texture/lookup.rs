@@ -5,7 +5,7 @@ use crate::color::Spectrum;
 use crate::math::{Encode, Vec2, Vec3};
 use std::array;
 
-/// How many texels are looked at where all must be.
+/// Maximum number of texels of a lookup that must read all of them.
 const MAX_TEXELS: f32 = 4096.0;
 /// Texels from the origin up to here have middles that an `f32` can tell.
 const FARTHEST_TEXEL: f32 = 4_194_304.0;
@@ -167,7 +167,7 @@ impl Texture {
         texels.all(|texel| self.color((first + texel + 0.5) / self.size, 0.0).is_black())
     }
 
-    /// How many texels had a sample that was NaN, infinite or negative and is now 0.
+    /// Number of texels that had a sample that was NaN, infinite or negative and is now 0.
     pub fn replaced_texels(&self) -> usize {
         self.replaced
     }

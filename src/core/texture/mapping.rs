@@ -95,7 +95,7 @@ impl Mapping {
         uv * self.scale + self.offset
     }
 
-    /// What is `footprint` wide on the surface, in the picture: along the axis where that is less, as [`Texture`] has it of texels.
+    /// Width in the picture of a `footprint` on the surface: along the axis where that is less, as [`Texture`] has it of texels.
     pub fn footprint(&self, footprint: f32) -> f32 {
         footprint * self.scale.abs().min_element()
     }

@@ -56,12 +56,12 @@ pub(super) struct Stored {
     pub levels: Vec<Level>,
     /// The largest sample but alpha's.
     pub max_value: f32,
-    /// How many texels had a sample that is no value.
+    /// Number of texels that had a sample that is no value.
     pub replaced: usize,
 }
 
 impl Texels {
-    /// How many samples there are.
+    /// Number of samples.
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Bytes(samples, _) => samples.len(),
@@ -102,9 +102,9 @@ impl Texels {
                     levels = levels::append(&mut halves, size, channels, decode, |_, value| half::encode(value));
                     samples = Samples::Halves(halves);
                 } else {
-                    // Roundings of a mean must not lift it above all that it is the mean of.
-                    let most = |c| if is_alpha(c) { 1.0 } else { max_value };
-                    levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(most(c)));
+                    // Roundings of a mean must not curvature_offset it above all that it is the mean of.
+                    let max = |c| if is_alpha(c) { 1.0 } else { max_value };
+                    levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(max(c)));
                     samples = Samples::Floats(values);
                 }
             }
@@ -171,7 +171,7 @@ fn nearest(codes: &Codes, value: f32) -> u8 {
 fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T {
     let colors = if channels < 3 { 1 } else { 3 };
     let samples = samples.chunks_exact(channels).flat_map(|texel| &texel[..colors]);
-    samples.fold(T::default(), |most, &sample| if sample > most { sample } else { most })
+    samples.fold(T::default(), |max, &sample| if sample > max { sample } else { max })
 }
 
 /// Puts 0 for what is not finite or negative, and tells how many texels that were; alpha is cut off at 1.
@@ -180,14 +180,14 @@ fn repair(values: &mut [f32], channels: usize) -> usize {
     for texel in values.chunks_exact_mut(channels) {
         let mut is_sound = true;
         for (c, value) in texel.iter_mut().enumerate() {
-            let most = if channels % 2 == 0 && c + 1 == channels {
+            let max = if channels % 2 == 0 && c + 1 == channels {
                 1.0
             } else {
                 LARGEST
             };
             // −0 is sound; its sign goes.
             if (0.0..=LARGEST).contains(value) {
-                *value = value.abs().min(most);
+                *value = value.abs().min(max);
             } else {
                 (*value, is_sound) = (0.0, false);
             }

@@ -30,7 +30,7 @@ use toml::Spanned;
 pub struct Loaded {
     /// The frozen scene.
     pub scene: Scene,
-    /// What was missing, repaired or assumed.
+    /// Missing parts, repairs and assumptions.
     pub warnings: Vec<Warning>,
     /// All files that were read; nothing may be written over them.
     pub files: Vec<PathBuf>,
@@ -42,7 +42,7 @@ pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, Fil
     load_scene_watched(file, builder, &())
 }
 
-/// The same; `observer` is told how far it is.
+/// [`load_scene`], whose progress `observer` receives.
 pub fn load_scene_watched(
     file: &SceneFile,
     builder: SceneBuilder,
@@ -72,7 +72,7 @@ struct Loader<'a> {
     allowance: Allowance,
     /// The files of each object.
     shapes: Vec<Shapes>,
-    /// How many objects have these files.
+    /// Number of objects with these files.
     copies: HashMap<Shapes, usize>,
     /// The last object for which a file is needed.
     last_use: HashMap<PathBuf, usize>,

@@ -1,3 +1,4 @@
+use crate::description::exact_list::ExactList;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
@@ -31,7 +32,7 @@ impl<'de> Deserialize<'de> for ColorValue {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, numbers: A) -> Result<ColorValue, A::Error> {
-                <[f32; 3]>::deserialize(SeqAccessDeserializer::new(numbers)).map(ColorValue)
+                ExactList::deserialize(SeqAccessDeserializer::new(numbers)).map(|list| ColorValue(list.0))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<ColorValue, A::Error> {

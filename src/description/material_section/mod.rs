@@ -39,7 +39,7 @@ pub struct MaterialSection {
     pub roughness: Option<Spanned<f32>>,
     /// Share of metal: `diffuse` is the base colour.
     pub metallic: Option<Spanned<f32>>,
-    /// How much longer than wide highlights are, of `ggx` and of `transmission`.
+    /// Elongation of highlights of `ggx` and of `transmission`.
     pub anisotropy: Option<Spanned<f32>>,
     /// Degrees from the direction of growing u to that of long highlights.
     pub anisotropy_rotation: Option<Spanned<f32>>,

@@ -348,7 +348,7 @@ fn patches_change_what_they_say() {
     let bright = patched(of("matte"), "emission = 2\nemission_map = \"e.png\"").unwrap();
     assert_eq!(bright.material.emission, Spectrum::splat(2.0));
 
-    // What is roughened but reflects nothing is worth a word.
+    // A roughness without reflection is a warning.
     let (file, section) = patch("roughness = 0.2");
     let warning = section.patched(of("matte"), &file.source).unwrap().1.unwrap();
     assert!(warning.message.contains("roughness has no effect"), "{warning}");

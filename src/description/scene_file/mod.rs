@@ -150,7 +150,7 @@ impl SceneFile {
         Self::parse(path, text.into(), &read_overrides(path, set, text)?)
     }
 
-    /// The same scene with keys set over those that it has, as in [`SceneFile::load_with`]; keys that were set before, and patches of materials, are gone.
+    /// This scene with keys set over those that it has, as in [`SceneFile::load_with`]; keys that were set before, and patches of materials, are gone.
     ///
     /// # Errors
     ///

@@ -23,7 +23,7 @@ impl Device {
         // SAFETY: the type is one of the header's. Null is an answer, and handled.
         let handle = unsafe { oidnNewDevice(OIDNDeviceType_OIDN_DEVICE_TYPE_CPU) };
         if handle.is_null() {
-            // What is wrong the library tells of no device; the oidn crate asks for that where it fails in the same way.
+            // The library reports errors without a device; the oidn crate asks for that where it fails in the same way.
             return Err(oidn::Device::cpu().err().unwrap_or(oidn::ErrorKind::Unknown.into()));
         }
         let threads = i32::try_from(threads).unwrap_or(i32::MAX);

@@ -9,11 +9,11 @@ pub(super) const WIDTH: usize = 4;
 pub(super) struct Node {
     /// Lower and upper ends along x, y and z; an empty place has its ends the wrong way round.
     bounds: [[Vec4; 3]; 2],
-    /// What is in each box.
+    /// Content of each box.
     pub children: [Child; WIDTH],
 }
 
-/// What is in a box: the node `first`, or from `first` on so many triangles.
+/// Content of a box: the node `first`, or from `first` on so many triangles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Child {
     pub first: u32,

@@ -10,7 +10,7 @@ pub enum EmbreeError {
     /// A call reported an error.
     #[error("Embree: {doing}: {reason}")]
     Call {
-        /// What was being done.
+        /// Operation that failed.
         doing: &'static str,
         /// Embree's error code in words.
         reason: &'static str,

@@ -128,7 +128,7 @@ impl Trial {
         query
     }
 
-    /// What is wrong with the library that gave this answer, if anything is.
+    /// Fault of the library that gave this answer, if it has one.
     fn judge(&self, answer: &Guarded) -> Result<(), &'static str> {
         let RTCRayHit { ray, hit } = &answer.query;
         let near = |a: f32, b: f32| (a - b).abs() < 1e-5;

@@ -23,7 +23,7 @@ fn raw_ray(ray: &Ray) -> RTCRay {
     }
 }
 
-/// How many of `rays` hit, by a plain loop over `rtcIntersect1`.
+/// Number of `rays` that hit, by a plain loop over `rtcIntersect1`.
 pub fn raw_hits(accel: &EmbreeAccel, rays: &[Ray]) -> usize {
     let mut hits = 0;
     for ray in rays {
@@ -38,7 +38,7 @@ pub fn raw_hits(accel: &EmbreeAccel, rays: &[Ray]) -> usize {
     hits
 }
 
-/// How many of `rays` are occluded, by a plain loop over `rtcOccluded1`.
+/// Number of `rays` that are occluded, by a plain loop over `rtcOccluded1`.
 pub fn raw_occlusions(accel: &EmbreeAccel, rays: &[Ray]) -> usize {
     let mut occlusions = 0;
     for ray in rays {

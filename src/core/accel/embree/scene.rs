@@ -30,7 +30,7 @@ pub struct EmbreeAccel<'a> {
 enum Meshes<'a> {
     /// Those of a scene that is borrowed.
     Of(&'a Scene),
-    /// The same, kept for longer: all meshes, and where the instances are.
+    /// Those of a scene that outlives the borrow: all meshes, and where the instances are.
     Kept(Arc<Vec<Mesh>>, Vec<Placement>),
 }
 

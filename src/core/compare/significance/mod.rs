@@ -20,7 +20,7 @@ use noise::{Pixel, Pixels, Tile, ratio};
 use statrs::function::{beta::checked_beta_reg, erf::erfc};
 use std::collections::BTreeMap;
 
-/// How large the parts of the pictures are that a test compares.
+/// Size of the parts of the pictures that a test compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// One pixel: Student's t, with the degrees of freedom of the picture with fewer samples. Where light is found rarely, most pixels
@@ -31,7 +31,7 @@ pub enum Scale {
     Tile,
     /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors are independent of each other.
     Region,
-    /// The same of the whole picture. Where tiles may have errors in common: as if there were four times fewer, and sixteen or eight at most.
+    /// Student's t of the tiles of the whole picture. Where tiles may have errors in common: as if there were four times fewer, and sixteen or eight at most.
     Whole,
 }
 
@@ -124,10 +124,10 @@ impl Significance {
         ];
         let scales = by_variance.into_iter().chain(by_spread);
         let extremes: Vec<Extreme> = scales.flatten().collect();
-        let least = extremes.iter().map(|e| e.p).min_by(f64::total_cmp)?;
+        let min = extremes.iter().map(|e| e.p).min_by(f64::total_cmp)?;
         Some(Self {
             level,
-            p: of_family(least, extremes.len()),
+            p: of_family(min, extremes.len()),
             extremes,
             common,
             rare: None,
@@ -175,7 +175,7 @@ fn student_tails(score: f64, freedom: f64) -> f64 {
     student_tails_by_share(freedom / (freedom + score * score), freedom)
 }
 
-/// The same of a score whose `ν / (ν + t²)` is `share`.
+/// Probability of both tails beyond a score whose `ν / (ν + t²)` is `share`.
 fn student_tails_by_share(share: f64, freedom: f64) -> f64 {
     // P = I_share(ν / 2, 1 / 2), the regularised incomplete beta function
     checked_beta_reg(0.5 * freedom, 0.5, share.clamp(0.0, 1.0)).unwrap_or(1.0)
@@ -193,8 +193,8 @@ struct Test {
 /// The test with the smallest p.
 fn extreme(scale: Scale, tests: impl Iterator<Item = Test>) -> Option<Extreme> {
     let mut count = 0;
-    let least = tests.inspect(|_| count += 1).min_by(|a, b| a.p.total_cmp(&b.p))?;
-    Some(least.extreme(scale, count))
+    let min = tests.inspect(|_| count += 1).min_by(|a, b| a.p.total_cmp(&b.p))?;
+    Some(min.extreme(scale, count))
 }
 
 impl Test {
@@ -350,7 +350,7 @@ fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<
         (weight, weight * difference)
     });
     let weights: f64 = weighted.clone().map(|(weight, _)| weight).sum();
-    let most = match common {
+    let max = match common {
         CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
         // Few are independent, and a difference that is larger here than there must not look like noise: none counts more than half of them do.
         CommonErrors::Sample | CommonErrors::Picture => {
@@ -360,7 +360,7 @@ fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<
             sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
         }
     };
-    let terms = weighted.map(|(_, term)| term.clamp(-most, most));
+    let terms = weighted.map(|(_, term)| term.clamp(-max, max));
     let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
     // What rounding to 32 bits may make of it
     let sum = sum.signum() * (sum.abs() - f32::EPSILON as f64 * weights).max(0.0);

@@ -3,7 +3,7 @@
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::{UVec2, encode_variants};
 
-/// What is known of the noise of a picture.
+/// Noise of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
     /// Estimated variance of each pixel's mean, by channel; infinite where nothing is known.
@@ -300,7 +300,7 @@ pub(super) struct Tile {
     pub(super) sums: [[f64; 3]; 2],
     /// Mean variance of the difference of a pixel.
     variance: [f64; 3],
-    /// The same, where the tiles around it have a say.
+    /// Mean variance with that of the tiles around it.
     pub(super) wide_variance: [f64; 3],
     /// Pixels that may have their errors in common.
     pub(super) sharing: f64,

@@ -216,9 +216,9 @@ fn differences_are_found_where_they_are() {
         judge((&a, &image), 0.01)
     };
     // The whole by 1 %, where a pixel's error is 7.5 %
-    let verdict = changed(&|_, p| p.map(|v| 1.01 * v));
-    let worst = verdict.worst().unwrap();
-    assert!(verdict.differs() && worst.scale == Scale::Whole, "{verdict:?}");
+    let test = changed(&|_, p| p.map(|v| 1.01 * v));
+    let worst = test.worst().unwrap();
+    assert!(test.differs() && worst.scale == Scale::Whole, "{test:?}");
     assert!(
         (worst.difference - 0.01).abs() < 0.004 && worst.window == WINDOW,
         "{worst:?}"
@@ -226,23 +226,23 @@ fn differences_are_found_where_they_are() {
 
     // One pixel's green
     let place = UVec2::new(77, 33);
-    let verdict = changed(&|at, [r, g, b]| [r, if at == place { 3.0 * g } else { g }, b]);
-    let worst = verdict.worst().unwrap();
+    let test = changed(&|at, [r, g, b]| [r, if at == place { 3.0 * g } else { g }, b]);
+    let worst = test.worst().unwrap();
     assert!(
-        verdict.differs() && (worst.scale, worst.channel) == (Scale::Pixel, 1),
-        "{verdict:?}"
+        test.differs() && (worst.scale, worst.channel) == (Scale::Pixel, 1),
+        "{test:?}"
     );
     assert_eq!(worst.window.min, place);
     assert!(worst.score > 9.0 && worst.p < 0.0025, "{worst:?}");
 
     // A tile by 5 %, and its neighbour by as much into the other direction
-    let verdict = changed(&|at, p| match (at / TILE_SIZE).to_array() {
+    let test = changed(&|at, p| match (at / TILE_SIZE).to_array() {
         [3, 2] => p.map(|v| 1.05 * v),
         [4, 2] => p.map(|v| 0.95 * v),
         _ => p,
     });
-    let worst = verdict.worst().unwrap();
-    assert!(verdict.differs() && worst.scale == Scale::Tile, "{verdict:?}");
+    let worst = test.worst().unwrap();
+    assert!(test.differs() && worst.scale == Scale::Tile, "{test:?}");
     assert!(
         worst.window.min.y == 32 && [48, 64].contains(&worst.window.min.x),
         "{worst:?}"

@@ -1,9 +1,9 @@
 use std::fmt;
 
-/// What is wrong with a part or an expression, and what to do about it.
+/// Error in a part of the light or in an expression, with its remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightPathError {
-    /// What is wrong, with its place.
+    /// The error, with its place.
     pub message: String,
     /// What to do about it.
     pub help: String,

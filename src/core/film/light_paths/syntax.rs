@@ -66,7 +66,7 @@ pub(super) fn parse(text: &str) -> Result<Node, LightPathError> {
 
 struct Parser<'a> {
     length: usize,
-    /// What is left, each character with its place.
+    /// Remaining text, each character with its place.
     rest: &'a [(usize, char)],
 }
 

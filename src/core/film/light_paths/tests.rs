@@ -29,8 +29,8 @@ fn ends(node: &Node, word: &[Symbols], start: usize) -> BTreeSet<usize> {
         Node::Repeated { node, min, max } => {
             let mut found = BTreeSet::new();
             let mut from = BTreeSet::from([start]);
-            let most = max.map_or(*min as usize + word.len() + 1, |max| max as usize);
-            for count in 0..=most {
+            let max = max.map_or(*min as usize + word.len() + 1, |max| max as usize);
+            for count in 0..=max {
                 if count >= *min as usize {
                     found.extend(&from);
                 }
@@ -51,11 +51,11 @@ const KINDS: [EventKind; 6] = [
 ];
 const LIGHTS: [PathLight; 3] = [PathLight::Background, PathLight::Surface, PathLight::Point];
 
-/// All sequences of events up to `most`, from the camera on.
-fn sequences(most: usize) -> Vec<Vec<EventKind>> {
+/// All sequences of events up to `max`, from the camera on.
+fn sequences(max: usize) -> Vec<Vec<EventKind>> {
     let mut all = vec![Vec::new()];
     let mut start = 0;
-    for _ in 0..most {
+    for _ in 0..max {
         let end = all.len();
         for i in start..end {
             for kind in KINDS {

@@ -227,7 +227,7 @@ fn child_center(center: Vec3, half: f32, octant: usize) -> Vec3 {
     center + Vec3::new(sign(0), sign(1), sign(2))
 }
 
-/// How far `p` is from a cube; 0 inside.
+/// Distance of `p` from a cube; 0 inside.
 fn distance_to_cube(p: Vec3, center: Vec3, half: f32) -> f32 {
     ((p - center).abs() - Vec3::splat(half)).max(Vec3::ZERO).length()
 }

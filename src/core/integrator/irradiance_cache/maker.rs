@@ -137,7 +137,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             let direction = frame.to_world(strata.direction(index, u));
             let ray = Ray::new(origin, direction).when(place.point.time);
             let mut seen = self.look((key, sampler), &ray, place.depth + 1, out);
-            // What is nearer than that changes within the pixel.
+            // Surfaces nearer than that change within the pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
                 seen.radiance = Spectrum::ZERO;
@@ -151,17 +151,17 @@ impl<A: Accel> RecordMaker<'_, A> {
 
         // Where gradients are steep a record holds less far, but not less than some pixels; nor may it then say that there is less than no light.
         let luminance = gathered.irradiance.luminance();
-        let [least, most] = PIXELS.map(|pixels| pixels * place.pixel);
+        let [min, max] = PIXELS.map(|pixels| pixels * place.pixel);
         let steepness = gradients.steepness();
-        let radius = gathered.distance.min(luminance / steepness).min(most).max(least);
-        let most_steepness = luminance / radius;
+        let radius = gathered.distance.min(luminance / steepness).min(max).max(min);
+        let max_steepness = luminance / radius;
         let record = Record {
             p: place.p(),
             n: place.n(),
             radius,
             irradiance: gathered.irradiance,
-            gradients: match steepness > most_steepness {
-                true => gradients.with_translation_scaled(most_steepness / steepness),
+            gradients: match steepness > max_steepness {
+                true => gradients.with_translation_scaled(max_steepness / steepness),
                 false => gradients,
             },
             effective_rays: gathered.effective_rays,

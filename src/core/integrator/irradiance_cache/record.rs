@@ -12,7 +12,7 @@ pub struct Record {
     pub n: Vec3,
     /// Distance at which the estimated error is 100 %: scene units.
     pub radius: f32,
-    /// What was found, W·m⁻².
+    /// Irradiance, W·m⁻².
     pub irradiance: Spectrum,
     /// How it changes.
     pub gradients: Gradients,
@@ -32,7 +32,7 @@ pub struct Gradients {
     pub translational: [Vec3; 3],
 }
 
-/// How far behind a record's place, in shares of its reach, a point may lie that it is asked about: curved surfaces are made of flat triangles.
+/// Maximum distance of a lookup behind a record's place, in shares of its reach: curved surfaces are made of flat triangles.
 const BEHIND: f32 = 0.1;
 
 impl Record {
@@ -42,13 +42,13 @@ impl Record {
     }
 
     /// How wrong the record is likely to be at the point `p` with normal `n`, as a share: the distance over the radius, and the root of one less
-    /// the cosine of the angle (Ward et al. 1988, the bound of the split sphere model). `None` where it is more than `most`, or where
+    /// the cosine of the angle (Ward et al. 1988, the bound of the split sphere model). `None` where it is more than `max`, or where
     /// the point lies behind the record's place and so may not see what that does.
     #[inline(always)]
     // ANCHOR: error
-    pub fn error(&self, p: Vec3, n: Vec3, most: f32) -> Option<f32> {
+    pub fn error(&self, p: Vec3, n: Vec3, max: f32) -> Option<f32> {
         let d = p - self.p;
-        let reach = most * self.radius;
+        let reach = max * self.radius;
         let squared = d.length_squared();
         if squared > reach * reach {
             return None;
@@ -56,7 +56,7 @@ impl Record {
         let turn = (1.0 - n.dot(self.n)).max(0.0).sqrt();
         let error = squared.sqrt() / self.radius + turn;
         let is_behind = d.dot(n + self.n) < -2.0 * BEHIND * reach;
-        (error < most && !is_behind).then_some(error)
+        (error < max && !is_behind).then_some(error)
     }
     // ANCHOR_END: error
 

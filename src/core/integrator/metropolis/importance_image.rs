@@ -100,11 +100,11 @@ pub struct ImportanceImageMaker<'a, A> {
 }
 
 impl<A: Accel> ImportanceImageMaker<'_, A> {
-    /// Number of pieces of work.
-    pub const PIECES: u32 = ESTIMATES * SAMPLES;
+    /// Number of work items.
+    pub const WORK_ITEMS: u32 = ESTIMATES * SAMPLES;
 
-    /// The piece `index`: luminance by cells, of a sample of each cell.
-    pub fn piece<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
+    /// The work item `index`: luminance by cells, of a sample of each cell.
+    pub fn work_item<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
         let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
         let picture = ImportanceImage::of(self.world.camera.resolution());
         let mut light = vec![0.0; picture.values.len()];
@@ -126,10 +126,10 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
         light
     }
 
-    /// Joins all pieces, in their order.
-    pub fn join(&self, pieces: &[Vec<f64>]) -> ImportanceImage {
+    /// Joins all work items, in their order.
+    pub fn join(&self, work_items: &[Vec<f64>]) -> ImportanceImage {
         let mut picture = ImportanceImage::of(self.world.camera.resolution());
-        let estimates = pieces.chunks(SAMPLES as usize);
+        let estimates = work_items.chunks(SAMPLES as usize);
         let median = |cell: usize| {
             let sum = |estimate: &[Vec<f64>]| estimate.iter().map(|light| light[cell]).sum::<f64>();
             let mut all: Vec<f64> = estimates.clone().map(sum).collect();

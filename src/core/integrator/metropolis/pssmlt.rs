@@ -262,10 +262,10 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
     /// Samples in an iteration whose paths chains may start from.
     fn seeds(&self) -> u32 {
         let usual = (mutations(&self.world) / MUTATIONS_PER_SEED).max(MIN_SEEDS);
-        let most = u32::MAX - SEEDS_AT_ONCE;
+        let max = u32::MAX - SEEDS_AT_ONCE;
         self.metropolis
             .bootstrap
-            .map_or(usual.min(most as u64) as u32, |n| n.clamp(1, most))
+            .map_or(usual.min(max as u64) as u32, |n| n.clamp(1, max))
     }
 
     /// Numbers of vertices of the paths that chains carry.

@@ -1,4 +1,4 @@
-//! How long a Markov chain stays in a pixel: its integrated autocorrelation time.
+//! Time that a Markov chain stays in a pixel: its integrated autocorrelation time.
 //!
 //! A picture counts how often chains are in each pixel. Let `Xᵢ` be 1 where the i-th of n mutations is in pixel p, and `c = Σ Xᵢ` its visits. Independent
 //! samples would have `E[c²] ≈ E[c]` for a rare pixel; a chain has `τ` times as much, and so `τ` times the variance. Over all pixels
@@ -21,7 +21,7 @@ pub(crate) struct Visits {
     /// Sum of their squares.
     squares: f64,
     /// Most visits of a pixel.
-    most: f64,
+    max: f64,
 }
 
 impl Visits {
@@ -30,7 +30,7 @@ impl Visits {
         let visits = self.pixels.entry(film.floor().as_ivec2().to_array()).or_default();
         self.squares += share * (share + 2.0 * *visits);
         *visits += share;
-        self.most = self.most.max(*visits);
+        self.max = self.max.max(*visits);
     }
 
     /// What a chain of `mutations` mutations counts.
@@ -39,7 +39,7 @@ impl Visits {
             chains: 1,
             mutations,
             squared_visits: self.squares.round() as u64,
-            stuck: u64::from(self.most * 2.0 >= mutations as f64),
+            stuck: u64::from(self.max * 2.0 >= mutations as f64),
         }
     }
 }

@@ -87,8 +87,8 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
                 false => Spectrum::rgb(1.0, 0.15, 0.1) * lit(&vertex),
             },
             DebugView::LightCount => {
-                let most = 1.0 + scene.lights().len() as f32;
-                scale(1.0 + self.arriving_lights(&vertex, sampler, out) as f32, most)
+                let max = 1.0 + scene.lights().len() as f32;
+                scale(1.0 + self.arriving_lights(&vertex, sampler, out) as f32, max)
             }
             DebugView::RayCost => Spectrum::ZERO,
         };
@@ -219,9 +219,9 @@ fn distance(p: Vec3, [a, b]: [Vec3; 2]) -> f32 {
     p.distance(a + t * along)
 }
 
-/// The colour of `count`, at least 1, on a logarithmic scale to `most`.
-fn scale(count: f32, most: f32) -> Spectrum {
-    let share = (count.max(1.0).ln() / most.max(2.0).ln()).clamp(0.0, 1.0);
+/// The colour of `count`, at least 1, on a logarithmic scale to `max`.
+fn scale(count: f32, max: f32) -> Spectrum {
+    let share = (count.max(1.0).ln() / max.max(2.0).ln()).clamp(0.0, 1.0);
     Spectrum::from(false_color::magma(share).map(|code| srgb::decode(f32::from(code) / 255.0)))
 }
 

@@ -221,7 +221,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                     strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, met),
                     Some(met),
                 ),
-                // What is behind the surface does not arrive
+                // Light from behind the surface is blocked
                 true => (
                     strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), before * -1.0),
                     None,

@@ -32,7 +32,7 @@ pub enum Survival {
     LargestChannel,
     /// Luminance of the throughput, 0.95 at most.
     Luminance,
-    /// The same for all paths, in (0, 1]. At 1 only a maximum depth ends paths.
+    /// One probability for all paths, in (0, 1]. At 1 only a maximum depth ends paths.
     Constant(f32),
     /// Largest channel of the throughput over a threshold, above 0; certain where the throughput is above it.
     Threshold(f32),

@@ -67,10 +67,10 @@ pub struct PhotonMapIntegrator<'a, A> {
     pub gather_rays: u32,
 }
 
-/// How far photons of the global map may be, over the radius of the scene.
+/// Maximum search radius in the global map, over the radius of the scene.
 pub const FAR_SHARE: f32 = 0.1;
 
-/// How far photons of caustics may be, over the radius of the scene: where they have edges, they should be seen.
+/// Maximum search radius in the map of caustics, over the radius of the scene: where they have edges, they should be seen.
 pub const NEAR_SHARE: f32 = 0.02;
 
 /// The photons of a render, by slices of the shutter interval.
@@ -310,8 +310,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let density = Density::<Spectrum>::new(self.world.scene, vertex);
         let counts = |photon: &Photon| density.is_of_surface(photon);
         let dot = 0.5 * self.world.camera.pixel_width(point.p, point.time);
-        let most = self.most_distance(FAR_SHARE);
-        let nearest = slice.global.nearest(point.p, self.photon_count as usize, most, counts);
+        let max = self.max_distance(FAR_SHARE);
+        let nearest = slice.global.nearest(point.p, self.photon_count as usize, max, counts);
         // The search leaves out the farthest of as many as are asked for.
         let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
         let (caustics, ..) = self.density::<Spectrum>(|slice| (&slice.caustics, NEAR_SHARE), vertex, 0);
@@ -325,7 +325,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
     }
 
     /// Maximum distance of photons that count: as it is set, or `share` of the radius of the scene.
-    fn most_distance(&self, share: f32) -> f32 {
+    fn max_distance(&self, share: f32) -> f32 {
         self.radius.unwrap_or_else(|| share * self.world.scene.ball().radius)
     }
 
@@ -357,9 +357,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             return (R::default(), 0.0, 0);
         };
         let (map, share) = map(slice);
-        let most = self.most_distance(share);
+        let max = self.max_distance(share);
         let mut density = Density::new(scene, vertex);
-        let nearest = map.nearest(vertex.point.p, self.photon_count as usize, most, |photon| {
+        let nearest = map.nearest(vertex.point.p, self.photon_count as usize, max, |photon| {
             let scatterings = depth + 1 + photon.scatterings as u32;
             self.max_depth.is_none_or(|max| scatterings <= max) && density.is_of_surface(photon)
         });

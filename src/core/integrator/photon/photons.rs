@@ -82,8 +82,8 @@ pub struct PhotonTracer<'a, A> {
     pub min_scatterings: u16,
 }
 
-/// Number of paths of a piece of work. Their random numbers are those of consecutive samples of one place, and so well distributed together.
-pub const PHOTON_PATHS_A_PIECE: u32 = 1024;
+/// Number of paths of a work item. Their random numbers are those of consecutive samples of one place, and so well distributed together.
+pub const PHOTON_PATHS_A_WORK_ITEM: u32 = 1024;
 
 /// Maximum number of slices of the shutter interval.
 const MAX_SLICES: u32 = 16;
@@ -100,14 +100,14 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         }
     }
 
-    /// Number of pieces of work of `paths` paths.
-    pub fn pieces(paths: u32) -> u32 {
-        paths.div_ceil(PHOTON_PATHS_A_PIECE)
+    /// Number of work items of `paths` paths.
+    pub fn work_items(paths: u32) -> u32 {
+        paths.div_ceil(PHOTON_PATHS_A_WORK_ITEM)
     }
 
-    /// The photons of the piece `index` of the `paths` paths of `iteration`, in the order of their paths; at `time`, or each path at a time of
+    /// The photons of the work item `index` of the `paths` paths of `iteration`, in the order of their paths; at `time`, or each path at a time of
     /// its own, within slices that take turns.
-    pub fn piece<S: Sampler>(
+    pub fn work_item<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
         paths: u32,
@@ -117,7 +117,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
     ) -> Vec<Photon> {
         let mut photons = Vec::new();
         let slices = if time.is_some() { 1 } else { self.slices(paths) };
-        let mut turn = index * PHOTON_PATHS_A_PIECE;
+        let mut turn = index * PHOTON_PATHS_A_WORK_ITEM;
         self.each_path((iteration, index), paths, time, sampler, out, |path| {
             // A photon wherever light can be scattered to anybody
             let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
@@ -142,7 +142,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         photons
     }
 
-    /// Gives `found` each path of the piece, from its light on.
+    /// Gives `found` each path of the work item, from its light on.
     pub(crate) fn each_path<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
@@ -153,10 +153,10 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         mut found: impl FnMut(Vec<PathVertex<'a>>),
     ) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
-        let first = index * PHOTON_PATHS_A_PIECE;
+        let first = index * PHOTON_PATHS_A_WORK_ITEM;
         let slices = self.slices(paths);
-        for path in 0..PHOTON_PATHS_A_PIECE.min(paths.saturating_sub(first)) {
-            let sample = iteration.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path);
+        for path in 0..PHOTON_PATHS_A_WORK_ITEM.min(paths.saturating_sub(first)) {
+            let sample = iteration.wrapping_mul(PHOTON_PATHS_A_WORK_ITEM).wrapping_add(path);
             sampler.start(SampleKey::of_stream(Stream::Photons, index, sample));
             let time = time.unwrap_or_else(|| {
                 let slice = ((first + path) % slices) as f32;

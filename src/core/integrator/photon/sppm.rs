@@ -106,7 +106,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
     type Prepared = IterationPhotons<'a>;
 
     fn preparations(&self) -> u32 {
-        PhotonTracer::<A>::pieces(self.paths())
+        PhotonTracer::<A>::work_items(self.paths())
     }
 
     fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
@@ -120,7 +120,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
         let time = self.world.time_of_iteration(iteration, sampler);
         (
             time,
-            tracer.piece((iteration, index), self.paths(), Some(time), sampler, out),
+            tracer.work_item((iteration, index), self.paths(), Some(time), sampler, out),
         )
     }
 

@@ -45,7 +45,7 @@ pub struct VertexMergingIntegrator<'a, A> {
 /// Default maximum number of light paths to merge with.
 pub const MAX_MERGED_PATHS: u32 = 1 << 16;
 
-/// Light paths of one piece of work, and their time.
+/// Light paths of one work item, and their time.
 #[derive(Debug)]
 pub struct LightPaths<'a> {
     time: f32,
@@ -104,7 +104,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
     type Prepared = MergedPaths<'a>;
 
     fn preparations(&self) -> u32 {
-        PhotonTracer::<A>::pieces(self.paths())
+        PhotonTracer::<A>::work_items(self.paths())
     }
 
     fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
@@ -118,8 +118,8 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         let radii = self.radii(iteration);
         let connector = self.connector(&radii);
         let mut paths = Vec::new();
-        let piece = (iteration, index);
-        tracer.each_path(piece, self.paths(), Some(time), sampler, out, |mut path| {
+        let work_item = (iteration, index);
+        tracer.each_path(work_item, self.paths(), Some(time), sampler, out, |mut path| {
             connector.sum_light(&mut path, time);
             // They are kept for the iteration.
             path.shrink_to_fit();

@@ -117,13 +117,13 @@ impl MapStatement {
                     map.ignored.push("-t");
                 }
                 "-clamp" => {
-                    mapping.wrap = match words.switch(option)? {
+                    mapping.wrap = match words.on_or_off(option)? {
                         true => Wrap::Clamp,
                         false => Wrap::Repeat,
                     }
                 }
                 "-blendu" | "-blendv" | "-cc" => {
-                    words.switch(option)?;
+                    words.on_or_off(option)?;
                 }
                 "-bm" => mapping.bump = words.number(option)?,
                 "-mm" => (mapping.base, mapping.gain) = (words.number(option)?, words.number(option)?),
@@ -151,7 +151,7 @@ impl MapStatement {
     }
 }
 
-/// What is left of a statement.
+/// Remaining words of a statement.
 struct Words<'a>(&'a str);
 
 impl<'a> Words<'a> {
@@ -198,7 +198,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    fn switch(&mut self, option: &str) -> Result<bool, String> {
+    fn on_or_off(&mut self, option: &str) -> Result<bool, String> {
         match self.next() {
             Some("on") => Ok(true),
             Some("off") => Ok(false),

@@ -76,7 +76,7 @@ pub(crate) struct Section {
     pub lines: Vec<(String, usize)>,
 }
 
-/// What is wrong, and the remedy.
+/// An error, and its remedy.
 pub(crate) type Complaint = (String, &'static str);
 
 impl Section {
@@ -184,7 +184,7 @@ impl Section {
         all.map(|(key, value)| (key.to_string(), value)).collect()
     }
 
-    /// What is taken in some way though the file says it otherwise, or not at all.
+    /// Statements that are read with another meaning than written, or assumed.
     pub(super) fn assumed(&self) -> Vec<Remark> {
         let mut notes = Vec::new();
         let mut note = |code, key, words: String| {

@@ -1,7 +1,7 @@
 use super::outline::{FaceRange, Outline};
-use super::parse::{Pieces, parse};
+use super::parse::{Chunks, parse};
 use super::polygon::triangulate;
-use super::{PIECE_BYTES, read_text};
+use super::{CHUNK_BYTES, read_text};
 use crate::io::FileError;
 use crate::io::normals::area_vector;
 use crate::io::statements::{split_keyword, statements};
@@ -50,14 +50,14 @@ impl ObjFaces {
     /// Reads a file as a render does. Statements that are wrong are left out.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let text = read_text(path)?;
-        let outline = parse(path, &Pieces::count(&text, PIECE_BYTES), true, &|_| ())?;
+        let outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), true, &|_| ())?;
         let (mut materials, mut runs) = (Vec::new(), Vec::new());
         let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
         let (mut name, mut line) = (None, 0);
         for (section, content) in outline.sections.iter().enumerate() {
-            for (switch, faces) in content.states() {
-                if switch.material.is_some() {
-                    (name, line) = (switch.material.as_deref(), switch.line);
+            for (state_change, faces) in content.states() {
+                if state_change.material.is_some() {
+                    (name, line) = (state_change.material.as_deref(), state_change.line);
                 }
                 if faces.is_empty() {
                     continue;
@@ -116,11 +116,11 @@ impl ObjFaces {
     /// Whether the polygon of these corners is cut into triangles that all look the same way, so that none overlap.
     pub fn is_simple(corners: &[Vec3]) -> bool {
         let normal = area_vector(corners);
-        let least = -ROUNDING * normal.length_squared();
+        let min = -ROUNDING * normal.length_squared();
         let mut is_simple = true;
         triangulate(corners, &mut |triangle| {
             let [a, b, c] = triangle.map(|i| corners.get(i).copied().unwrap_or_default());
-            is_simple &= area_vector(&[a, b, c]).dot(normal) >= least;
+            is_simple &= area_vector(&[a, b, c]).dot(normal) >= min;
         });
         is_simple
     }

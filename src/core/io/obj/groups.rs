@@ -36,11 +36,11 @@ pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
     let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
     let (mut material, mut line, mut smoothing) = (None, 0, 0);
     for (index, section) in sections.iter().enumerate() {
-        for (switch, faces) in section.states() {
-            if switch.material.is_some() {
-                (material, line) = (switch.material.as_deref(), switch.line);
+        for (state_change, faces) in section.states() {
+            if state_change.material.is_some() {
+                (material, line) = (state_change.material.as_deref(), state_change.line);
             }
-            smoothing = switch.smoothing.unwrap_or(smoothing);
+            smoothing = state_change.smoothing.unwrap_or(smoothing);
             if faces.is_empty() {
                 continue;
             }

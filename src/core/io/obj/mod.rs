@@ -1,7 +1,7 @@
 //! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or as they are written (`faces`), polygons (`polygon`),
 //! smoothing groups (`smoothing`).
 //!
-//! A text is cut between statements into pieces of a fixed size, which are read in parallel and joined in order: neither pieces nor threads change a
+//! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
 //! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
 
 mod faces;
@@ -20,14 +20,14 @@ use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
 pub use faces::{Face, FaceMaterial, ObjFaces};
 use outline::Outline;
-use parse::Pieces;
+use parse::Chunks;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
-const PIECE_BYTES: usize = 1 << 20;
+const CHUNK_BYTES: usize = 1 << 20;
 
 /// Triangles of an OBJ file that share a material.
 #[derive(Debug)]
@@ -89,10 +89,10 @@ pub(super) fn read_obj(
     allowance.check(path, length)?;
     let text = read_text(path)?;
     observer.begin(&format!("reading {}", path.display()), text.len() as u64);
-    let pieces = Pieces::count(&text, PIECE_BYTES);
-    allowance.check(path, pieces.bytes(length))?;
-    let mut outline = parse::parse(path, &pieces, false, &|bytes| observer.advance(bytes))?;
-    drop(pieces);
+    let chunks = Chunks::count(&text, CHUNK_BYTES);
+    allowance.check(path, chunks.bytes(length))?;
+    let mut outline = parse::parse(path, &chunks, false, &|bytes| observer.advance(bytes))?;
+    drop(chunks);
     drop(text);
     let untold = outline.wrong_count - outline.wrong.len();
     for error in outline.wrong.drain(..) {

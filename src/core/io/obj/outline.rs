@@ -17,7 +17,7 @@ pub(super) struct Outline {
     pub sections: Vec<Section>,
     /// Names in `mtllib` with their lines.
     pub libraries: Vec<(String, usize)>,
-    /// What is left out or assumed.
+    /// Faces that are left out, and assumptions.
     pub remarks: Remarks,
     /// Statements that are wrong, the first ones of the file. What they name is left out; a wrong `v`, `vt` or `vn` is 0.
     pub wrong: Vec<FileError>,
@@ -74,14 +74,14 @@ pub(super) struct Section {
     /// Index of each corner's normal, or [`NONE`]; empty where no corner has any.
     vn: Vec<u32>,
     /// Changes of state, in their order.
-    switches: Vec<Switch>,
+    state_changes: Vec<StateChange>,
     /// The line of each face, where lines are kept.
     lines: Vec<u32>,
 }
 
 /// A change of what faces belong to.
 #[derive(Default)]
-pub(super) struct Switch {
+pub(super) struct StateChange {
     /// The first face it is for.
     face: usize,
     /// The first corner it is for.
@@ -109,12 +109,12 @@ impl FaceRange {
 
 impl Section {
     /// Each change of state with the faces that it is for, which may be none.
-    pub fn states(&self) -> impl Iterator<Item = (&Switch, FaceRange)> {
-        let ends = self.switches.iter().skip(1).map(|next| next.face);
+    pub fn states(&self) -> impl Iterator<Item = (&StateChange, FaceRange)> {
+        let ends = self.state_changes.iter().skip(1).map(|next| next.face);
         let ends = ends.chain([self.sizes.len()]);
-        self.switches.iter().zip(ends).map(|(switch, end)| {
-            let (faces, corner) = (switch.face..end, switch.corner);
-            (switch, FaceRange { faces, corner })
+        self.state_changes.iter().zip(ends).map(|(state_change, end)| {
+            let (faces, corner) = (state_change.face..end, state_change.corner);
+            (state_change, FaceRange { faces, corner })
         })
     }
 
@@ -196,17 +196,17 @@ impl Section {
     }
 
     /// The change of state before the next face.
-    pub fn switch(&mut self) -> &mut Switch {
+    pub fn state_change(&mut self) -> &mut StateChange {
         let (face, corner) = (self.sizes.len(), self.v.len());
-        if self.switches.last().is_none_or(|last| last.face != face) {
-            self.switches.push(Switch {
+        if self.state_changes.last().is_none_or(|last| last.face != face) {
+            self.state_changes.push(StateChange {
                 face,
                 corner,
-                ..Switch::default()
+                ..StateChange::default()
             });
         }
-        let last = self.switches.len() - 1;
-        &mut self.switches[last]
+        let last = self.state_changes.len() - 1;
+        &mut self.state_changes[last]
     }
 
     /// Gives back memory that no list uses.

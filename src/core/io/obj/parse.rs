@@ -1,12 +1,12 @@
 //! Statements of OBJ files, read in parallel.
 //!
-//! Lines, `v`, `vt` and `vn` are counted first. Each piece then knows its line and what indices mean in it, and names a wrong line at once. A render
+//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices mean in it, and names a wrong line at once. A render
 //! ends with the first error of the file.
 
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};
-use crate::io::statements::{pieces, place_of, split_keyword, statements};
+use crate::io::statements::{chunks, place_of, split_keyword, statements};
 use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -17,19 +17,19 @@ use std::str;
 /// Characters of a word that an error shows.
 const MAX_SHOWN: usize = 60;
 
-/// A text cut into pieces whose statements have been counted: each knows its line and what indices mean in it.
-pub(super) struct Pieces<'a> {
+/// A text cut into chunks whose statements have been counted: each knows its line and what indices mean in it.
+pub(super) struct Chunks<'a> {
     texts: Vec<&'a str>,
-    /// Counts of all that is before each piece.
+    /// Counts of all that is before each chunk.
     before: Vec<Counts>,
     total: Counts,
 }
 
-impl<'a> Pieces<'a> {
-    /// Cuts and counts a text in pieces of some `piece_bytes`, in parallel.
-    pub fn count(text: &'a str, piece_bytes: usize) -> Self {
-        let texts = pieces(text, piece_bytes);
-        let counts: Vec<Counts> = texts.par_iter().map(|piece| Counts::of(piece)).collect();
+impl<'a> Chunks<'a> {
+    /// Cuts and counts a text in chunks of some `chunk_bytes`, in parallel.
+    pub fn count(text: &'a str, chunk_bytes: usize) -> Self {
+        let texts = chunks(text, chunk_bytes);
+        let counts: Vec<Counts> = texts.par_iter().map(|chunk| Counts::of(chunk)).collect();
         let mut total = Counts::default();
         let running = |&counts: &Counts| {
             let before = total;
@@ -47,7 +47,7 @@ impl<'a> Pieces<'a> {
         let (has_uvs, has_normals) = (u64::from(vt > 0), u64::from(vn > 0));
         let values = 16 * v + 8 * vt + 16 * vn;
         let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
-        // Pieces have their values until they are joined.
+        // Chunks have their values until they are joined.
         let reading = length + outline + values;
         // Then the text is given back, faces become triangles, and corners vertices, by an index of those that there are.
         let (triangles, vertices) = (corners.saturating_sub(2 * faces), v.max(vt).max(vn));
@@ -57,24 +57,24 @@ impl<'a> Pieces<'a> {
     }
 }
 
-/// Reads the statements of an OBJ file, in parallel; the result does not depend on the size of the pieces.
+/// Reads the statements of an OBJ file, in parallel; the result does not depend on the size of the chunks.
 ///
 /// `keep_lines` keeps the line of each face; `advance` is told of the bytes that have been read. An error is a file that is too large as a
 /// whole; statements that are wrong are collected.
 pub(super) fn parse(
     path: &Path,
-    pieces: &Pieces,
+    chunks: &Chunks,
     keep_lines: bool,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
-    let Pieces { texts, before, total } = pieces;
-    let parsed: Vec<Piece> = texts
+    let Chunks { texts, before, total } = chunks;
+    let parsed: Vec<Chunk> = texts
         .par_iter()
         .zip(before)
         .map(|(text, before)| {
-            let piece = Piece::parse(path, text, [before, total], keep_lines);
+            let chunk = Chunk::parse(path, text, [before, total], keep_lines);
             advance(text.len() as u64);
-            piece
+            chunk
         })
         .collect();
 
@@ -90,14 +90,14 @@ pub(super) fn parse(
         wrong: Vec::new(),
         wrong_count: 0,
     };
-    for mut piece in parsed {
-        outline.vertices.append(&mut piece.vertices);
-        outline.sections.push(piece.section);
-        outline.libraries.append(&mut piece.libraries);
-        outline.remarks.append(&piece.remarks);
+    for mut chunk in parsed {
+        outline.vertices.append(&mut chunk.vertices);
+        outline.sections.push(chunk.section);
+        outline.libraries.append(&mut chunk.libraries);
+        outline.remarks.append(&chunk.remarks);
         let free = MAX_WRONG - outline.wrong.len();
-        outline.wrong.extend(piece.wrong.into_iter().take(free));
-        outline.wrong_count += piece.wrong_count;
+        outline.wrong.extend(chunk.wrong.into_iter().take(free));
+        outline.wrong_count += chunk.wrong_count;
     }
     // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
     // most.
@@ -150,7 +150,7 @@ impl Counts {
     }
 }
 
-/// What is wrong with a statement, the word that is, and the remedy.
+/// Error in a statement: the message, the wrong word, and the remedy.
 struct Fault {
     word: String,
     message: String,
@@ -164,8 +164,8 @@ impl Fault {
     }
 }
 
-/// What a piece of the file says.
-struct Piece<'a> {
+/// What a chunk of the file says.
+struct Chunk<'a> {
     before: &'a Counts,
     total: &'a Counts,
     vertices: VertexData,
@@ -177,10 +177,10 @@ struct Piece<'a> {
     keep_lines: bool,
 }
 
-impl<'a> Piece<'a> {
-    /// Reads a piece of a file that has `total` counts, `before` of them before the piece.
+impl<'a> Chunk<'a> {
+    /// Reads a chunk of a file that has `total` counts, `before` of them before the chunk.
     fn parse(path: &Path, text: &str, [before, total]: [&'a Counts; 2], keep_lines: bool) -> Self {
-        let mut piece = Self {
+        let mut chunk = Self {
             before,
             total,
             vertices: VertexData::default(),
@@ -191,27 +191,27 @@ impl<'a> Piece<'a> {
             wrong_count: 0,
             keep_lines,
         };
-        // The first switch changes nothing: faces may belong to what came before the piece.
-        piece.section.switch();
+        // The first state_change changes nothing: faces may belong to what came before the chunk.
+        chunk.section.state_change();
         for (line, statement) in statements(text) {
-            let Err(fault) = piece.read(&statement, before.lines + line) else {
+            let Err(fault) = chunk.read(&statement, before.lines + line) else {
                 continue;
             };
-            piece.stand_in(&statement);
-            piece.wrong_count += 1;
-            if piece.wrong.len() < MAX_WRONG {
+            chunk.stand_in(&statement);
+            chunk.wrong_count += 1;
+            if chunk.wrong.len() < MAX_WRONG {
                 let place = place_of(text, line, &fault.word);
                 let place = Position {
                     line: before.lines + place.line,
                     ..place
                 };
-                piece
+                chunk
                     .wrong
                     .push(FileError::new(path, fault.message).at(place).help(fault.help));
             }
         }
-        piece.section.shrink_to_fit();
-        piece
+        chunk.section.shrink_to_fit();
+        chunk
     }
 
     /// Puts something in the place of what a wrong statement names, so that the indices of others keep their meaning.
@@ -253,10 +253,10 @@ impl<'a> Piece<'a> {
             }
             "f" | "fo" => self.read_face(rest, line)?,
             "usemtl" if !rest.is_empty() => {
-                let switch = self.section.switch();
-                (switch.material, switch.line) = (Some(rest.into()), line);
+                let state_change = self.section.state_change();
+                (state_change.material, state_change.line) = (Some(rest.into()), line);
             }
-            "s" => self.section.switch().smoothing = Some(self.smoothing_group(rest, line)),
+            "s" => self.section.state_change().smoothing = Some(self.smoothing_group(rest, line)),
             "mtllib" => self.libraries.push((rest.into(), line)),
             // Names, lines and points, and how other programs should show the mesh
             "" | "usemtl" | "o" | "g" | "mg" | "l" | "p" | "bevel" | "c_interp" | "d_interp" | "lod" => {}

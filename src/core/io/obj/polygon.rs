@@ -44,7 +44,7 @@ pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
     Ring::new(points.iter().map(flat).collect()).clip_ears(emit);
 }
 
-/// What is left of a polygon while ears are clipped; counter-clockwise.
+/// Remaining polygon while ears are clipped; counter-clockwise.
 struct Ring {
     points: Vec<[f64; 2]>,
     /// The corner before each.
@@ -358,7 +358,7 @@ mod tests {
         ];
         assert_eq!(shoelace(&plane(&hole)), 32.0);
         assert_tiles("hole", &plane(&hole), 0);
-        // The same with a hole that touches a corner of the square from afar
+        // A square with a hole that touches a corner of the square from afar
         let touching = [
             [0, 0],
             [4, 0],

@@ -20,7 +20,7 @@ pub(super) enum Remark {
     BadSmoothing,
 }
 
-/// How often there was something to remark, and where.
+/// Number of remarks, and their places.
 #[derive(Default)]
 pub(super) struct Remarks {
     /// By [`Remark`].

@@ -121,7 +121,7 @@ pub fn compare_readers(path: &Path, options: &LoadOptions) -> Result<Vec<Compare
     compare(path, options, &mut |_| ())
 }
 
-/// The same; `plant` may change what the own reader has read, so that tests see that it is noticed.
+/// [`compare_readers`], where `plant` may change the result of the own reader, so that tests see that it is noticed.
 fn compare(
     path: &Path,
     options: &LoadOptions,

@@ -1,6 +1,6 @@
 //! One iteration with a record of its paths, for `embrasure paths`.
 
-use super::{CountedRays, IterationTarget, Piece, Work, in_pieces};
+use super::{CountedRays, IterationTarget, Work, WorkItem, in_work_items};
 use crate::color::Spectrum;
 use crate::film::{Filter, Rect};
 use crate::integrator::{IterationIntegrator, PathEvent};
@@ -31,7 +31,7 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
 ) {
     let observer = &();
     let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
-    let Some((parts, _)) = in_pieces(integrator.preparations(), sampler, observer, prepare) else {
+    let Some((parts, _)) = in_work_items(integrator.preparations(), sampler, observer, prepare) else {
         return;
     };
     let prepared = integrator.join(index, parts);
@@ -52,17 +52,20 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     };
     let pixels = seen.pixels().map(|pixel| Work::Pixels(of_pixel(pixel)));
     for work in pixels.chain((0..integrator.chains()).map(Work::Chain)) {
-        let mut piece = Piece::<Spectrum>::new(target, observer);
-        piece.record = Some(Vec::new());
-        let Some(piece) = piece.of(integrator, &prepared, (work, index), sampler, observer) else {
+        let mut work_item = WorkItem::<Spectrum>::new(target, observer);
+        work_item.record = Some(Vec::new());
+        let Some(work_item) = work_item.of(integrator, &prepared, (work, index), sampler, observer) else {
             return;
         };
-        let light = piece.light.iter().fold(Spectrum::ZERO, |sum, (_, light)| sum + *light);
-        if piece.key.pixel() == pixel || !light.is_black() {
+        let light = work_item
+            .light
+            .iter()
+            .fold(Spectrum::ZERO, |sum, (_, light)| sum + *light);
+        if work_item.key.pixel() == pixel || !light.is_black() {
             keep(Recorded {
-                key: piece.key,
-                events: piece.record.unwrap_or_default(),
-                weight: piece.weight,
+                key: work_item.key,
+                events: work_item.record.unwrap_or_default(),
+                weight: work_item.weight,
                 light,
             });
         }

@@ -61,7 +61,7 @@ fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
     (outcome, counting.0.into_inner())
 }
 
-/// A stop costs the iteration, and takes effect within its pieces; a pause waits for the iteration's end, however often it is asked for.
+/// A stop costs the iteration, and takes effect within its work items; a pause waits for the iteration's end, however often it is asked for.
 #[test]
 fn iterations_are_not_lost_by_pauses() {
     let new = || Film::new(UVec2::splat(32), Rect::full(UVec2::splat(32)));
@@ -82,17 +82,17 @@ fn iterations_are_not_lost_by_pauses() {
     assert_eq!(light(&paused), light(&whole));
 }
 
-/// Where light takes much memory, fewer pieces are kept; each thread has one all the same.
+/// Where light takes much memory, fewer work items are kept; each thread has one all the same.
 #[test]
-fn large_pieces_are_few() {
+fn large_work_items_are_few() {
     let crop = Rect::full(UVec2::splat(512));
     let wide = Filter::new(FilterKind::Mitchell, 2.0);
     let usual = light_bytes::<Spectrum>(&Filter::BOX, crop);
     let large = light_bytes::<ByGroup>(&wide, crop);
-    assert_eq!(pieces_at_once(usual, 2), PIECES_AT_ONCE);
-    let few = pieces_at_once(large, 2);
-    assert!((2..PIECES_AT_ONCE / 4).contains(&few), "{few}");
-    assert_eq!(pieces_at_once(large, 64), 64);
+    assert_eq!(work_items_at_once(usual, 2), WORK_ITEMS_AT_ONCE);
+    let few = work_items_at_once(large, 2);
+    assert!((2..WORK_ITEMS_AT_ONCE / 4).contains(&few), "{few}");
+    assert_eq!(work_items_at_once(large, 64), 64);
     // A filter is no wider than the picture.
     let endless = Filter::new(FilterKind::Gaussian, 1e30);
     let bytes = iteration_bytes(crop, (true, 3), (&endless, IterationLight::OfPixels), 2);

@@ -246,13 +246,13 @@ fn the_coarsest_level_is_the_mean() {
         }
         let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
         // Half a step of 8 bits
-        let most = if matches!(texture.samples, Samples::Bytes(..)) {
+        let max = if matches!(texture.samples, Samples::Bytes(..)) {
             0.004
         } else {
             3e-4
         };
         for (m, s) in mean.iter().zip(sum) {
-            assert!((*m as f64 - s / alphas).abs() < most, "{m}, not {}", s / alphas);
+            assert!((*m as f64 - s / alphas).abs() < max, "{m}, not {}", s / alphas);
         }
     }
 }

@@ -48,7 +48,7 @@ pub(crate) struct Merging<'w> {
 }
 
 impl Merging<'_> {
-    /// How often a point is taken for `p`, over the density per area with which it is drawn: `π r² n` (their eq. 7).
+    /// Expected number of times that a point is taken for `p`, over the density per area with which it is drawn: `π r² n` (their eq. 7).
     fn acceptance(&self, p: Vec3, time: f32) -> f64 {
         let radius = self.radii.at(p, time) as f64;
         std::f64::consts::PI * radius * radius * self.paths as f64
@@ -94,7 +94,7 @@ pub(crate) struct Contribution {
     /// The light that it comes from.
     pub light: LightId,
     /// Events at the last vertices of both subpaths, from the light's to the camera's, where they are connected and paths are distinguished.
-    pub joint: [Option<ScatteringEvent>; 2],
+    pub ends: [Option<ScatteringEvent>; 2],
 }
 
 impl Contribution {
@@ -107,7 +107,7 @@ impl Contribution {
         }
         let of_light = inner(&paths.light, s).iter().filter_map(|vertex| vertex.event);
         let of_camera = inner(&paths.camera, t).iter().rev().filter_map(|vertex| vertex.event);
-        of_light.chain(self.joint.into_iter().flatten()).chain(of_camera)
+        of_light.chain(self.ends.into_iter().flatten()).chain(of_camera)
     }
 
     /// Records that the light of the contribution is added next.
@@ -214,12 +214,12 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         path
     }
 
-    fn walk(&self, mode: TransportMode, most: usize) -> Walk<'_, 'a, A> {
+    fn walk(&self, mode: TransportMode, max: usize) -> Walk<'_, 'a, A> {
         Walk {
             world: self.world,
             mode,
             roulette: self.roulette,
-            most,
+            max,
         }
     }
 
@@ -234,25 +234,25 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         self.all_of(2, paths, sampler, out, found);
     }
 
-    /// The same of paths of `least` vertices or more, which is 2 at least.
+    /// Contributions of paths of `min_vertices` vertices or more; at least 2.
     pub fn all_of(
         &self,
-        least: usize,
+        min_vertices: usize,
         paths: &mut Subpaths<'a>,
         sampler: &impl Sampler,
         out: &mut impl RaySink,
         mut found: impl FnMut(Contribution),
     ) {
-        let most = self.max_vertices();
+        let max = self.max_vertices();
         for t in 1..=paths.camera.len() {
-            for s in 0..=most - t {
+            for s in 0..=max - t {
                 // s = 1 needs no subpath.
-                if s + t >= least && s <= paths.light.len().max(1) {
+                if s + t >= min_vertices && s <= paths.light.len().max(1) {
                     self.strategy((s, t), paths, sampler, out, &mut found);
                 }
             }
         }
-        if paths.camera.len() + 1 >= least {
+        if paths.camera.len() + 1 >= min_vertices {
             self.escape(paths, &mut found);
         }
     }
@@ -294,7 +294,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             weight: self.weight(camera, &[], Some(met), time),
             film: None,
             light: light.id,
-            joint: [None; 2],
+            ends: [None; 2],
         });
     }
 
@@ -320,7 +320,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(camera, &[], Some(met), time),
                 film: None,
                 light: light.id,
-                joint: [None; 2],
+                ends: [None; 2],
             });
             camera.pop();
         }
@@ -368,7 +368,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: None,
                         light: sampled.id,
-                        joint: [None, self.event(surface, surface.back, wi)],
+                        ends: [None, self.event(surface, surface.back, wi)],
                     });
                 }
             },
@@ -410,7 +410,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: Some(film),
                         light: sampled.id,
-                        joint: [None; 2],
+                        ends: [None; 2],
                     });
                 }
             },
@@ -434,7 +434,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             return;
         };
         let geometry = w.dot(last.ng).abs() / last.p.distance_squared(lens.p);
-        let f = surface.carried(self.world.scene, w, surface.back);
+        let f = surface.adjoint_throughput(self.world.scene, w, surface.back);
         let radiance = last.beta * f * (geometry * importance);
         if radiance.is_black() {
             return;
@@ -449,7 +449,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(std::slice::from_ref(&lens), light, None, time),
                 film: Some(film),
                 light: light[0].light_id(),
-                joint: [self.event(surface, w, surface.back), None],
+                ends: [self.event(surface, w, surface.back), None],
             });
         }
     }
@@ -470,7 +470,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let w = a.direction_to(b);
         let scene = self.world.scene;
         let geometry = w.dot(b.ng).abs() / a.p.distance_squared(b.p);
-        let f = at_a.scattered(scene, at_a.back, w) * at_b.carried(scene, -w, at_b.back);
+        let f = at_a.scattered(scene, at_a.back, w) * at_b.adjoint_throughput(scene, -w, at_b.back);
         let radiance = a.beta * f * b.beta * geometry;
         if radiance.is_black() {
             return;
@@ -492,7 +492,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(camera, light, None, time),
                 film: None,
                 light: light[0].light_id(),
-                joint: [self.event(at_b, -w, at_b.back), self.event(at_a, at_a.back, w)],
+                ends: [self.event(at_b, -w, at_b.back), self.event(at_a, at_a.back, w)],
             });
         }
     }

@@ -1,7 +1,7 @@
 //! Weights of multiple importance sampling over all strategies that make one path.
 //!
 //! A weight compares the density of a strategy with those of all others. Neighbouring strategies differ by one vertex, so each ratio of densities follows
-//! from the one before (Veach 1997, §10.2). All but the two vertices on either side of a joint keep their densities, for any connection:
+//! from the one before (Veach 1997, §10.2). All but the two vertices on either side of a connection keep their densities, for any connection:
 //! each subpath sums the strategies that join nearer to its own end once (`PathVertex::others`), and a weight is then computed in constant time
 //! (van Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012, "Implementing Vertex Connection and Merging").
 //!
@@ -71,25 +71,25 @@ impl<A: Accel> Connector<'_, '_, A> {
         let Some((end, before)) = camera.split_last() else {
             return 0.0;
         };
-        let joint = match met {
-            Some(met) => self.joint_at_met_light(end, before.last(), met, time),
-            None => self.joint(camera, light, is_merged, time),
+        let densities = match met {
+            Some(met) => self.densities_at_met_light(end, before.last(), met, time),
+            None => self.densities(camera, light, is_merged, time),
         };
         let is_delta_light = light.first().is_some_and(PathVertex::is_delta_light);
 
         // ANCHOR: sum
-        // Strategies that join on the camera's side of this joint, each over that of a connection here
+        // Strategies that join on the camera's side of this connection, each over that of a connection here
         let mut on_camera_side = 0.0;
         if let Some((previous, _)) = before.split_last() {
             let mut others = one_if(!previous.is_delta);
             if s == 0 {
-                others *= self.raised(joint.direct, joint.end);
+                others *= self.raised(densities.direct, densities.end);
             }
-            others += self.merges(previous, joint.previous, time);
+            others += self.merges(previous, densities.previous, time);
             if t > 2 {
-                others += self.beyond(joint.previous, previous.forward, previous.others);
+                others += self.beyond(densities.previous, previous.forward, previous.others);
             }
-            on_camera_side = self.beyond(joint.end, end.forward, others);
+            on_camera_side = self.beyond(densities.end, end.forward, others);
         }
 
         // Strategies that join on the light's side
@@ -101,26 +101,26 @@ impl<A: Accel> Connector<'_, '_, A> {
                     let can_connect = !(next.is_delta || is_merged && other.is_delta);
                     let mut others = one_if(can_connect);
                     if s == 2 {
-                        others *= self.raised(joint.direct, next.forward);
+                        others *= self.raised(densities.direct, next.forward);
                     }
                     let merges = match is_merged && other.is_delta {
                         true => 0.0,
-                        false => self.merges_at_joint(other, other.forward, time),
+                        false => self.merges_at_end(other, other.forward, time),
                     };
-                    others + merges + self.beyond(joint.next, next.forward, next.others)
+                    others + merges + self.beyond(densities.next, next.forward, next.others)
                 }
             };
-            on_light_side = self.beyond(joint.other, other.forward, others);
+            on_light_side = self.beyond(densities.other, other.forward, others);
         }
 
         // Those that join here
         let connection = match light.last() {
             Some(other) if is_merged && other.is_delta => 0.0,
-            Some(other) if s == 1 => self.raised(joint.direct, other.forward),
+            Some(other) if s == 1 => self.raised(densities.direct, other.forward),
             _ => 1.0,
         };
         let merging = if s > 0 {
-            self.merges_at_joint(end, joint.end, time)
+            self.merges_at_end(end, densities.end, time)
         } else {
             0.0
         };
@@ -135,15 +135,21 @@ impl<A: Accel> Connector<'_, '_, A> {
         if weight.is_finite() { weight } else { 0.0 }
     }
 
-    /// Densities at the joint of two subpaths.
-    fn joint(&self, camera: &[PathVertex], light: &[PathVertex], is_merged: bool, time: f32) -> Joint {
+    /// Densities at the connection of two subpaths.
+    fn densities(
+        &self,
+        camera: &[PathVertex],
+        light: &[PathVertex],
+        is_merged: bool,
+        time: f32,
+    ) -> ConnectionDensities {
         let (Some((end, before)), Some((other, rest))) = (camera.split_last(), light.split_last()) else {
-            return Joint::default();
+            return ConnectionDensities::default();
         };
         let back = end.surface().map(|surface| surface.back);
-        // What is merged may have come by a delta lobe, and then came by no other.
+        // A merged vertex may follow a delta lobe, and then came by no other.
         let by_delta = is_merged && other.is_delta;
-        Joint {
+        ConnectionDensities {
             end: match by_delta {
                 true => other.density_at(1.0, end),
                 false => self.pdf_from_light(rest.last(), other, end, time),
@@ -166,18 +172,24 @@ impl<A: Accel> Connector<'_, '_, A> {
     }
 
     /// Densities where the camera's subpath has met a light with its vertex `end`, which follows on `previous`.
-    fn joint_at_met_light(&self, end: &PathVertex, previous: Option<&PathVertex>, met: Met, time: f32) -> Joint {
+    fn densities_at_met_light(
+        &self,
+        end: &PathVertex,
+        previous: Option<&PathVertex>,
+        met: Met,
+        time: f32,
+    ) -> ConnectionDensities {
         let Some(previous) = previous else {
-            return Joint::default();
+            return ConnectionDensities::default();
         };
         let scene = self.world.scene;
         let w = end.direction_to(previous);
         let [own, onwards] = emission_pdfs(scene, (met.light, end.is_infinite()), end.ng, w, time);
-        Joint {
+        ConnectionDensities {
             end: scene.emission_selection().pmf(met.light) * own,
             previous: end.density_at(onwards, previous),
             direct: met.direct,
-            ..Joint::default()
+            ..ConnectionDensities::default()
         }
     }
 
@@ -216,7 +228,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         self.heuristic.raised(density as f64 / over as f64)
     }
 
-    /// `others`, which is relative to a joint before a vertex, relative to the joint behind it. The vertex has the density `other` from the other end and
+    /// `others`, which is relative to a connection before a vertex, relative to the connection behind it. The vertex has the density `other` from the other end and
     /// `own` from this one. Past a vertex that no other strategy makes there is none, whatever densities say.
     fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
         match self.raised(other, own) {
@@ -229,12 +241,12 @@ impl<A: Accel> Connector<'_, '_, A> {
     fn merges(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         match at.is_delta {
             true => 0.0,
-            false => self.merges_at_joint(at, from_light, time),
+            false => self.merges_at_end(at, from_light, time),
         }
     }
 
-    /// The same where the vertex is an end of its subpath, which therefore has not gone on by a delta lobe.
-    fn merges_at_joint(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
+    /// Expected merges where the vertex is an end of its subpath, which therefore has not gone on by a delta lobe.
+    fn merges_at_end(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         let Some(merging) = &self.merging else { return 0.0 };
         match at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
             true => self
@@ -274,9 +286,9 @@ fn connects(a: &PathVertex, b: &PathVertex) -> f64 {
     one_if(!a.is_delta && !b.is_delta)
 }
 
-/// Densities of the vertices about a joint with which the other end would have drawn them; 0 where there is no such vertex.
+/// Densities of the vertices about a connection with which the other end would have drawn them; 0 where there is no such vertex.
 #[derive(Clone, Copy, Debug, Default)]
-struct Joint {
+struct ConnectionDensities {
     /// Last vertex of the camera's subpath, from the light.
     end: f32,
     /// The vertex before it, likewise.
@@ -285,7 +297,7 @@ struct Joint {
     other: f32,
     /// The vertex before it, likewise.
     next: f32,
-    /// Density of the light's end where it is sampled for its neighbour, if the joint is next to either.
+    /// Density of the light's end where it is sampled for its neighbour, if the connection is next to either.
     direct: f32,
 }
 

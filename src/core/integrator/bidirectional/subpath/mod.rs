@@ -77,7 +77,7 @@ pub(crate) struct Walk<'w, 'a, A> {
     pub mode: TransportMode,
     pub roulette: Roulette,
     /// Maximum number of vertices.
-    pub most: usize,
+    pub max: usize,
 }
 
 impl<'a, A: Accel> Walk<'_, 'a, A> {
@@ -99,9 +99,9 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             TransportMode::Radiance => RayKind::Camera,
             TransportMode::Importance => RayKind::Bounce,
         };
-        // How much larger radiance is for having been refracted
+        // Factor of radiance by refraction
         let mut roulette_scale = 1.0;
-        while path.len() < self.most {
+        while path.len() < self.max {
             let Some(hit) = self.world.intersect(&ray, kind, &mut beta, out) else {
                 return Some(PathRay { ray, beta, pdf });
             };
@@ -138,7 +138,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 });
             }
             path.push(vertex);
-            if path.len() == self.most {
+            if path.len() == self.max {
                 break;
             }
 
@@ -196,7 +196,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             (true, _) => sample.weight,
             (false, true) => sample.weight * surface.point.adjoint_factor(back, w),
             // By the normal that the camera will see
-            (false, false) => surface.carried(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
+            (false, false) => surface.adjoint_throughput(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
         };
         if weight.is_black() {
             return None;

@@ -183,7 +183,7 @@ impl<'a> Surface<'a> {
                 let pdf = self.pdf_from_light(wi, w);
                 return (pdf > 0.0).then(|| BsdfSample::new(self.bsdf.eval(local, to), to, pdf, Scattering::Diffuse));
             }
-            // What is left of the number, below all delta lobes
+            // Remainder of the number, below all delta lobes
             true => ((u_lobe - about_facet) / (1.0 - share)).min(smooth * (1.0 - f32::EPSILON)),
             false => u_lobe,
         };
@@ -265,7 +265,7 @@ impl<'a> Surface<'a> {
 
     /// What a path that carries light here from the direction `wi` counts in the direction `wo`, over the cosine of `wo` with the geometric normal: the
     /// BSDF of the surface that the geometric normal belongs to, so that both ways of making a path give one measure (Veach 1997, §5.3).
-    pub fn carried(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
+    pub fn adjoint_throughput(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let factor = 1.0 / wi.dot(self.point.ng).abs();
         match factor.is_finite() {
             true => self.scattered(scene, wo, wi) * factor,

@@ -8,7 +8,7 @@ use crate::integrator::RaySink;
 /// Bidirectional mutations: a part of the path is deleted, and another is put in its place, of new vertices that either end brings along
 /// (Veach 1997, §11.4.2.1).
 ///
-/// What is the same at a mutation and at the way back has no part in the acceptance: the vertices that are kept, and which they are.
+/// Choices that a mutation and its reverse share have no part in the acceptance: the vertices that are kept, and which they are.
 #[derive(Debug)]
 pub(super) struct Bidirectional<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
@@ -23,19 +23,19 @@ impl Lengths {
     /// Share of probability that all lengths have in common, whatever light was found: nothing may be out of reach.
     const EVEN: f64 = 0.1;
 
-    /// Of paths of `least` to `most` vertices, where those of each number were found to carry so much light.
-    pub fn new(light: &[f64], (least, most): (usize, usize)) -> Self {
+    /// Of paths of `min` to `max` vertices, where those of each number were found to carry so much light.
+    pub fn new(light: &[f64], (min, max): (usize, usize)) -> Self {
         let total: f64 = light.iter().sum();
-        let even = 1.0 / (most + 1).saturating_sub(least) as f64;
+        let even = 1.0 / (max + 1).saturating_sub(min) as f64;
         let of = |n: usize| {
             let share = light.get(n).map_or(0.0, |light| light / total);
             match total > 0.0 {
-                _ if n < least => 0.0,
+                _ if n < min => 0.0,
                 true => (1.0 - Self::EVEN) * share + Self::EVEN * even,
                 false => even,
             }
         };
-        Self((0..=most).map(of).collect())
+        Self((0..=max).map(of).collect())
     }
 
     fn of(&self, n: usize) -> f64 {
@@ -57,7 +57,7 @@ impl Cut {
         (0..=n).flat_map(cut).filter(move |cut| cut.count < n)
     }
 
-    /// How often the cut is chosen, relative to others: few edges sooner than many, which seldom find others that fit (p_d1), and none from ends to which
+    /// Relative probability of the cut: few edges sooner than many, which seldom find others that fit (p_d1), and none from ends to which
     /// nothing can be joined, or that nothing is deleted at (p_d2).
     fn weight(self, path: &Path) -> f64 {
         let n = path.len();
@@ -77,18 +77,18 @@ impl Cut {
     }
 }
 
-/// Distribution of the number of vertices that replace `deleted` ones, `least` to `most` (p_a1): mostly as many.
+/// Distribution of the number of vertices that replace `deleted` ones, `min` to `max` (p_a1): mostly as many.
 #[derive(Clone, Copy, Debug)]
 struct Added {
     deleted: usize,
-    least: usize,
-    most: usize,
+    min: usize,
+    max: usize,
 }
 
 impl Added {
     fn weight(self, count: usize) -> f64 {
         match count.abs_diff(self.deleted) {
-            _ if count < self.least || count > self.most => 0.0,
+            _ if count < self.min || count > self.max => 0.0,
             0 => 0.5,
             1 => 0.15,
             difference => 0.2 / (1u128 << difference) as f64,
@@ -96,7 +96,7 @@ impl Added {
     }
 
     fn weights(self) -> impl Iterator<Item = f64> + Clone {
-        (0..=self.most).map(move |count| self.weight(count))
+        (0..=self.max).map(move |count| self.weight(count))
     }
 
     fn probability(self, count: usize) -> f64 {
@@ -178,8 +178,8 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         Added {
             deleted: cut.count,
             // Either something else or nothing, but not what there was
-            least: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
-            most: self.space.max_vertices.saturating_sub(others),
+            min: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
+            max: self.space.max_vertices.saturating_sub(others),
         }
     }
 

@@ -16,7 +16,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         after: [Option<&Vertex>; 2],
         time: f32,
     ) -> Option<Factors> {
-        let joint = after[0].map_or(1.0, |next| edge(at, next, after[1]));
+        let geometry_term = after[0].map_or(1.0, |next| edge(at, next, after[1]));
         match &at.kind {
             VertexKind::Lens => {
                 let camera = self.world.camera;
@@ -25,7 +25,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 let seen = importance.we * at.direction_to(after[0]?).dot(at.ng);
                 let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
-                    joint: seen as f64 * joint,
+                    geometry_term: seen as f64 * geometry_term,
                     ..Factors::default()
                 })
             }
@@ -36,7 +36,10 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                     true => self.factors_of_delta(surface, wo, wi)?,
                     false => self.factors_of_surface(surface, wo, wi),
                 };
-                Some(Factors { joint, ..factors })
+                Some(Factors {
+                    geometry_term,
+                    ..factors
+                })
             }
         }
     }
@@ -131,12 +134,12 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 (_, 0) => factors(n - 1).start,
                 _ => 1.0,
             };
-            let joint = match t {
+            let geometry_term = match t {
                 t if t == n => 1.0,
-                t if path.can_be_joined(t - 1) => factors(t - 1).joint,
+                t if path.can_be_joined(t - 1) => factors(t - 1).geometry_term,
                 _ => f64::INFINITY,
             };
-            sum = or_0(from_light * ends / (joint * path.target)) + or_0(factors(t - 1).camera * sum);
+            sum = or_0(from_light * ends / (geometry_term * path.target)) + or_0(factors(t - 1).camera * sum);
         }
         sum
     }
@@ -146,7 +149,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 /// cosine of the light that comes from `after` (Veach 1997, §8.2).
 fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     if next.is_infinite() {
-        return at.through.pass as f64;
+        return at.transmittance.pass as f64;
     }
     let w = next.direction_to(at);
     let cos = |w: Vec3| match next.ng == Vec3::ZERO {
@@ -154,5 +157,5 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
         false => w.dot(next.ng).abs() as f64,
     };
     let into = after.map_or(1.0, |after| cos(next.direction_to(after)));
-    at.through.pass as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
+    at.transmittance.pass as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
 }

@@ -76,6 +76,6 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
             .smooth_probability(&path.vertices[..=end], TransportMode::Radiance)?;
         let factors = |i: usize| &path.vertices[i].factors;
         let goes_on: f64 = (1..end).map(|i| factors(i).camera).product();
-        Some(goes_on * f64::from(stops) / (path.target * factors(end).joint))
+        Some(goes_on * f64::from(stops) / (path.target * factors(end).geometry_term))
     }
 }

@@ -1,6 +1,6 @@
 //! Metropolis light transport in path space (Veach and Guibas 1997; Veach 1997, ch. 11).
 //!
-//! What is at a point of a surface or a light, and how a path goes on from there, is that of `bidirectional/subpath`: points, sampling, ray origins and
+//! Vertices on surfaces and lights, and the continuation of paths there, are those of `bidirectional/subpath`: points, sampling, ray origins and
 //! densities. Vertices, subpaths and weights are others, because a chain changes single vertices of a path and asks for all densities of the result. A
 //! vertex of `bidirectional` knows the throughput and the density of the way on which its subpath came. A vertex here knows what it contributes between
 //! its neighbours, so that a new neighbour changes few factors of a path, and all delta lobes of a side are one.

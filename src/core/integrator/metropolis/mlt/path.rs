@@ -85,7 +85,7 @@ pub(super) struct Vertex<'a> {
     pub is_delta: bool,
     /// Share of light that passes between here and the vertex after it, which is the one that is nearer to the light: below 1 behind surfaces with alpha
     /// and thin glass.
-    pub through: Transmittance,
+    pub transmittance: Transmittance,
     pub factors: Factors,
 }
 
@@ -132,7 +132,7 @@ impl LightSourceKind {
 ///
 /// What a path contributes over the density with which it was made is a product along the path: of [`Factors::value`] at all vertices, over
 /// [`Factors::camera`] where a subpath from the camera was continued, over [`Factors::light`] where one from a light was, and times
-/// [`Factors::joint`] where two subpaths were joined.
+/// [`Factors::geometry_term`] where two subpaths were joined.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factors {
     /// Light that comes from the vertex after this one and is scattered to the one before it, `f |cos|` by the shading normal; of a delta lobe the share
@@ -146,8 +146,8 @@ pub(super) struct Factors {
     /// What `value` is multiplied by to be what a path from a light counts per solid angle of the direction in which it goes on: of infinitely distant
     /// lights per area of a disk.
     pub towards_camera: f64,
-    /// What `value` here and at the next vertex are multiplied by where the edge between joins two subpaths.
-    pub joint: f64,
+    /// Geometry term of the edge to the next vertex, with its visibility, where this edge joins two subpaths.
+    pub geometry_term: f64,
     /// Density of the vertex itself where a subpath starts there, at a light.
     pub start: f64,
 }
@@ -159,7 +159,7 @@ impl Default for Factors {
             camera: 1.0,
             light: 1.0,
             towards_camera: 1.0,
-            joint: 1.0,
+            geometry_term: 1.0,
             start: 1.0,
         }
     }
@@ -173,7 +173,7 @@ impl<'a> Vertex<'a> {
             p,
             ng,
             is_delta: false,
-            through: Transmittance::CLEAR,
+            transmittance: Transmittance::CLEAR,
             factors: Factors::default(),
         }
     }

@@ -10,7 +10,7 @@ use std::f32::consts::{PI, TAU};
 
 /// Perturbations: one end of the path moves a little, and the specular chain behind it along (Veach 1997, §11.4.2.2 to 11.4.2.4).
 ///
-/// What is moved is drawn alike there and back, so that the acceptance is that of what the paths contribute per film, and per solid angle of each
+/// Moved vertices are drawn alike there and back, so that the acceptance is that of what the paths contribute per film, and per solid angle of each
 /// direction that was perturbed. New paths have the same delta lobes at the same places.
 #[derive(Debug)]
 pub(super) struct Perturbation<'s, 'w, 'a, A> {
@@ -109,14 +109,14 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
             ..x.camera
         };
         let camera = self.follow(x, chain, (x.film, sample), |w, _| w, numbers, out)?;
-        // What was between the vertices that stay may have moved away, or come.
+        // Occluders between the vertices that stay may differ.
         let mut light: Vec<Vertex> = x.vertices[chain.last + 1..].iter().rev().cloned().collect();
         for i in 1..light.len() {
             let before = light.get(i + 1).or(camera.last());
-            light[i].through = self
+            light[i].transmittance = self
                 .space
                 .visibility((before, &light[i]), &light[i - 1], sample.time, out);
-            if light[i].through.is_blocked() {
+            if light[i].transmittance.is_blocked() {
                 return None;
             }
         }
@@ -187,11 +187,11 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
 
     /// What `path` contributes per film, and per solid angle of each free direction of `chain`. A light that is met is one of several far ones by chance.
     fn contribution(&self, path: &Path<'a>, chain: CameraChain) -> f64 {
-        let joint = match path.source() {
+        let geometry_term = match path.source() {
             Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
-            _ => path.vertices[chain.last].factors.joint,
+            _ => path.vertices[chain.last].factors.geometry_term,
         };
-        path.target * joint
+        path.target * geometry_term
     }
 
     /// Moves the light that leaves the vertex `start` of `x` and goes through a specular chain to what the camera sees.
@@ -224,14 +224,14 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         };
         let mut ray = Ray::new(origin, w).when(x.camera.time);
 
-        // The same kinds of scattering along the way
+        // Equal kinds of scattering along the way
         let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
         light.extend(x.vertices[start..].iter().rev().cloned());
         for i in (1..start).rev() {
             let mut vertex = self.space.meet(&ray, RayKind::Bounce, out)?;
             vertex.is_delta = x.vertices[i].is_delta;
             if let Some(last) = light.last() {
-                vertex.through = self.space.through((None, &vertex), last, x.camera.time, out);
+                vertex.transmittance = self.space.transmittance((None, &vertex), last, x.camera.time, out);
             }
             light.push(vertex);
             if i > 1 {
@@ -245,15 +245,15 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         camera.push(x.vertices[0].clone());
         let y = self.space.join(camera, light.into_iter(), 1..start, x.camera, out)?;
 
-        // How far it may be moved depends on the path.
-        let [least, greatest] = self.range_of_light(&y, start);
-        if !(least..=greatest).contains(&moved) {
+        // The range of the move depends on the path.
+        let [min, max] = self.range_of_light(&y, start);
+        if !(min..=max).contains(&moved) {
             return None;
         }
         let contribution = |path: &Path| {
             let chain = path.vertices[2..=start].iter();
             let towards_camera: f64 = chain.map(|vertex| vertex.factors.towards_camera).product();
-            path.target * towards_camera * path.vertices[0].factors.joint
+            path.target * towards_camera * path.vertices[0].factors.geometry_term
         };
         let ratio = contribution(&y) / contribution(x) * (chosen(&y) / chosen(x));
         Some(Proposal::of(y, ratio))
@@ -300,8 +300,8 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
 }
 
 /// A random distance, from the least to the greatest: its logarithm is uniform.
-fn distance(numbers: &mut Numbers, [least, greatest]: [f32; 2]) -> f32 {
-    greatest * (-(greatest / least).ln() * numbers.next()).exp()
+fn distance(numbers: &mut Numbers, [min, max]: [f32; 2]) -> f32 {
+    max * (-(max / min).ln() * numbers.next()).exp()
 }
 
 /// A random offset of such a length.

@@ -186,7 +186,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                     };
                     let mut next = self.meet(&ray, RayKind::Bounce, out)?;
                     let last = path.last()?;
-                    next.through = self.through((None, &next), last, time, out);
+                    next.transmittance = self.transmittance((None, &next), last, time, out);
                     next
                 }
             };
@@ -254,7 +254,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// Share of light that passes between `a`, to which the path from the camera comes by `before` if that is known, and the next vertex `b`, where a ray
     /// has gone all the way.
-    pub fn through(
+    pub fn transmittance(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
         b: &Vertex,
@@ -302,9 +302,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// Notes [`PathSpace::through`] at the last vertex of `camera`, from which a ray has gone to `next`.
     pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
         if let [.., before, last] = camera {
-            last.through = self.through((Some(before), last), next, time, out);
+            last.transmittance = self.transmittance((Some(before), last), next, time, out);
         } else if let [lens] = camera {
-            lens.through = self.through((None, lens), next, time, out);
+            lens.transmittance = self.transmittance((None, lens), next, time, out);
         }
     }
 
@@ -318,11 +318,11 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         sample: CameraSample,
         out: &mut impl RaySink,
     ) -> Option<Path<'a>> {
-        let joint = camera.len();
+        let second = camera.len();
         camera.extend(light.rev());
-        if joint < camera.len() {
-            camera[joint - 1].through = Transmittance::CLEAR;
-            for end in [joint - 1, joint] {
+        if second < camera.len() {
+            camera[second - 1].transmittance = Transmittance::CLEAR;
+            for end in [second - 1, second] {
                 camera[end].is_delta = false;
                 if !camera[end].is_smooth_somewhere() {
                     return None;
@@ -331,21 +331,21 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
         // What costs no ray is asked first.
         let mut path = self.path(camera, fresh, sample)?;
-        if joint < path.len() {
+        if second < path.len() {
             // From one point of a plane to another nothing passes, though a bent normal may have it that something is scattered.
-            if path.vertices[joint - 1].factors.joint <= 0.0 {
+            if path.vertices[second - 1].factors.geometry_term <= 0.0 {
                 return None;
             }
-            let before = joint.checked_sub(2).map(|i| &path.vertices[i]);
-            let (a, b) = (&path.vertices[joint - 1], &path.vertices[joint]);
-            let through = self.visibility((before, a), b, sample.time, out);
-            path.color *= through.tint;
+            let before = second.checked_sub(2).map(|i| &path.vertices[i]);
+            let (a, b) = (&path.vertices[second - 1], &path.vertices[second]);
+            let transmittance = self.visibility((before, a), b, sample.time, out);
+            path.color *= transmittance.tint;
             path.target = self.target(path.color, path.film);
-            if through.is_blocked() || path.target <= 0.0 {
+            if transmittance.is_blocked() || path.target <= 0.0 {
                 return None;
             }
-            path.vertices[joint - 1].through = through;
-            path.vertices[joint - 1].factors.joint *= through.pass as f64;
+            path.vertices[second - 1].transmittance = transmittance;
+            path.vertices[second - 1].factors.geometry_term *= transmittance.pass as f64;
         }
         Some(path)
     }
@@ -379,7 +379,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             let after = [1, 2].map(|steps| vertices.get(i + steps));
             vertices[i].factors = self.factors(&vertices[i], before, after, time)?;
         }
-        let values = vertices.iter().map(|vertex| vertex.factors.value * vertex.through.tint);
+        let values = vertices
+            .iter()
+            .map(|vertex| vertex.factors.value * vertex.transmittance.tint);
         let color = values.fold(Spectrum::ONE, |color, value| color * value);
         let target = self.target(color, film);
         (target > 0.0 && target.is_finite()).then_some(Path {

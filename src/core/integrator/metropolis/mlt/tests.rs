@@ -129,9 +129,11 @@ fn look<T>(
         max_depth: Some(4),
         roulette: Roulette::default(),
     };
-    let piece = |index| maker.piece(index, &mut Independent::new(8), &mut Uncounted);
-    let pieces: Vec<_> = (0..ImportanceImageMaker::<BruteForce>::PIECES).map(piece).collect();
-    let importance = maker.join(&pieces);
+    let work_item = |index| maker.work_item(index, &mut Independent::new(8), &mut Uncounted);
+    let work_items: Vec<_> = (0..ImportanceImageMaker::<BruteForce>::WORK_ITEMS)
+        .map(work_item)
+        .collect();
+    let importance = maker.join(&work_items);
     with(&PathSpaceIntegrator {
         world,
         max_depth: Some(4),
@@ -230,7 +232,7 @@ fn mutations_balance_between_matte_surfaces() {
 }
 
 #[test]
-fn mutations_balance_through_mirrors_and_glass() {
+fn mutations_balance_through_conductors_and_glass() {
     let build = |b: &mut SceneBuilder| {
         corner(b);
         lamp(b);

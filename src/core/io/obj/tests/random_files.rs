@@ -1,4 +1,4 @@
-use super::super::parse::{self, Pieces};
+use super::super::parse::{self, Chunks};
 use super::super::{Group, into_groups};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
@@ -134,18 +134,18 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
     (plain, wild, groups)
 }
 
-/// What comes of a text that is read in pieces of so many bytes.
-fn read(text: &str, piece_bytes: usize) -> Result<Vec<Group>, FileError> {
-    let mut outline = parse::parse(Path::new("t.obj"), &Pieces::count(text, piece_bytes), false, &|_| ())?;
+/// What comes of a text that is read in chunks of so many bytes.
+fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
+    let mut outline = parse::parse(Path::new("t.obj"), &Chunks::count(text, chunk_bytes), false, &|_| ())?;
     match outline.wrong.pop() {
         Some(last) => Err(outline.wrong.into_iter().next().unwrap_or(last)),
         None => Ok(into_groups(outline)),
     }
 }
 
-/// The same in words.
-fn described(text: &str, piece_bytes: usize) -> String {
-    read(text, piece_bytes).map_or_else(|error| error.to_string(), |groups| format!("{groups:?}"))
+/// A parsed file in words.
+fn described(text: &str, chunk_bytes: usize) -> String {
+    read(text, chunk_bytes).map_or_else(|error| error.to_string(), |groups| format!("{groups:?}"))
 }
 
 #[test]
@@ -180,8 +180,8 @@ fn random_files_have_the_triangles_they_were_made_of() {
             }
         }
         // Statements are on other lines, but say the same.
-        let without_lines = |text: &str, piece_bytes| {
-            let groups = read(text, piece_bytes).map(|mut groups| {
+        let without_lines = |text: &str, chunk_bytes| {
+            let groups = read(text, chunk_bytes).map(|mut groups| {
                 groups.iter_mut().for_each(|g| g.line = 0);
                 groups
             });
@@ -192,20 +192,20 @@ fn random_files_have_the_triangles_they_were_made_of() {
 }
 
 #[test]
-fn neither_pieces_nor_threads_change_a_bit() {
+fn neither_chunks_nor_threads_change_a_bit() {
     let text: String = (0..50)
         .map(|i| random_file(i).1.replace('\u{feff}', "") + "s 1\n")
         .collect();
     let whole = described(&text, text.len());
     assert!(whole.len() > text.len(), "{whole}");
     for size in [0, 1, 17, 100, 1001, 4096] {
-        assert_eq!(described(&text, size), whole, "pieces of {size} bytes");
+        assert_eq!(described(&text, size), whole, "chunks of {size} bytes");
     }
     for threads in [1, 2, 5] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         assert_eq!(pool.install(|| described(&text, 500)), whole, "{threads} threads");
     }
-    // The first wrong line is the error, whichever piece is read first.
+    // The first wrong line is the error, whichever chunk is read first.
     let broken = format!("{text}f 1 2 x\n{text}f 1 2 y\n");
     let line = text.lines().count() + 1;
     for size in [1, 64, 5000, 1 << 20] {

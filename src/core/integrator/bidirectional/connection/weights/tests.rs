@@ -129,9 +129,9 @@ fn summed(
     let (s, t) = (light.len(), camera.len());
     let n = s + t;
     let end = &camera[t - 1];
-    let joint = match met {
-        Some(met) => connector.joint_at_met_light(end, camera[..t - 1].last(), met, 0.0),
-        None => connector.joint(camera, light, is_merged, 0.0),
+    let densities = match met {
+        Some(met) => connector.densities_at_met_light(end, camera[..t - 1].last(), met, 0.0),
+        None => connector.densities(camera, light, is_merged, 0.0),
     };
     let at = |i: usize| if i < t { &camera[i] } else { &light[n - 1 - i] };
 
@@ -143,18 +143,18 @@ fn summed(
         (from_camera[i], from_light[i]) = if i < t { (own, other) } else { (other, own) };
         is_delta[i] = at(i).is_delta && i != t - 1 && (i != t || is_merged);
     }
-    from_light[t - 1] = joint.end.into();
+    from_light[t - 1] = densities.end.into();
     if t > 1 {
-        from_light[t - 2] = joint.previous.into();
+        from_light[t - 2] = densities.previous.into();
     }
     if s > 0 {
-        from_camera[t] = joint.other.into();
+        from_camera[t] = densities.other.into();
     }
     if s > 1 {
-        from_camera[t + 1] = joint.next.into();
+        from_camera[t + 1] = densities.next.into();
     }
     let direct = match s {
-        0..=2 => joint.direct,
+        0..=2 => densities.direct,
         _ => connector.direct(at(n - 1), at(n - 2), Some(at(n - 2).direction_to(at(n - 3))), 0.0),
     };
     let sampled = direct as f64 / from_light[n - 1];
@@ -218,9 +218,9 @@ fn one_pass_gives_the_sum_over_all_strategies() {
                         false,
                     );
                 }
-                let is_joint = |vertex: &PathVertex| vertex.surface().is_none_or(|surface| !surface.bsdf.is_delta());
-                for s in (1..=paths.light.len()).filter(|_| is_joint(&paths.camera[t - 1])) {
-                    if is_joint(&paths.light[s - 1]) {
+                let can_connect = |vertex: &PathVertex| vertex.surface().is_none_or(|surface| !surface.bsdf.is_delta());
+                for s in (1..=paths.light.len()).filter(|_| can_connect(&paths.camera[t - 1])) {
+                    if can_connect(&paths.light[s - 1]) {
                         assert_same((s, t), None, false);
                     }
                     if connector.merging.is_some() && t > 1 {

@@ -6,23 +6,23 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Results of `piece` for each index below `count`, in their order, with the rays that it took; `None` if the observer asked to stop.
-pub(super) fn in_pieces<T: Send, S: Sampler>(
+/// Results of `work_item` for each index below `count`, in their order, with the rays that it took; `None` if the observer asked to stop.
+pub(super) fn in_work_items<T: Send, S: Sampler>(
     count: u32,
     sampler: &S,
     observer: &impl Observer,
-    piece: impl Fn(u32, &mut S, &mut CountedRays) -> T + Sync,
+    work_item: impl Fn(u32, &mut S, &mut CountedRays) -> T + Sync,
 ) -> Option<(Vec<T>, RayCounts)> {
-    let pieces: Vec<(T, RayCounts)> = map_indices(count as usize, |index| {
+    let work_items: Vec<(T, RayCounts)> = map_indices(count as usize, |index| {
         if observer.should_stop() {
             return None;
         }
         let mut rays = CountedRays::new(observer);
-        let made = piece(index as u32, &mut sampler.clone(), &mut rays);
+        let made = work_item(index as u32, &mut sampler.clone(), &mut rays);
         (!rays.cancellation.is_cancelled()).then_some((made, rays.counts))
     })?;
-    let (pieces, rays): (Vec<_>, Vec<_>) = pieces.into_iter().unzip();
-    Some((pieces, rays.into_iter().fold(RayCounts::default(), RayCounts::plus)))
+    let (work_items, rays): (Vec<_>, Vec<_>) = work_items.into_iter().unzip();
+    Some((work_items, rays.into_iter().fold(RayCounts::default(), RayCounts::plus)))
 }
 
 /// Results of `task` for each index below `count`, in their order, made in the current rayon pool; `None` if one of them is.

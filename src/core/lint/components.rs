@@ -10,24 +10,24 @@ use crate::math::{Bounds3, DVec3};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Looks at the shells of faces that refract, and at those of faces that emit: parts that hang together by common points, where points of
-/// one place (`points`, by position) are one. A shell around all of the file may look inwards where other faces are in it, or where
+/// Looks at the components of faces that refract, and at those of faces that emit: parts that hang together by common points, where points of
+/// one place (`points`, by position) are one. A component around all of the file may look inwards where other faces are in it, or where
 /// the camera is (`is_around`).
 pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32], is_around: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     if uses.iter().any(|u| u.refracts) {
-        let shells = Shells::of(faces, points, |material| uses.get(material).is_some_and(|u| u.refracts));
-        findings.extend(shells.refracting(path, is_around));
+        let components = Components::of(faces, points, |material| uses.get(material).is_some_and(|u| u.refracts));
+        findings.extend(components.refracting(path, is_around));
     }
     if uses.iter().any(|u| u.emits) {
-        let shells = Shells::of(faces, points, |material| uses.get(material).is_some_and(|u| u.emits));
-        findings.extend(shells.emitting(path, is_around));
+        let components = Components::of(faces, points, |material| uses.get(material).is_some_and(|u| u.emits));
+        findings.extend(components.emitting(path, is_around));
     }
     findings
 }
 
 /// Faces that hang together.
-struct Shell {
+struct Component {
     /// Of its first face.
     line: usize,
     faces: u64,
@@ -36,25 +36,25 @@ struct Shell {
     volume: f64,
     /// Line of a face with an edge that no other face has, if there is one.
     open: Option<usize>,
-    /// The same of an edge that more than two faces have.
+    /// Line of a face with an edge that more than two faces have.
     crowded: Option<usize>,
-    /// The same of an edge along which two faces run the same way.
+    /// Line of a face with an edge along which two faces run the same way.
     turned: Option<usize>,
 }
 
-struct Shells {
-    shells: Vec<Shell>,
+struct Components {
+    components: Vec<Component>,
     /// Around all faces of the file, whether they take part or not, and their number.
     whole: (Bounds3, u64),
 }
 
-/// Shells that are looked at as what may hold a cavity: the largest.
+/// Components that are looked at as what may hold a cavity: the largest.
 const MAX_BODIES: usize = 64;
 
 /// An edge from its point of the lower index to the other one, whether the face runs against that, and the face's line.
 type Edge = (u32, u32, bool, u32);
 
-impl Shells {
+impl Components {
     fn of(faces: &ObjFaces, points: &[u32], takes_part: impl Fn(usize) -> bool) -> Self {
         let all = || faces.faces().filter(|face| takes_part(face.material));
         let ring = |face: &Face<'_>| -> Vec<u32> {
@@ -78,9 +78,9 @@ impl Shells {
             }
         }
 
-        // Shells by the root of their points; volumes as of cones to the first point (the divergence theorem).
+        // Components by the root of their points; volumes as of cones to the first point (the divergence theorem).
         let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
-        let mut shells: Vec<Shell> = Vec::new();
+        let mut components: Vec<Component> = Vec::new();
         let mut apexes: Vec<DVec3> = Vec::new();
         let position = |i: u32| faces.positions().get(i as usize).copied().unwrap_or_default();
         for face in all() {
@@ -88,7 +88,7 @@ impl Shells {
             let Some(&first) = ring.first() else { continue };
             let index = *index_of.entry(sets.root(first)).or_insert_with(|| {
                 apexes.push(position(first).as_dvec3());
-                shells.push(Shell {
+                components.push(Component {
                     line: face.line,
                     faces: 0,
                     bounds: Bounds3::EMPTY,
@@ -97,16 +97,16 @@ impl Shells {
                     crowded: None,
                     turned: None,
                 });
-                shells.len() - 1
+                components.len() - 1
             });
-            let (shell, apex) = (&mut shells[index], apexes[index]);
-            shell.faces += 1;
-            ring.iter().for_each(|&i| shell.bounds.extend(position(i)));
+            let (component, apex) = (&mut components[index], apexes[index]);
+            component.faces += 1;
+            ring.iter().for_each(|&i| component.bounds.extend(position(i)));
             let from_apex = |i: &u32| position(*i).as_dvec3() - apex;
             let p0 = from_apex(&first);
             for pair in ring.windows(2).skip(1) {
                 let [p1, p2] = [from_apex(&pair[0]), from_apex(&pair[1])];
-                shell.volume += p0.dot(p1.cross(p2));
+                component.volume += p0.dot(p1.cross(p2));
             }
         }
 
@@ -115,44 +115,49 @@ impl Shells {
             let Some(&index) = index_of.get(&sets.root(same[0].0)) else {
                 continue;
             };
-            let shell = &mut shells[index];
+            let component = &mut components[index];
             let line = same.iter().map(|edge| edge.3 as usize).max().unwrap_or(0);
             let fault = match same {
-                [_] => &mut shell.open,
-                [a, b] if a.2 == b.2 => &mut shell.turned,
+                [_] => &mut component.open,
+                [a, b] if a.2 == b.2 => &mut component.turned,
                 [_, _] => continue,
-                _ => &mut shell.crowded,
+                _ => &mut component.crowded,
             };
             *fault = Some(fault.map_or(line, |known| known.min(line)));
         }
         let corners = faces.faces().flat_map(|face| face.positions);
         let whole = (corners.map(|&i| position(i)).collect(), faces.faces().count() as u64);
-        Self { shells, whole }
+        Self { components, whole }
     }
 
-    /// Where `fault` is, shell by shell.
-    fn tally(&self, fault: impl Fn(&Shell) -> Option<usize>) -> Tally {
-        let mut lines: Vec<usize> = self.shells.iter().filter_map(fault).collect();
+    /// Where `fault` is, component by component.
+    fn tally(&self, fault: impl Fn(&Component) -> Option<usize>) -> Tally {
+        let mut lines: Vec<usize> = self.components.iter().filter_map(fault).collect();
         lines.sort_unstable();
         let mut tally = Tally::default();
         lines.into_iter().for_each(|line| tally.add(line));
         tally
     }
 
-    /// Shells that are closed but inside out, and not a cavity in another one or what surrounds everything else.
+    /// Components that are closed but inside out, and not a cavity in another one or what surrounds everything else.
     fn inside_out(&self, is_around: bool) -> Tally {
         let contains = |a: &Bounds3, b: &Bounds3| a.min.cmple(b.min).all() && a.max.cmpge(b.max).all();
-        let mut bodies: Vec<&Shell> = self.shells.iter().filter(|shell| shell.volume > 0.0).collect();
+        let mut bodies: Vec<&Component> = self
+            .components
+            .iter()
+            .filter(|component| component.volume > 0.0)
+            .collect();
         bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
         bodies.truncate(MAX_BODIES);
-        self.tally(|shell| {
-            let is_closed = shell.open.is_none() && shell.crowded.is_none() && shell.turned.is_none();
-            if !is_closed || shell.volume >= 0.0 {
+        self.tally(|component| {
+            let is_closed = component.open.is_none() && component.crowded.is_none() && component.turned.is_none();
+            if !is_closed || component.volume >= 0.0 {
                 return None;
             }
-            let is_cavity = bodies.iter().any(|body| contains(&body.bounds, &shell.bounds));
-            let is_around_all = contains(&shell.bounds, &self.whole.0) && (is_around || shell.faces < self.whole.1);
-            (!is_cavity && !is_around_all).then_some(shell.line)
+            let is_cavity = bodies.iter().any(|body| contains(&body.bounds, &component.bounds));
+            let is_around_all =
+                contains(&component.bounds, &self.whole.0) && (is_around || component.faces < self.whole.1);
+            (!is_cavity && !is_around_all).then_some(component.line)
         })
     }
 

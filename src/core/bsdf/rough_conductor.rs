@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 /// Light that is reflected several times between facets is added as a lobe of its own (Kulla and Conty 2017): a surface
 /// of reflectance 1 reflects all light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoughMirror {
+pub struct RoughConductor {
     facets: Ggx,
     /// Factor of all that is reflected.
     reflectance: [f32; 3],
@@ -20,7 +20,7 @@ pub struct RoughMirror {
     several: [f32; 3],
 }
 
-impl RoughMirror {
+impl RoughConductor {
     /// Reflectance and Fresnel term.
     pub(super) fn parameters(&self) -> ([f32; 3], Fresnel) {
         (self.reflectance, self.fresnel)

@@ -1,0 +1,66 @@
+//! Lists of a fixed number of values: serde's arrays ignore further values, and here these are an error.
+
+use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::marker::PhantomData;
+use toml::Spanned;
+
+/// A list of `N` values, neither fewer nor more.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
+pub(super) struct ExactList<L>(pub L);
+
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for ExactList<[T; N]> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct List<T, const N: usize>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for List<T, N> {
+            type Value = ExactList<[T; N]>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "an array of length {N}")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+                let mut values = Vec::with_capacity(N);
+                while values.len() < N {
+                    match list.next_element()? {
+                        Some(value) => values.push(value),
+                        None => break,
+                    }
+                }
+                let mut length = values.len();
+                while list.next_element::<IgnoredAny>()?.is_some() {
+                    length += 1;
+                }
+                let values = values.try_into().ok().filter(|_| length == N);
+                values
+                    .map(ExactList)
+                    .ok_or_else(|| A::Error::invalid_length(length, &self))
+            }
+        }
+        deserializer.deserialize_seq(List(PhantomData))
+    }
+}
+
+/// Reads a key that is a list of `N` numbers.
+pub(super) fn numbers<'de, D: Deserializer<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<Option<Spanned<[f32; N]>>, D::Error> {
+    let read = Option::<Spanned<ExactList<[f32; N]>>>::deserialize(deserializer)?;
+    Ok(read.map(|list| Spanned::new(list.span(), list.into_inner().0)))
+}
+
+/// Reads a key that is a list of `N` numbers, whose place is not needed.
+pub(super) fn plain_numbers<'de, D: Deserializer<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<Option<[f32; N]>, D::Error> {
+    let read = Option::<ExactList<[f32; N]>>::deserialize(deserializer)?;
+    Ok(read.map(|list| list.0))
+}
+
+/// Reads a key that is a matrix: four rows of four numbers.
+pub(super) fn matrix<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<[[f32; 4]; 4]>>, D::Error> {
+    let read = Option::<Spanned<ExactList<[ExactList<[f32; 4]>; 4]>>>::deserialize(deserializer)?;
+    Ok(read.map(|rows| Spanned::new(rows.span(), rows.into_inner().0.map(|row| row.0))))
+}

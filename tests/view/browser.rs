@@ -182,7 +182,7 @@ fn the_page_shows_and_steers_a_render() {
     set(&mut browser, &tab, "#channel", "{ value: 'id' }");
     browser.wait(
         &tab,
-        "embrasure.picture.frame.channel === 'id' && embrasure.picture.frame.final",
+        "embrasure.picture.frame.channel === 'id' && embrasure.picture.frame.samples === 16",
     );
     assert_eq!(
         browser.value(&tab, "embrasure.picture.valuesAt([64.5, 100.5])"),
@@ -600,6 +600,8 @@ fn fingers_steer_the_camera() {
 
 /// Size of the windows of the guide's pictures.
 const WINDOW: [u32; 2] = [1280, 720];
+/// Of those with noise, whose files would be large.
+const SMALL_WINDOW: [u32; 2] = [1000, 600];
 
 /// The pictures of the guide, where EMBRASURE_SCREENSHOTS names their folder.
 #[test]
@@ -633,13 +635,17 @@ fn screenshots_of_the_guide() {
             browser.value(&tab, "document.getElementById('found').scrollIntoView()");
             thread::sleep(Duration::from_secs(1));
             browser.screenshot(&tab, "view-paths.png");
+            click_on(&mut browser, &tab, "clear-paths");
+            browser.value(&tab, "document.querySelector('[data-tab=\"materials\"]').click()");
+            browser.value(&tab, "document.querySelector('#material-keys details').open = true");
+            browser.screenshot(&tab, "view-materials.png");
         }
     }
 
     // Light groups, one of them green
     let folder = two_lamps();
     let viewer = Viewer::start(folder.path(), &split("cornell-box.toml --size 512x512 --spp 16"));
-    let tab = browser.open(&format!("{}?theme=dark", viewer.link()), WINDOW);
+    let tab = browser.open(&format!("{}?theme=dark", viewer.link()), SMALL_WINDOW);
     browser.wait(&tab, COMPLETE);
     browser.value(&tab, "document.querySelector('[data-tab=\"lights\"]').click()");
     click_on(&mut browser, &tab, "tell-groups");
@@ -666,7 +672,7 @@ fn screenshots_of_the_guide() {
     );
     let compare = format!("{flags} --spp 64 --compare path,path+reuse=none --reference reference.exr");
     let viewer = Viewer::start(folder.path(), &split(&compare));
-    let tab = browser.open(&format!("{}?theme=light", viewer.link()), WINDOW);
+    let tab = browser.open(&format!("{}?theme=light", viewer.link()), SMALL_WINDOW);
     browser.wait(&tab, "embrasure.camera.now");
     browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
     browser.wait(&tab, "embrasure.compare.points.length > 12 && embrasure.picture.other");
@@ -682,7 +688,7 @@ fn screenshots_of_the_guide() {
     );
     let viewer = Viewer::start(
         folder.path(),
-        &split("pawns.toml --size 720x540 --spp 64 --denoise oidn"),
+        &split("pawns.toml --size 720x540 --spp 8 --denoise oidn"),
     );
     let tab = browser.open(&format!("{}?theme=light", viewer.link()), WINDOW);
     browser.wait(&tab, "embrasure.camera.now");
@@ -690,7 +696,7 @@ fn screenshots_of_the_guide() {
     browser.wait(&tab, "document.querySelectorAll('#views button').length > 3");
     let camera = "{ ...embrasure.camera.now, position: [-1.2, 0.9, 3], look_at: [0, 0.35, 0], vertical_fov: 30, lens_radius: 0.08 }";
     browser.value(&tab, &format!("embrasure.camera.to({camera}), 0"));
-    let complete = COMPLETE.replace("16", "64");
+    let complete = COMPLETE.replace("16", "8");
     browser.wait(&tab, &complete);
     click_on(&mut browser, &tab, "focus-click");
     let distance = "embrasure.camera.now.focus_distance";

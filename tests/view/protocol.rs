@@ -116,29 +116,30 @@ fn further_channels_are_those_of_a_render() {
     let path = folder.path();
     let viewer = Viewer::start(path, &split("s.toml --aov P,uv,direct"));
     let mut page = viewer.page();
+    let mut camera = page.message("state")["camera"].clone();
+    let home = camera["position"][0].clone();
     page.wait_for_all();
     save(&viewer, &path.join("v.exr"));
     done(path, &split("render s.toml -q --aov P,uv,direct -o r.exr"));
     assert_same_bits(&path.join("r.exr"), &path.join("v.exr"));
 
     page.send(r#"{"do":"channel","name":"id"}"#);
-    let ids = page.frame_where(|header| header["channel"] == "id" && header["final"] == true);
+    let ids = page.frame_where(|header| header["channel"] == "id" && header["samples"] == 4.0);
     done(path, &split("render s.toml -q --aov id -o r.exr"));
     let expected = crate::support::read_channel(&path.join("r.exr"), "id.object");
     assert!(expected.contains(&1.0) && expected.contains(&0.0), "{expected:?}");
     let found: Vec<f32> = ids.halves().step_by(3).map(|id| id.to_f32()).collect();
     assert_eq!(found, expected);
     // It follows the moving camera.
-    let mut camera = page.message_where("state", |_| true)["camera"].clone();
     camera["position"][0] = 0.5.into();
     camera["do"] = "camera".into();
     page.send(&camera.to_string());
-    page.frame_where(|header| header["channel"] == "id" && header["preview"] == true);
+    page.frame_where(|header| header["channel"] == "id" && header["moves"] == 1);
 
     page.send(r#"{"do":"channel","name":"picture"}"#);
-    camera["position"][0] = 0.into();
+    camera["position"][0] = home;
     page.send(&camera.to_string());
-    page.frame_where(|header| header["preview"] == false && header["samples"] == 4.0);
+    page.frame_where(|h| h["channel"] == "picture" && h["moves"] == 2 && h["preview"] == false && h["samples"] == 4.0);
     page.wait_for_all();
     save(&viewer, &path.join("w.exr"));
     assert_same_bits(&path.join("v.exr"), &path.join("w.exr"));

@@ -641,6 +641,7 @@ fn screenshots_of_the_guide() {
             browser.screenshot(&tab, "view-materials.png");
         }
     }
+    drop(viewer);
 
     // Light groups, one of them green
     let folder = two_lamps();
@@ -663,6 +664,7 @@ fn screenshots_of_the_guide() {
     set(&mut browser, &tab, "[aria-label=\"light, stops\"]", "{ value: '-2' }");
     thread::sleep(Duration::from_secs(1));
     browser.screenshot(&tab, "view-lights.png");
+    drop(viewer);
 
     // With and without path reuse, against a reference
     let flags = "cornell-box.toml --size 512x512";
@@ -678,6 +680,7 @@ fn screenshots_of_the_guide() {
     browser.wait(&tab, "embrasure.compare.points.length > 12 && embrasure.picture.other");
     browser.value(&tab, "document.getElementById('compare-with').scrollIntoView()");
     browser.screenshot(&tab, "view-compare.png");
+    drop(viewer);
 
     // A camera that is found
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");

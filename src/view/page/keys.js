@@ -51,6 +51,7 @@ function inputs({ key, holds }, value, send, attributes) {
     const text = element("input", { type: "number", step: "any", ...ends, value: isSet ? String(value) : "", placeholder, ...attributes, "aria-label": words });
     text.addEventListener("change", () => text.value !== "" && send(text.value));
     if (!ends.min || !ends.max) return [text];
+    text.placeholder = "–";
     const step = (holds.maximum - low(holds)) / 100;
     const from = holds.minimum ?? holds.exclusiveMinimum + step;
     const slider = element("input", { type: "range", min: String(from), max: ends.max, step: String(step), "aria-label": `${words}, slider` });
@@ -68,7 +69,7 @@ function control(entry, value, send, attributes) {
   const { key, holds } = entry;
   const range = low(holds) !== undefined && holds.maximum !== undefined ? ` (${low(holds)} to ${holds.maximum})` : "";
   const made = inputs(entry, value, (text) => send(key, text), { ...attributes, "data-key": key });
-  return element("label", { title: `${holds.description}${range}` }, key.replaceAll("_", " "), ...made);
+  return element("label", { class: "key", title: `${holds.description}${range}` }, element("span", {}, key.replaceAll("_", " ")), ...made);
 }
 
 // Controls for all `keys`: first those that have `values`, and the others behind "More", which is open if `isOpen`.

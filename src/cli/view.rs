@@ -2,7 +2,7 @@
 
 use super::args::{RenderArgs, ViewArgs};
 use super::error::CliError;
-use super::job::Job;
+use super::job::{Job, read_scene};
 use super::paths;
 use super::progress::{Heeding, Loading, is_interrupted};
 use super::summary::print_choices;
@@ -10,18 +10,26 @@ use super::warnings::ShownWarnings;
 use super::words;
 use crate::io::read_exr;
 use crate::session::{Renderer, Session};
-use crate::view::{Host, Options, SceneChanges, SceneRequest, serve};
+use crate::view::{FileLight, Host, LightEdit, Options, SceneChanges, SceneRequest, serve};
 use serde_json::Value;
 use std::env;
+#[cfg(unix)]
+use std::fs::Permissions;
+use std::io::{self, Write};
 use std::ops::Range;
+#[cfg(unix)]
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
+use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
+use tempfile::NamedTempFile;
 
 /// Serves the render of a scene until an interrupt.
 pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     let render = render_args(args);
-    let job = Job::to_show(&render)?;
+    let (job, lights) = job(&render, &SceneChanges::default())?;
     job.shown_warnings.show_each(&job.warnings);
     let options = Options {
         listen: args.listen,
@@ -32,7 +40,7 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     };
     if !args.listen.is_loopback() {
         words::warning(format_args!(
-            "--listen {}: anyone who reaches this address and has the link can see and control the render, and can write its camera into the scene file; the link and the pictures are not encrypted\n  help: use ssh -L in place of --listen (`embrasure view --help`)",
+            "--listen {}: anyone who reaches this address and has the link can see and control the render, and can write its camera, materials and lights into the scene file; the link and the pictures are not encrypted\n  help: use ssh -L in place of --listen (`embrasure view --help`)",
             args.listen
         ));
     }
@@ -46,8 +54,12 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     }
     // Ctrl-C ends the render and the server, and that is how it should end.
     let _heeding = Heeding::begin();
-    let commands = Commands { render: &render, args };
-    serve(options, &commands, request(job, &render)?, session)?;
+    let commands = Commands {
+        render: &render,
+        args,
+        redirect: OnceLock::new(),
+    };
+    serve(options, &commands, request(job, lights, &render)?, session)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -71,6 +83,7 @@ fn render_args(args: &ViewArgs) -> RenderArgs {
         size: args.size,
         threads: args.threads,
         quiet: args.quiet,
+        aov: args.aov.clone(),
         camera: args.camera.clone(),
         sampling: args.sampling,
         quality: args.quality,
@@ -87,11 +100,27 @@ fn render_args(args: &ViewArgs) -> RenderArgs {
     }
 }
 
+/// The job of `render` after `changes`, and the lights of the scene file itself.
+fn job(render: &RenderArgs, changes: &SceneChanges) -> Result<(Job, Vec<FileLight>), CliError> {
+    let mut load = render.load.clone();
+    load.set.extend(changes.lights.iter().map(LightEdit::flag));
+    load.set.extend_from_slice(&changes.groups);
+    let mut scene = read_scene(&render.scene, &load)?;
+    for edit in &changes.materials {
+        scene.patch_material(&edit.name, &edit.key, &edit.value)?;
+    }
+    let lights = scene.light.iter().cloned().enumerate();
+    let lights = lights.map(|(index, section)| FileLight { index, section });
+    let lights = lights.filter(|light| !render.light.replaces(&light.section)).collect();
+    Ok((Job::to_show_scene(render, scene)?, lights))
+}
+
 /// What the viewer is to know of a job.
-fn request(job: Job, render: &RenderArgs) -> Result<SceneRequest, CliError> {
+fn request(job: Job, lights: Vec<FileLight>, render: &RenderArgs) -> Result<SceneRequest, CliError> {
     Ok(SceneRequest {
         exr: render.exr.format()?,
         file: job.scene,
+        lights,
         path: job.scene_path,
         settings: job.settings,
         options: job.options,
@@ -102,15 +131,17 @@ fn request(job: Job, render: &RenderArgs) -> Result<SceneRequest, CliError> {
 struct Commands<'a> {
     render: &'a RenderArgs,
     args: &'a ViewArgs,
+    /// The file that leads the browser to the page. It goes with the viewer.
+    redirect: OnceLock<NamedTempFile>,
 }
 
 impl Host for Commands<'_> {
     fn read(&self, changes: &SceneChanges) -> Result<SceneRequest, String> {
-        let mut render = self.render.clone();
-        render.load.patches.extend_from_slice(&changes.materials);
-        render.load.set.extend_from_slice(&changes.keys);
-        let read = || request(Job::to_show(&render)?, &render);
-        read().map_err(|error| error.to_string())
+        let read = || {
+            let (job, lights) = job(self.render, changes)?;
+            request(job, lights, self.render)
+        };
+        read().map_err(|error: CliError| error.to_string())
     }
 
     fn inspect(&self, renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<Value, String> {
@@ -126,16 +157,15 @@ impl Host for Commands<'_> {
         samples: Range<u32>,
         time: Duration,
     ) -> Result<Vec<[f32; 3]>, String> {
-        /// Samples between two looks at the clock.
-        const STEP: usize = 8;
         let start = Instant::now();
         let mut lights = Vec::new();
-        for first in samples.clone().step_by(STEP) {
+        for sample in samples {
+            // A sample may be a whole iteration.
             if start.elapsed() > time || is_interrupted() {
                 break;
             }
-            let some = first..samples.end.min(first.saturating_add(STEP as u32));
-            let traces = paths::traces(renderer, pixel, some).map_err(|error| error.to_string())?;
+            let one = sample..sample.saturating_add(1);
+            let traces = paths::traces(renderer, pixel, one).map_err(|error| error.to_string())?;
             lights.extend(traces.iter().map(|(_, traces)| paths::light_of(traces).to_array()));
         }
         Ok(lights)
@@ -151,7 +181,11 @@ impl Host for Commands<'_> {
             errln!("Open this link in a browser; Ctrl-C ends the render.");
         }
         if !self.args.no_open && has_display() {
-            open(link);
+            // Without the file, the printed link is there.
+            if let Ok(file) = redirect(link) {
+                open(file.path());
+                let _ = self.redirect.set(file);
+            }
         }
     }
 }
@@ -163,11 +197,26 @@ fn has_display() -> bool {
     cfg!(target_os = "macos") || ((is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && !is_remote)
 }
 
-/// Asks the desktop to open `link`; where it does not, the link that was printed is there.
-fn open(link: &str) {
+/// A file that leads a browser to `link`, and that only its owner can read: arguments of programs can be read by all users of a machine.
+fn redirect(link: &str) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix("embrasure-").suffix(".html");
+    #[cfg(unix)]
+    builder.permissions(Permissions::from_mode(0o600));
+    let mut file = builder.tempfile()?;
+    write!(
+        file,
+        "<!DOCTYPE html>\n<meta charset=\"utf-8\">\n<title>Embrasure</title>\n<meta http-equiv=\"refresh\" content=\"0; url={link}\">\n<a href=\"{link}\">Open the viewer</a>\n"
+    )?;
+    file.flush()?;
+    Ok(file)
+}
+
+/// Asks the desktop to open `file`; where it does not, the link that was printed is there.
+fn open(file: &Path) {
     let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
     let started = Command::new(program)
-        .arg(link)
+        .arg(file)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())

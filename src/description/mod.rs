@@ -46,6 +46,12 @@ pub use scene_file::SceneFile;
 pub use scene_options::SceneOptions;
 pub use schema::schema_text;
 
+#[cfg(feature = "view")]
+pub(crate) use {
+    patches::glob_of_name,
+    schema::{light_keys, material_keys},
+};
+
 // What the modules here need of the formats
 use crate::io::{
     DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, MemoryLimit, Position,

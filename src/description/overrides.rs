@@ -64,9 +64,16 @@ impl Overrides {
         let glob = written[..dot].trim();
         let quoted = |quote| glob.strip_prefix(quote).and_then(|glob| glob.strip_suffix(quote));
         let glob = quoted('"').or(quoted('\'')).unwrap_or(glob);
-        let toml = key_and_value(&written[dot + 1..])
-            .filter(|_| !glob.is_empty())
-            .ok_or(())?;
+        self.add_patch_of(glob, &written[dot + 1..], written, bytes)
+    }
+
+    /// Adds a patch `KEY=VALUE` of the materials that `glob` matches, which errors name as `written`; the file has `bytes`.
+    ///
+    /// # Errors
+    ///
+    /// `patch` is not `KEY=VALUE`, or the glob is empty.
+    pub fn add_patch_of(&mut self, glob: &str, patch: &str, written: &str, bytes: usize) -> Result<(), ()> {
+        let toml = key_and_value(patch).filter(|_| !glob.is_empty()).ok_or(())?;
         let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
         self.0.push(Override {
             written: format!("--material {written}"),

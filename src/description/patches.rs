@@ -18,6 +18,12 @@ pub(super) struct Patch<'a> {
     pub section: Cow<'a, MaterialSection>,
 }
 
+/// The glob that matches `name` alone.
+#[cfg(feature = "view")]
+pub(crate) fn glob_of_name(name: &str) -> String {
+    Glob::exact(name).text(0)
+}
+
 /// Patches, and which of them have met a material.
 #[derive(Default)]
 pub(super) struct PatchList<'a> {
@@ -81,6 +87,25 @@ impl SceneFile {
             })?;
         }
         Ok(())
+    }
+
+    /// Adds a patch of the material `name`, whatever characters that has: `value` of TOML, or a plain string, for a key of `[material.NAME]`.
+    ///
+    /// # Errors
+    ///
+    /// A key that is none. Keys and values are checked when the scene is loaded.
+    #[cfg(feature = "view")]
+    pub(crate) fn patch_material(&mut self, name: &str, key: &str, value: &str) -> Result<(), FileError> {
+        let (bytes, patch) = (self.source.bytes(), format!("{key}={value}"));
+        let written = format!("{name}.{patch}");
+        let added = self
+            .source
+            .overrides
+            .add_patch_of(&glob_of_name(name), &patch, &written, bytes);
+        added.map_err(|()| {
+            self.whole(format!("--material {written}: expected NAME.KEY=VALUE"))
+                .of_flag()
+        })
     }
 
     /// The section that replaces materials of this name, and its key.

@@ -3,7 +3,7 @@
 //! [`serve`] renders on the thread that calls it, by the sessions that `render` uses, so the picture of N samples has the bits of `render --spp N`. `engine` is that
 //! loop; `hub` is what it shares with the pages. `server` accepts connections and answers requests (`http`); each page has a thread with its WebSocket (`socket`),
 //! whose words `protocol` defines. `frame` has a picture's pixels (`io::half_picture`), packed for slow links (`io::packed`), `parameters` lists what can be set, `scene_file` writes cameras and other
-//! changes into a scene file, `watch` notices files that change, and `page` has the files of the page itself.
+//! changes into a scene file, `scene_keys` has the keys that can be changed, `watch` notices files that change, and `page` has the files of the page itself.
 //!
 //! The render is for its user alone: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
 //! asks (`Host`) and the page that asks (`Origin`) are checked, so that a page elsewhere cannot ask by a name of its own. Sizes, rates and numbers of connections are
@@ -17,16 +17,18 @@ mod page;
 mod parameters;
 mod protocol;
 mod scene_file;
+mod scene_keys;
 mod server;
 mod socket;
 mod watch;
 
-use crate::description::{SceneFile, SceneOptions};
+use crate::description::{LightSection, SceneFile, SceneOptions};
 use crate::film::RgbImage;
 use crate::io::ExrFormat;
 use crate::session::{Error, Renderer, Session, Settings};
 use engine::Engine;
 use hub::Hub;
+use serde::Serialize;
 use serde_json::Value;
 use server::Server;
 use std::net::IpAddr;
@@ -49,19 +51,55 @@ pub(crate) struct Options {
     pub reference: Option<RgbImage>,
 }
 
-/// Changes of a scene, as flags say them.
+/// A patch of the material `name`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct MaterialEdit {
+    pub name: String,
+    pub key: String,
+    /// TOML, or a plain string.
+    pub value: String,
+}
+
+/// A key of the `[[light]]` with this index in the scene file.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LightEdit {
+    pub index: usize,
+    pub key: String,
+    /// TOML.
+    pub value: String,
+}
+
+impl LightEdit {
+    /// `KEY=VALUE` of the scene file (`--set`).
+    pub fn flag(&self) -> String {
+        let Self { index, key, value } = self;
+        format!("light.{index}.{key}={value}")
+    }
+}
+
+/// Changes of a scene that pages have asked for.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SceneChanges {
-    /// `NAME.KEY=VALUE` of materials (`--material`).
-    pub materials: Vec<String>,
-    /// `KEY=VALUE` of the scene file (`--set`).
-    pub keys: Vec<String>,
+    pub materials: Vec<MaterialEdit>,
+    pub lights: Vec<LightEdit>,
+    /// Light groups, as `KEY=VALUE` of the scene file (`--set`).
+    pub groups: Vec<String>,
+}
+
+/// A light of the scene file that flags have not replaced.
+#[derive(Clone, Debug)]
+pub(crate) struct FileLight {
+    /// Index among all `[[light]]` of the file.
+    pub index: usize,
+    pub section: LightSection,
 }
 
 /// A scene as a command line means it.
 pub(crate) struct SceneRequest {
-    /// The scene file.
+    /// The scene file, and what flags change of it.
     pub file: SceneFile,
+    /// Lights that the file itself has.
+    pub lights: Vec<FileLight>,
     /// Path of the scene, as it was typed.
     pub path: PathBuf,
     /// What is to be rendered.

@@ -20,6 +20,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("pointer.js", SCRIPT, include_str!("page/pointer.js")),
     ("controls.js", SCRIPT, include_str!("page/controls.js")),
     ("inspect.js", SCRIPT, include_str!("page/inspect.js")),
+    ("keys.js", SCRIPT, include_str!("page/keys.js")),
     ("materials.js", SCRIPT, include_str!("page/materials.js")),
 ];
 

@@ -1,6 +1,8 @@
 //! Writes a camera, and changes of materials and lights, into a scene file, whose comments and order stay (`toml_edit`).
 
 use super::protocol::CameraView;
+use super::{FileLight, LightEdit, MaterialEdit};
+use crate::description::glob_of_name;
 use crate::io::{FileError, Output};
 use std::fs;
 use std::io::Write;
@@ -16,13 +18,33 @@ pub(super) fn save_camera(path: &Path, camera: &CameraView) -> Result<(), FileEr
     edit(path, |document| set_camera(document, camera))
 }
 
-/// Sets keys of materials, each `NAME.KEY=VALUE`, as patches in the scene file at `path`, and keys of lights, each `light.INDEX.KEY=VALUE`.
+/// Sets keys of materials as patches in the scene file at `path`, and keys of lights.
 ///
 /// # Errors
 ///
 /// A file that cannot be read or written, or has no such light; it is as before then.
-pub(super) fn save_changes(path: &Path, materials: &[String], lights: &[String]) -> Result<(), FileError> {
+pub(super) fn save_changes(path: &Path, materials: &[MaterialEdit], lights: &[LightEdit]) -> Result<(), FileError> {
     edit(path, |document| set_changes(document, materials, lights))
+}
+
+/// The sections that changes of materials add to a scene file.
+pub(super) fn patches(materials: &[MaterialEdit]) -> String {
+    let mut document = DocumentMut::new();
+    match set_changes(&mut document, materials, &[]) {
+        Ok(()) => document.to_string(),
+        Err(words) => format!("# {words}\n"),
+    }
+}
+
+/// The sections of the `lights` that were changed, which take the place of theirs in a scene file.
+pub(super) fn light_sections(lights: &[FileLight], edits: &[LightEdit]) -> String {
+    let is_changed = |light: &&FileLight| edits.iter().any(|edit| edit.index == light.index);
+    let section = |light: &FileLight| {
+        let keys = toml::to_string(&light.section).unwrap_or_else(|error| format!("# {error}\n"));
+        format!("# In place of light {}\n[[light]]\n{keys}", light.index + 1)
+    };
+    let sections: Vec<String> = lights.iter().filter(is_changed).map(section).collect();
+    sections.join("\n")
 }
 
 /// Changes the file at `path`.
@@ -40,10 +62,8 @@ fn changed(text: &str, change: impl FnOnce(&mut DocumentMut) -> Result<(), Strin
     Ok(document.to_string())
 }
 
-fn set_changes(document: &mut DocumentMut, materials: &[String], lights: &[String]) -> Result<(), String> {
-    for edit in materials {
-        let (target, value) = edit.split_once('=').ok_or("a change without a value")?;
-        let (name, key) = target.rsplit_once('.').ok_or("a change without a key")?;
+fn set_changes(document: &mut DocumentMut, materials: &[MaterialEdit], lights: &[LightEdit]) -> Result<(), String> {
+    for MaterialEdit { name, key, value } in materials {
         let patches = document.entry("patch").or_insert_with(|| {
             let mut table = Table::new();
             table.set_implicit(true);
@@ -52,19 +72,18 @@ fn set_changes(document: &mut DocumentMut, materials: &[String], lights: &[Strin
         let patches = patches
             .as_table_like_mut()
             .ok_or("`patch` is not a section; correct it first")?;
-        let patch = patches.entry(name).or_insert(Item::Table(Table::new()));
+        let patch = patches.entry(&glob_of_name(name)).or_insert(Item::Table(Table::new()));
         let patch = patch
             .as_table_like_mut()
             .ok_or("`patch` has no sections; correct it first")?;
         set(patch, key, parsed(value));
     }
-    for edit in lights {
-        let (target, value) = edit.split_once('=').ok_or("a change without a value")?;
-        let mut parts = target.splitn(3, '.').skip(1);
-        let (index, key) = (parts.next().and_then(|i| i.parse::<usize>().ok()), parts.next());
-        let (Some(index), Some(key)) = (index, key) else {
-            return Err(format!("no key of a light: {target}"));
-        };
+    for &LightEdit {
+        index,
+        ref key,
+        ref value,
+    } in lights
+    {
         let light = match document.get_mut("light") {
             Some(Item::ArrayOfTables(lights)) => lights.get_mut(index).map(|light| light as &mut dyn TableLike),
             Some(Item::Value(Value::Array(lights))) => lights
@@ -130,7 +149,7 @@ fn list(values: [f32; 3]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::SceneFile;
+    use crate::description::{LightSection, SceneFile};
     use crate::session::{CameraSettings, Settings};
 
     const VIEW: CameraView = CameraView {
@@ -146,15 +165,50 @@ mod tests {
         changed(text, |document| set_camera(document, camera))
     }
 
+    fn material(name: &str, key: &str, value: &str) -> MaterialEdit {
+        let [name, key, value] = [name, key, value].map(String::from);
+        MaterialEdit { name, key, value }
+    }
+
+    fn light(index: usize, key: &str, value: &str) -> LightEdit {
+        let [key, value] = [key, value].map(String::from);
+        LightEdit { index, key, value }
+    }
+
+    #[test]
+    fn changes_are_sections() {
+        let edits = [
+            material("a = *b.c", "roughness", "0.25"),
+            material("a = *b.c", "model", "ggx"),
+        ];
+        assert_eq!(
+            patches(&edits),
+            "[patch.'a = \\*b.c']\nroughness = 0.25\nmodel = \"ggx\"\n"
+        );
+        assert_eq!(patches(&[]), "");
+        let mut section = LightSection::constant(0..0, [0.1, 0.2, 4.0]);
+        section.group = Some(toml::Spanned::new(0..0, "sky".into()));
+        let lights = [0, 2].map(|index| FileLight {
+            index,
+            section: section.clone(),
+        });
+        let text = light_sections(&lights, &[light(2, "radiance", "[0.1, 0.2, 4.0]")]);
+        assert_eq!(
+            text,
+            "# In place of light 3\n[[light]]\ntype = \"constant\"\ngroup = \"sky\"\nradiance = [0.1, 0.2, 4.0]\n"
+        );
+        assert!(text.parse::<DocumentMut>().is_ok());
+    }
+
     #[test]
     fn materials_and_lights_are_changed_in_place() {
         let text = "version = 1\n[patch.\"a b\"]\nroughness = 0.5 # dull\n\n[[light]]\ntype = 'point'\n[[light]]\ntype = 'spot'\nangle = 20 # degrees\n";
         let materials = [
-            "a b.roughness=0.25".to_string(),
-            "c.d.diffuse=[0.5, 0.5, 0.5]".into(),
-            "c.d.model=glass".into(),
+            material("a b", "roughness", "0.25"),
+            material("c.d", "diffuse", "[0.5, 0.5, 0.5]"),
+            material("c.d", "model", "glass"),
         ];
-        let lights = ["light.1.angle=30.5".to_string(), "light.0.intensity=[1, 2, 3]".into()];
+        let lights = [light(1, "angle", "30.5"), light(0, "intensity", "[1, 2, 3]")];
         let written = changed(text, |document| set_changes(document, &materials, &lights)).unwrap();
         for part in [
             "roughness = 0.25 # dull",
@@ -165,7 +219,7 @@ mod tests {
             assert!(written.contains(part), "{part}\n{written}");
         }
         assert!(written.parse::<DocumentMut>().is_ok(), "{written}");
-        let none = ["light.2.angle=1".to_string()];
+        let none = [light(2, "angle", "1")];
         assert!(
             changed(text, |document| set_changes(document, &[], &none))
                 .unwrap_err()

@@ -5,19 +5,22 @@ use super::hub::{Hub, Mail, SaveFormat};
 use super::{Options, page, socket};
 use crate::color::{Curve, Exposure, Tone};
 use crate::session::Error;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, ErrorKind, Write};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, Scope};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tungstenite::handshake::derive_accept_key;
 
 /// Connections at a time; more are refused.
 const MAX_CONNECTIONS: usize = 32;
 /// Between two looks for a connection.
 const LOOK: Duration = Duration::from_millis(15);
+/// How long pages may take to be told of the end.
+const FAREWELL: Duration = Duration::from_millis(200);
 /// How long a page may take to read.
 const WRITE_PATIENCE: Duration = Duration::from_secs(20);
 
@@ -27,8 +30,8 @@ pub(super) struct Server {
     address: SocketAddr,
     /// Random digits that a link has, so that others of this machine cannot guess it.
     token: String,
-    /// Connections that are open.
-    open: AtomicUsize,
+    /// Connections that are open, by their numbers.
+    open: Mutex<BTreeMap<u64, TcpStream>>,
 }
 
 impl Server {
@@ -62,7 +65,7 @@ impl Server {
             listener,
             address,
             token,
-            open: AtomicUsize::new(0),
+            open: Mutex::default(),
         })
     }
 
@@ -78,41 +81,65 @@ impl Server {
         format!("http://{address}/{}/", self.token)
     }
 
+    /// Connections that are open.
+    fn open(&self) -> MutexGuard<'_, BTreeMap<u64, TcpStream>> {
+        self.open.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Serves until the hub is over; each connection has a thread of `scope`.
     pub fn run<'s>(&'s self, scope: &'s Scope<'s, '_>, hub: &'s Hub) {
-        let open = &self.open;
-        while !hub.is_over() {
-            let Ok((mut stream, _)) = self.listener.accept() else {
-                thread::sleep(LOOK);
-                continue;
+        self.accept(scope, hub);
+        let start = Instant::now();
+        while !self.open().is_empty() && start.elapsed() < FAREWELL {
+            thread::sleep(LOOK);
+        }
+        // Threads that wait for a page to read, or to ask, wait no longer.
+        for stream in self.open().values() {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+
+    /// Accepts connections until the hub is over.
+    fn accept<'s>(&'s self, scope: &'s Scope<'s, '_>, hub: &'s Hub) {
+        for id in 0.. {
+            let Some(mut stream) = self.next_connection(hub) else {
+                return;
             };
             let ready = stream
                 .set_nonblocking(false)
                 .and_then(|()| stream.set_write_timeout(Some(WRITE_PATIENCE)))
                 .and_then(|()| stream.set_nodelay(true));
-            if ready.is_err() {
+            let Ok(copy) = ready.and_then(|()| stream.try_clone()) else {
                 continue;
-            }
-            if open.fetch_add(1, Ordering::SeqCst) >= MAX_CONNECTIONS {
-                open.fetch_sub(1, Ordering::SeqCst);
+            };
+            if self.open().len() >= MAX_CONNECTIONS {
                 let _ = refuse(
                     &mut stream,
                     &(503, "Service Unavailable", "too many connections; close a page".into()),
                 );
                 continue;
             }
+            self.open().insert(id, copy);
             let serve = move || {
                 self.serve(stream, hub);
-                open.fetch_sub(1, Ordering::SeqCst);
+                self.open().remove(&id);
             };
-            if thread::Builder::new()
-                .name("page".into())
-                .spawn_scoped(scope, serve)
-                .is_err()
-            {
-                open.fetch_sub(1, Ordering::SeqCst);
+            let thread = thread::Builder::new().name("page".into());
+            if thread.spawn_scoped(scope, serve).is_err() {
+                self.open().remove(&id);
             }
         }
+    }
+
+    /// The next connection; `None` once the hub is over.
+    fn next_connection(&self, hub: &Hub) -> Option<TcpStream> {
+        while !hub.is_over() {
+            match self.listener.accept() {
+                Ok((stream, _)) => return Some(stream),
+                Err(_) => thread::sleep(LOOK),
+            }
+        }
+        None
     }
 
     /// Serves one connection.

@@ -105,6 +105,23 @@ fn the_page_shows_and_steers_a_render() {
         "document.getElementById('found').textContent.includes('Material')",
     );
     browser.wait(&tab, "document.querySelectorAll('#overlay line').length > 0");
+    browser.wait(&tab, "document.querySelectorAll('#overlay text').length > 0");
+    browser.value(
+        &tab,
+        "document.getElementById('pixel-sample').value = 1, embrasure.inspector.ask([45, 120])",
+    );
+    for words in [
+        "samples surface light",
+        "MIS weight",
+        "scatters: Lambert, pdf",
+        "roulette probability",
+        "shared path of pixel",
+    ] {
+        browser.wait(
+            &tab,
+            &format!("document.getElementById('vertices').textContent.includes({words:?})"),
+        );
+    }
     let facts = browser.value(&tab, "embrasure.inspector.first.material");
     assert!(facts.as_str().is_some_and(|name| !name.is_empty()), "{facts}");
 
@@ -144,6 +161,43 @@ fn the_page_shows_and_steers_a_render() {
     browser.wait(&tab, COMPLETE);
     let wait = format!("{COMPLETE} && JSON.stringify({CODES}) !== {:?}", before.to_string());
     browser.wait(&tab, &wait);
+
+    // Keys that the material does not have are there, too, but none that name files.
+    let change = "(() => { const text = document.querySelector('details [data-key=\"emission\"]').nextElementSibling; text.value = '0.1'; text.dispatchEvent(new Event('change')); })()";
+    browser.value(&tab, change);
+    browser.wait(
+        &tab,
+        "document.getElementById('patch').value.includes('emission = 0.1')",
+    );
+    browser.wait(
+        &tab,
+        "document.querySelector('[data-key=\"emission\"]').closest('details') === null",
+    );
+    let count = |selector: &str| format!("document.querySelectorAll('#material-keys {selector}').length");
+    assert_eq!(browser.value(&tab, &count("[data-key$=\"_map\"]")), 0);
+    assert_eq!(browser.value(&tab, &count("details [data-key=\"roughness\"]")), 1);
+    browser.wait(&tab, COMPLETE);
+
+    // Objects have colours.
+    set(&mut browser, &tab, "#channel", "{ value: 'id' }");
+    browser.wait(
+        &tab,
+        "embrasure.picture.frame.channel === 'id' && embrasure.picture.frame.samples === 16",
+    );
+    assert_eq!(
+        browser.value(&tab, "embrasure.picture.valuesAt([64.5, 100.5])"),
+        json!([1, 0, 0])
+    );
+    let colour = browser.value(
+        &tab,
+        "[...document.getElementById('picture').getContext('2d').getImageData(64, 100, 1, 1).data]",
+    );
+    assert!(colour[0] != colour[1] && colour[3] == 255, "{colour}");
+    set(&mut browser, &tab, "#channel", "{ value: 'picture' }");
+    browser.wait(
+        &tab,
+        &format!("{COMPLETE} && embrasure.picture.frame.channel === 'picture'"),
+    );
 
     // An edited library is loaded again, a wrong one is told with its place.
     let mtl = folder.path().join("cornell-box.mtl");
@@ -206,6 +260,10 @@ fn controls_have_names() {
             &tab,
             &format!("document.querySelector('[data-tab=\"{name}\"]').click()"),
         );
+        browser.value(
+            &tab,
+            "document.querySelectorAll('details').forEach((details) => (details.open = true))",
+        );
         browser.call(Some(&tab.0), "Accessibility.enable", json!({}));
         let tree = browser.call(Some(&tab.0), "Accessibility.getFullAXTree", json!({}));
         for node in tree["nodes"].as_array().unwrap() {
@@ -228,7 +286,7 @@ fn controls_have_names() {
             }
         }
     }
-    assert!(count > 60, "{count} controls");
+    assert!(count > 120, "{count} controls");
     // Nothing is wider than the window.
     assert_eq!(
         browser.value(&tab, "document.documentElement.scrollWidth <= innerWidth"),
@@ -275,6 +333,19 @@ fn the_page_unpacks_pictures() {
     let expected = super::halves_of(&folder.path().join("r.exr"));
     let halves = halves.as_array().unwrap().iter().map(|bits| bits.as_u64().unwrap());
     assert!(halves.eq(expected.iter().map(|half| u64::from(half.to_bits()))));
+
+    // A picture that cannot be unpacked is told, and later ones are shown.
+    let breaks = "window.whole = DecompressionStream, window.DecompressionStream = class { constructor() { throw new Error('broken') } }";
+    browser.value(&tab, &format!("{breaks}, 0"));
+    click_on(&mut browser, &tab, "restart");
+    browser.wait(
+        &tab,
+        "document.getElementById('message').textContent.includes('cannot be shown: broken')",
+    );
+    browser.value(&tab, "window.DecompressionStream = window.whole, 0");
+    browser.value(&tab, "document.documentElement.dataset.samples = 'none'");
+    click_on(&mut browser, &tab, "restart");
+    browser.wait(&tab, COMPLETE);
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
 
@@ -356,6 +427,7 @@ fn lights_are_changed_in_the_page() {
         &tab,
         "document.getElementById('light-edits').value.startsWith(\"--set 'light.0.intensity=[\")",
     );
+    browser.wait(&tab, "document.getElementById('light-sections').value.startsWith('# In place of light 1\\n[[light]]\\ntype = \"point\"')");
     browser.wait(&tab, COMPLETE);
     click_on(&mut browser, &tab, "save-lights");
     browser.wait(&tab, "document.getElementById('message').textContent.includes('saved')");
@@ -501,6 +573,23 @@ fn fingers_steer_the_camera() {
     touch(&mut browser, "touchStart", &[middle]);
     touch(&mut browser, "touchEnd", &[]);
     browser.wait(&tab, "document.getElementById('found').textContent.includes('Pixel')");
+    // A picture that is larger than its place is moved by two fingers, and the camera is not.
+    set(&mut browser, &tab, "#zoom", "{ value: '16' }");
+    let camera = browser.value(&tab, CAMERA);
+    touch(&mut browser, "touchStart", &[left(40.0), right(40.0)]);
+    for step in 1..=6 {
+        let by = 10.0 * f64::from(step);
+        touch(
+            &mut browser,
+            "touchMove",
+            &[left(40.0), right(40.0)].map(|[x, y]| [x - by, y - by]),
+        );
+    }
+    touch(&mut browser, "touchEnd", &[]);
+    let scroll = "[document.getElementById('view').scrollLeft, document.getElementById('view').scrollTop]";
+    browser.wait(&tab, &format!("Math.min(...{scroll}) > 30"));
+    assert_eq!(browser.value(&tab, CAMERA), camera);
+    set(&mut browser, &tab, "#zoom", "{ value: 'fit' }");
     // Controls are large enough for a finger, and nothing is wider than the window.
     assert_eq!(
         browser.value(&tab, "document.documentElement.scrollWidth <= innerWidth"),
@@ -508,6 +597,11 @@ fn fingers_steer_the_camera() {
     );
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
+
+/// Size of the windows of the guide's pictures.
+const WINDOW: [u32; 2] = [1280, 720];
+/// Of those with noise, whose files would be large.
+const SMALL_WINDOW: [u32; 2] = [1000, 600];
 
 /// The pictures of the guide, where EMBRASURE_SCREENSHOTS names their folder.
 #[test]
@@ -523,7 +617,7 @@ fn screenshots_of_the_guide() {
     );
     let mut browser = Browser::start(&program);
     for (theme, name) in [("dark", "view-dark.png"), ("light", "view-light.png")] {
-        let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), [1000, 600]);
+        let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), WINDOW);
         browser.wait(&tab, COMPLETE);
         browser.wait(&tab, "embrasure.picture.frame.channel === 'denoised'");
         if theme == "light" {
@@ -532,18 +626,27 @@ fn screenshots_of_the_guide() {
         thread::sleep(Duration::from_secs(2));
         browser.screenshot(&tab, name);
         if theme == "dark" {
-            let (middle, size) = browser.picture(&tab);
-            browser.click(&tab, [middle[0] + 0.12 * size[0], middle[1] + 0.32 * size[1]]);
+            // A sample whose path ends by roulette, with shadow rays and shared paths
+            browser.value(
+                &tab,
+                "document.getElementById('pixel-sample').value = 1, embrasure.inspector.ask([180, 480])",
+            );
             browser.wait(&tab, "document.querySelectorAll('#overlay line').length > 0");
+            browser.value(&tab, "document.getElementById('found').scrollIntoView()");
             thread::sleep(Duration::from_secs(1));
             browser.screenshot(&tab, "view-paths.png");
+            click_on(&mut browser, &tab, "clear-paths");
+            browser.value(&tab, "document.querySelector('[data-tab=\"materials\"]').click()");
+            browser.value(&tab, "document.querySelector('#material-keys details').open = true");
+            browser.screenshot(&tab, "view-materials.png");
         }
     }
+    drop(viewer);
 
     // Light groups, one of them green
     let folder = two_lamps();
     let viewer = Viewer::start(folder.path(), &split("cornell-box.toml --size 512x512 --spp 16"));
-    let tab = browser.open(&format!("{}?theme=dark", viewer.link()), [1000, 600]);
+    let tab = browser.open(&format!("{}?theme=dark", viewer.link()), SMALL_WINDOW);
     browser.wait(&tab, COMPLETE);
     browser.value(&tab, "document.querySelector('[data-tab=\"lights\"]').click()");
     click_on(&mut browser, &tab, "tell-groups");
@@ -561,6 +664,7 @@ fn screenshots_of_the_guide() {
     set(&mut browser, &tab, "[aria-label=\"light, stops\"]", "{ value: '-2' }");
     thread::sleep(Duration::from_secs(1));
     browser.screenshot(&tab, "view-lights.png");
+    drop(viewer);
 
     // With and without path reuse, against a reference
     let flags = "cornell-box.toml --size 512x512";
@@ -570,10 +674,42 @@ fn screenshots_of_the_guide() {
     );
     let compare = format!("{flags} --spp 64 --compare path,path+reuse=none --reference reference.exr");
     let viewer = Viewer::start(folder.path(), &split(&compare));
-    let tab = browser.open(&format!("{}?theme=light", viewer.link()), [1000, 600]);
+    let tab = browser.open(&format!("{}?theme=light", viewer.link()), SMALL_WINDOW);
     browser.wait(&tab, "embrasure.camera.now");
     browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
     browser.wait(&tab, "embrasure.compare.points.length > 12 && embrasure.picture.other");
     browser.value(&tab, "document.getElementById('compare-with').scrollIntoView()");
     browser.screenshot(&tab, "view-compare.png");
+    drop(viewer);
+
+    // A camera that is found
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let obj = scenes.join("pawns.obj");
+    done(
+        folder.path(),
+        &["init", obj.to_str().unwrap(), "--view", "iso", "-o", "pawns.toml"],
+    );
+    let viewer = Viewer::start(
+        folder.path(),
+        &split("pawns.toml --size 720x540 --spp 8 --denoise oidn"),
+    );
+    let tab = browser.open(&format!("{}?theme=light", viewer.link()), WINDOW);
+    browser.wait(&tab, "embrasure.camera.now");
+    click_on(&mut browser, &tab, "find-views");
+    browser.wait(&tab, "document.querySelectorAll('#views button').length > 3");
+    let camera = "{ ...embrasure.camera.now, position: [-1.2, 0.9, 3], look_at: [0, 0.35, 0], vertical_fov: 30, lens_radius: 0.08 }";
+    browser.value(&tab, &format!("embrasure.camera.to({camera}), 0"));
+    let complete = COMPLETE.replace("16", "8");
+    browser.wait(&tab, &complete);
+    click_on(&mut browser, &tab, "focus-click");
+    let distance = "embrasure.camera.now.focus_distance";
+    let before = browser.value(&tab, distance);
+    let (middle, size) = browser.picture(&tab);
+    browser.click(&tab, [middle[0] - 0.25 * size[0], middle[1] + 0.1 * size[1]]);
+    browser.wait(&tab, &format!("{distance} !== {before}"));
+    click_on(&mut browser, &tab, "copy-flags");
+    thread::sleep(Duration::from_secs(1));
+    browser.wait(&tab, &complete);
+    thread::sleep(Duration::from_secs(1));
+    browser.screenshot(&tab, "view-camera.png");
 }

@@ -96,8 +96,8 @@ fn lights_are_changed_and_saved() {
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let mut page = viewer.page();
     let hello = page.message("hello");
-    assert_eq!(hello["scene_lights"][0]["type"], "point");
-    assert_eq!(hello["scene_lights"][1]["radiance"][2], 0.4);
+    assert_eq!(hello["scene_lights"][0]["keys"]["type"], "point");
+    assert_eq!(hello["scene_lights"][1]["keys"]["radiance"][2], 0.4);
     page.send(r#"{"do":"light","index":0,"key":"intensity","value":"[0.5, 4, 0.25]"}"#);
     let note = page.message("note");
     assert_eq!(note["kept_structure"], true, "{note}");
@@ -123,6 +123,13 @@ fn lights_are_changed_and_saved() {
         page.message("error");
     }
 
+    let state = page.message_where("state", |state| state["light_edits"][0].is_string());
+    let sections = state["light_sections"].as_str().unwrap();
+    assert!(
+        sections.contains("type = \"point\"") && sections.contains("intensity = [0.5, 4.0, 0.25]"),
+        "{sections}"
+    );
+
     page.send(r#"{"do":"material","name":"floor","key":"diffuse","value":"[0.1, 0.7, 0.2]"}"#);
     let note = page.message("note");
     assert_eq!(note["kept_structure"], true, "{note}");
@@ -139,6 +146,97 @@ fn lights_are_changed_and_saved() {
     assert!(text.contains("[patch.floor]\ndiffuse = [0.1, 0.7, 0.2]"), "{text}");
     done(folder.path(), &split("render s.toml -q -o r.exr"));
     assert_same_bits(&folder.path().join("r.exr"), &changed);
+}
+
+/// A page must not choose which files are read: keys that name files are refused, also if other fields of a command hide them.
+#[test]
+fn keys_of_files_are_refused() {
+    let folder = two_lights();
+    let picture = tempfile::tempdir().unwrap();
+    let private = picture.path().join("private.png");
+    image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 255]))
+        .save(&private)
+        .unwrap();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let mut page = viewer.page();
+    page.wait_for_all();
+    let before = viewer.get("picture.exr").1;
+    let file = serde_json::json!(private).to_string();
+    for (name, key) in [
+        ("floor", "diffuse_map"),
+        ("floor", "normal_map"),
+        ("floor", "diffuse_map.file"),
+    ] {
+        page.send(&serde_json::json!({ "do": "material", "name": name, "key": key, "value": file }).to_string());
+        let said = page.message("error")["text"].to_string();
+        assert!(said.contains(key), "{said}");
+    }
+    page.send(&serde_json::json!({ "do": "light", "index": 1, "key": "image", "value": file }).to_string());
+    page.message("error");
+    // No name of a material is read as a key: it is a material that is not there.
+    let name = format!("floor.diffuse_map={file} #");
+    page.send(&serde_json::json!({ "do": "material", "name": name, "key": "opacity", "value": "1" }).to_string());
+    page.message("note");
+    page.wait_for_all();
+    let path = folder.path().join("before.exr");
+    fs::write(&path, before).unwrap();
+    assert_same_bits(&path, &saved(&viewer, folder.path()));
+}
+
+/// Lights of flags stand beside those of the file, or in their place: a page is told of the lights of the file, and changes these.
+#[test]
+fn lights_of_flags_are_not_those_of_the_file() {
+    let folder = two_lights();
+    let path = folder.path().join("s.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let point = text.find("[[light]]\ntype = \"point\"").unwrap();
+    let constant = text.find("[[light]]\ntype = \"constant\"").unwrap();
+    // The environment first, so that the point light has another index without it
+    let swapped = [&text[..point], &text[constant..], &text[point..constant]].concat();
+    fs::write(&path, swapped).unwrap();
+    let flags = ["s.toml", "--env", "0.05,0.1,0.2", "--sun", "30,40,2"];
+    let viewer = Viewer::start(folder.path(), &flags);
+    let mut page = viewer.page();
+    let hello = page.message("hello");
+    let lights = hello["scene_lights"].as_array().unwrap();
+    assert_eq!(lights.len(), 1, "{lights:?}");
+    assert!(
+        lights[0]["index"] == 1 && lights[0]["keys"]["type"] == "point",
+        "{lights:?}"
+    );
+    page.send(r#"{"do":"light","index":1,"key":"intensity","value":"[0.5, 4, 0.25]"}"#);
+    page.message("note");
+    page.wait_for_all();
+    let edit = ["--set", "light.1.intensity=[0.5, 4, 0.25]"];
+    done(
+        folder.path(),
+        &[&["render"], &flags[..], &edit, &["-q", "-o", "r.exr"]].concat(),
+    );
+    assert_same_bits(&folder.path().join("r.exr"), &saved(&viewer, folder.path()));
+    for index in [0, 2] {
+        page.send(&format!(
+            r#"{{"do":"light","index":{index},"key":"radiance","value":"[1, 1, 1]"}}"#
+        ));
+        page.message("error");
+    }
+    // Groups are made of the lights of the file, too.
+    page.send(r#"{"do":"channel","name":"lights"}"#);
+    let groups = page.frame_where(|h| h["channel"] == "lights" && is_whole(h) && h["groups"][0].is_string());
+    let names: Vec<&str> = groups.header["groups"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|name| name.as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["lamp", "light2", "default"]);
+    page.send(r#"{"do":"save-changes"}"#);
+    page.message_where("note", |note| note["text"].as_str().unwrap().contains("saved"));
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(
+        text.contains("position = [-1, 2, 1]\nintensity = [0.5, 4, 0.25]"),
+        "{text}"
+    );
+    assert!(text.contains("radiance = [0.1, 0.2, 0.4]"), "{text}");
 }
 
 /// Meshes that are others need a structure of their own.

@@ -8,6 +8,8 @@ mod browser;
 mod chromium;
 mod coding;
 mod compare;
+#[cfg(unix)]
+mod desktop;
 mod figures;
 mod lights;
 mod protocol;

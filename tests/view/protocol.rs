@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::net::TcpStream;
 use std::path::Path;
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 use tungstenite::Message;
 
 /// The picture that a viewer saves, as a file.
@@ -106,6 +107,49 @@ fn pages_are_shown_the_light_of_the_render() {
 
     let (status, png) = viewer.get("picture.png?exposure=1&tone=srgb");
     assert!(status == 200 && png.starts_with(b"\x89PNG"));
+}
+
+/// `--aov` adds channels to the picture that is saved, as `render` has them; ids are rendered for pages that show them, and no longer then.
+#[test]
+fn further_channels_are_those_of_a_render() {
+    let folder = lit_floor();
+    let path = folder.path();
+    let viewer = Viewer::start(path, &split("s.toml --aov P,uv,direct"));
+    let mut page = viewer.page();
+    let mut camera = page.message("state")["camera"].clone();
+    let home = camera["position"][0].clone();
+    page.wait_for_all();
+    save(&viewer, &path.join("v.exr"));
+    done(path, &split("render s.toml -q --aov P,uv,direct -o r.exr"));
+    assert_same_bits(&path.join("r.exr"), &path.join("v.exr"));
+
+    page.send(r#"{"do":"channel","name":"id"}"#);
+    let ids = page.frame_where(|header| header["channel"] == "id" && header["samples"] == 4.0);
+    done(path, &split("render s.toml -q --aov id -o r.exr"));
+    let expected = crate::support::read_channel(&path.join("r.exr"), "id.object");
+    assert!(expected.contains(&1.0) && expected.contains(&0.0), "{expected:?}");
+    let found: Vec<f32> = ids.halves().step_by(3).map(|id| id.to_f32()).collect();
+    assert_eq!(found, expected);
+    // It follows the moving camera.
+    camera["position"][0] = 0.5.into();
+    camera["do"] = "camera".into();
+    page.send(&camera.to_string());
+    page.frame_where(|header| header["channel"] == "id" && header["moves"] == 1);
+
+    page.send(r#"{"do":"channel","name":"picture"}"#);
+    camera["position"][0] = home;
+    page.send(&camera.to_string());
+    page.frame_where(|h| h["channel"] == "picture" && h["moves"] == 2 && h["preview"] == false && h["samples"] == 4.0);
+    page.wait_for_all();
+    save(&viewer, &path.join("w.exr"));
+    assert_same_bits(&path.join("v.exr"), &path.join("w.exr"));
+
+    let out = run(path, &split("view s.toml --no-open --aov nonsense"));
+    assert!(
+        code(&out) != 0 && words(&out).contains("--aov nonsense"),
+        "{}",
+        words(&out)
+    );
 }
 
 /// Without the link, and from other pages, nothing is to be had.
@@ -306,6 +350,9 @@ fn materials_are_changed() {
     page.send(r#"{"do":"material","name":"floor","key":"colour","value":"1"}"#);
     let said = page.message("error");
     assert!(said["text"].as_str().unwrap().contains("colour"), "{said}");
+    page.send(r#"{"do":"material","name":"floor","key":"roughness","value":"-1"}"#);
+    let said = page.message("error");
+    assert!(said["text"].as_str().unwrap().contains("roughness"), "{said}");
     page.send(r#"{"do":"reset-changes"}"#);
     page.message("note");
     page.wait_for_all();
@@ -367,12 +414,37 @@ fn it_ends_when_it_should() {
     assert!(time < Duration::from_secs(5), "{time:?}");
     assert!(TcpStream::connect(&address).is_err());
 
+    // A page that is loaded again is closed for a moment.
     let mut viewer = Viewer::start(folder.path(), &split("s.toml --exit-when-closed"));
-    let mut page = viewer.page();
-    page.message("status");
-    page.socket.close(None).unwrap();
-    drop(page);
+    let close = |mut page: Page| {
+        page.message("status");
+        page.socket.close(None).unwrap();
+    };
+    close(viewer.page());
+    let start = Instant::now();
+    thread::sleep(Duration::from_millis(500));
+    let page = viewer.page();
+    thread::sleep(Duration::from_millis(3200).saturating_sub(start.elapsed()));
+    assert!(viewer.child.try_wait().unwrap().is_none(), "a reload ends the render");
+    close(page);
     assert_eq!(viewer.child.wait().unwrap().code(), Some(0));
+}
+
+/// Connections that ask for nothing, and pages that read nothing, do not hold up the end.
+#[test]
+fn an_end_waits_for_no_page() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &split("s.toml --size 1500x1500 --spp 1"));
+    let _idle = TcpStream::connect(&viewer.address).unwrap();
+    let mut reader = viewer.page();
+    let mut deaf = viewer.page();
+    deaf.send(r#"{"do":"channel","name":"picture","second":"variance"}"#);
+    reader.wait_for_all();
+    // The picture is on its way to the page that does not read it.
+    thread::sleep(Duration::from_millis(500));
+    let (code_of, time) = viewer.interrupt();
+    assert_eq!(code_of, Some(130));
+    assert!(time < Duration::from_secs(3), "{time:?}");
 }
 
 /// Wrong usage is said before anything is served.

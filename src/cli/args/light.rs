@@ -91,6 +91,12 @@ impl LightFlags {
         }
     }
 
+    /// Whether these flags take the place of `light`.
+    #[cfg(feature = "view")]
+    pub fn replaces(&self, light: &LightSection) -> bool {
+        self.env.is_some() && light.is_environment()
+    }
+
     /// Adds the light of `--key-light` to `file`. Where `camera` does not say where it stands and looks, it looks from azimuth 0, horizontally.
     pub fn apply_key_light(&self, file: &mut SceneFile, camera: &CameraSettings) {
         let Some(strength) = self.key_light else { return };

@@ -17,7 +17,9 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 The page is part of the program and loads nothing from the network. The link contains a random
-token that other users of this machine cannot guess.
+token that other users of this machine cannot guess. A browser is opened by a temporary file that
+only you can read, since arguments of programs are visible to all. If your browser may not read
+temporary files (snap), open the printed link.
 Over ssh: start the viewer on the remote machine with --port 8123. On your machine run
 `ssh -L 8123:127.0.0.1:8123 HOST` and open the link.
 Examples:
@@ -42,7 +44,7 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
     pub listen: IpAddr,
 
-    /// End when the last page is closed
+    /// End when the last page was closed and none is opened for 3 s
     #[arg(long)]
     pub exit_when_closed: bool,
 
@@ -53,6 +55,10 @@ pub(in crate::cli) struct ViewArgs {
     /// EXR of this view, against which the page shows errors over time
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
+
+    /// Further channels of the EXR that the page saves, as in `render --aov`
+    #[arg(long, value_name = "NAME,...")]
+    pub aov: Vec<String>,
 
     /// Stop at this estimated relative error, such as 2%; --spp is the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]

@@ -8,7 +8,7 @@ use crate::integrator::{EmissionRecord, LightSampleRecord, ScatteringRecord};
 use crate::light::{Light, LightId};
 use crate::math::Vec3;
 use crate::scene::Scene;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 pub(super) fn color(value: Spectrum) -> [f64; 3] {
     decimal(value.to_array())
@@ -75,6 +75,13 @@ fn vertex(scene: &Scene, vertex: &Vertex) -> Value {
             let bsdf = scene.bsdf_at(&hit, 0.0, 0.0);
             value["albedo"] = json!(color(bsdf.albedo()));
             value["lobes"] = json!(bsdf.lobes().map(Lobe::name).collect::<Vec<_>>());
+            let texels = scene.texels_at(&hit).into_iter();
+            let texels: Map<String, Value> = texels
+                .map(|(key, texel)| (key.into(), texel.into_iter().map(number).collect()))
+                .collect();
+            if !texels.is_empty() {
+                value["texels"] = Value::Object(texels);
+            }
             value["mesh"] = json!(hit.geom.0);
             value["triangle"] = json!(hit.prim.0);
         }

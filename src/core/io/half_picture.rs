@@ -6,6 +6,9 @@ use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
 /// The layer of light.
 pub const PICTURE: &str = "picture";
 
+/// The layer of ids.
+pub const IDS: &str = "id";
+
 /// The largest number that a 16-bit float can be.
 pub const MAX_HALF: f32 = 65504.0;
 
@@ -95,6 +98,14 @@ pub fn layer(image: &Image, name: &str) -> Option<Vec<f32>> {
     Some(values)
 }
 
+/// The object of each pixel as three values: the last eleven bits of its id, which a 16-bit float has exactly, the bits before them, and 0. `None`: the image has no ids.
+pub fn ids(image: &Image) -> Option<Vec<f32>> {
+    const LAST: f32 = 2048.0;
+    let channel = image.channels.iter().find(|c| c.name == "id.object")?;
+    let split = |id: &f32| [id % LAST, (id / LAST).floor(), 0.0];
+    Some(channel.values.iter().flat_map(split).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,5 +123,18 @@ mod tests {
         }
         assert_eq!(layer(&image, "Z"), Some(vec![65504.0; 3]));
         assert_eq!(layer(&image, "none"), None);
+    }
+
+    #[test]
+    fn ids_are_exact() {
+        let size = UVec2::new(3, 1);
+        let mut image = Film::new(size, Rect::full(size)).develop();
+        assert_eq!(ids(&image), None);
+        image.channels.push(Channel {
+            name: "id.object".into(),
+            values: vec![0.0, 2047.0, 70_001.0],
+        });
+        let values = ids(&image).unwrap();
+        assert_eq!(values, [0.0, 0.0, 0.0, 2047.0, 0.0, 0.0, 369.0, 34.0, 0.0]);
     }
 }

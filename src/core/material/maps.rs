@@ -92,6 +92,31 @@ impl Maps {
         colors.chain([exponent, roughness, metallic, opacity, bump, normal])
     }
 
+    /// What each texture has at a spot, by its key in scene files: one value or three.
+    pub fn texels(&self, spot: &Spot) -> Vec<(&'static str, Vec<f32>)> {
+        let colors = [
+            ("diffuse_map", self.diffuse),
+            ("specular_map", self.specular),
+            ("emission_map", self.emission),
+        ];
+        let values = [
+            ("exponent_map", self.exponent),
+            ("roughness_map", self.roughness),
+            ("metallic_map", self.metallic),
+            ("opacity_map", self.opacity),
+            ("bump_map", self.bump),
+        ];
+        let color = |(key, map): (_, Option<Map>)| Some((key, map?.color(spot).to_array().to_vec()));
+        let value = |(key, map): (_, Option<Map>)| Some((key, vec![map?.value(spot)]));
+        let normal = |map: Map| map.mapping.normal(map.texture(spot), spot.uv, spot.footprint);
+        let normal = self.normal.map(|map| ("normal_map", normal(map).to_array().to_vec()));
+        let texels = colors.into_iter().filter_map(color);
+        texels
+            .chain(values.into_iter().filter_map(value))
+            .chain(normal)
+            .collect()
+    }
+
     /// Whether the BSDF varies over the surface.
     pub fn varies_bsdf(&self) -> bool {
         [

@@ -408,6 +408,11 @@ impl Scene {
         }
     }
 
+    /// What each texture of the material has at a hit, without filtering: its key in scene files, and one value or three.
+    pub fn texels_at(&self, hit: &Hit) -> Vec<(&'static str, Vec<f32>)> {
+        self.material(hit).maps.texels(&self.spot(hit, 0.0, 0.0))
+    }
+
     /// Textures, by [`TextureId`](crate::texture::TextureId).
     pub fn textures(&self) -> &[Texture] {
         &self.textures

@@ -178,6 +178,32 @@ fn light() -> Value {
     light
 }
 
+/// Keys of `[material.NAME]` and what each may hold, without `patch`.
+#[cfg(feature = "view")]
+pub(crate) fn material_keys() -> Vec<(&'static str, Value)> {
+    let keys = keys::MATERIAL.iter().filter(|key| key.name != "patch");
+    keys.map(|key| (key.name, key.schema())).collect()
+}
+
+/// Keys of a `[[light]]` of type `kind` other than the type, and what each may hold; none of an unknown type.
+#[cfg(feature = "view")]
+pub(crate) fn light_keys(kind: &str) -> Vec<(&'static str, Value)> {
+    let Some(light) = keys::LIGHTS.iter().find(|light| light.name == kind) else {
+        return Vec::new();
+    };
+    let is_of = |key: &&Key| key.name == "group" || [light.required, light.optional].concat().contains(&key.name);
+    let own = |key: &Key| {
+        light
+            .keys
+            .iter()
+            .find(|own| own.name == key.name)
+            .unwrap_or(key)
+            .schema()
+    };
+    let keys = keys::LIGHT.iter().filter(is_of);
+    keys.map(|key| (key.name, own(key))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{

@@ -1,6 +1,5 @@
 //! What pages ask for, and what is done about it.
 
-use super::groups::is_group_of_light;
 use super::{Change, Engine, Job, samples_of};
 use crate::camera::CameraDescription;
 use crate::color::Spectrum;
@@ -8,7 +7,7 @@ use crate::io::{Format, Output};
 use crate::session::{RenderState, Renderer};
 use crate::view::hub::{Mail, PageId, SaveFormat};
 use crate::view::protocol::{CameraView, Command};
-use crate::view::{parameters, scene_file};
+use crate::view::{FileLight, LightEdit, MaterialEdit, parameters, scene_file, scene_keys};
 use serde_json::{Value, json};
 use std::fs;
 use std::time::{Duration, Instant};
@@ -82,26 +81,36 @@ impl Engine<'_> {
             Command::Views {} => self.jobs.push(Job::Views(page)),
             Command::SaveCamera {} => self.save_camera(page),
             Command::Material { name, key, value } => {
-                let is_plain = !name.contains(['*', '?']) && !key.is_empty();
-                if !is_plain {
-                    self.tell_error(Some(page), "a change of a material needs its full name and a key");
+                if let Err(words) = scene_keys::check_material(&key) {
+                    self.tell_error(Some(page), &words);
                     return Change::Nothing;
                 }
-                set_edit(&mut self.edits.materials, &format!("{name}.{key}="), &value);
+                let edits = &mut self.edits.materials;
+                edits.retain(|edit| (&edit.name, &edit.key) != (&name, &key));
+                edits.push(MaterialEdit { name, key, value });
                 return Change::Scene;
             }
             Command::Light { index, key, value } => {
-                let is_plain = key.chars().all(|c| c.is_ascii_lowercase() || c == '_') && !key.is_empty();
-                if !is_plain || index >= self.file.light.len() {
-                    self.tell_error(Some(page), "a light is named by its place in the scene file, and a key");
+                let light = self.lights.iter().find(|light| light.index == index);
+                let checked = match light {
+                    Some(FileLight { section, .. }) => scene_keys::check_light(section.kind.get_ref(), &key),
+                    None => Err(format!(
+                        "the scene file has no light number {}, or a flag has replaced it",
+                        index.saturating_add(1)
+                    )),
+                };
+                if let Err(words) = checked {
+                    self.tell_error(Some(page), &words);
                     return Change::Nothing;
                 }
-                set_edit(&mut self.edits.keys, &format!("light.{index}.{key}="), &value);
+                let edits = &mut self.edits.lights;
+                edits.retain(|edit| (edit.index, &edit.key) != (index, &key));
+                edits.push(LightEdit { index, key, value });
                 return Change::Scene;
             }
             Command::ResetChanges {} => {
                 self.edits.materials.clear();
-                self.edits.keys.retain(|key| !is_light_edit(key));
+                self.edits.lights.clear();
                 return Change::Scene;
             }
             Command::SaveChanges {} => self.save_changes(page),
@@ -213,12 +222,6 @@ impl Engine<'_> {
         }))
     }
 
-    /// Changes of lights, as `KEY=VALUE` of the scene file.
-    pub(super) fn light_edits(&self) -> Vec<&str> {
-        let edits = self.edits.keys.iter().filter(|key| is_light_edit(key));
-        edits.map(String::as_str).collect()
-    }
-
     /// Says that a bare OBJ has no place for `what`. Gives whether it is one.
     fn refuses_bare_obj(&self, page: PageId, what: &str) -> bool {
         let name = self.path.display();
@@ -260,25 +263,13 @@ impl Engine<'_> {
         if self.refuses_bare_obj(page, "materials and lights") {
             return;
         }
-        let lights: Vec<String> = self.light_edits().into_iter().map(String::from).collect();
-        match scene_file::save_changes(&self.path, &self.edits.materials, &lights) {
+        match scene_file::save_changes(&self.path, &self.edits.materials, &self.edits.lights) {
             Ok(()) => {
                 self.edits.materials.clear();
-                self.edits.keys.retain(|key| !is_light_edit(key));
+                self.edits.lights.clear();
                 self.note_saved(page, "The changes are");
             }
             Err(error) => self.tell_error(Some(page), &error.to_string()),
         }
     }
-}
-
-/// Puts `value` behind `start` in a list of changes, in place of the value that was there.
-fn set_edit(edits: &mut Vec<String>, start: &str, value: &str) {
-    edits.retain(|edit| !edit.starts_with(start));
-    edits.push(format!("{start}{value}"));
-}
-
-/// Whether `KEY=VALUE` of the scene file changes a light.
-fn is_light_edit(key: &str) -> bool {
-    key.starts_with("light.") && !is_group_of_light(key)
 }

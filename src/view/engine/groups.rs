@@ -1,52 +1,57 @@
-//! Light groups for pages that change each of them without a render. Where the scene file has none, each light and each emitting material is one.
+//! Channels that are rendered only while a page shows them: ids, and light groups, which pages change without a render. Where the scene file has no groups, each
+//! light of it and each emitting material is one; lights of flags stay in the default group.
 
 use super::{Change, Engine};
 use crate::description::SceneFile;
 use crate::film::Aov;
+use crate::io::half_picture::IDS;
 use crate::light::LightGroups;
 use crate::scene::{DISK_NAME, RECTANGLE_NAME, SPHERE_NAME, Scene};
 use crate::session::Settings;
+use crate::view::FileLight;
 use crate::view::frame::LIGHTS;
 use std::collections::BTreeSet;
 
-/// Key of the scene file that has groups of materials.
-const GROUPS: &str = "light_group=";
-
 impl Engine<'_> {
-    /// Separates groups if a page shows them, and only then.
+    /// Renders the channels that pages show, and no others.
     pub(super) fn follow_pages(&mut self) -> Change {
-        let is_wanted = self.hub.channels().contains(LIGHTS);
-        if is_wanted == self.tells_groups {
+        let channels = self.hub.channels();
+        let shown = (self.tells_groups, self.tells_ids);
+        (self.tells_groups, self.tells_ids) = (channels.contains(LIGHTS), channels.contains(IDS));
+        if shown == (self.tells_groups, self.tells_ids) {
             return Change::Nothing;
         }
-        self.tells_groups = is_wanted;
+        let before = self.settings.aovs.clone();
         let mut settings = self.settings.clone();
-        self.tell_groups(&mut settings);
+        self.set_aovs(&mut settings);
         self.settings = settings;
-        if self.has_own_groups {
-            return Change::Picture;
+        if shown.0 != self.tells_groups && !self.has_own_groups {
+            self.edits.groups = match self.tells_groups {
+                true => group_keys(&self.lights, &self.emitting),
+                false => Vec::new(),
+            };
+            return Change::Scene;
         }
-        let keys = &mut self.edits.keys;
-        keys.retain(|key| !key.starts_with(GROUPS) && !is_group_of_light(key));
-        if is_wanted {
-            keys.extend(group_keys(self.file.light.len(), &self.emitting));
+        match self.settings.aovs == before {
+            true => Change::Nothing,
+            false => Change::Picture,
         }
-        Change::Scene
     }
 
     /// Notes whether `file` has groups that are not made here.
     pub(super) fn note_groups(&mut self, file: &SceneFile) {
-        let is_made = |key: &String| key.starts_with(GROUPS) || is_group_of_light(key);
-        if !self.edits.keys.iter().any(is_made) {
+        if self.edits.groups.is_empty() {
             self.has_own_groups = file.has_light_groups();
         }
     }
 
-    /// Makes `settings` separate groups, or not.
-    pub(super) fn tell_groups(&self, settings: &mut Settings) {
-        settings.aovs.retain(|aov| *aov != Aov::Lights);
-        if self.tells_groups {
-            settings.aovs.push(Aov::Lights);
+    /// Makes `settings` have the channels that the user asked for, and those that pages show.
+    pub(super) fn set_aovs(&self, settings: &mut Settings) {
+        settings.aovs.clone_from(&self.asked_aovs);
+        for (is_shown, aov) in [(self.tells_groups, Aov::Lights), (self.tells_ids, Aov::Ids)] {
+            if is_shown && !settings.aovs.contains(&aov) {
+                settings.aovs.push(aov);
+            }
         }
     }
 }
@@ -61,17 +66,12 @@ pub(super) fn emitting(scene: &Scene) -> Vec<String> {
     names
 }
 
-/// Whether `KEY=VALUE` is the group of a light.
-pub(super) fn is_group_of_light(key: &str) -> bool {
-    let mut parts = key.splitn(3, '.');
-    parts.next() == Some("light") && parts.nth(1).is_some_and(|rest| rest.starts_with("group="))
-}
-
 /// `KEY=VALUE` of the scene file for a group of each light and each emitting material, as many as there may be.
-fn group_keys(lights: usize, materials: &[String]) -> Vec<String> {
+fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
     let most = LightGroups::MOST - 1;
-    let lights = lights.min(most);
-    let mut keys: Vec<String> = (0..lights).map(|i| format!("light.{i}.group=light{}", i + 1)).collect();
+    let lights = &lights[..lights.len().min(most)];
+    let key = |light: &FileLight| format!("light.{}.group=light{}", light.index, light.index + 1);
+    let mut keys: Vec<String> = lights.iter().map(key).collect();
     let mut names = BTreeSet::from([LightGroups::DEFAULT.to_string()]);
     let group = |material: &String| {
         let mut group = toml::Table::new();
@@ -79,9 +79,9 @@ fn group_keys(lights: usize, materials: &[String]) -> Vec<String> {
         group.insert("materials".into(), vec![material.as_str()].into());
         toml::Value::from(group)
     };
-    let groups: Vec<toml::Value> = materials.iter().take(most - lights).map(group).collect();
+    let groups: Vec<toml::Value> = materials.iter().take(most - lights.len()).map(group).collect();
     if !groups.is_empty() {
-        keys.push(format!("{GROUPS}{}", toml::Value::from(groups)));
+        keys.push(format!("light_group={}", toml::Value::from(groups)));
     }
     keys
 }
@@ -103,21 +103,30 @@ fn group_name(material: &str, names: &mut BTreeSet<String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::description::LightSection;
+
+    fn lights(indices: impl IntoIterator<Item = usize>) -> Vec<FileLight> {
+        let section = LightSection::of_type("point", 0..0);
+        let light = |index| FileLight {
+            index,
+            section: section.clone(),
+        };
+        indices.into_iter().map(light).collect()
+    }
 
     #[test]
     fn each_light_is_a_group() {
         let materials = ["ä".to_string(), "Schirm\"ä".into()];
-        let keys = group_keys(2, &materials);
-        assert_eq!(keys[..2], ["light.0.group=light1", "light.1.group=light2"]);
-        assert!(keys[..2].iter().all(|key| is_group_of_light(key)) && !is_group_of_light("light.0.scale=2"));
+        let keys = group_keys(&lights([0, 2]), &materials);
+        assert_eq!(keys[..2], ["light.0.group=light1", "light.2.group=light3"]);
         let table: toml::Table = keys[2].parse().unwrap();
         assert_eq!(table["light_group"][1]["name"].as_str(), Some("Schirm"));
         assert_eq!(table["light_group"][0]["name"].as_str(), Some("_2"));
         assert_eq!(table["light_group"][1]["materials"][0].as_str(), Some("Schirm\"ä"));
-        assert!(group_keys(0, &[]).is_empty());
+        assert!(group_keys(&[], &[]).is_empty());
         let many = vec!["m".to_string(); 40];
-        assert_eq!(group_keys(40, &many).len(), LightGroups::MOST - 1);
-        let table: toml::Table = group_keys(3, &many)[3].parse().unwrap();
+        assert_eq!(group_keys(&lights(0..40), &many).len(), LightGroups::MOST - 1);
+        let table: toml::Table = group_keys(&lights(0..3), &many)[3].parse().unwrap();
         assert_eq!(
             table["light_group"].as_array().map(Vec::len),
             Some(LightGroups::MOST - 4)

@@ -14,10 +14,10 @@ mod telling;
 use super::hub::{Hub, PageId, SaveFormat};
 use super::protocol::CameraView;
 use super::watch::Watch;
-use super::{Host, Options, SceneChanges, SceneRequest, parameters};
+use super::{FileLight, Host, Options, SceneChanges, SceneRequest, parameters};
 use crate::camera::CameraDescription;
 use crate::description::{SceneFile, SceneOptions};
-use crate::film::{Film, RgbImage};
+use crate::film::{Aov, Film, RgbImage};
 use crate::io::ExrFormat;
 use crate::render::{Observer, Outcome};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
@@ -40,6 +40,8 @@ const IDLE: Duration = Duration::from_millis(100);
 const STATUS: Duration = Duration::from_millis(250);
 /// Between two measurements of noise and exposure, which look at all pixels.
 const MEASURING: Duration = Duration::from_secs(1);
+/// How long no page is open before a render ends that is to end with its last page: a browser closes a page and opens it again to reload it.
+const RELOADING: Duration = Duration::from_secs(3);
 /// Share of the time that denoising for pages may take.
 const DENOISING: f64 = 0.25;
 
@@ -77,7 +79,10 @@ pub(super) struct Engine<'a> {
     hub: &'a Hub,
     host: &'a dyn Host,
     exits_when_closed: bool,
+    /// Since when no page is open, after one was.
+    closed_since: Option<Instant>,
     file: SceneFile,
+    lights: Vec<FileLight>,
     path: PathBuf,
     exr: ExrFormat,
     options: SceneOptions,
@@ -92,8 +97,11 @@ pub(super) struct Engine<'a> {
     changes: BTreeMap<String, Option<String>>,
     /// Changes of materials and lights.
     edits: SceneChanges,
-    /// Whether the light of each light group is separate.
+    /// Channels that the user asked for.
+    asked_aovs: Vec<Aov>,
+    /// Whether the light of each light group is separate, and whether ids are rendered.
     tells_groups: bool,
+    tells_ids: bool,
     /// Whether the scene file has such groups.
     has_own_groups: bool,
     /// Names of materials that emit.
@@ -126,6 +134,7 @@ struct Good {
     changes: BTreeMap<String, Option<String>>,
     edits: SceneChanges,
     tells_groups: bool,
+    tells_ids: bool,
     compare: Option<String>,
 }
 
@@ -193,8 +202,11 @@ impl<'a> Engine<'a> {
             hub,
             host,
             exits_when_closed: view.exit_when_closed,
+            closed_since: None,
             good: None,
+            asked_aovs: settings.aovs.clone(),
             file: request.file,
+            lights: request.lights,
             path: request.path,
             exr: request.exr,
             options: request.options,
@@ -204,6 +216,7 @@ impl<'a> Engine<'a> {
             changes: BTreeMap::new(),
             edits: SceneChanges::default(),
             tells_groups: false,
+            tells_ids: false,
             has_own_groups: false,
             emitting: groups::emitting(session.scene()),
             compare: None,
@@ -246,6 +259,10 @@ impl<'a> Engine<'a> {
         self.greet(&session);
         let mut state = None;
         loop {
+            // Also where nothing can be rendered
+            if self.is_over() {
+                return Ok(());
+            }
             let next = if self.pending == Change::Scene {
                 self.pending = Change::Nothing;
                 Ok(Next::Scene(state.take().map(Box::new)))
@@ -275,7 +292,8 @@ impl<'a> Engine<'a> {
         if let Some(good) = &self.good {
             (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
             (self.changes, self.edits) = (good.changes.clone(), good.edits.clone());
-            (self.tells_groups, self.compare) = (good.tells_groups, good.compare.clone());
+            (self.tells_groups, self.tells_ids) = (good.tells_groups, good.tells_ids);
+            self.compare = good.compare.clone();
         }
         self.moved = None;
         self.tell_state();
@@ -300,7 +318,8 @@ impl<'a> Engine<'a> {
         for (key, value) in &self.changes {
             parameters::set((&mut request.options, &mut request.settings), key, value.as_deref())?;
         }
-        self.tell_groups(&mut request.settings);
+        self.asked_aovs.clone_from(&request.settings.aovs);
+        self.set_aovs(&mut request.settings);
         let mut new = Session::load(&request.file, request.settings, &()).map_err(|error| error.to_string())?;
         let is_same_shape = new.keep_accel_of(session).map_err(|error| error.to_string())?;
         // A camera that the user has moved stays; that of the file follows the file.
@@ -311,7 +330,11 @@ impl<'a> Engine<'a> {
         self.rival = None;
         self.emitting = groups::emitting(session.scene());
         self.note_groups(&request.file);
-        (self.file, self.options) = (request.file, request.options);
+        // Groups that are made here are not the file's.
+        if !self.edits.groups.is_empty() {
+            request.lights.iter_mut().for_each(|light| light.section.group = None);
+        }
+        (self.file, self.lights, self.options) = (request.file, request.lights, request.options);
         self.settings = session.settings().clone();
         self.home = found;
         if !has_moved {
@@ -351,6 +374,7 @@ impl<'a> Engine<'a> {
             changes: self.changes.clone(),
             edits: self.edits.clone(),
             tells_groups: self.tells_groups,
+            tells_ids: self.tells_ids,
             compare: self.compare.clone(),
         });
         let mut slice = FIRST_SLICE;
@@ -438,10 +462,15 @@ impl<'a> Engine<'a> {
         outcome
     }
 
-    /// Whether the user has ended it, or the last page was closed and that is the end.
-    fn is_over(&self) -> bool {
+    /// Whether the user has ended it, or the last page was closed for long enough and that is the end.
+    fn is_over(&mut self) -> bool {
         let (open, ever) = self.hub.pages();
-        self.host.is_interrupted() || (self.exits_when_closed && ever > 0 && open == 0)
+        self.closed_since = match open == 0 && ever > 0 {
+            true => self.closed_since.or_else(|| Some(Instant::now())),
+            false => None,
+        };
+        let is_closed = self.closed_since.is_some_and(|since| since.elapsed() >= RELOADING);
+        self.host.is_interrupted() || (self.exits_when_closed && is_closed)
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the moving camera sees: a smaller picture of a few samples.
 
 use super::{Change, Engine, Next, REST};
+use crate::film::Aov;
 use crate::math::UVec2;
 use crate::options::{IntegratorKind, IntegratorOptions};
 use crate::render::Outcome;
@@ -53,7 +54,7 @@ impl Engine<'_> {
         let mut settings = Settings {
             spp: SAMPLES,
             noise: None,
-            aovs: Vec::new(),
+            aovs: if self.tells_ids { vec![Aov::Ids] } else { Vec::new() },
             light_paths: Vec::new(),
             ..self.settings.clone()
         };

@@ -2,15 +2,15 @@
 
 use super::{DENOISING, Engine, MEASURING, STATUS, samples_of};
 use crate::color::{Curve, Exposure, Tone};
-use crate::description::{LightSection, MaterialSection};
+use crate::description::MaterialSection;
 use crate::film::{Image, metered};
 use crate::io::half_picture;
 use crate::material::Material;
 use crate::session::{RenderState, Renderer, Session};
 use crate::view::frame::{self, Frame};
 use crate::view::hub::PageId;
-use crate::view::parameters;
 use crate::view::protocol::CameraView;
+use crate::view::{FileLight, LightEdit, parameters, scene_file, scene_keys};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -53,6 +53,7 @@ impl Engine<'_> {
                     None if size != whole.to_array() => Some(half_picture::light(&state.film)),
                     None => None,
                 },
+                half_picture::IDS => half_picture::ids(developed.get_or_insert_with(|| renderer.develop(state))),
                 name => half_picture::layer(developed.get_or_insert_with(|| renderer.develop(state)), name),
             };
             if let Some(values) = values {
@@ -98,6 +99,7 @@ impl Engine<'_> {
         let mut channels = half_picture::layers(Image::channel_names());
         channels.insert(1, frame::DENOISED.into());
         channels.insert(2, frame::LIGHTS.into());
+        channels.push(half_picture::IDS.into());
         let tone = self.settings.tone;
         let hello = json!({
             "type": "hello",
@@ -109,7 +111,8 @@ impl Engine<'_> {
             "tables": parameters::tables(),
             "channels": channels,
             "materials": scene.materials().iter().map(material).collect::<Vec<_>>(),
-            "scene_lights": self.file.light.iter().map(light).collect::<Vec<_>>(),
+            "scene_lights": self.lights.iter().map(light).collect::<Vec<_>>(),
+            "keys": scene_keys::tables(),
             "reference": self.reference.is_some(),
             "exposure": tone.exposure.stops(),
             "tone": tone_name(tone),
@@ -126,8 +129,9 @@ impl Engine<'_> {
             "camera": CameraView::of(&self.camera),
             "home": CameraView::of(&self.home),
             "values": parameters::values(&self.options, &self.settings),
-            "patches": self.edits.materials,
-            "light_edits": self.light_edits(),
+            "patches": scene_file::patches(&self.edits.materials),
+            "light_edits": self.edits.lights.iter().map(LightEdit::flag).collect::<Vec<_>>(),
+            "light_sections": scene_file::light_sections(&self.lights, &self.edits.lights),
             "compare": self.compare,
             "can_save": self.file.is_file(),
         });
@@ -185,8 +189,8 @@ fn material(material: &Material) -> Value {
 }
 
 /// The keys of a light that the scene file has, and their values.
-fn light(section: &LightSection) -> Value {
-    keys_of(section)
+fn light(light: &FileLight) -> Value {
+    json!({ "index": light.index, "keys": keys_of(&light.section) })
 }
 
 /// The keys of a section that have values.

@@ -31,6 +31,55 @@ function segments(facts) {
   return found;
 }
 
+// The number of a vertex, behind that of its trace where there are several.
+const label = (traces, trace, vertex) => (traces.length > 1 ? `${trace}.${vertex}` : String(vertex));
+
+// The vertex at which light was found.
+const vertexOf = (traces, trace, { vertex }) => (vertex === null || vertex === undefined ? "–" : label(traces, trace, vertex));
+
+// How light was found.
+function technique({ by, s, t, mis_weight, owner }) {
+  const weight = mis_weight === undefined ? "" : `, MIS weight ${number(mis_weight)}`;
+  if (s !== undefined) return `${by} s = ${s}, t = ${t}${weight}`;
+  return owner ? `${by} of pixel ${owner.join(", ")}` : by;
+}
+
+// A light has no name, but a number, and perhaps a group.
+function nameOf(light) {
+  const isGroup = light.group && light.group !== "default";
+  return `${light.type} light ${light.id}${isGroup ? ` (${light.group})` : ""}`;
+}
+
+// What happens at a vertex, in lines.
+function events({ emission = [], light_samples = [], scattering = [], photons = [], light }) {
+  const strength = (radiance) => number(Math.max(...radiance));
+  const met = emission.map((e) => `meets ${nameOf(e.light)}: ${strength(e.radiance)}, MIS weight ${number(e.mis_weight)}`);
+  const sampled = light_samples.map((l) => {
+    const isLit = l.transmittance && Math.max(...l.transmittance) > 0;
+    const end = l.transmittance ? (isLit ? strength(l.radiance) : "occluded") : "no shadow ray";
+    return `samples ${nameOf(l.light)}: probability × samples ${number(l.probability)}, pdf ${number(l.pdf)}, MIS weight ${number(l.mis_weight)}; ${end}`;
+  });
+  const scattered = scattering.map((way) => {
+    const density = way.delta ? `delta, probability ${number(way.pdf)}` : `pdf ${number(way.pdf)}`;
+    // The factor makes up for paths that were ended, or for branches.
+    const roulette = way.roulette > 1 ? `; roulette probability ${number(1 / way.roulette)}` : way.roulette < 1 ? `; factor ${number(way.roulette)}` : "";
+    return `scatters: ${way.lobe}, ${density}${roulette}`;
+  });
+  const found = photons.map(({ count, radius }) => `${number(count)} photons within ${number(radius)}`);
+  return [...(light ? [`starts at ${nameOf(light)}`] : []), ...met, ...sampled, ...scattered, ...found];
+}
+
+// Contributions that are listed, and vertices whose numbers are drawn.
+const MAX_ADDED = 40;
+const MAX_LABELS = 60;
+
+// Vertices of the first sample with their numbers, without those at the camera.
+function numbered(facts) {
+  const { traces } = facts.samples[0];
+  const all = traces.flatMap((trace, t) => trace.vertices.map((vertex, i) => ({ ...vertex, label: label(traces, t, i) })));
+  return all.filter(({ on }) => on !== "camera");
+}
+
 export class Inspector {
   facts = null;
   angle = [0.6, 0.4];
@@ -118,6 +167,7 @@ export class Inspector {
         ["Distance", number(first.distance, 6)], ["Position", first.position.map((x) => number(x, 5)).join(", ")],
         ["Lobes", first.lobes?.join(", ") || "none"], ["Albedo", colour(first.albedo)],
         ...(first.uv ? [["Texture coordinates", colour(first.uv)]] : []),
+        ...Object.entries(first.texels ?? {}).map(([key, texel]) => [key.replaceAll("_", " "), colour(texel)]),
         ["Normal", first.normal.map((x) => number(x)).join(", ")],
         ["Mesh, triangle", `${first.mesh}, ${first.triangle}`],
       );
@@ -125,29 +175,28 @@ export class Inspector {
     rows.push(["Light of the sample", colour(facts.samples[0].radiance)]);
     $("found").replaceChildren(element("dl", {}, ...rows.flatMap(([a, b]) => [element("dt", {}, a), element("dd", {}, b)])));
 
-    const lines = [];
-    for (const [t, trace] of facts.samples[0].traces.entries()) {
-      for (const [i, vertex] of trace.vertices.entries()) {
-        const on = vertex.on === "surface" ? vertex.material : vertex.on;
-        const way = vertex.scattering?.[0];
-        const light = vertex.light_samples?.[0];
-        lines.push(
-          element(
-            "tr", {},
-            element("td", {}, `${t}.${i}`), element("td", {}, on),
-            element("td", {}, way ? `${way.lobe} ${way.delta ? "delta" : number(way.pdf)}` : "–"),
-            element("td", {}, light ? `${number(light.mis_weight)} of ${number(Math.max(...light.radiance))}` : "–"),
-            element("td", {}, number(Math.max(...vertex.beta))),
-          ),
-        );
-      }
-    }
-    const heads = ["Vertex", "On", "Lobe, pdf", "Light: MIS weight", "β"];
-    const table = element("table", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head))), ...lines);
-    const added = facts.samples[0].traces.flatMap((trace) => trace.contributions);
-    const list = element("table", {}, element("tr", {}, ...["Added by", "Light"].map((head) => element("th", { scope: "col" }, head))),
-      ...added.slice(0, 40).map((c) => element("tr", {}, element("td", {}, c.by), element("td", {}, colour(c.radiance)))));
-    $("vertices").replaceChildren(table, list);
+    const { traces } = facts.samples[0];
+    const line = (words) => element("div", {}, words);
+    const lines = traces.flatMap((trace, t) =>
+      trace.vertices.map((vertex, i) =>
+        element(
+          "tr", {},
+          element("td", {}, label(traces, t, i)),
+          element("td", {}, vertex.on === "surface" ? vertex.material : vertex.on),
+          element("td", {}, ...events(vertex).map(line)),
+          element("td", {}, number(Math.max(...vertex.beta))),
+        ),
+      ),
+    );
+    const head = (...names) => element("tr", {}, ...names.map((name) => element("th", { scope: "col" }, name)));
+    const table = element("table", {}, head("Vertex", "On", "What happens there", "β"), ...lines);
+    const added = traces.flatMap((trace, t) => trace.contributions.map((contribution) => ({ ...contribution, at: vertexOf(traces, t, contribution) })));
+    const brightness = ({ radiance }) => Math.max(...radiance);
+    added.sort((a, b) => brightness(b) - brightness(a));
+    const list = element("table", {}, head("Vertex", "Added by", "Light"),
+      ...added.slice(0, MAX_ADDED).map((c) => element("tr", {}, element("td", {}, c.at), element("td", {}, technique(c)), element("td", {}, colour(c.radiance)))));
+    const rest = added.length > MAX_ADDED ? [element("p", { class: "hint" }, `and ${added.length - MAX_ADDED} smaller ones`)] : [];
+    $("vertices").replaceChildren(table, list, ...rest);
   }
 
   drawOver() {
@@ -155,13 +204,14 @@ export class Inspector {
     overlay.replaceChildren();
     if (!this.facts || !this.camera.now) return;
     const { size, box } = this.picture;
-    const svg = (name, attributes) => {
+    const svg = (name, attributes, words = "") => {
       const made = document.createElementNS("http://www.w3.org/2000/svg", name);
       for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+      made.textContent = words;
       overlay.append(made);
     };
     const width = 1.6 / box.scale;
-    const [, , forward] = [0, 0, unit(sub(this.camera.now.look_at, this.camera.now.position))];
+    const forward = unit(sub(this.camera.now.look_at, this.camera.now.position));
     for (const { from, to, colour, isDashed, isFaint } of segments(this.facts)) {
       // A segment is cut where it passes the camera.
       const near = 1e-3 * this.camera.distance;
@@ -176,11 +226,14 @@ export class Inspector {
       const dash = isDashed ? { "stroke-dasharray": `${4 * width} ${3 * width}` } : {};
       svg("line", { x1: p[0], y1: p[1], x2: q[0], y2: q[1], stroke: colour, "stroke-width": width, opacity: isFaint ? 0.35 : 1, ...dash });
     }
-    for (const trace of this.facts.samples[0].traces) {
-      for (const vertex of trace.vertices.filter(({ on }) => on !== "camera")) {
-        const p = project(this.camera.now, size, vertex.position);
-        if (p) svg("circle", { cx: p[0], cy: p[1], r: 3 / box.scale, fill: vertex.on === "light" ? SHADOW : BOUNCE, stroke: "#000", "stroke-width": width / 2 });
-      }
+    const vertices = numbered(this.facts);
+    for (const vertex of vertices) {
+      const p = project(this.camera.now, size, vertex.position);
+      if (!p) continue;
+      svg("circle", { cx: p[0], cy: p[1], r: 3 / box.scale, fill: vertex.on === "light" ? SHADOW : BOUNCE, stroke: "#000", "stroke-width": width / 2 });
+      if (vertices.length > MAX_LABELS) continue;
+      const text = { x: p[0] + 5 / box.scale, y: p[1] - 5 / box.scale, fill: "#fff", stroke: "#000", "stroke-width": 2 * width, "paint-order": "stroke", "font-size": 12 / box.scale };
+      svg("text", text, vertex.label);
     }
     const [x, y] = this.facts.pixel;
     svg("rect", { x, y, width: 1, height: 1, fill: "none", stroke: "#fff", "stroke-width": width / 2 });
@@ -235,5 +288,13 @@ export class Inspector {
       line(from, to, colour, 1.4, isDashed ? [4, 3] : []);
     }
     context.globalAlpha = 1;
+    const vertices = this.facts ? numbered(this.facts) : [];
+    if (vertices.length > MAX_LABELS) return;
+    context.font = "11px system-ui, sans-serif";
+    context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--text");
+    for (const { position, label: words } of vertices) {
+      const [column, row] = at(position);
+      context.fillText(words, column + 4, row - 4);
+    }
   }
 }

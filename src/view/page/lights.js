@@ -1,24 +1,25 @@
 // Lights of the scene file as controls.
 
 import { $, copy, element } from "./controls.js";
-import { keyControl } from "./materials.js";
-
-// Keys that say which light it is, and are not changed here.
-const FIXED = new Set(["type", "group", "image"]);
+import { keyControls } from "./keys.js";
 
 export class Lights {
+  #open = new Set();
+
   constructor(link) {
     this.link = link;
-    $("copy-lights").addEventListener("click", () => copy($("light-edits"), $("light-edits").value));
+    for (const [button, area] of [["copy-lights", "light-edits"], ["copy-light-sections", "light-sections"]]) {
+      $(button).addEventListener("click", () => copy($(area), $(area).value));
+    }
   }
 
-  build(lights) {
-    const made = lights.map((keys, index) => {
-      const send = (key) => (value) => this.link.send({ do: "light", index, key, value });
-      const controls = Object.entries(keys)
-        .filter(([key]) => !FIXED.has(key))
-        .map(([key, value]) => keyControl(key, value, send(key), { "data-light": String(index), "data-key": key }));
-      const title = `${index + 1}: ${keys.type}${keys.image ? ` ${keys.image}` : ""}${keys.group ? ` (${keys.group})` : ""}`;
+  // The lights of the scene file, and the keys that each type may have.
+  build(lights, keys) {
+    const made = lights.map(({ index, keys: values }) => {
+      const send = (key, value) => this.link.send({ do: "light", index, key, value });
+      const more = { isOpen: this.#open.has(index), onToggle: (isOpen) => (isOpen ? this.#open.add(index) : this.#open.delete(index)) };
+      const controls = keyControls(keys[values.type] ?? [], values, send, { "data-light": String(index) }, more);
+      const title = `${index + 1}: ${values.type}${values.image ? ` ${values.image}` : ""}${values.group ? ` (${values.group})` : ""}`;
       const details = element("details", { "data-title": title }, element("summary", {}, title), element("div", {}, ...controls));
       details.open = lights.length < 4;
       return details;
@@ -27,8 +28,9 @@ export class Lights {
     $("scene-lights").replaceChildren(...(made.length ? made : [none]));
   }
 
-  // Changes as flags.
-  showEdits(edits) {
+  // Changes as flags, and as sections of a scene file.
+  showEdits(edits, sections) {
     $("light-edits").value = edits.map((edit) => `--set '${edit}'`).join(" \\\n");
+    $("light-sections").value = sections;
   }
 }

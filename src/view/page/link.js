@@ -29,10 +29,18 @@ export class Link extends EventTarget {
         this.bytes += data.byteLength;
         this.frames += 1;
         const start = performance.now();
-        this.#last = this.#last.then(() => readFrame(data)).then((frame) => {
-          this.#tell("frame", frame);
-          this.send({ do: "shown", frame: frame.frame, ms: performance.now() - start });
-        });
+        const show = async () => {
+          let header = {};
+          try {
+            header = readHeader(data);
+            this.#tell("frame", { ...header, halves: await readHalves(data, header) });
+          } catch (error) {
+            this.#tell("error", { text: `A picture cannot be shown: ${error.message}\nReload the page; if that does not help, use a newer browser.` });
+          }
+          // The render waits for pictures that are on their way.
+          if (header.frame) this.send({ do: "shown", frame: header.frame, ms: performance.now() - start });
+        };
+        this.#last = this.#last.then(show);
       }
     };
     socket.onclose = () => {
@@ -64,11 +72,15 @@ export class Link extends EventTarget {
   }
 }
 
-// A picture: its header, and the bits of its 16-bit floats.
-async function readFrame(buffer) {
-  const length = new DataView(buffer).getUint32(0, true);
-  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const { packed, width } = header;
-  const rest = buffer.slice(4 + length);
-  return { ...header, halves: packed ? await unpack(rest, width, packed) : new Uint16Array(rest) };
+const headerLength = (buffer) => new DataView(buffer).getUint32(0, true);
+
+// The header of a picture.
+function readHeader(buffer) {
+  return JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, headerLength(buffer))));
+}
+
+// The bits of its 16-bit floats.
+async function readHalves(buffer, { packed, width }) {
+  const rest = buffer.slice(4 + headerLength(buffer));
+  return packed ? await unpack(rest, width, packed) : new Uint16Array(rest);
 }

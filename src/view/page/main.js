@@ -10,7 +10,7 @@ import { Link } from "./link.js";
 import { Materials } from "./materials.js";
 import { Picture } from "./picture.js";
 import { listen } from "./pointer.js";
-import { CURVES } from "./tone.js";
+import { CURVES, idOf } from "./tone.js";
 
 const link = new Link();
 const camera = new Camera();
@@ -71,8 +71,8 @@ link.addEventListener("hello", ({ detail }) => {
   camera.extent = Math.hypot(...bounds[0].map((x, i) => bounds[1][i] - x)) || 1;
   inspector.bounds = bounds;
   parameters.build(detail.tables);
-  materials.build(detail.materials);
-  lights.build(detail.scene_lights);
+  materials.build(detail.materials, detail.keys.material);
+  lights.build(detail.scene_lights, detail.keys.light);
   compare.build(detail.tables.integrators);
   const denoisers = detail.tables.groups.flatMap((group) => group.parameters).find(({ key }) => key === "denoise");
   $("denoise").replaceChildren(...denoisers.names.map((value) => element("option", { value }, value)));
@@ -92,11 +92,11 @@ link.addEventListener("state", ({ detail }) => {
   camera.home = detail.home;
   camera.adopt(detail.camera);
   parameters.update(detail.values);
-  materials.showPatches(detail.patches);
-  lights.showEdits(detail.light_edits);
+  $("patch").value = detail.patches;
+  lights.showEdits(detail.light_edits, detail.light_sections);
   compare.update(detail.compare);
   $("save-camera").disabled = !detail.can_save;
-  const isChanged = detail.patches.length + detail.light_edits.length > 0;
+  const isChanged = detail.patches !== "" || detail.light_edits.length > 0;
   for (const id of ["reset-materials", "reset-lights"]) $(id).disabled = !isChanged;
   for (const id of ["save-materials", "save-lights"]) $(id).disabled = !isChanged || !detail.can_save;
   if (document.activeElement !== $("noise")) $("noise").value = detail.values.noise;
@@ -312,8 +312,9 @@ $("divider").addEventListener("pointerup", () => (isDividing = false));
 
 function hover(at) {
   const values = at && picture.valuesAt(at);
+  const isId = picture.frame?.channel === "id";
   $("pixel").textContent = values
-    ? `${Math.floor(at[0])}, ${Math.floor(at[1])}   ${picture.frame.channel}  ${values.map((v) => number(v, 4)).join("  ")}`
+    ? `${Math.floor(at[0])}, ${Math.floor(at[1])}   ${picture.frame.channel}  ${isId ? idOf(values) : values.map((v) => number(v, 4)).join("  ")}`
     : "";
 }
 

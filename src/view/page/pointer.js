@@ -7,6 +7,8 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
   const pointers = new Map();
   let moved = 0;
   let pinch = null;
+  // Whether a part of the picture is out of sight: two fingers move it then, and not the camera.
+  const isLarger = () => picture.box.w > view.clientWidth + 1 || picture.box.h > view.clientHeight + 1;
   const mode = () => document.querySelector('input[name="mode"]:checked').value;
 
   view.addEventListener("pointerdown", (event) => {
@@ -28,7 +30,8 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
     if (pointers.size === 2) {
       const [a, b] = [...pointers.values()];
       const now = { apart: Math.hypot(a[0] - b[0], a[1] - b[1]), at: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] };
-      if (pinch) {
+      if (pinch && isLarger()) view.scrollBy(pinch.at[0] - now.at[0], pinch.at[1] - now.at[1]);
+      else if (pinch) {
         const height = picture.box.h;
         camera.dolly(pinch.apart / Math.max(now.apart, 1));
         camera.pan((now.at[0] - pinch.at[0]) / height, (now.at[1] - pinch.at[1]) / height);

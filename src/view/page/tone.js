@@ -91,8 +91,21 @@ function falseColour(x, out) {
   out[2] = Math.min(1, Math.max(0, 2 - 4 * x));
 }
 
+// The id of an object, whose last eleven bits come in red and the bits before them in green.
+export const idOf = ([low, high]) => low + 2048 * high;
+
 // What a page shows of channels other than light.
 const CHANNELS = {
+  // Hues of neighbouring ids are far apart; the background has none.
+  id: (r, g, b, out) => {
+    const id = idOf([r, g]);
+    const hue = (id * 0.61803398875) % 1;
+    const value = id === 0 ? 0 : [1, 0.75, 0.55][id % 3];
+    for (let c = 0; c < 3; c += 1) {
+      const share = Math.abs(((6 * hue + 2 * (3 - c)) % 6) - 3) - 1;
+      out[c] = value * (0.3 + 0.7 * Math.min(1, Math.max(0, share)));
+    }
+  },
   N: (r, g, b, out) => {
     out[0] = 0.5 + 0.5 * r;
     out[1] = 0.5 + 0.5 * g;

@@ -94,7 +94,7 @@ mod tests {
             let material = builder.add_material(Material::default()).unwrap();
             builder.add_mesh(mesh, material).unwrap();
         }
-        let scene = builder.build().unwrap();
+        let (scene, _) = builder.build().unwrap();
         let areas = SurfaceAreas::new(&scene);
         let whole = 0.5 * widths.iter().sum::<f32>();
 

@@ -1,0 +1,85 @@
+// Controls for keys of materials and lights, made of what the schema of scene files says of each.
+
+import { element } from "./controls.js";
+
+const toCode = (x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : Math.min(1, 1.055 * x ** (1 / 2.4) - 0.055)));
+const toLinear = (code) => {
+  const x = code / 255;
+  return x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
+};
+const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16).padStart(2, "0")).join("")}`;
+const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
+
+// The lower end of a range, or undefined.
+const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
+// Colours are a number or three, none of them negative.
+const isColour = ({ anyOf }) => anyOf?.length === 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array";
+const isNumber = ({ type, anyOf }) => type === "number" || Boolean(anyOf && !anyOf.some((choice) => choice.type === "array"));
+// A list of numbers as TOML, or a single one.
+const list = (text) => (text.includes(",") ? `[${text}]` : text.trim());
+
+// The controls for a key, which call `send` with a value of TOML. Without a value they are empty.
+function inputs({ key, holds }, value, send, attributes) {
+  const words = key.replaceAll("_", " ");
+  const isSet = value !== undefined;
+  const placeholder = "not set";
+  if (isColour(holds)) {
+    const colour = !isSet ? [0, 0, 0] : Array.isArray(value) ? value : [value, value, value];
+    // A colour picker goes to 1: what is brighter keeps its brightness.
+    const strength = Math.max(1, ...colour);
+    const picker = element("input", { type: "color", value: hex(colour.map((x) => x / strength)), ...attributes, "aria-label": `${words}, colour` });
+    const text = element("input", { type: "text", value: isSet ? colour.join(", ") : "", placeholder, "aria-label": `${words}, linear` });
+    picker.addEventListener("change", () => send(`[${ofHex(picker.value).map((x) => Number((x * strength).toPrecision(5))).join(", ")}]`));
+    text.addEventListener("change", () => text.value.trim() && send(list(text.value)));
+    return [picker, text];
+  }
+  if (holds.enum) {
+    const none = isSet ? [] : [element("option", { value: "" }, placeholder)];
+    const choice = element("select", { ...attributes, "aria-label": words }, ...none, ...holds.enum.map((name) => element("option", { value: name }, name)));
+    choice.value = isSet ? value : "";
+    choice.addEventListener("change", () => choice.value && send(choice.value));
+    return [choice];
+  }
+  if (holds.type === "boolean") {
+    const box = element("input", { type: "checkbox", ...attributes, "aria-label": words });
+    box.checked = value === true;
+    box.addEventListener("change", () => send(String(box.checked)));
+    return [box];
+  }
+  if (isNumber(holds)) {
+    const ends = Object.fromEntries([["min", low(holds)], ["max", holds.maximum]].filter(([, end]) => end !== undefined).map(([name, end]) => [name, String(end)]));
+    const text = element("input", { type: "number", step: "any", ...ends, value: isSet ? String(value) : "", placeholder, ...attributes, "aria-label": words });
+    text.addEventListener("change", () => text.value !== "" && send(text.value));
+    if (!ends.min || !ends.max) return [text];
+    text.placeholder = "–";
+    const step = (holds.maximum - low(holds)) / 100;
+    const from = holds.minimum ?? holds.exclusiveMinimum + step;
+    const slider = element("input", { type: "range", min: String(from), max: ends.max, step: String(step), "aria-label": `${words}, slider` });
+    slider.value = isSet ? value : from;
+    slider.addEventListener("input", () => (text.value = slider.value));
+    slider.addEventListener("change", () => send(slider.value));
+    return [slider, text];
+  }
+  const text = element("input", { type: "text", value: isSet ? [value].flat().join(", ") : "", placeholder, ...attributes, "aria-label": words });
+  text.addEventListener("change", () => text.value.trim() && send(list(text.value)));
+  return [text];
+}
+
+function control(entry, value, send, attributes) {
+  const { key, holds } = entry;
+  const range = low(holds) !== undefined && holds.maximum !== undefined ? ` (${low(holds)} to ${holds.maximum})` : "";
+  const made = inputs(entry, value, (text) => send(key, text), { ...attributes, "data-key": key });
+  return element("label", { class: "key", title: `${holds.description}${range}` }, element("span", {}, key.replaceAll("_", " ")), ...made);
+}
+
+// Controls for all `keys`: first those that have `values`, and the others behind "More", which is open if `isOpen`.
+export function keyControls(keys, values, send, attributes, { isOpen = false, onToggle = () => {} } = {}) {
+  const of = (entry) => control(entry, values[entry.key], send, attributes);
+  const set = keys.filter(({ key }) => key in values).map(of);
+  const others = keys.filter(({ key }) => !(key in values)).map(of);
+  if (!others.length) return set;
+  const more = element("details", {}, element("summary", {}, "More"), element("div", {}, ...others));
+  more.open = isOpen;
+  more.addEventListener("toggle", () => onToggle(more.open));
+  return [...set, more];
+}

@@ -1,0 +1,110 @@
+//! Keys of materials and lights that a page may set. The JSON Schema of scene files tells what each holds: pages make controls of it, and may set
+//! numbers, colours, lists and choices. Keys that hold texts are refused, because these name files: a page must not choose which files of this machine are read.
+
+use crate::description::{LightSection, light_keys, material_keys};
+use serde_json::{Map, Value, json};
+
+type Keys = Vec<(&'static str, Value)>;
+
+/// What pages need to know of all keys that they may set.
+pub(super) fn tables() -> Value {
+    let table = |keys: Keys| -> Value {
+        let free = keys.into_iter().filter(|(_, holds)| !holds_text(holds));
+        free.map(|(key, holds)| json!({ "key": key, "holds": holds })).collect()
+    };
+    let lights: Map<String, Value> = LightSection::TYPES
+        .iter()
+        .map(|kind| (kind.to_string(), table(light_keys(kind))))
+        .collect();
+    json!({ "material": table(material_keys()), "light": lights })
+}
+
+/// Whether a page may set `key` of a material.
+///
+/// # Errors
+///
+/// A key that is none, or that holds a text.
+pub(super) fn check_material(key: &str) -> Result<(), String> {
+    check("a material", key, &material_keys())
+}
+
+/// Whether a page may set `key` of a light of type `kind`.
+///
+/// # Errors
+///
+/// A key that is none, or that holds a text.
+pub(super) fn check_light(kind: &str, key: &str) -> Result<(), String> {
+    check(&format!("a {kind} light"), key, &light_keys(kind))
+}
+
+fn check(owner: &str, key: &str, keys: &[(&str, Value)]) -> Result<(), String> {
+    match keys.iter().find(|(known, _)| *known == key) {
+        None => Err(format!("{owner} has no key `{key}` that a page could set")),
+        Some((_, holds)) if holds_text(holds) => Err(format!(
+            "a page cannot set `{key}` of {owner}: keys with names and paths could make the program read any file of this machine\n  help: edit the scene file, which the viewer then reloads"
+        )),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Whether a value of this schema may be a text other than a choice.
+fn holds_text(holds: &Value) -> bool {
+    let one_of = holds["anyOf"].as_array().into_iter().flatten();
+    holds["type"] == "string" || one_of.into_iter().any(holds_text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_files_are_refused() {
+        for key in ["diffuse", "roughness", "model", "thin", "ior", "opacity"] {
+            assert_eq!(check_material(key), Ok(()), "{key}");
+        }
+        let keys = material_keys();
+        let maps = keys.iter().filter(|(key, _)| key.ends_with("_map"));
+        assert_eq!(maps.clone().count(), 9);
+        for (key, _) in maps {
+            assert!(
+                check_material(key).unwrap_err().contains("any file of this machine"),
+                "{key}"
+            );
+        }
+        for key in ["", "patch", "colour", "diffuse_map.file", "diffuse = 1\nroughness"] {
+            assert!(check_material(key).unwrap_err().contains("has no key"), "{key}");
+        }
+        assert_eq!(check_light("environment", "scale"), Ok(()));
+        assert!(check_light("environment", "image").unwrap_err().contains("any file"));
+        for (kind, key) in [
+            ("point", "radiance"),
+            ("point", "type"),
+            ("nonsense", "scale"),
+            ("sky", "image"),
+        ] {
+            assert!(
+                check_light(kind, key).unwrap_err().contains("has no key"),
+                "{kind} {key}"
+            );
+        }
+    }
+
+    #[test]
+    fn pages_get_the_schema_of_each_key() {
+        let tables = tables();
+        let key = |list: &Value, name: &str| {
+            let found = list.as_array().unwrap().iter().find(|entry| entry["key"] == name);
+            found.map(|entry| entry["holds"].clone())
+        };
+        let roughness = key(&tables["material"], "roughness").unwrap();
+        assert_eq!(
+            (&roughness["minimum"], &roughness["maximum"]),
+            (&json!(0.0), &json!(1.0))
+        );
+        assert!(roughness["description"].is_string());
+        assert!(key(&tables["material"], "diffuse_map").is_none());
+        assert!(key(&tables["light"]["spot"], "angle").unwrap()["maximum"] == 90.0);
+        assert!(key(&tables["light"]["environment"], "image").is_none());
+        assert_eq!(tables["light"].as_object().unwrap().len(), LightSection::TYPES.len());
+    }
+}

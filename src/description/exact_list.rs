@@ -59,8 +59,11 @@ pub(super) fn plain_numbers<'de, D: Deserializer<'de>, const N: usize>(
     Ok(read.map(|list| list.0))
 }
 
+/// Rows of a matrix.
+type Rows = [[f32; 4]; 4];
+
 /// Reads a key that is a matrix: four rows of four numbers.
-pub(super) fn matrix<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<[[f32; 4]; 4]>>, D::Error> {
+pub(super) fn matrix<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<Rows>>, D::Error> {
     let read = Option::<Spanned<ExactList<[ExactList<[f32; 4]>; 4]>>>::deserialize(deserializer)?;
     Ok(read.map(|rows| Spanned::new(rows.span(), rows.into_inner().0.map(|row| row.0))))
 }

@@ -22,7 +22,7 @@ fn backends(scene: &Scene) -> Vec<Box<dyn Accel + '_>> {
     ]
 }
 
-/// The same by name, with Embree on each instruction set that it can be told to use here.
+/// Backends by name, with Embree on each instruction set that it can be told to use here.
 fn backends_by_isa(scene: &Scene) -> Vec<(String, Box<dyn Accel + '_>)> {
     let mut named: Vec<(String, Box<dyn Accel + '_>)> = Vec::new();
     #[cfg(all(feature = "embree", target_arch = "x86_64"))]
@@ -141,7 +141,7 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
                     found.extend(differs.filter(|d| d.cause != Cause::Coincident));
                 }
                 count += usize::from(found.len() > before);
-                // How much of the bounds on distances and barycentrics is used
+                // Used share of the bounds on distances and barycentrics
                 if let Some(hit) = first.intersect(ray) {
                     let crossing = Crossing::new(scene, ray, &hit);
                     let (t, b) = crossing.errors();
@@ -290,7 +290,7 @@ fn fan(n: u32) -> Mesh {
     }
 }
 
-/// The same triangles twice, and coplanar ones that overlap them.
+/// Triangles that occur twice, and coplanar ones that overlap them.
 fn coplanar() -> Mesh {
     let square = polygon(&[Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
     let again = square.positions.iter().copied();
@@ -1040,7 +1040,7 @@ mod together {
         assert_pictures_agree(&["sponza.toml", "living-room.toml"].map(|name| gallery.join(name)));
     }
 
-    /// The same picture from both backends, with every ray of the first one checked.
+    /// Equal pictures from both backends, with every ray of the first one checked.
     ///
     /// Barycentrics differ in their last bits, so no pixel need be the same to the bit. More than that is a path that went
     /// another way: it passed an edge, or a choice at random, more closely than those bits tell.

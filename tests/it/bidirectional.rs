@@ -90,7 +90,7 @@ fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     error
 }
 
-/// The same, relative to what the whole picture is.
+/// Asserts equal means, relative to the whole picture.
 pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let whole = statistics(b)[b[0].len() - 2].0;
     let relative = |renders: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -319,7 +319,7 @@ fn bent_normals_are_the_same_from_both_ends() {
     });
 }
 
-/// The same for the light tracer, where no mirror or glass is seen first.
+/// Means of the light tracer are those of paths, where no mirror or glass is seen first.
 #[test]
 fn light_tracing_agrees_with_paths() {
     let (scene, camera) = open_box();

@@ -846,7 +846,7 @@ fn rough_glass_refracts_as_published() {
     }
 }
 
-/// What is hardly rough sends light where a smooth surface does, and as much of it.
+/// A surface of little roughness sends light where a smooth surface does, and as much of it.
 #[test]
 fn smooth_facets_are_mirrors() {
     let alpha = Vec2::splat(2.0 * MIN_ALPHA);

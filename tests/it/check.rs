@@ -50,7 +50,7 @@ fn cube_faces(first: usize) -> Vec<String> {
     faces.map(face).to_vec()
 }
 
-/// The same face from its back.
+/// A face from its back.
 fn turned(face: &str) -> String {
     let words: Vec<&str> = face.split_whitespace().rev().collect();
     format!("f {}\n", words[..words.len() - 1].join(" "))
@@ -590,7 +590,7 @@ fn memory_is_forecast() {
     let folder = folder_of(&text, "");
     let (report, _) = check(folder.path(), "a.obj");
     assert_eq!(report["triangles"], 2 * n * n);
-    // What is guessed of a bare OBJ takes more.
+    // Guesses of a bare OBJ take more.
     let args = "render a.obj --spp 1 --stats x.json -q --env white --denoise=off -o x.exr";
     done(folder.path(), &split(args));
     let stats = read_json(&folder.path().join("x.json"));

@@ -540,7 +540,7 @@ fn a_missing_library_is_a_warning() {
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
 }
 
-/// The same in scene files: what is missing is said with its place, and pictures, placements and layers are part of the scene's name.
+/// Missing files of scene files are reported with their place, and pictures, placements and layers are part of the scene's name.
 #[test]
 fn textures_of_scene_files_are_too() {
     let folder = lit_floor();
@@ -580,7 +580,7 @@ fn textures_of_scene_files_are_too() {
     assert_eq!(distinct.len(), hashes.len() - 1, "{hashes:?}");
 }
 
-/// What is missing is said with its line; what is there is part of the scene's name.
+/// Missing files are reported with their line; existing ones are part of the scene's name.
 #[test]
 fn textures_are_part_of_the_scene() {
     let folder = lit_floor();
@@ -858,7 +858,7 @@ fn keys_of_a_scene_file_can_be_set() {
     let bare =
         "a.obj --set camera.position=[0,1,4] --set camera.look_at=[0,0.3,0] --set image.width=8 --set render.samples=1";
     assert_eq!(size(bare), [8, 512]);
-    // The same picture as by a flag, and as by the file
+    // Pictures equal to those by a flag, and as by the file
     let bits = |line: &str| {
         done(at, &split(&format!("render {line} -q -o a.png")));
         fs::read(at.join("a.png")).unwrap()
@@ -929,7 +929,7 @@ fn values_are_taken_as_people_write_them() {
     );
 }
 
-/// What was rendered is there when the reference, which takes long, is given up.
+/// The renders are written when the reference, which takes long, is given up.
 #[test]
 fn the_lab_can_be_interrupted_at_its_reference() {
     let folder = lit_floor();

@@ -86,7 +86,7 @@ fn a_bare_obj_becomes_a_png_and_an_exr_that_say_how_they_were_exposed() {
     let raw = ["raw.R", "raw.G", "raw.B"].map(|name| read_channel(&at.join("a.exr"), name));
     assert!(raw == read_rgb(&at.join("b.exr")));
 
-    // What was metered may be given as a number: the bytes are the same.
+    // A metered exposure may be given as a number: the bytes are the same.
     let bytes = fs::read(at.join("a.png")).unwrap();
     render(at, &format!("{BARE} --exposure {stops} -o c.png"));
     assert!(fs::read(at.join("c.png")).unwrap() == bytes);

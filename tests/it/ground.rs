@@ -377,7 +377,7 @@ fn the_ground_is_no_part_of_the_bounds() {
     run(&format!("{plain} -o a.exr"));
     run(&format!("{plain} --ground -o b.exr"));
     let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
-    // The same camera, and surfaces of the scene are where they were: the ground is none.
+    // The camera stays, and surfaces of the scene are where they were: the ground is none.
     let [before, after] = [a, b].map(|path| read_channel(&path, "id.object"));
     assert!(before.contains(&1.0));
     assert_eq!(before, after);

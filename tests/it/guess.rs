@@ -46,7 +46,7 @@ impl Boxes {
         self.corners += 8;
     }
 
-    /// The same with +z up.
+    /// The model with +z up.
     fn upended(self) -> String {
         let turn = |line: &str| {
             let parts: Vec<&str> = line.split(' ').collect();
@@ -160,7 +160,7 @@ fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {
     said.lines().filter(is_guess).map(String::from).collect()
 }
 
-/// The same words and bits on another run, with another number of threads, and from another folder.
+/// Equal words and bits on another run, with another number of threads, and from another folder.
 #[test]
 fn guessed_pictures_are_the_same_everywhere() {
     let files = [("statue.obj", statue().text), ("room.obj", room(&[]))];

@@ -44,7 +44,7 @@ fn cached(scene: &Scene, camera: CameraParameters, depth: u32, (error, rays): Fi
     })
 }
 
-/// The same by paths alone.
+/// The light by paths alone.
 fn by_paths(scene: &Scene, camera: CameraParameters, depth: u32, spp: u32) -> Film {
     with_world(scene, camera, RESOLUTION, |world| {
         film_by(&Sobol::new(2), &path(world, Some(depth)), RESOLUTION, spp)

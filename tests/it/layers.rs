@@ -281,7 +281,7 @@ fn imports_run_downwards() {
     assert!(checked > 500, "only {checked} imports were seen");
 }
 
-/// What is behind the first `#[cfg(test)]` of a file is read too.
+/// Code behind the first `#[cfg(test)]` of a file is read too.
 #[test]
 fn imports_behind_tests_are_seen() {
     let mut reader = Reader {

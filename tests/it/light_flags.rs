@@ -359,7 +359,7 @@ fn suns_and_key_lights_are_added() {
     let sky = luminance(means(moved.path(), flags));
     let sun = 0.5 * 2.0 * 0.5 / PI;
     assert!((both - sky - sun).abs() < 0.01 * both, "{both} {sky} {sun}");
-    // The same without the sky, of a colour by its height
+    // The sun without the sky, of a colour by its height
     let dark = floor("");
     let alone = means(dark.path(), &format!("--sun 120,30 {flags}"));
     assert!(

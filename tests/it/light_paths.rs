@@ -472,7 +472,7 @@ fn what_cannot_be_told_apart_is_refused() {
             "{args}: {said}"
         );
     }
-    // What is missing by --aov all
+    // Channels that --aov all lacks
     done(folder.path(), "render s.toml -q --spp 1 --aov all -o all.exr", &[]);
     assert!(!bits(folder.path().join("all.exr")).contains_key("direct.R"));
 }

@@ -264,7 +264,7 @@ fn errors_shrink_as_iterations_are_added() {
         println!("relMSE {few} of 4 iterations, {many} of 128: exponent {slope}");
         assert!((-1.05..-0.5).contains(&slope), "{few} {many}: {slope}");
 
-        // The same photons for both, so that their noise is, too: it moves means by half a percent.
+        // Equal photons for both, so that their noise is, too: it moves means by half a percent.
         let bias = |film: &Film| film_mean(film, 0) / film_mean(&reference, 0) - 1.0;
         let (stays, shrinks) = (bias(&iterations(&of(1.0), resolution, 128, 20)), bias(&film));
         println!("bias of the mean {stays} at the first radius, {shrinks} with radii that shrink");

@@ -107,7 +107,7 @@ fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
     })
 }
 
-/// What is wrong with a scene file by the schema, if anything is. Text that is no TOML has a fault.
+/// Fault of a scene file by the schema, if it has one. Text that is no TOML has a fault.
 fn fault_by_schema(schema: &Value, text: &str) -> Option<String> {
     match toml::from_str::<Value>(text) {
         Ok(value) => violation(schema, &value, "scene"),

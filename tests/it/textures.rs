@@ -96,7 +96,7 @@ fn tga_file(channels: usize) -> Vec<u8> {
 struct Sort {
     channels: usize,
     is_linear: bool,
-    /// How far samples may be off, as shares of 1.
+    /// Maximum error of samples, as a share of 1.
     tolerance: f64,
 }
 
@@ -404,7 +404,7 @@ fn depth_is_a_channel_of_exr() {
     assert!(load("8-3.png").unwrap_err().message.contains("no depth"));
 }
 
-/// What is not there, not a picture or not what it is for: messages say so.
+/// Missing files, files that are no pictures, and pictures of the wrong kind have messages.
 #[test]
 fn errors_say_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
@@ -737,7 +737,7 @@ fn levels_spare_samples_and_pixels_stay_sharp() {
         (256.0 * sampler.get_2d(Dimension::PIXEL).x) as u8
     };
     let codes: Vec<u8> = (0..n * n).map(code).collect();
-    // How much of a texel's hat lies within a pixel: an eighth of it next to the border, seven inside
+    // Share of a texel's hat within a pixel: an eighth of it next to the border, seven inside
     let weights = |pixel: usize| {
         (0..ACROSS + 2).map(move |k| {
             let weight = match k {

@@ -546,7 +546,7 @@ impl Faulty {
                     );
                     has_floats |= is_right && name.ends_with(".exr");
                 }
-                // What was read is there, and nothing is left over but what had to be rescued.
+                // The files that were read exist, and nothing is left over but what had to be rescued.
                 for (path, content) in &self.before {
                     let is_output = self.right.iter().any(|(name, _)| path.ends_with(name));
                     assert!(

@@ -35,7 +35,7 @@ fn viewer<T: Send + 'static>(serve: impl FnOnce(TcpStream) -> T + Send + 'static
     (address, thread::spawn(move || serve(listener.accept().unwrap().0)))
 }
 
-/// What is left of a packet.
+/// Rest of a packet.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -117,7 +117,7 @@ impl Shown {
     }
 }
 
-/// What is shown when the client has gone, and the lengths of all packets.
+/// Picture after the client has gone, and the lengths of all packets.
 fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
     let mut bytes = Vec::new();
     client.read_to_end(&mut bytes).unwrap();

@@ -61,7 +61,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The surface that `ray` meets.
     pub fn meet(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
-        // The tint of glass belongs to the edge (`PathSpace::through`).
+        // The tint of glass belongs to the edge (`PathSpace::transmittance`).
         let mut tint = Spectrum::ONE;
         let hit = self.world.intersect(ray, kind, &mut tint, out)?;
         let surface = Surface::new(self.world, hit, ray);
@@ -299,7 +299,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         self.world.transmittance(&ray.when(time).within(body), out)
     }
 
-    /// Notes [`PathSpace::through`] at the last vertex of `camera`, from which a ray has gone to `next`.
+    /// Notes [`PathSpace::transmittance`] at the last vertex of `camera`, from which a ray has gone to `next`.
     pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
         if let [.., before, last] = camera {
             last.transmittance = self.transmittance((Some(before), last), next, time, out);

@@ -22,8 +22,8 @@ pub(super) struct Frame {
     /// Red, green and blue of each pixel, row by row.
     halves: Arc<Vec<u16>>,
     width: usize,
-    /// Whether it stays: pages are then shown it without any loss.
-    is_final: bool,
+    /// Whether no bit of it may be rounded: pictures that stay are shown without loss, and ids are never rounded.
+    is_exact: bool,
 }
 
 /// How a message has the numbers of a picture.
@@ -52,14 +52,14 @@ impl Frame {
             header: Arc::new(header),
             halves: Arc::new(half_picture::halves(values)),
             width: size[0] as usize,
-            is_final,
+            is_exact: is_final || channel == half_picture::IDS,
         }
     }
 
     /// The message of it.
     pub fn message(&self, coding: Coding) -> Bytes {
         let mut header = (*self.header).clone();
-        let rounding = match (coding, self.is_final) {
+        let rounding = match (coding, self.is_exact) {
             (Coding::Packed, false) => ROUNDING,
             _ => 0,
         };
@@ -118,5 +118,22 @@ mod tests {
         assert!(half(3).is_nan());
         let last = 3 * (20 * 18 - 1);
         assert_eq!([half(last), half(last + 1)], [0.5, 21.0]);
+    }
+
+    /// Light may be rounded where it is packed and will change; ids never are.
+    #[test]
+    fn ids_are_not_rounded() {
+        let rounding = |channel, is_final| {
+            let frame = Frame::new(1, channel, [1, 1], &[129.0, 3.0, 0.0], &json!({}), is_final);
+            let bytes = frame.message(Coding::Packed);
+            let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+            let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+            header["packed"]["rounding"].as_u64().unwrap()
+        };
+        assert!(rounding(PICTURE, false) > 0);
+        assert_eq!(
+            [(PICTURE, true), (half_picture::IDS, false)].map(|(c, f)| rounding(c, f)),
+            [0, 0]
+        );
     }
 }

@@ -98,9 +98,12 @@ fn set_changes(document: &mut DocumentMut, materials: &[MaterialEdit], lights: &
     Ok(())
 }
 
-/// A value of TOML; what is none is a text.
+/// A value of TOML, which a comment may follow; what is none is a text.
 fn parsed(text: &str) -> Value {
-    text.trim().parse().unwrap_or_else(|_| Value::from(text))
+    let line: Result<DocumentMut, _> = format!("value = {text}").parse();
+    let value = line.ok().filter(|line| line.len() == 1);
+    let value = value.and_then(|mut line| line.remove("value")?.into_value().ok());
+    value.map_or_else(|| Value::from(text), |value| value.decorated(" ", ""))
 }
 
 /// Sets a key. Blanks and the comment of its line stay.
@@ -186,6 +189,14 @@ mod tests {
             "[patch.'a = \\*b.c']\nroughness = 0.25\nmodel = \"ggx\"\n"
         );
         assert_eq!(patches(&[]), "");
+        let edits = [
+            material("a", "roughness", "0.5 # rough"),
+            material("a", "model", "ggx\nb = 1"),
+        ];
+        assert_eq!(
+            patches(&edits),
+            "[patch.a]\nroughness = 0.5\nmodel = \"\"\"\nggx\nb = 1\"\"\"\n"
+        );
         let mut section = LightSection::constant(0..0, [0.1, 0.2, 4.0]);
         section.group = Some(toml::Spanned::new(0..0, "sky".into()));
         let lights = [0, 2].map(|index| FileLight {

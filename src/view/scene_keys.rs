@@ -4,13 +4,17 @@
 use crate::description::{LightSection, light_keys, material_keys};
 use serde_json::{Map, Value, json};
 
+/// Keys that need another one or exclude it. A page sets one key at a time, so it offers these only where they have a value.
+const NEVER_ALONE: [&str; 4] = ["eta", "k", "look_at", "direction"];
+
 type Keys = Vec<(&'static str, Value)>;
 
 /// What pages need to know of all keys that they may set.
 pub(super) fn tables() -> Value {
     let table = |keys: Keys| -> Value {
         let free = keys.into_iter().filter(|(_, holds)| !holds_text(holds));
-        free.map(|(key, holds)| json!({ "key": key, "holds": holds })).collect()
+        free.map(|(key, holds)| json!({ "key": key, "holds": holds, "alone": !NEVER_ALONE.contains(&key) }))
+            .collect()
     };
     let lights: Map<String, Value> = LightSection::TYPES
         .iter()

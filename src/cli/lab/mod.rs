@@ -121,9 +121,10 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         .filter_map(|(contender, run)| Some((contender, run.overspent(&budgets)?)))
         .for_each(|(contender, [seconds, budget])| {
             words::warning(format_args!(
-                "{}: one sample per pixel takes {seconds:.1} s, more than --time {budget}s\n  \
+                "{}: one sample per pixel takes {} s, with preparation and denoising: more than --time {budget}s\n  \
                  help: allow more time, or render fewer pixels with --size",
-                contender.name
+                contender.name,
+                words::measured(seconds)
             ));
         });
     if runs.iter().all(|(_, run)| run.snapshots.is_empty()) && is_interrupted() {

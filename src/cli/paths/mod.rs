@@ -159,7 +159,7 @@ fn print_text(renderer: &Renderer, args: &PathsArgs, samples: &[(u32, Vec<Trace>
             outln!("  {} by {how}", list(&contribution.radiance.to_array()));
         }
         if largest.len() > MAX_SHOWN {
-            outln!("  and {} smaller ones", largest.len() - MAX_SHOWN);
+            outln!("  and {} smaller", largest.len() - MAX_SHOWN);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Disks that emit on one side.
 //!
 //! From nearer than the radius, directions are uniform over the solid angle of the square about the disk (`sampling/spherical_rectangle.rs`), and those
-//! beside the disk carry nothing: a share of at most 1 − π/4, and hardly any from very near. From farther away points are uniform over the area, which
+//! beside the disk carry nothing: on the axis a share of at most 1 − π/4, near the rim up to a half. From farther away points are uniform over the area, which
 //! has less variance there (docs/benchmarks.md, "Disks"). The disk itself is a spherical ellipse on the sphere of directions, whose uniform sampling takes
 //! elliptic integrals or their inversion in each sample (Guillén et al. 2017, "Area-Preserving Parameterizations for Spherical Ellipses").
 //!

@@ -267,6 +267,10 @@ impl Engine<'_> {
             Ok(()) => {
                 self.edits.materials.clear();
                 self.edits.lights.clear();
+                // A later edit that fails must not bring them back.
+                if let Some(good) = &mut self.good {
+                    good.edits = self.edits.clone();
+                }
                 self.note_saved(page, "The changes are");
             }
             Err(error) => self.tell_error(Some(page), &error.to_string()),

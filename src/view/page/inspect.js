@@ -65,7 +65,7 @@ function events({ emission = [], light_samples = [], scattering = [], photons = 
     const roulette = way.roulette > 1 ? `; roulette probability ${number(1 / way.roulette)}` : way.roulette < 1 ? `; factor ${number(way.roulette)}` : "";
     return `scatters: ${way.lobe}, ${density}${roulette}`;
   });
-  const found = photons.map(({ count, radius }) => `${number(count)} photons within ${number(radius)}`);
+  const found = photons.map(({ count, radius }) => `${number(count)} photon${count === 1 ? "" : "s"} within ${number(radius)}`);
   return [...(light ? [`starts at ${nameOf(light)}`] : []), ...met, ...sampled, ...scattered, ...found];
 }
 
@@ -195,7 +195,7 @@ export class Inspector {
     added.sort((a, b) => brightness(b) - brightness(a));
     const list = element("table", {}, head("Vertex", "Added by", "Light"),
       ...added.slice(0, MAX_ADDED).map((c) => element("tr", {}, element("td", {}, c.at), element("td", {}, technique(c)), element("td", {}, colour(c.radiance)))));
-    const rest = added.length > MAX_ADDED ? [element("p", { class: "hint" }, `and ${added.length - MAX_ADDED} smaller ones`)] : [];
+    const rest = added.length > MAX_ADDED ? [element("p", { class: "hint" }, `and ${added.length - MAX_ADDED} smaller`)] : [];
     $("vertices").replaceChildren(table, list, ...rest);
   }
 

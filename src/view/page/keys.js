@@ -76,7 +76,7 @@ function control(entry, value, send, attributes) {
 export function keyControls(keys, values, send, attributes, { isOpen = false, onToggle = () => {} } = {}) {
   const of = (entry) => control(entry, values[entry.key], send, attributes);
   const set = keys.filter(({ key }) => key in values).map(of);
-  const others = keys.filter(({ key }) => !(key in values)).map(of);
+  const others = keys.filter(({ key, alone }) => alone && !(key in values)).map(of);
   if (!others.length) return set;
   const more = element("details", {}, element("summary", {}, "More"), element("div", {}, ...others));
   more.open = isOpen;

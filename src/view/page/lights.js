@@ -4,6 +4,8 @@ import { $, copy, element } from "./controls.js";
 import { keyControls } from "./keys.js";
 
 export class Lights {
+  // Lights whose controls are shown, and those with all keys.
+  #shown = null;
   #open = new Set();
 
   constructor(link) {
@@ -15,13 +17,15 @@ export class Lights {
 
   // The lights of the scene file, and the keys that each type may have.
   build(lights, keys) {
+    this.#shown ??= new Set(lights.length < 4 ? lights.map(({ index }) => index) : []);
     const made = lights.map(({ index, keys: values }) => {
       const send = (key, value) => this.link.send({ do: "light", index, key, value });
       const more = { isOpen: this.#open.has(index), onToggle: (isOpen) => (isOpen ? this.#open.add(index) : this.#open.delete(index)) };
       const controls = keyControls(keys[values.type] ?? [], values, send, { "data-light": String(index) }, more);
       const title = `${index + 1}: ${values.type}${values.image ? ` ${values.image}` : ""}${values.group ? ` (${values.group})` : ""}`;
       const details = element("details", { "data-title": title }, element("summary", {}, title), element("div", {}, ...controls));
-      details.open = lights.length < 4;
+      details.open = this.#shown.has(index);
+      details.addEventListener("toggle", () => (details.open ? this.#shown.add(index) : this.#shown.delete(index)));
       return details;
     });
     const none = element("p", { class: "hint" }, "The scene file has none. Materials that emit have their emission among the materials.");

@@ -114,7 +114,7 @@ fn density_estimates_have_the_photons_that_were_asked_for() {
         assert_eq!(photons[0]["count"].as_f64(), Some(count - 1.0));
         (count - 1.0) / photons[0]["radius"].as_f64().unwrap().powi(2)
     };
-    let ratio = density(80.0) / density(20.0);
+    let ratio = density(40.0) / density(10.0);
     assert!((0.4..2.5).contains(&ratio), "{ratio}");
 }
 

@@ -96,9 +96,9 @@ pub(crate) struct FileLight {
 
 /// A scene as a command line means it.
 pub(crate) struct SceneRequest {
-    /// The scene file, and what flags change of it.
+    /// The scene file with the changes of flags.
     pub file: SceneFile,
-    /// Lights that the file itself has.
+    /// Lights of the scene file, without those that flags replace.
     pub lights: Vec<FileLight>,
     /// Path of the scene, as it was typed.
     pub path: PathBuf,

@@ -15,9 +15,6 @@ use crate::sampling::spherical_rectangle::SphericalRectangle;
 use crate::sampling::warp::{cosine_hemisphere_pdf, uniform_disk};
 use std::f64::consts::PI;
 
-/// Solid angles of the square, sr, between which it is sampled: of nearly the half sphere few digits are right.
-const SOLID_ANGLES: std::ops::Range<f32> = 0.01..6.2;
-
 /// A disk that emits the same radiance in every direction of its front side.
 #[derive(Clone, Copy, Debug)]
 pub struct DiskLight {
@@ -77,8 +74,7 @@ impl DiskLight {
         let frame = Frame::from_z(self.normal);
         let edges = [Vec3::X, Vec3::Y].map(|axis| frame.to_world(axis));
         let corner = self.center - self.radius * (edges[0] + edges[1]);
-        SphericalRectangle::new(corner, edges, [2.0 * self.radius; 2], p)
-            .filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
+        SphericalRectangle::new(corner, edges, [2.0 * self.radius; 2], p).filter(SphericalRectangle::is_accurate)
     }
 
     /// Draws a point on the disk, seen from `p`; `None` from behind, and where the point lies beside the disk.

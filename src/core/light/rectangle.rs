@@ -11,9 +11,6 @@ use crate::sampling::spherical_rectangle::SphericalRectangle;
 use crate::sampling::warp::cosine_hemisphere_pdf;
 use std::f64::consts::PI;
 
-/// Solid angles, sr, between which they are sampled. Of smaller ones, and of nearly the half sphere, few digits are right.
-const SOLID_ANGLES: std::ops::Range<f32> = 0.01..6.2;
-
 /// A rectangle that emits the same radiance in every direction of its front side.
 #[derive(Clone, Copy, Debug)]
 pub struct RectangleLight {
@@ -89,7 +86,7 @@ impl RectangleLight {
         }
         let lengths = self.lengths;
         SphericalRectangle::new(self.corner, [a / lengths[0], b / lengths[1]], lengths, p)
-            .filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
+            .filter(SphericalRectangle::is_accurate)
     }
 
     fn point(&self, u: Vec2) -> Vec3 {

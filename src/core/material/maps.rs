@@ -92,7 +92,7 @@ impl Maps {
         colors.chain([exponent, roughness, metallic, opacity, bump, normal])
     }
 
-    /// What each texture has at a spot, by its key in scene files: one value or three.
+    /// Value of each texture at a spot, by its key in scene files: one number or three.
     pub fn texels(&self, spot: &Spot) -> Vec<(&'static str, Vec<f32>)> {
         let colors = [
             ("diffuse_map", self.diffuse),

@@ -58,6 +58,12 @@ impl SphericalRectangle {
         })
     }
 
+    /// Whether its solid angle is known to enough digits to be sampled: few are right of small ones, and of nearly the half sphere.
+    #[inline]
+    pub fn is_accurate(&self) -> bool {
+        (0.01..6.2).contains(&self.solid_angle)
+    }
+
     /// Solid angle, sr.
     #[inline]
     pub fn solid_angle(&self) -> f32 {

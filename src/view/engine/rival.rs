@@ -93,7 +93,7 @@ impl Engine<'_> {
     /// Settings that are not there, or cannot have a value.
     pub(super) fn settings_beside(&self, text: &str) -> Result<Settings, String> {
         let (mut options, mut settings) = (self.options, self.settings.clone());
-        // Channels that are saved with the picture, and that a rival need not have.
+        // Channels of the saved picture, which the other method may not support
         settings.aovs.clear();
         settings.light_paths.clear();
         for (key, value) in parts(text)? {

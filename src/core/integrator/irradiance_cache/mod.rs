@@ -30,7 +30,8 @@ pub use hemisphere::{GatheredHemisphere, Seen, Strata};
 pub use maker::{RecordMaker, RecordSite};
 pub use record::{Gradients, Record};
 
-use super::path::integrator::{PathState, VertexNumbers};
+use super::path::integrator::VertexNumbers;
+use super::path::state::PathState;
 use super::path::strategy::PrevVertex;
 use super::path_record;
 use super::vertex::Vertex;

@@ -11,7 +11,8 @@
 //! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
 
 use super::direct::{Direct, LightNumbers};
-use super::reuse::{NoReuse, Reuse};
+use super::hooks::{NoReuse, Reuse};
+use super::state::PathState;
 use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
@@ -68,20 +69,6 @@ pub(crate) struct PathStart<'s, S> {
     pub tail_depth: u32,
     /// Throughput before `ray`, as far as Russian roulette takes it into account; the estimate does not contain it.
     pub roulette_scale: Spectrum,
-}
-
-/// The state of a path between two vertices.
-pub(crate) struct PathState {
-    pub ray: Ray,
-    /// Throughput.
-    pub beta: Spectrum,
-    /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been divided by, and the throughput before the
-    /// start of the path.
-    pub roulette_scale: Spectrum,
-    /// Whether glass has dispersed the light: it is of one wavelength since then.
-    pub is_dispersed: bool,
-    /// The scattering that `ray` comes from; `None` at the camera.
-    pub prev: Option<PrevVertex>,
 }
 
 /// Estimate of the radiance that arrives along a path's first ray, in two parts.
@@ -458,24 +445,5 @@ impl<'s, S: Sampler> VertexNumbers<'s, S> {
             Bsdf::Single(_) => 0.0,
             Bsdf::Mix(_) | Bsdf::Layered(_) => self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe)),
         }
-    }
-}
-
-impl PathState {
-    /// Before the first vertex.
-    #[inline(always)]
-    pub fn new(ray: Ray) -> Self {
-        Self {
-            ray,
-            beta: Spectrum::ONE,
-            roulette_scale: Spectrum::ONE,
-            is_dispersed: false,
-            prev: None,
-        }
-    }
-
-    /// Whether `ray` leaves a mirror, or the like.
-    pub fn is_delta(&self) -> bool {
-        self.prev.is_some_and(|prev| prev.is_delta)
     }
 }

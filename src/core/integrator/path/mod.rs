@@ -1,7 +1,7 @@
 //! Paths from the camera: the path tracer, its variants and simpler relatives.
 //!
-//! `integrator` is the path tracer and `reuse` shares its paths between pixels. They stand on `direct` (direct light at a vertex), `strategy` (how
-//! directions are drawn and how light is found) and `roulette`. The other modules are simpler estimators of the same light from the same parts, for
+//! `integrator` is the path tracer and `reuse` shares its paths between pixels by `hooks` into it. They stand on `state` (a path between two vertices),
+//! `direct` (direct light at a vertex), `strategy` (how directions are drawn and how light is found) and `roulette`. The other modules are simpler estimators of the same light from the same parts, for
 //! comparison: docs/guide/explanation/estimators.md compares them. `tree` is what `whitted` and `distributed` share.
 
 pub(crate) mod ambient_occlusion;
@@ -9,11 +9,13 @@ pub(crate) mod area;
 pub(crate) mod debug;
 pub(crate) mod direct;
 pub(crate) mod distributed;
+mod hooks;
 pub(crate) mod integrator;
 pub(crate) mod naive;
 pub(crate) mod one_sample;
 pub(crate) mod reuse;
 pub(crate) mod roulette;
+pub(crate) mod state;
 pub(crate) mod strategy;
 pub(crate) mod surface_areas;
 mod tree;

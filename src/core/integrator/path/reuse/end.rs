@@ -3,7 +3,7 @@
 use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin};
-use crate::integrator::path::integrator::PathState;
+use crate::integrator::path::state::PathState;
 use crate::integrator::vertex::Vertex;
 use crate::math::Vec3;
 

@@ -29,7 +29,9 @@ mod firsts;
 mod share;
 mod viewers;
 
-use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};
+use super::hooks::Reuse;
+use super::integrator::{CameraPacket, PathIntegrator, clamped};
+use super::state::PathState;
 use crate::accel::Accel;
 use crate::bsdf::ScatteringEvent;
 use crate::integrator::vertex::Vertex;
@@ -114,42 +116,6 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
     fn pixels_at_once(&self) -> usize {
         SAMPLES_AT_ONCE
     }
-}
-
-/// Hooks of path reuse into [`PathIntegrator::li`].
-pub(crate) trait Reuse<'v> {
-    /// Whether paths may end where others share what is scattered.
-    const ENDS_PATHS: bool;
-
-    /// Takes note of a vertex that `path` meets after `depth` scatterings. `events` are those on the way, where paths are distinguished.
-    #[inline(always)]
-    fn meet(
-        &mut self,
-        _depth: u32,
-        _vertex: &Vertex<'v>,
-        _path: &PathState,
-        _events: impl FnOnce() -> Vec<ScatteringEvent>,
-    ) {
-    }
-
-    /// Whether the path ends at the vertex that was met last, because others share what is scattered there.
-    #[inline(always)]
-    fn ends_path(&self) -> bool {
-        false
-    }
-
-    /// Whether roulette may end the path at the vertex that was met last.
-    #[inline(always)]
-    fn allows_roulette(&self) -> bool {
-        true
-    }
-}
-
-/// No path reuse: each path serves its own pixel.
-pub(crate) struct NoReuse;
-
-impl Reuse<'_> for NoReuse {
-    const ENDS_PATHS: bool = false;
 }
 
 /// Records what a path shares with others.

@@ -94,8 +94,11 @@ const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
     ("audit", "Machine", &["backend", "against", "threads"]),
 ];
 
-/// Flags that `-h` shows, of commands with more than a dozen.
-const BRIEF: [(&str, &[&str]); 5] = [
+/// Flags that `-h` shows of every command that loads a scene, below the headings too.
+const BRIEF: [&str; 4] = ["view", "orbit", "material", "integrator"];
+
+/// Flags that `-h` shows besides [`BRIEF`], of commands with more than a dozen; of others all that have no heading.
+const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
     (
         "render",
         &[
@@ -106,12 +109,8 @@ const BRIEF: [(&str, &[&str]); 5] = [
             "time-limit",
             "denoise",
             "exposure",
-            "view",
-            "orbit",
             "env",
             "sun",
-            "material",
-            "integrator",
         ],
     ),
     (
@@ -124,12 +123,8 @@ const BRIEF: [(&str, &[&str]); 5] = [
             "size",
             "spp",
             "noise",
-            "view",
-            "orbit",
             "env",
             "sun",
-            "material",
-            "integrator",
         ],
     ),
     (
@@ -144,26 +139,11 @@ const BRIEF: [(&str, &[&str]); 5] = [
             "html",
             "size",
             "max-depth",
-            "view",
-            "orbit",
-            "material",
         ],
     ),
     (
         "paths",
-        &[
-            "pixel",
-            "sample",
-            "samples",
-            "output",
-            "json",
-            "size",
-            "spp",
-            "view",
-            "orbit",
-            "material",
-            "integrator",
-        ],
+        &["pixel", "sample", "samples", "output", "json", "size", "spp"],
     ),
     (
         "develop",
@@ -172,9 +152,6 @@ const BRIEF: [(&str, &[&str]); 5] = [
         ],
     ),
 ];
-
-/// Flags below the headings that `-h` of other commands shows.
-const BRIEF_OF_OTHERS: [&str; 4] = ["view", "orbit", "material", "integrator"];
 
 /// Whether a command has the flags of [`HEADINGS`].
 fn loads_a_scene(command: &Command) -> bool {
@@ -222,13 +199,14 @@ pub(super) fn full(program: Command) -> Command {
 pub(super) fn brief(program: Command) -> Command {
     program.mut_subcommands(|command| {
         let name = command.get_name().to_string();
-        let flags = BRIEF.iter().find(|(of, _)| *of == name).map(|(_, flags)| *flags);
+        let flags = BRIEF_OF_COMMANDS.iter().find(|(of, _)| *of == name);
         if flags.is_none() && !loads_a_scene(&command) {
             return command;
         }
         let is_shown = |arg: &Arg| match (arg.get_long(), flags) {
-            (Some(flag), Some(flags)) => flags.contains(&flag),
-            (Some(flag), None) => arg.get_help_heading().is_none() || BRIEF_OF_OTHERS.contains(&flag),
+            (Some(flag), _) if BRIEF.contains(&flag) => true,
+            (Some(flag), Some((_, flags))) => flags.contains(&flag),
+            (Some(_), None) => arg.get_help_heading().is_none(),
             (None, _) => true,
         };
         let hidden = command.get_arguments().filter(|arg| !is_shown(arg)).count();
@@ -271,7 +249,7 @@ mod tests {
                 assert_eq!(flag(command, name).get_help_heading(), expected, "{command} --{name}");
             }
         }
-        for (command, flags) in BRIEF
+        for (command, flags) in BRIEF_OF_COMMANDS
             .iter()
             .filter(|(command, _)| program.find_subcommand(command).is_some())
         {

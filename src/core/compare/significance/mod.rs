@@ -300,16 +300,12 @@ fn sum_tests(tiles: &[&Tile]) -> Vec<Test> {
         let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);
         let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
         let n = tiles.len() as f64;
-        let share = if squares > 0.0 {
-            (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
-        } else {
-            1.0
-        };
+        let share = within_share(sum, squares, n);
         Some(Test {
             window: around(tiles)?,
             channel,
             means: whole_means(tiles, channel),
-            score: sum.signum() * ((n - 1.0) * (1.0 - share) / share).sqrt(),
+            score: student_score(sum, share, n - 1.0),
             p: if n < 2.0 {
                 1.0
             } else {
@@ -318,6 +314,21 @@ fn sum_tests(tiles: &[&Tile]) -> Vec<Test> {
         })
     };
     (0..3).filter_map(test).collect()
+}
+
+/// Share of the `squares` of `n` terms that their `sum` does not explain; 1 where all terms are 0. With S the sum over the root of the squares it is
+/// 1 − S² / n, which is ν / (ν + t²) for Student's t = S √((n − 1) / (n − S²)).
+fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
+    if squares > 0.0 {
+        (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
+    } else {
+        1.0
+    }
+}
+
+/// Student's t of terms with that `sum` and [`within_share`], for so many degrees of freedom.
+fn student_score(sum: f64, share: f64, freedom: f64) -> f64 {
+    sum.signum() * (freedom * (1.0 - share) / share).sqrt()
 }
 
 /// Means of reference and image over all pixels of `tiles`.
@@ -364,19 +375,14 @@ fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<
     let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
     // What rounding to 32 bits may make of it
     let sum = sum.signum() * (sum.abs() - f32::EPSILON as f64 * weights).max(0.0);
-    // With S the sum over the root of the squares, t = S √((n − 1) / (n − S²)), and ν / (ν + t²) is 1 − S² / n. Of c tiles with one error S² is c
-    // times as large, and n is: what is left of them in the share is their number in ν.
+    // Of c tiles with one error S² is c times as large, and n is: what is left of them in the share is their number in ν.
     let n = relative.len() as f64;
-    let share = if squares > 0.0 {
-        (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
-    } else {
-        1.0
-    };
+    let share = within_share(sum, squares, n);
     Some(Test {
         window: around(tiles)?,
         channel,
         means: whole_means(tiles, channel),
-        score: sum.signum() * ((independent - 1.0) * (1.0 - share) / share).sqrt(),
+        score: student_score(sum, share, independent - 1.0),
         p: student_tails_by_share(share, independent - 1.0),
     })
 }

@@ -8,7 +8,7 @@
 //! In the world a disk is a square around it, which lets rays pass beside the disk (`scene/lamp_hulls.rs`).
 
 use super::tree::LightBounds;
-use super::{Emission, LightSample};
+use super::{Emission, LightSample, area_pdf};
 use crate::color::Spectrum;
 use crate::math::{Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};
 use crate::sampling::spherical_rectangle::SphericalRectangle;
@@ -93,7 +93,7 @@ impl DiskLight {
             None => {
                 let q = self.point(u);
                 let wi = (q - p).try_normalize()?;
-                (q, wi, self.pdf_by_area(p, q, wi))
+                (q, wi, area_pdf(p, q, wi, self.normal, self.area()))
             }
         };
         (pdf > 0.0).then(|| LightSample {
@@ -110,16 +110,8 @@ impl DiskLight {
         match self.seen(p) {
             Some(seen) if wi.dot(self.normal) < 0.0 => 1.0 / seen.solid_angle(),
             Some(_) => 0.0,
-            None => self.pdf_by_area(p, q, wi),
+            None => area_pdf(p, q, wi, self.normal, self.area()),
         }
-    }
-
-    /// `r² / (A cos θ)`.
-    fn pdf_by_area(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
-        let cos = -wi.dot(self.normal);
-        let pdf = p.distance_squared(q) / (cos * self.area() as f32);
-        // Edge-on, the density may be NaN: no sample.
-        if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// Whether `ray` crosses the plane of the disk beside it.

@@ -367,3 +367,12 @@ impl Light {
         }
     }
 }
+
+/// Density per solid angle at `p` of the point `q` in direction `wi`, where points are uniform over an `area` of that unit normal: `r² / (A cos θ)`; 0
+/// behind the area.
+fn area_pdf(p: Vec3, q: Vec3, wi: Vec3, normal: Vec3, area: f64) -> f32 {
+    let cos = -wi.dot(normal);
+    let pdf = p.distance_squared(q) / (cos * area as f32);
+    // Edge-on, the density may be NaN: no sample.
+    if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
+}

@@ -4,7 +4,7 @@
 //! and is sampled by area, and so it is from next to its plane.
 
 use super::tree::{LightBounds, ReceiverRegion};
-use super::{Emission, LightSample};
+use super::{Emission, LightSample, area_pdf};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, encode_fields, float::gamma};
 use crate::sampling::spherical_rectangle::SphericalRectangle;
@@ -107,7 +107,7 @@ impl RectangleLight {
             None => {
                 let q = self.point(u);
                 let wi = (q - p).try_normalize()?;
-                (q, wi, self.pdf_by_area(p, q, wi))
+                (q, wi, area_pdf(p, q, wi, self.normal, self.area()))
             }
         };
         (pdf > 0.0).then(|| LightSample {
@@ -126,15 +126,8 @@ impl RectangleLight {
         }
         match self.seen(p) {
             Some(seen) => 1.0 / seen.solid_angle(),
-            None => self.pdf_by_area(p, q, wi),
+            None => area_pdf(p, q, wi, self.normal, self.area()),
         }
-    }
-
-    /// `r² / (A cos θ)`.
-    fn pdf_by_area(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
-        let cos = -wi.dot(self.normal);
-        let pdf = p.distance_squared(q) / (cos * self.area() as f32);
-        if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// Draws light that sets out, from a point uniform over the area and with the cosine's density.

@@ -21,7 +21,7 @@ use crate::lint::{
     DeltaDirection, LobeAlbedo, LobeProfile, PREVIEW_CAMERA, Profile, albedos, direction_at, directional_albedo,
     preview_scene,
 };
-use crate::material::{Material, MaterialId};
+use crate::material::{Map, Material, MaterialId};
 use crate::math::UVec2;
 use crate::render::Outcome;
 use crate::scene::{Instance, Scene, SceneBuilder};
@@ -200,28 +200,17 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         .place
         .as_ref()
         .map(|(file, position)| FileError::new(file, "").at(*position).place());
-    let maps = &material.maps;
-    let textures = [
-        ("diffuse", maps.diffuse),
-        ("specular", maps.specular),
-        ("exponent", maps.exponent),
-        ("roughness", maps.roughness),
-        ("metallic", maps.metallic),
-        ("opacity", maps.opacity),
-        ("bump", maps.bump),
-        ("normal", maps.normal),
-    ];
-    let texture = |(name, map): (&str, Option<crate::material::Map>)| {
+    let texture = |(key, map): (&str, Option<Map>)| {
         let map = map?;
         let index = map.texture.0 as usize;
         let (width, height) = scene.textures().get(index)?.size();
         let file = files.get(index).map(|file| file.display().to_string());
         Some((
-            name.to_string(),
+            key.trim_end_matches("_map").to_string(),
             json!({ "file": file, "width": width, "height": height }),
         ))
     };
-    let textures: serde_json::Map<String, Value> = textures.into_iter().filter_map(texture).collect();
+    let textures: serde_json::Map<String, Value> = material.maps.by_key().into_iter().filter_map(texture).collect();
     let shapes = scene
         .geom_ids()
         .zip(scene.meshes())

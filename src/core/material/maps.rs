@@ -72,10 +72,14 @@ impl Map {
     fn value(&self, spot: &Spot) -> f32 {
         self.mapping.value(self.texture(spot), spot.uv, spot.footprint)
     }
+
+    fn normal(&self, spot: &Spot) -> Vec3 {
+        self.mapping.normal(self.texture(spot), spot.uv, spot.footprint)
+    }
 }
 
 impl Maps {
-    /// All there are.
+    /// Each texture, in the order of the fields.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Option<Map>> {
         let Self {
             diffuse,
@@ -92,29 +96,33 @@ impl Maps {
         colors.chain([exponent, roughness, metallic, opacity, bump, normal])
     }
 
-    /// Value of each texture at a spot, by its key in scene files: one number or three.
-    pub fn texels(&self, spot: &Spot) -> Vec<(&'static str, Vec<f32>)> {
-        let colors = [
+    /// Each texture by its key in scene files.
+    pub fn by_key(&self) -> [(&'static str, Option<Map>); 9] {
+        [
             ("diffuse_map", self.diffuse),
             ("specular_map", self.specular),
             ("emission_map", self.emission),
-        ];
-        let values = [
             ("exponent_map", self.exponent),
             ("roughness_map", self.roughness),
             ("metallic_map", self.metallic),
             ("opacity_map", self.opacity),
             ("bump_map", self.bump),
-        ];
-        let color = |(key, map): (_, Option<Map>)| Some((key, map?.color(spot).to_array().to_vec()));
-        let value = |(key, map): (_, Option<Map>)| Some((key, vec![map?.value(spot)]));
-        let normal = |map: Map| map.mapping.normal(map.texture(spot), spot.uv, spot.footprint);
-        let normal = self.normal.map(|map| ("normal_map", normal(map).to_array().to_vec()));
-        let texels = colors.into_iter().filter_map(color);
-        texels
-            .chain(values.into_iter().filter_map(value))
-            .chain(normal)
-            .collect()
+            ("normal_map", self.normal),
+        ]
+    }
+
+    /// Value of each texture at a spot, by its key in scene files: one number or three.
+    pub fn texels(&self, spot: &Spot) -> Vec<(&'static str, Vec<f32>)> {
+        let texel = |(key, map): (&'static str, Option<Map>)| {
+            let map = map?;
+            let texel = match key {
+                "diffuse_map" | "specular_map" | "emission_map" => map.color(spot).to_array().to_vec(),
+                "normal_map" => map.normal(spot).to_array().to_vec(),
+                _ => vec![map.value(spot)],
+            };
+            Some((key, texel))
+        };
+        self.by_key().into_iter().filter_map(texel).collect()
     }
 
     /// Whether the BSDF varies over the surface.
@@ -138,7 +146,7 @@ impl Maps {
     /// The direction of the shading normal in the frame of two tangents, along which u and v grow, and of the normal itself; not a unit vector.
     pub fn bumped_normal(&self, spot: &Spot) -> Vec3 {
         if let Some(map) = &self.normal {
-            let n = map.mapping.normal(map.texture(spot), spot.uv, spot.footprint);
+            let n = map.normal(spot);
             // What points into the surface is no normal.
             return Vec3::new(n.x, n.y, n.z.max(1e-3));
         }
@@ -184,5 +192,23 @@ impl Material {
     pub fn opacity_at(&self, spot: &Spot) -> f32 {
         let share = self.maps.opacity.map_or(1.0, |map| map.value(spot));
         (self.opacity * share).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_maps_have_keys() {
+        let mut maps = Maps::default();
+        for (i, map) in (0..).zip(maps.iter_mut()) {
+            *map = Some(Map {
+                texture: TextureId(i),
+                mapping: Mapping::default(),
+            });
+        }
+        let ids = maps.by_key().map(|(_, map)| map.map(|map| map.texture.0));
+        assert_eq!(ids, [0, 1, 2, 3, 4, 5, 6, 7, 8].map(Some));
     }
 }

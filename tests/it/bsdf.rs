@@ -556,6 +556,7 @@ fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
                     ..base.clone()
                 };
                 let share = scattered_by(&layered.bsdf(), incident(degrees));
+                assert!(share.is_finite(), "{clearcoat_roughness} {degrees}°: {share}");
                 (min, max) = (min.min(share), max.max(share));
             }
         }
@@ -739,6 +740,7 @@ fn brushed_mirrors_keep_most_energy() {
                 let (y, x) = turn.to_radians().sin_cos();
                 let lobe = Lobe::RoughConductor(RoughConductor::new(grey(1.0), alpha.into(), Fresnel::Full));
                 let [share, ..] = scattered(&[lobe], Vec3::new(sin * x, sin * y, cos));
+                assert!(share.is_finite(), "{alpha:?} {degrees}° {turn}°: {share}");
                 (max, min) = (max.max(share), min.min(share));
             }
         }

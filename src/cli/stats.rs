@@ -93,7 +93,7 @@ pub(super) struct Stats<'a> {
     pub exposure: Option<f32>,
     /// Of `--noise`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise: Option<Noise>,
+    pub noise: Option<NoiseReached>,
     /// Of `--denoise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denoise: Option<Denoised>,
@@ -181,7 +181,7 @@ pub(super) struct Denoised {
 
 /// Noise of a picture.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Noise {
+pub(super) struct NoiseReached {
     /// Requested level.
     level: f64,
     /// Estimated relative error: the square root of relMSE.
@@ -191,7 +191,7 @@ pub(super) struct Noise {
     max_spp: u32,
 }
 
-impl Noise {
+impl NoiseReached {
     /// Of what is on `film`.
     pub fn new(film: &Film, level: f64) -> Self {
         let samples = || film.tiles().iter().map(Tile::samples);

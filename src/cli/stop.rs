@@ -1,4 +1,4 @@
-use super::stats::Noise;
+use super::stats::NoiseReached;
 use crate::film::Film;
 
 /// Why a render ended.
@@ -16,7 +16,7 @@ impl Stop {
     /// Of a render that has done all it was to do.
     pub fn of_complete(film: &Film, noise: Option<f64>) -> Self {
         match noise {
-            Some(level) if Noise::new(film, level).is_reached() => Self::Noise,
+            Some(level) if NoiseReached::new(film, level).is_reached() => Self::Noise,
             _ => Self::Samples,
         }
     }

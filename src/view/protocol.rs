@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize, Serializer};
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Command {
     /// Look through this camera.
-    Camera(CameraView),
+    Camera(PageCamera),
     /// Set a parameter, by its key in scene files, to what a flag would say; nothing for the default.
     Set { key: String, value: Option<String> },
     /// Render no further samples for now.
@@ -55,7 +55,7 @@ pub(super) enum Command {
 /// A camera as pages know it: [`CameraParameters`] as lists of numbers.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CameraView {
+pub(super) struct PageCamera {
     #[serde(serialize_with = "as_decimals")]
     pub position: [f32; 3],
     #[serde(serialize_with = "as_decimals")]
@@ -83,7 +83,7 @@ fn as_decimals<S: Serializer>(values: &[f32; 3], serializer: S) -> Result<S::Ok,
     values.map(decimal).serialize(serializer)
 }
 
-impl CameraView {
+impl PageCamera {
     /// That of a camera at the beginning of its motion.
     pub fn of(description: &CameraDescription) -> Self {
         let c = &description.parameters;
@@ -162,7 +162,7 @@ mod tests {
     /// A camera that goes to a page and comes back has the same bits.
     #[test]
     fn cameras_come_back_as_they_went() {
-        let view = CameraView {
+        let view = PageCamera {
             position: [0.1, -1.0 / 3.0, 1e-30],
             look_at: [f32::MIN_POSITIVE, 16_777_217.0, 0.0],
             up: [0.0, 1.0, 0.0],
@@ -174,7 +174,7 @@ mod tests {
         // Browsers read numbers as f64.
         let number: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(number["vertical_fov"], 39.3077);
-        let back: CameraView = serde_json::from_str(&number.to_string()).unwrap();
+        let back: PageCamera = serde_json::from_str(&number.to_string()).unwrap();
         assert_eq!(back, view);
     }
 }

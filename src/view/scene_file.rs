@@ -1,6 +1,6 @@
 //! Writes a camera, and changes of materials and lights, into a scene file, whose comments and order stay (`toml_edit`).
 
-use super::protocol::CameraView;
+use super::protocol::PageCamera;
 use super::{FileLight, LightEdit, MaterialEdit};
 use crate::description::glob_of_name;
 use crate::io::{FileError, Output};
@@ -14,7 +14,7 @@ use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 /// # Errors
 ///
 /// A file that cannot be read or written, or is none; it is as before then.
-pub(super) fn save_camera(path: &Path, camera: &CameraView) -> Result<(), FileError> {
+pub(super) fn save_camera(path: &Path, camera: &PageCamera) -> Result<(), FileError> {
     edit(path, |document| set_camera(document, camera))
 }
 
@@ -117,7 +117,7 @@ fn set(section: &mut dyn TableLike, key: &str, mut value: Value) {
     }
 }
 
-fn set_camera(document: &mut DocumentMut, camera: &CameraView) -> Result<(), String> {
+fn set_camera(document: &mut DocumentMut, camera: &PageCamera) -> Result<(), String> {
     let section = document.entry("camera").or_insert(Item::Table(Table::new()));
     let section = section
         .as_table_like_mut()
@@ -155,7 +155,7 @@ mod tests {
     use crate::description::{LightSection, SceneFile};
     use crate::session::{CameraSettings, Settings};
 
-    const VIEW: CameraView = CameraView {
+    const VIEW: PageCamera = PageCamera {
         position: [0.1, -2.0, 3.5],
         look_at: [0.0, 0.25, 0.0],
         up: [0.0, 0.0, 1.0],
@@ -164,7 +164,7 @@ mod tests {
         focus_distance: 3.9,
     };
 
-    fn with_camera(text: &str, camera: &CameraView) -> Result<String, String> {
+    fn with_camera(text: &str, camera: &PageCamera) -> Result<String, String> {
         changed(text, |document| set_camera(document, camera))
     }
 

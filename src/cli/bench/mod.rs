@@ -36,11 +36,11 @@ struct Report {
     pub version: &'static str,
     pub cpu: Option<String>,
     pub cores: usize,
-    pub scenes: Vec<SceneReport>,
+    pub scenes: Vec<SceneRuns>,
 }
 
 #[derive(Debug, Serialize)]
-struct SceneReport {
+struct SceneRuns {
     pub scene: String,
     pub triangles: u64,
     pub lights: usize,
@@ -129,7 +129,7 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
     }
 }
 
-fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
+fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
     let session = Session::load(&job.scene, job.settings, &())?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     let (scene, settings) = (session.scene(), session.settings());
@@ -164,7 +164,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
         };
         backends.push(measure.run()?);
     }
-    Ok(SceneReport {
+    Ok(SceneRuns {
         scene: name.into_owned(),
         triangles: scene.triangle_count(),
         lights: scene.lights().len(),

@@ -1,4 +1,4 @@
-use super::{BackendReport, Report, Run, SceneReport};
+use super::{BackendReport, Report, Run, SceneRuns};
 use std::fmt::Write;
 
 /// Measurements as three Markdown tables: rays, renders, and the other backends against the first one.
@@ -81,14 +81,14 @@ pub(super) fn tables(report: &Report) -> String {
     text
 }
 
-fn runs(report: &Report) -> impl Iterator<Item = (&SceneReport, &BackendReport, &Run)> {
+fn runs(report: &Report) -> impl Iterator<Item = (&SceneRuns, &BackendReport, &Run)> {
     report.scenes.iter().flat_map(|scene| {
         let backends = scene.backends.iter();
         backends.flat_map(move |backend| backend.runs.iter().map(move |run| (scene, backend, run)))
     })
 }
 
-fn heads(scene: &SceneReport, backend: &BackendReport, run: &Run) -> Vec<String> {
+fn heads(scene: &SceneRuns, backend: &BackendReport, run: &Run) -> Vec<String> {
     vec![
         scene.scene.clone(),
         scene.triangles.to_string(),
@@ -98,7 +98,7 @@ fn heads(scene: &SceneReport, backend: &BackendReport, run: &Run) -> Vec<String>
 }
 
 /// Each further backend of a scene against the first one.
-fn ratios(scene: &SceneReport) -> Vec<Vec<String>> {
+fn ratios(scene: &SceneRuns) -> Vec<Vec<String>> {
     let Some((first, others)) = scene.backends.split_first() else {
         return Vec::new();
     };

@@ -42,7 +42,7 @@ impl Flip {
     /// Of pictures that a display shows as they are: linear values, of which it shows 0 to 1.
     pub fn ldr(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
         same_size(image, reference)?;
-        let shown = |picture: &RgbImage| View::new(picture, |v| v);
+        let shown = |picture: &RgbImage| PerceivedPicture::new(picture, |v| v);
         let map = errors(&shown(image), &shown(reference));
         Ok(Self::of_map(map, None))
     }
@@ -55,7 +55,7 @@ impl Flip {
         let mut map = vec![0.0f32; reference.pixels.len()];
         for stops in exposures.all() {
             let gain = PRE_EXPOSURE * stops.exp2();
-            let shown = |picture: &RgbImage| View::new(picture, |v| narkowicz(gain * v));
+            let shown = |picture: &RgbImage| PerceivedPicture::new(picture, |v| narkowicz(gain * v));
             let at_exposure = errors(&shown(image), &shown(reference));
             map.iter_mut().zip(at_exposure).for_each(|(max, e)| *max = max.max(e));
         }
@@ -114,14 +114,14 @@ fn sane(value: f32) -> f32 {
 }
 
 /// What a viewer gets of one picture.
-struct View {
+struct PerceivedPicture {
     /// L*a*b* after the eye's contrast sensitivity, with Hunt's effect in a* and b*.
     colors: Vec<[f32; 3]>,
     /// Magnitudes of the responses to edges and to points.
     features: Vec<[f32; 2]>,
 }
 
-impl View {
+impl PerceivedPicture {
     /// Of the picture whose linear values `shown` turns into what the display shows.
     fn new(picture: &RgbImage, shown: impl Fn(f32) -> f32 + Sync) -> Self {
         let size = (picture.width, picture.height);
@@ -141,7 +141,7 @@ impl View {
 }
 
 /// Differences of colours, raised where features differ (2020, section 4.3).
-fn errors(image: &View, reference: &View) -> Vec<f32> {
+fn errors(image: &PerceivedPicture, reference: &PerceivedPicture) -> Vec<f32> {
     let largest = {
         let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|p| hunt(to_lab(linear_to_xyz(p))));
         hyab(green, blue).powf(COLOR_EXPONENT)

@@ -52,7 +52,7 @@ const MIN_ALBEDO: f32 = 0.02;
 pub(super) struct Input {
     size: [usize; 2],
     guides: Vec<Guide>,
-    light: Vec<Light>,
+    light: Vec<FilteredLight>,
     /// Luminance of the light as it came, before outliers were brought down.
     raw: Vec<f32>,
 }
@@ -71,7 +71,7 @@ struct Guide {
 
 /// Filtered signal.
 #[derive(Clone, Copy)]
-struct Light {
+struct FilteredLight {
     /// Radiance over albedo.
     value: Vec3,
     /// Variance of its luminance.
@@ -93,13 +93,13 @@ impl Input {
                 gradient: gradient(&disparity, size, i),
             })
             .collect();
-        let mut light: Vec<Light> = (0..color.len())
+        let mut light: Vec<FilteredLight> = (0..color.len())
             .map(|i| {
                 let divisor = guides[i].divisor();
                 // Weights that sum to 1: the variance of the luminance is this at most, however the channels hang together.
                 let variance = luminance(variance[i] / (divisor * divisor));
                 let value = color[i] / divisor;
-                Light { value, variance }
+                FilteredLight { value, variance }
             })
             .collect();
         // One sample per pixel has no variance; that of its neighbours is used.
@@ -125,7 +125,7 @@ impl Input {
     }
 }
 
-impl Light {
+impl FilteredLight {
     /// The light times `factor`.
     fn scaled(self, factor: f32) -> Self {
         Self {
@@ -161,9 +161,9 @@ fn luminance(value: Vec3) -> f32 {
 /// down no further than its noise explains: a highlight of many samples stays, a single bright sample, whose standard deviation is as large as the pixel's
 /// value, does not. Pixels on edges, which have few others of their surface, stay as they are: small lamps are
 /// nothing else.
-fn without_outliers(guides: &[Guide], light: &[Light], size: [usize; 2]) -> Vec<Light> {
+fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2]) -> Vec<FilteredLight> {
     let around = |i: usize| taps(size, i, 1, WINDOW).filter(move |&(j, offset)| guides[i].is_alike(&guides[j], offset));
-    let limited: Vec<Light> = (0..light.len())
+    let limited: Vec<FilteredLight> = (0..light.len())
         .into_par_iter()
         .map(|i| {
             let own = light[i];
@@ -193,7 +193,7 @@ fn without_outliers(guides: &[Guide], light: &[Light], size: [usize; 2]) -> Vec<
     let pixel = |i: usize| {
         let givers = taps(size, i, 1, WINDOW).filter(|&(j, [dx, dy])| guides[j].is_alike(&guides[i], [-dx, -dy]));
         // A share is as uncertain as it is large.
-        givers.fold(limited[i], |light, (j, _)| Light {
+        givers.fold(limited[i], |light, (j, _)| FilteredLight {
             value: light.value + shares[j],
             variance: light.variance + luminance(shares[j]).powi(2),
         })
@@ -203,13 +203,13 @@ fn without_outliers(guides: &[Guide], light: &[Light], size: [usize; 2]) -> Vec<
 
 /// `light` with the mean variance of the pixels around that show the same surface: a pixel that has not seen a rare bright sample does not know how noisy
 /// it is, but some pixels around do.
-fn with_mean_variance(guides: &[Guide], light: &[Light], size: [usize; 2]) -> Vec<Light> {
+fn with_mean_variance(guides: &[Guide], light: &[FilteredLight], size: [usize; 2]) -> Vec<FilteredLight> {
     let pixel = |i: usize| {
         let around = taps(size, i, 1, WINDOW).filter(|&(j, offset)| guides[i].is_alike(&guides[j], offset));
         let (sum, count) = around.fold((0.0, 0.0), |(sum, count), (j, _)| {
             (sum + light[j].variance, count + 1.0)
         });
-        Light {
+        FilteredLight {
             variance: if count > 0.0 { sum / count } else { light[i].variance },
             ..light[i]
         }
@@ -235,7 +235,7 @@ pub(super) fn denoise(input: Input) -> Vec<Vec3> {
 ///
 /// Bright pixels, which are noisy, blend with dark ones more than these with them: light is lost. Before and after, light is averaged over what the guides
 /// call the same surface, whatever its brightness; the ratio of both is smooth, and gives back what is lost near the place where it was.
-fn lost_light(guides: &[Guide], light: &[Light], raw: Vec<f32>, size: [usize; 2]) -> Vec<f32> {
+fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [usize; 2]) -> Vec<f32> {
     let both: Vec<[f32; 2]> = raw
         .into_iter()
         .zip(light)
@@ -274,7 +274,7 @@ fn lost_light(guides: &[Guide], light: &[Light], raw: Vec<f32>, size: [usize; 2]
 }
 
 /// One pass, with taps `step` pixels apart.
-fn pass(guides: &[Guide], light: &[Light], size: [usize; 2], step: usize) -> Vec<Light> {
+fn pass(guides: &[Guide], light: &[FilteredLight], size: [usize; 2], step: usize) -> Vec<FilteredLight> {
     let pixel = |i: usize| {
         let (guide, own) = (&guides[i], light[i]);
         let brightness = luminance(own.value);
@@ -296,7 +296,7 @@ fn pass(guides: &[Guide], light: &[Light], size: [usize; 2], step: usize) -> Vec
             variance += weight * weight * that.variance;
             weights += weight;
         }
-        Light {
+        FilteredLight {
             value: own.value + sum / weights,
             variance: variance / (weights * weights),
         }
@@ -319,7 +319,7 @@ fn taps(size: [usize; 2], i: usize, step: usize, reach: isize) -> impl Iterator<
 }
 
 /// The variance around pixel `i`, weighted by (1 2 1) / 4 both ways: that of a single pixel is itself noisy.
-fn blurred_variance(light: &[Light], size: [usize; 2], i: usize) -> f32 {
+fn blurred_variance(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for (j, [dx, dy]) in taps(size, i, 1, 1) {
         let weight = ((2 - dx.abs()) * (2 - dy.abs())) as f32;
@@ -330,7 +330,7 @@ fn blurred_variance(light: &[Light], size: [usize; 2], i: usize) -> f32 {
 }
 
 /// Sample variance of the luminance over 7 × 7 pixels.
-fn variance_around(light: &[Light], size: [usize; 2], i: usize) -> f32 {
+fn variance_around(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 {
     let luminances = || taps(size, i, 1, 3).map(|(j, _)| luminance(light[j].value));
     let n = luminances().count() as f32;
     let mean = luminances().sum::<f32>() / n;

@@ -55,7 +55,7 @@ enum Opened {
 
 /// What a header says of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct PictureSize {
+pub(super) struct PictureHeader {
     pub width: u64,
     pub height: u64,
     /// Samples of a texel.
@@ -64,7 +64,7 @@ pub(super) struct PictureSize {
     pub sample_bytes: u64,
 }
 
-impl PictureSize {
+impl PictureHeader {
     /// Bytes of its samples.
     pub fn bytes(&self) -> u64 {
         // Sizes have been checked: products are far below 2⁶⁴.
@@ -78,7 +78,7 @@ impl PictureSize {
 }
 
 /// What the header of a picture says.
-pub(super) fn picture_size(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<PictureSize, FileError> {
+pub(super) fn picture_size(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<PictureHeader, FileError> {
     Ok(open(path, wanted, allowance)?.size(wanted))
 }
 
@@ -162,7 +162,7 @@ fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
 }
 
 impl Opened {
-    fn size(&self, wanted: Wanted) -> PictureSize {
+    fn size(&self, wanted: Wanted) -> PictureHeader {
         match self {
             Self::Exr(file) => {
                 let size = file
@@ -170,7 +170,7 @@ impl Opened {
                     .headers
                     .first()
                     .map_or(exr::Vec2(0, 0), |header| header.layer_size);
-                PictureSize {
+                PictureHeader {
                     width: size.width() as u64,
                     height: size.height() as u64,
                     channels: if wanted == Wanted::Depth { 1 } else { 4 },
@@ -180,7 +180,7 @@ impl Opened {
             Self::Other(decoder, _) => {
                 let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
                 let channels = u64::from(color.channel_count());
-                PictureSize {
+                PictureHeader {
                     width: width.into(),
                     height: height.into(),
                     channels,

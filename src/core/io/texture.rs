@@ -2,7 +2,7 @@
 //! has.
 
 use super::memory::Allowance;
-use super::read_picture::{Picture, PictureSize, Samples, Wanted, picture_size, read_picture};
+use super::read_picture::{Picture, PictureHeader, Samples, Wanted, picture_size, read_picture};
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
 use crate::texture::{Channel, Curve, Texels, Texture, TextureId, Wrap};
@@ -146,7 +146,7 @@ fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<()
 }
 
 /// Bytes that a texture takes for good, and those that it takes besides while it is read and its levels are made.
-fn cost(size: &PictureSize, kind: TextureKind) -> (u64, u64) {
+fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     let channels = match kind {
         TextureKind::Value(_) => 1,
         _ => size.channels,

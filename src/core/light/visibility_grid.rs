@@ -53,7 +53,7 @@ const VISIBLE: f32 = 255.0;
 #[derive(Clone, Debug)]
 pub struct VisibilityGrid {
     cells: CellGrid,
-    sky: Option<Sky>,
+    sky: Option<SkyTable>,
     /// Clusters of other lights.
     clusters: Vec<Vec<LightId>>,
     /// The cluster of each light.
@@ -66,7 +66,7 @@ pub struct VisibilityGrid {
 
 /// An infinitely distant light that shines from many directions.
 #[derive(Clone, Debug)]
-struct Sky {
+struct SkyTable {
     id: LightId,
     bins: SkyBins,
     /// Visible share of each bin, cell by cell, in 255ths.
@@ -127,7 +127,7 @@ impl VisibilityGrid {
         let cells = CellGrid::new(points, ((max_rays as f64 / rays) as usize).clamp(1, MAX_CELLS))?;
         let count = cells.len();
         Some(Self {
-            sky: sky.map(|(id, _, bins)| Sky {
+            sky: sky.map(|(id, _, bins)| SkyTable {
                 id,
                 visible: vec![0; count * bins.len()],
                 bins,
@@ -384,7 +384,7 @@ impl VisibilityGrid {
     }
 }
 
-impl Sky {
+impl SkyTable {
     /// Probability of a bin by its table over that by the light's own distribution.
     fn factor(&self, bin: usize, row_units: u32, column_units: u32) -> f32 {
         let mass = self.bins.masses()[bin];

@@ -73,7 +73,7 @@ pub(super) fn advance<S: Sampler>(
     done
 }
 
-fn advance_gathering<R: Traced, S: Sampler>(
+fn advance_gathering<R: TracedLight, S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
@@ -117,7 +117,7 @@ pub(super) const MANY_RAYS: u64 = 64;
 
 /// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again; `None`, and the tile is of no use, where the observer
 /// asked to stop.
-fn render_tile<R: Traced, S: Sampler>(
+fn render_tile<R: TracedLight, S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
@@ -255,7 +255,7 @@ fn render_tile<R: Traced, S: Sampler>(
 }
 
 /// Kinds of light for which integrators behind dynamic dispatch have a call.
-trait Traced: Gathered {
+trait TracedLight: Gathered {
     fn trace<S>(
         integrator: &dyn SampleIntegrator<S>,
         keys: &[SampleKey],
@@ -264,7 +264,7 @@ trait Traced: Gathered {
     );
 }
 
-impl Traced for Spectrum {
+impl TracedLight for Spectrum {
     fn trace<S>(
         integrator: &dyn SampleIntegrator<S>,
         keys: &[SampleKey],
@@ -275,7 +275,7 @@ impl Traced for Spectrum {
     }
 }
 
-impl Traced for ByGroup {
+impl TracedLight for ByGroup {
     fn trace<S>(
         integrator: &dyn SampleIntegrator<S>,
         keys: &[SampleKey],
@@ -286,7 +286,7 @@ impl Traced for ByGroup {
     }
 }
 
-impl Traced for ByPath {
+impl TracedLight for ByPath {
     fn trace<S>(
         integrator: &dyn SampleIntegrator<S>,
         keys: &[SampleKey],

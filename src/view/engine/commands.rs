@@ -6,7 +6,7 @@ use crate::color::Spectrum;
 use crate::io::{Format, Output};
 use crate::session::{RenderState, Renderer};
 use crate::view::hub::{Mail, PageId, SaveFormat};
-use crate::view::protocol::{CameraView, Command};
+use crate::view::protocol::{Command, PageCamera};
 use crate::view::{FileLight, LightEdit, MaterialEdit, parameters, scene_file, scene_keys};
 use serde_json::{Value, json};
 use std::fs;
@@ -137,7 +137,7 @@ impl Engine<'_> {
                 }
                 Job::Inspect(page, pixel, sample) => match self.host.inspect(renderer, pixel, sample) {
                     Ok(facts) => {
-                        let camera = CameraView::of(&self.camera);
+                        let camera = PageCamera::of(&self.camera);
                         let text = json!({ "type": "inspect", "facts": facts, "camera": camera });
                         self.hub.tell(Some(page), &text.to_string());
                     }
@@ -153,7 +153,7 @@ impl Engine<'_> {
                             .iter()
                             .map(|(flags, guess)| {
                                 let camera = CameraDescription::still(guess.parameters());
-                                json!({ "flags": flags, "words": guess.words, "camera": CameraView::of(&camera) })
+                                json!({ "flags": flags, "words": guess.words, "camera": PageCamera::of(&camera) })
                             })
                             .collect();
                         let text = json!({ "type": "views", "views": list }).to_string();
@@ -249,7 +249,7 @@ impl Engine<'_> {
         if self.refuses_bare_obj(page, "a camera") {
             return;
         }
-        match scene_file::save_camera(&self.path, &CameraView::of(&self.camera)) {
+        match scene_file::save_camera(&self.path, &PageCamera::of(&self.camera)) {
             Ok(()) => {
                 self.home = self.camera;
                 self.note_saved(page, "The camera is");

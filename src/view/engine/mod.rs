@@ -12,7 +12,7 @@ mod rival;
 mod telling;
 
 use super::hub::{Hub, PageId, SaveFormat};
-use super::protocol::CameraView;
+use super::protocol::PageCamera;
 use super::watch::Watch;
 use super::{FileLight, Host, Options, SceneChanges, SceneRequest, parameters};
 use crate::camera::CameraDescription;
@@ -324,7 +324,7 @@ impl<'a> Engine<'a> {
         let is_same_shape = new.keep_accel_of(session).map_err(|error| error.to_string())?;
         // A camera that the user has moved stays; that of the file follows the file.
         let found = *new.camera_description();
-        let has_moved = CameraView::of(&self.camera) != CameraView::of(&self.home);
+        let has_moved = PageCamera::of(&self.camera) != PageCamera::of(&self.home);
         *session = new;
         // It is of the scene as it was.
         self.rival = None;

@@ -9,7 +9,7 @@ use crate::material::Material;
 use crate::session::{RenderState, Renderer, Session};
 use crate::view::frame::{self, Frame};
 use crate::view::hub::PageId;
-use crate::view::protocol::CameraView;
+use crate::view::protocol::PageCamera;
 use crate::view::{FileLight, LightEdit, parameters, scene_file, scene_keys};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -126,8 +126,8 @@ impl Engine<'_> {
     pub(super) fn tell_state(&self) {
         let state = json!({
             "type": "state",
-            "camera": CameraView::of(&self.camera),
-            "home": CameraView::of(&self.home),
+            "camera": PageCamera::of(&self.camera),
+            "home": PageCamera::of(&self.home),
             "values": parameters::values(&self.options, &self.settings),
             "patches": scene_file::patches(&self.edits.materials),
             "light_edits": self.edits.lights.iter().map(LightEdit::flag).collect::<Vec<_>>(),

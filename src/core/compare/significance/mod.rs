@@ -16,7 +16,7 @@ use super::relative_change;
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::UVec2;
 pub use noise::{CommonErrors, Noise};
-use noise::{Pixel, Pixels, Tile, ratio};
+use noise::{NoiseTile, Pixel, Pixels, ratio};
 use statrs::function::{beta::checked_beta_reg, erf::erfc};
 use std::collections::BTreeMap;
 
@@ -89,7 +89,7 @@ impl Significance {
     /// most, however skewed the samples are (Efron 1969, "Student's t-Test Under Symmetry Conditions").
     pub fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise), level: f64) -> Option<Self> {
         let pixels = Pixels::new(window, reference, image)?;
-        let tiles: Vec<&Tile> = pixels.tiles.iter().collect();
+        let tiles: Vec<&NoiseTile> = pixels.tiles.iter().collect();
         let common = pixels.common;
         if let Some(rare) = pixels.rare {
             // Most tiles have seen none of these samples. Means of relative differences, weighted by what tiles know of their noise, would be those of such tiles.
@@ -246,7 +246,7 @@ impl Pixels {
     }
 }
 
-impl Tile {
+impl NoiseTile {
     fn tests(&self) -> impl Iterator<Item = Test> + '_ {
         (0..3).filter_map(|channel| {
             let means = self.means(channel);
@@ -264,8 +264,8 @@ impl Tile {
 }
 
 /// Tiles of each square of 4 × 4, where there is more than one such square.
-fn regions<'a>(tiles: &[&'a Tile]) -> Vec<Vec<&'a Tile>> {
-    let mut regions: BTreeMap<(u32, u32), Vec<&Tile>> = BTreeMap::new();
+fn regions<'a>(tiles: &[&'a NoiseTile]) -> Vec<Vec<&'a NoiseTile>> {
+    let mut regions: BTreeMap<(u32, u32), Vec<&NoiseTile>> = BTreeMap::new();
     for tile in tiles {
         let place = tile.window.min / (4 * TILE_SIZE);
         regions.entry((place.y, place.x)).or_default().push(tile);
@@ -289,13 +289,13 @@ fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
 }
 
 /// One test a channel, by the spread of the relative differences of `tiles`.
-fn spread_tests(tiles: &[&Tile], common: CommonErrors) -> Vec<Test> {
+fn spread_tests(tiles: &[&NoiseTile], common: CommonErrors) -> Vec<Test> {
     let test = |channel| spread_test(tiles, common, channel);
     (0..3).filter_map(test).collect()
 }
 
 /// One test a channel, by the spread of the differences of `tiles` themselves: each counts as much as it adds to the picture.
-fn sum_tests(tiles: &[&Tile]) -> Vec<Test> {
+fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     let test = |channel: usize| {
         let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);
         let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
@@ -332,13 +332,13 @@ fn student_score(sum: f64, share: f64, freedom: f64) -> f64 {
 }
 
 /// Means of reference and image over all pixels of `tiles`.
-fn whole_means(tiles: &[&Tile], channel: usize) -> [f64; 2] {
+fn whole_means(tiles: &[&NoiseTile], channel: usize) -> [f64; 2] {
     let pixels: f64 = tiles.iter().map(|tile| tile.pixels).sum();
     [0, 1].map(|k| tiles.iter().map(|tile| tile.sums[k][channel]).sum::<f64>() / pixels)
 }
 
 /// The window that holds all of `tiles`.
-fn around(tiles: &[&Tile]) -> Option<Rect> {
+fn around(tiles: &[&NoiseTile]) -> Option<Rect> {
     let windows = tiles.iter().map(|tile| tile.window);
     windows.reduce(|a, b| Rect {
         min: a.min.min(b.min),
@@ -346,7 +346,7 @@ fn around(tiles: &[&Tile]) -> Option<Rect> {
     })
 }
 
-fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<Test> {
+fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Option<Test> {
     let relative: Vec<(f64, f64)> = tiles.iter().filter_map(|tile| tile.relative(channel)).collect();
     let independent = independent_tiles(relative.len(), common);
     if independent < 2.0 {

@@ -62,7 +62,7 @@ impl CommonErrors {
 pub(super) struct Pixels {
     pub(super) window: Rect,
     pub(super) pixels: Vec<Pixel>,
-    pub(super) tiles: Vec<Tile>,
+    pub(super) tiles: Vec<NoiseTile>,
     /// The worse of both pictures.
     pub(super) common: CommonErrors,
     /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them.
@@ -84,8 +84,8 @@ impl Pixels {
         let sources = [NoisyPicture::new(window, reference)?, NoisyPicture::new(window, image)?];
         let common = reference.1.common.max(image.1.common);
         let grid = Grid { window };
-        let mut tiles: Vec<Tile> = (0..grid.tiles())
-            .map(|tile| Tile::new(&sources, grid, tile, common))
+        let mut tiles: Vec<NoiseTile> = (0..grid.tiles())
+            .map(|tile| NoiseTile::new(&sources, grid, tile, common))
             .collect();
         let mut pixels = Vec::with_capacity(window.area() as usize);
         for (i, at) in window.pixels().enumerate() {
@@ -293,7 +293,7 @@ impl Grid {
 }
 
 /// Sums over the pixels of a tile, of those whose noise is known.
-pub(super) struct Tile {
+pub(super) struct NoiseTile {
     pub(super) window: Rect,
     pub(super) pixels: f64,
     /// Of reference and image.
@@ -309,7 +309,7 @@ pub(super) struct Tile {
     common: CommonErrors,
 }
 
-impl Tile {
+impl NoiseTile {
     fn new([a, b]: &[NoisyPicture; 2], grid: Grid, tile: usize, common: CommonErrors) -> Self {
         Self {
             window: grid.window_of(tile),

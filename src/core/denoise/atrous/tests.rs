@@ -20,12 +20,12 @@ fn wall(albedo: impl Fn(usize) -> f32, light: impl Fn(usize) -> f32, noise: f32)
             // Uniform in (−1, 1), of variance 1/3.
             let u = (mix((i as u64).wrapping_mul(GOLDEN_GAMMA)) >> 40) as f32 / (1 << 23) as f32 - 1.0;
             let sigma = noise * value;
-            Light {
+            FilteredLight {
                 value: Vec3::splat(value + sigma * 3f32.sqrt() * u),
                 variance: sigma * sigma,
             }
         })
-        .collect::<Vec<Light>>();
+        .collect::<Vec<FilteredLight>>();
     Input {
         size: SIZE,
         guides,
@@ -98,7 +98,7 @@ fn light_on_edges_is_not_lost() {
         input.guides[i].normal = Vec3::new(0.7, 0.0, 0.7);
         let is_bright = mix((i as u64 + 9).wrapping_mul(GOLDEN_GAMMA)) >> 62 == 0;
         let value = if is_bright { 40.0 } else { 0.0 };
-        input.light[i] = Light {
+        input.light[i] = FilteredLight {
             value: Vec3::splat(value),
             variance: value * value,
         };

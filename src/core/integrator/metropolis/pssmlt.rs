@@ -86,14 +86,14 @@ pub struct Seed {
 
 /// What all paths of a chain have in common.
 #[derive(Clone, Copy, Debug)]
-struct Shape {
+struct PathShape {
     /// Vertices.
     length: usize,
     /// Ways by which the one that numbers choose is turned on: numbers of any seed make the way in which the seed was found.
     turn: usize,
 }
 
-impl Shape {
+impl PathShape {
     /// The one in which the numbers of `seed` make its path.
     fn of(seed: &Seed) -> Self {
         let length = seed.length as usize;
@@ -211,7 +211,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         let Some(seed) = seeds.get(start.min(seeds.len().saturating_sub(1))) else {
             return;
         };
-        let shape = Shape::of(seed);
+        let shape = PathShape::of(seed);
         let Metropolis {
             large_step_probability,
             mutation_size,
@@ -323,7 +323,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
     }
 
     /// What the path of a shape that `numbers` name finds. What is no light is dropped where it is added; it attracts no chain.
-    fn state(&self, shape: Shape, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
+    fn state(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
         let before = out.record_len();
         self.trace(shape, numbers, out, &mut state.found);
@@ -347,7 +347,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
     /// Makes a path of a shape by the technique that `numbers` choose, and gives what it finds to `found`, with its place on the film: radiance
     /// times pixels, whose mean over all numbers is the sum over the film.
-    fn trace(&self, shape: Shape, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
+    fn trace(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
         let length = shape.length;
         let t = shape.camera_vertices(numbers);
         let s = length - t;

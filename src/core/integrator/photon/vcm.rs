@@ -47,7 +47,7 @@ pub const MAX_MERGED_PATHS: u32 = 1 << 16;
 
 /// Light paths of one work item, and their time.
 #[derive(Debug)]
-pub struct LightPaths<'a> {
+pub struct WorkItemPaths<'a> {
     time: f32,
     paths: Vec<Vec<PathVertex<'a>>>,
 }
@@ -100,7 +100,7 @@ impl<'a, A: Accel> VertexMergingIntegrator<'a, A> {
 }
 
 impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
-    type Part = LightPaths<'a>;
+    type Part = WorkItemPaths<'a>;
     type Prepared = MergedPaths<'a>;
 
     fn preparations(&self) -> u32 {
@@ -125,7 +125,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
             path.shrink_to_fit();
             paths.push(path);
         });
-        LightPaths { time, paths }
+        WorkItemPaths { time, paths }
     }
 
     fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {

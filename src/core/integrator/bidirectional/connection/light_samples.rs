@@ -8,7 +8,7 @@ use crate::sampler::{Dimension, Sampler};
 use crate::scene::Scene;
 
 /// Dimensions of the numbers that sample a light.
-pub(super) struct LightNumbers {
+pub(super) struct LightDimensions {
     pub choice: Dimension,
     pub point: Dimension,
 }
@@ -64,7 +64,7 @@ pub(super) fn sample_lights<'a>(
     scene: &'a Scene,
     context: &LightSampleContext,
     time: f32,
-    numbers: &LightNumbers,
+    numbers: &LightDimensions,
     sampler: &impl Sampler,
     mut found: impl FnMut(Sampled<'a>),
 ) {

@@ -19,7 +19,7 @@ use crate::light::{LightId, LightSampleContext};
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
-use light_samples::{LightNumbers, sample_lights};
+use light_samples::{LightDimensions, sample_lights};
 use weights::Met;
 
 /// Connects a subpath from the camera and one from a light, by all strategies.
@@ -339,7 +339,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             return;
         };
         let number = |what| Dimension::bounce(block(TransportMode::Radiance, camera.len() as u32 - 2), what);
-        let numbers = LightNumbers {
+        let numbers = LightDimensions {
             choice: number(Bounce::Decisions),
             point: number(Bounce::LightPoint),
         };
@@ -385,7 +385,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     ) {
         let lens = self.lens_vertex(1, time, sampler);
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what).nth(0);
-        let numbers = LightNumbers {
+        let numbers = LightDimensions {
             choice: number(Bounce::Decisions),
             point: number(Bounce::LightPoint),
         };

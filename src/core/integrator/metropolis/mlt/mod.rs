@@ -58,7 +58,7 @@ use bidirectional::{Bidirectional, Lengths};
 use lens_subpath::LensSubpath;
 use numbers::Numbers;
 use path::Path;
-use perturbation::{CameraChain, Perturbation, caustic_start};
+use perturbation::{CameraChain, PathPerturbation, caustic_start};
 use seed::{Found, Seeds};
 use space::PathSpace;
 
@@ -123,7 +123,7 @@ impl Mutation {
             Self::FromCamera => CameraChain::of(x).is_some(),
             Self::FromLight => caustic_start(x).is_some(),
             Self::LensSubpath => lens_subpath::end_of(x).is_some(),
-            Self::Time => space.world.moves() && Perturbation { space }.can_move_in_time(x),
+            Self::Time => space.world.moves() && PathPerturbation { space }.can_move_in_time(x),
         }
     }
 
@@ -334,7 +334,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     ) -> (usize, Option<Proposal<'a>>) {
         let chosen = |path: &Path<'a>| kind.probability(path, space);
         let bidirectional = Bidirectional { space, lengths };
-        let perturbation = Perturbation { space };
+        let perturbation = PathPerturbation { space };
         match kind {
             Mutation::Replace => (0, bidirectional.replace(x, chosen, numbers, out)),
             Mutation::Bidirectional => (1, bidirectional.mutate(x, chosen, numbers, out)),

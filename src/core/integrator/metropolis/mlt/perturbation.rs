@@ -13,7 +13,7 @@ use std::f32::consts::{PI, TAU};
 /// Moved vertices are drawn alike there and back, so that the acceptance is that of what the paths contribute per film, and per solid angle of each
 /// direction that was perturbed. New paths have the same delta lobes at the same places.
 #[derive(Debug)]
-pub(super) struct Perturbation<'s, 'w, 'a, A> {
+pub(super) struct PathPerturbation<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
 }
 
@@ -60,7 +60,7 @@ pub(super) fn caustic_start(x: &Path) -> Option<usize> {
     (2..x.len()).find(|&i| !x.vertices[i].is_delta).filter(|_| is_seen)
 }
 
-impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
+impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
     /// Greatest distance on the film, pixels.
     fn max_step(&self) -> f32 {
         (MAX_STEP_SHARE * self.space.film.area() / PI)
@@ -124,7 +124,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         Some(self.proposal((x, y), chain, chosen))
     }
 
-    /// Whether [`Perturbation::move_in_time`] can move `x`.
+    /// Whether [`PathPerturbation::move_in_time`] can move `x`.
     pub fn can_move_in_time(&self, x: &Path<'a>) -> bool {
         let chain = CameraChain::of(x);
         chain.is_some_and(|chain| {

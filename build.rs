@@ -50,13 +50,21 @@ fn configure_shared() {
     }
 }
 
-/// Sets the configuration `chromium`, without which tests that open a page in a browser are ignored.
+/// Sets the configuration `chromium`, without which tests that open a page in a browser are ignored, and the variable `EMBRASURE_CHROMIUM` to its path.
+/// `EMBRASURE_REQUIRE_CHROMIUM` sets the configuration where there is no browser, too, so that these tests fail.
 fn configure_chromium() {
     println!("cargo::rustc-check-cfg=cfg(chromium)");
+    println!("cargo::rerun-if-env-changed=EMBRASURE_REQUIRE_CHROMIUM");
+    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
     let folders = env::var_os("PATH").unwrap_or_default();
-    let programs = env::split_paths(&folders).map(|folder| folder.join("chromium"));
-    if let Some(program) = programs.into_iter().find(|program| program.is_file()) {
+    let program = env::split_paths(&folders)
+        .flat_map(|folder| names.map(|name| folder.join(name)))
+        .find(|program| program.is_file());
+    if let Some(program) = &program {
         println!("cargo::rerun-if-changed={}", program.display());
+        println!("cargo::rustc-env=EMBRASURE_CHROMIUM={}", program.display());
+    }
+    if program.is_some() || env::var_os("EMBRASURE_REQUIRE_CHROMIUM").is_some() {
         println!("cargo::rustc-cfg=chromium");
     }
 }

@@ -1,7 +1,7 @@
 //! `embrasure lab`: what it compares, the files that it writes, and its page in a browser.
 
 use crate::support::program::{code, command, done, joined, lit_floor, printed, refused, run, signal, split, words};
-use crate::support::read_rgb;
+use crate::support::{chromium, read_rgb};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -440,7 +440,7 @@ fn a_browser_shows_the_page() {
     </script></body>";
     fs::write(folder.path().join("acted.html"), page.replace("</body>", acts)).unwrap();
     let profile = folder.path().join("profile");
-    let out = Command::new("chromium")
+    let out = Command::new(chromium())
         .args([
             "--headless",
             "--no-sandbox",

@@ -392,6 +392,14 @@ pub fn shared(relative: &str) -> PathBuf {
     path
 }
 
+/// A browser. Tests that call this say `#[cfg_attr(not(chromium), ignore = "needs chromium")]`; build.rs sets that configuration.
+pub fn chromium() -> &'static Path {
+    let Some(program) = option_env!("EMBRASURE_CHROMIUM") else {
+        panic!("Chromium is required here and missing");
+    };
+    Path::new(program)
+}
+
 /// A box whose faces look outwards.
 pub fn slab(center: Vec3, half: Vec3) -> Mesh {
     let mut mesh = room();

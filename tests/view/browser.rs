@@ -1,7 +1,7 @@
-//! The page of `embrasure view` in headless Chromium. Without Chromium the tests are left out with a word, unless EMBRASURE_REQUIRE_CHROMIUM is set.
+//! The page of `embrasure view` in headless Chromium. Without Chromium the tests are ignored, unless EMBRASURE_REQUIRE_CHROMIUM is set.
 
 use super::Viewer;
-use super::chromium::{Browser, Tab, chromium};
+use super::chromium::{Browser, Tab};
 use super::slow_link::slow_link;
 use crate::support::program::{assert_same_bits, done, split};
 use serde_json::{Value, json};
@@ -33,11 +33,11 @@ const FLAGS: &str = "cornell-box.toml --size 128x128 --spp 16";
 
 /// What people do: look, orbit, walk, undo, inspect, change looks and materials, keep the camera; with a second page, and to the end of the render.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn the_page_shows_and_steers_a_render() {
-    let Some(program) = chromium() else { return };
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     let tab = browser.open(&viewer.link(), [1280, 720]);
     browser.wait(&tab, COMPLETE);
     assert_eq!(
@@ -223,11 +223,11 @@ fn the_page_shows_and_steers_a_render() {
 
 /// A page elsewhere cannot reach the render, and neither can one with another token.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn pages_elsewhere_are_refused() {
-    let Some(program) = chromium() else { return };
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     let stranger = browser.open("data:text/html,<title>stranger</title>", [400, 300]);
     browser.wait(&stranger, "document.title === 'stranger'");
     let ask = |link: &str| {
@@ -247,11 +247,11 @@ fn pages_elsewhere_are_refused() {
 
 /// All controls have names for those who do not see them.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn controls_have_names() {
-    let Some(program) = chromium() else { return };
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     let tab = browser.open(&format!("{}?theme=light", viewer.link()), [1280, 720]);
     browser.wait(&tab, COMPLETE);
     let mut count = 0;
@@ -318,11 +318,11 @@ fn click_on(browser: &mut Browser, tab: &Tab, id: &str) {
 
 /// A page behind a slow link unpacks what it gets to the light of the render.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn the_page_unpacks_pictures() {
-    let Some(program) = chromium() else { return };
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     let link = format!("http://{}/{}/", slow_link(&viewer, 1e5), viewer.token);
     let tab = browser.open(&link, [1280, 720]);
     browser.wait(&tab, COMPLETE);
@@ -351,11 +351,11 @@ fn the_page_unpacks_pictures() {
 
 /// Light groups are relit in the page, without a render; lights of the scene file have controls, and what is changed is saved.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn lights_are_changed_in_the_page() {
-    let Some(program) = chromium() else { return };
     let folder = two_lamps();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     let tab = browser.open(&viewer.link(), [1280, 720]);
     browser.wait(&tab, COMPLETE);
     browser.value(&tab, "document.querySelector('[data-tab=\"lights\"]').click()");
@@ -439,15 +439,15 @@ fn lights_are_changed_in_the_page() {
 
 /// The picture stands beside another channel, a file, and another method with its errors.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn pictures_stand_side_by_side() {
-    let Some(program) = chromium() else { return };
     let folder = cornell_box();
     done(
         folder.path(),
         &split("render cornell-box.toml --size 128x128 --spp 64 --seed 7 -q -o reference.exr"),
     );
     let viewer = Viewer::start(folder.path(), &split(&format!("{FLAGS} --reference reference.exr")));
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     let tab = browser.open(&format!("{}?theme=light", viewer.link()), [1280, 720]);
     browser.wait(&tab, COMPLETE);
     set(&mut browser, &tab, "#split", "{ value: 'N' }");
@@ -519,11 +519,11 @@ fn pictures_stand_side_by_side() {
 
 /// A finger orbits, two fingers move nearer, and a tap inspects.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn fingers_steer_the_camera() {
-    let Some(program) = chromium() else { return };
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     let tab = browser.open(&viewer.link(), [820, 1180]);
     browser.call(
         Some(&tab.0),
@@ -605,17 +605,17 @@ const SMALL_WINDOW: [u32; 2] = [1000, 600];
 
 /// The pictures of the guide, where EMBRASURE_SCREENSHOTS names their folder.
 #[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn screenshots_of_the_guide() {
     if env::var_os("EMBRASURE_SCREENSHOTS").is_none() {
         return;
     }
-    let Some(program) = chromium() else { return };
     let folder = cornell_box();
     let viewer = Viewer::start(
         folder.path(),
         &split("cornell-box.toml --size 512x512 --spp 16 --denoise oidn"),
     );
-    let mut browser = Browser::start(&program);
+    let mut browser = Browser::start();
     for (theme, name) in [("dark", "view-dark.png"), ("light", "view-light.png")] {
         let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), WINDOW);
         browser.wait(&tab, COMPLETE);

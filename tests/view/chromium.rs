@@ -1,36 +1,20 @@
 //! Headless Chromium, which the Chrome DevTools Protocol drives over a WebSocket.
 
 use super::PATIENCE;
+use crate::support::chromium;
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
 use std::env;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket, connect};
-
-/// Names under which Chromium is known.
-const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-
-/// The browser, if there is one.
-pub fn chromium() -> Option<PathBuf> {
-    let paths = env::var_os("PATH").unwrap_or_default();
-    let found = env::split_paths(&paths)
-        .flat_map(|folder| NAMES.map(|name| folder.join(name)))
-        .find(|path| path.is_file());
-    if found.is_none() {
-        let is_required = env::var_os("EMBRASURE_REQUIRE_CHROMIUM").is_some();
-        assert!(!is_required, "EMBRASURE_REQUIRE_CHROMIUM: there is no Chromium in PATH");
-        println!("skipped: the page of `embrasure view`: there is no Chromium in PATH");
-    }
-    found
-}
 
 /// A browser with pages.
 pub struct Browser {
@@ -41,9 +25,9 @@ pub struct Browser {
 }
 
 impl Browser {
-    pub fn start(program: &Path) -> Self {
+    pub fn start() -> Self {
         let profile = tempfile::tempdir().unwrap();
-        let mut child = Command::new(program)
+        let mut child = Command::new(chromium())
             .args([
                 "--headless=new",
                 "--no-sandbox",

@@ -301,7 +301,7 @@ impl Report {
         }
     }
 
-    /// For people: one line, and how to go on where there is more to know.
+    /// Text for people: one line, and how to go on where there is more to know.
     pub fn text(&self) -> String {
         let [a, b] = &self.backends;
         let mut text = format!(

@@ -18,7 +18,7 @@ pub(super) struct Checkpointer {
 }
 
 impl Checkpointer {
-    /// At `output`, if the arguments name one. What is there already is not overwritten, unless the render goes on from it.
+    /// Checkpointer that writes to `output`, if the arguments name one. What is there already is not overwritten, unless the render goes on from it.
     pub fn new(args: &RenderArgs, output: Option<Output>) -> Result<Option<Self>, CliError> {
         let Some(output) = output else {
             return Ok(None);

@@ -35,7 +35,7 @@ impl Clock {
         due.map(|due| self.rest.map_or(due, |rest| due.max(rest)))
     }
 
-    /// When it is to be left for good.
+    /// Time at which the render ends for good.
     pub fn end(&self) -> Option<Instant> {
         self.limit.due
     }

@@ -23,7 +23,7 @@ pub(super) enum CliError {
 }
 
 impl CliError {
-    /// All of `failures`, as one.
+    /// One error of all `failures`.
     pub fn of_failures<T: ToString>(failures: &[T]) -> Self {
         let words: Vec<String> = failures.iter().map(T::to_string).collect();
         Self::Failed(words.join("\nerror: "))

@@ -116,7 +116,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// For `samples` samples over all pixels.
+    /// Progress bar for `samples` samples over all pixels.
     pub fn new(samples: u64, quiet: bool) -> Self {
         if quiet {
             return Self {

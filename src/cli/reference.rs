@@ -5,7 +5,7 @@ const WIDTH: usize = 96;
 
 /// A page of the reference.
 pub(super) struct Topic {
-    /// What it is asked for by; the first name is listed.
+    /// Names by which `help` prints the page; the first name is listed.
     pub names: &'static [&'static str],
     /// Markdown.
     text: &'static str,

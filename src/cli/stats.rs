@@ -61,7 +61,7 @@ pub(super) struct Stats<'a> {
     pub height: u32,
     pub triangles: u64,
     pub lights: usize,
-    /// From the lens along the view axis to the plane in focus, scene units.
+    /// Distance from the lens along the view axis to the plane in focus, scene units.
     pub focus_distance: f32,
     pub load_s: f64,
     pub build_s: f64,
@@ -84,20 +84,20 @@ pub(super) struct Stats<'a> {
     pub dropped_samples: u64,
     /// The first few, each enough to trace it again.
     pub dropped: Vec<Dropped>,
-    /// Of Markov chains, by kind.
+    /// Mutations of Markov chains, by kind.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub mutations: BTreeMap<&'a str, Mutations>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chains: Option<Chains>,
     /// Stops by which PNG files are brightened, metered or given; `null` without a picture.
     pub exposure: Option<f32>,
-    /// Of `--noise`.
+    /// Noise that `--noise` asked for and reached.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<NoiseReached>,
-    /// Of `--denoise`.
+    /// Filter of `--denoise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denoise: Option<Denoised>,
-    /// Of `--audit-rays`.
+    /// Report of `--audit-rays`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<Report>,
     pub warnings: Vec<&'a str>,
@@ -140,7 +140,7 @@ pub(super) struct Chains {
 }
 
 impl Chains {
-    /// Of `counts`; `None` where there was no chain.
+    /// Statistics of `counts`; `None` where there was no chain.
     pub fn new(counts: ChainCounts) -> Option<Self> {
         let autocorrelation_time = counts.autocorrelation_time()?;
         Some(Self {
@@ -192,7 +192,7 @@ pub(super) struct NoiseReached {
 }
 
 impl NoiseReached {
-    /// Of what is on `film`.
+    /// Noise of the samples on `film`.
     pub fn new(film: &Film, level: f64) -> Self {
         let samples = || film.tiles().iter().map(Tile::samples);
         let sum = |tile: &Tile| tile.samples() as f64 * tile.bounds().area() as f64;

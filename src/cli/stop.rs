@@ -13,7 +13,7 @@ pub(super) enum Stop {
 }
 
 impl Stop {
-    /// Of a render that has done all it was to do.
+    /// Reason for the end of a render that was not interrupted.
     pub fn of_complete(film: &Film, noise: Option<f64>) -> Self {
         match noise {
             Some(level) if NoiseReached::new(film, level).is_reached() => Self::Noise,
@@ -34,7 +34,7 @@ impl Stop {
         }
     }
 
-    /// For the end of a sentence; nothing where all samples were taken.
+    /// Words for the end of a sentence; nothing where all samples were taken.
     pub fn words(self) -> &'static str {
         match self {
             Self::Samples => "",

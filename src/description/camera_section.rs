@@ -10,7 +10,7 @@ use toml::Spanned;
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSection {
-    /// From which side the scene is seen.
+    /// Side from which the scene is seen.
     pub view: Option<Spanned<NamedView>>,
     /// Azimuth, elevation and distance of the camera, in place of a named view.
     pub orbit: Option<Spanned<OrbitAngles>>,
@@ -43,7 +43,7 @@ pub struct CameraSection {
     /// Where the camera is at time 1, if it moves.
     #[serde(default, deserialize_with = "numbers")]
     pub position_close: Option<Spanned<[f32; 3]>>,
-    /// What it looks at then.
+    /// Point that the camera looks at, at time 1.
     #[serde(default, deserialize_with = "numbers")]
     pub look_at_close: Option<Spanned<[f32; 3]>>,
     /// Up in the image then.

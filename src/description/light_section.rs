@@ -19,18 +19,18 @@ use toml::Spanned;
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightSection {
-    /// One of [`LightSection::TYPES`].
+    /// Type: one of [`LightSection::TYPES`].
     #[serde(rename = "type")]
     pub kind: Spanned<String>,
     /// Name of the group that the light is in, if it is in one.
     pub group: Option<Spanned<String>>,
-    /// Of a point or spot light; the middle of a sphere, a disk or a rectangle.
+    /// Position of a point or spot light; centre of a sphere, a disk or a rectangle.
     #[serde(default, deserialize_with = "numbers")]
     pub position: Option<Spanned<[f32; 3]>>,
-    /// Of a point or spot light, W/sr.
+    /// Intensity of a point or spot light, W/sr.
     #[serde(default, deserialize_with = "color")]
     pub intensity: Option<Spanned<[f32; 3]>>,
-    /// In which a directional or spot light travels; normal of the side of a disk or a rectangle that emits.
+    /// Direction in which a directional or spot light travels; normal of the side of a disk or a rectangle that emits.
     #[serde(default, deserialize_with = "numbers")]
     pub direction: Option<Spanned<[f32; 3]>>,
     /// What a spot light shines at, in place of `direction`.
@@ -40,10 +40,10 @@ pub struct LightSection {
     pub angle: Option<Spanned<f32>>,
     /// Half-angle at which a spot light begins to fall off, degrees.
     pub falloff: Option<Spanned<f32>>,
-    /// Of a directional light, W·m⁻² on a surface that faces it.
+    /// Irradiance of a directional light, W·m⁻² on a surface that faces it.
     #[serde(default, deserialize_with = "color")]
     pub irradiance: Option<Spanned<[f32; 3]>>,
-    /// Of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻².
+    /// Radiance of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻².
     #[serde(default, deserialize_with = "color")]
     pub radiance: Option<Spanned<[f32; 3]>>,
     /// Picture of an environment, latitude and longitude.
@@ -65,7 +65,7 @@ pub struct LightSection {
     /// Width and height of a rectangle.
     #[serde(default, deserialize_with = "numbers")]
     pub size: Option<Spanned<[f32; 2]>>,
-    /// Of a sphere or a disk.
+    /// Radius of a sphere or a disk.
     pub radius: Option<Spanned<f32>>,
 }
 

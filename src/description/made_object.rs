@@ -6,7 +6,7 @@ use std::sync::Arc;
 pub struct MadeObject {
     /// Name of the object.
     pub name: String,
-    /// Its triangles, in world space.
+    /// Triangles, in world space.
     pub mesh: Arc<Mesh>,
     /// Name of its material: that of a section `[material.NAME]`, or of a library of the scene's OBJ files; `None` for the default one.
     pub material: Option<String>,

@@ -31,7 +31,7 @@ pub struct MapSection {
     pub offset: Option<Spanned<[f32; 2]>>,
     /// What lies beside it: `repeat`, `clamp` or `mirror`.
     pub wrap: Option<Spanned<String>>,
-    /// Which of its numbers a map of numbers takes, by the names of `-imfchan`.
+    /// Channel that a map of numbers takes, by the names of `-imfchan`.
     pub channel: Option<Spanned<String>>,
     /// Added to its values.
     pub base: Option<Spanned<f32>>,

@@ -13,7 +13,7 @@ pub(super) struct Patch<'a> {
     pub glob: Glob,
     /// The glob or name, as it is written.
     pub written: &'a str,
-    /// Its place.
+    /// Place of the patch in the file.
     pub span: Range<usize>,
     pub section: Cow<'a, MaterialSection>,
 }
@@ -60,7 +60,7 @@ impl<'a> PatchList<'a> {
         indices.into_iter().map(|index| &self.patches[index].0).collect()
     }
 
-    /// Those that have met no material.
+    /// Patches that match no material.
     pub fn unused(&self) -> impl Iterator<Item = &Patch<'a>> {
         self.patches
             .iter()

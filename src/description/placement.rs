@@ -34,7 +34,7 @@ impl ObjectPlacement {
     }
 }
 
-/// Where `object` is, as its keys say.
+/// Placement of `object`, as its keys say.
 pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPlacement, FileError> {
     let open = given(file, &object.transform, &object.matrix, "transform", "matrix")?;
     let close = given(

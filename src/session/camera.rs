@@ -17,7 +17,7 @@ const DEFAULT_SENSOR_HEIGHT: f32 = 0.024;
 /// Settings of the camera; the others are guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraSettings {
-    /// From which side the scene is seen, where no position is said.
+    /// Side from which the scene is seen, if no position is given.
     pub view: Option<View>,
     /// Side from which the scene is seen, by angles.
     pub orbit: Option<Orbit>,
@@ -74,7 +74,7 @@ encode_fields!(CameraSettings {
 });
 
 impl CameraSettings {
-    /// Those of the scene file.
+    /// Camera settings of the scene file.
     pub fn of(file: &SceneFile) -> Self {
         let Some(section) = &file.camera else {
             return Self::default();

@@ -76,7 +76,7 @@ impl Parts {
         Ok(Self { parts, whole })
     }
 
-    /// Their number.
+    /// Number of parts.
     pub fn count(&self) -> usize {
         self.parts.len()
     }

@@ -374,7 +374,7 @@ fn backdrop(settings: &Settings, camera: &CameraParameters) -> Backdrop {
 /// Bytes of a thread's stack: integrators that branch recurse, a vertex at a time. Pages that are not used take no memory.
 const STACK: usize = 16 << 20;
 
-/// So many threads.
+/// Pool of so many threads.
 pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)

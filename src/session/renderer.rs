@@ -78,7 +78,7 @@ impl<'a> Renderer<'a> {
             .install(|| settings.method().prepare(world, &settings.random_numbers(), &()));
     }
 
-    /// What it is a renderer of.
+    /// Session that is rendered.
     pub fn session(&self) -> &'a Session {
         self.session
     }

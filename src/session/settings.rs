@@ -41,7 +41,7 @@ pub struct Settings {
     pub part: Option<Range<u32>>,
     /// Relative error at which to stop.
     pub noise: Option<f64>,
-    /// Of the random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
     /// Where random numbers come from.
     pub sampler: SamplerKind,
@@ -90,7 +90,7 @@ impl Default for Settings {
     }
 }
 
-/// As many threads as the machine runs at a time.
+/// Number of threads that the machine runs at a time.
 pub(crate) fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }

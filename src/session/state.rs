@@ -19,12 +19,12 @@ pub struct RenderState {
     pub film: Film,
     /// What has been counted.
     pub statistics: Statistics,
-    /// Of rendering.
+    /// Seconds of rendering.
     pub seconds: f64,
 }
 
 impl RenderState {
-    /// Nothing yet, on an empty film, which is to sum all that `features` are of, and the coverage of pixels if it `has_alpha`.
+    /// State before the first sample, on an empty film, which is to sum all that `features` are of, and the coverage of pixels if it `has_alpha`.
     pub(super) fn new(mut film: Film, has_alpha: bool, features: Option<&FeatureNames>) -> Self {
         if has_alpha {
             film = film.with_alpha();

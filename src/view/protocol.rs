@@ -84,7 +84,7 @@ fn as_decimals<S: Serializer>(values: &[f32; 3], serializer: S) -> Result<S::Ok,
 }
 
 impl PageCamera {
-    /// That of a camera at the beginning of its motion.
+    /// Values of a camera at the beginning of its motion.
     pub fn of(description: &CameraDescription) -> Self {
         let c = &description.parameters;
         Self {

@@ -53,7 +53,7 @@ pub(in crate::cli) struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// Those of a comparison without limits and picture.
+    /// Arguments of a comparison without limits and picture.
     pub fn of(reference: &Path, image: &Path, significance: f64) -> Self {
         Self {
             reference: reference.into(),

@@ -111,7 +111,7 @@ pub(in crate::cli) struct LabArgs {
 /// An integrator of `--methods`, with the settings that were written behind it.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct MethodFlag {
-    /// As it was written, without blanks: the name of its rung.
+    /// Text as it was written, without blanks: the name of the method's rung.
     pub name: String,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,

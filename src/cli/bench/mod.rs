@@ -56,7 +56,7 @@ struct BackendReport {
     pub name: &'static str,
     pub version: String,
     pub isa: &'static str,
-    /// With all threads; the median, as all times here.
+    /// Seconds of a build with all threads; the median, as all times here.
     pub build_s: f64,
     pub bytes: u64,
     pub bytes_per_triangle: f64,

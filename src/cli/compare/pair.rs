@@ -4,7 +4,7 @@ use crate::film::{Rect, RgbImage};
 use crate::io::{FileError, Rendering, read_rendering};
 use std::path::Path;
 
-/// Both images, cut to the pixels that both have, with black for values that are none.
+/// Two images, cut to the pixels that both have, with black for values that are none.
 pub(super) struct Pair {
     pub window: Rect,
     pub resolution: [u32; 2],

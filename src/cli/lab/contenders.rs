@@ -10,9 +10,9 @@ use crate::session::{Session, Settings};
 /// An estimator with all its settings.
 pub(super) struct Contender {
     pub name: String,
-    /// What it changes, and the paper.
+    /// Explanation of the change, and the paper.
     pub lesson: Lesson,
-    /// Those of the render, with its own.
+    /// Settings of the render, with those of the contender.
     pub settings: Settings,
     /// Why it is not rendered.
     pub refused: Option<String>,

@@ -32,7 +32,7 @@ impl Measure {
         slope(&self.points(snapshots))
     }
 
-    /// Both slopes in words; `None` where there are too few points.
+    /// Slopes in words; `None` where there are too few points.
     pub fn in_words(snapshots: &[Snapshot]) -> Option<String> {
         let samples = Self::Samples.slope(snapshots)?;
         let points = Self::Samples.points(snapshots).len();

@@ -41,7 +41,7 @@ impl Snapshot {
 /// What came out of a contender.
 #[derive(Default)]
 pub(super) struct Run {
-    /// In the order of their samples.
+    /// Snapshots in the order of their samples.
     pub snapshots: Vec<Snapshot>,
     /// How its pictures are shown; an automatic exposure is metered in the last of them.
     pub tone: Tone,

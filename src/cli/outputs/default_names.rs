@@ -29,12 +29,12 @@ fn with_extension(scene: &Path, extension: &str) -> PathBuf {
     name.into()
 }
 
-/// For a scene file.
+/// Output files of a scene file.
 pub(super) fn of_scene_file(scene: &Path) -> Vec<PathBuf> {
     vec![with_extension(scene, "exr")]
 }
 
-/// For a bare OBJ, beside files that the scene has `read`. Both pictures have one stem.
+/// Output files of a bare OBJ, beside files that the scene has `read`. Both pictures have one stem.
 pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
     let read: Vec<FileId> = read.iter().filter_map(|path| FileId::of(path)).collect();
     let mut reason = None;

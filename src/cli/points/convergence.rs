@@ -62,7 +62,7 @@ fn integrals() -> [Integral; 4] {
 /// Errors of one integral.
 pub(super) struct Convergence {
     pub integral: Integral,
-    /// For each decision that points come from: pairs of the number of samples and the root mean square error.
+    /// Curve of each decision that points come from: pairs of the number of samples and the root mean square error.
     pub curves: Vec<(&'static str, Vec<[f64; 2]>)>,
 }
 

@@ -51,7 +51,7 @@ impl Cause {
     /// Number of causes.
     pub const COUNT: usize = Self::ALL.len();
 
-    /// All of them.
+    /// All causes.
     pub const ALL: [Self; 6] = [
         Self::Edge,
         Self::Grazing,
@@ -61,7 +61,7 @@ impl Cause {
         Self::Unexplained,
     ];
 
-    /// As users read it.
+    /// Name that users read.
     pub fn name(self) -> &'static str {
         match self {
             Self::Edge => "edge",
@@ -80,7 +80,7 @@ impl Cause {
 }
 
 impl Disagreement {
-    /// Which of the two answers are wrong, judged by `brute` where it is given. Neither is where roundings explain the difference.
+    /// Whether each of the two answers is wrong, judged by `brute` where it is given. Neither is where roundings explain the difference.
     pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
         let ray = &self.query.ray;
         let exact = brute.map(|brute| self.query.ask(brute));
@@ -202,7 +202,7 @@ pub struct Crossing {
 const ROUNDINGS: f64 = 32.0 * UNIT_ROUNDOFF as f64;
 
 impl Crossing {
-    /// Of `ray` and the triangle of `hit`.
+    /// Crossing of `ray` and the triangle of `hit`.
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
         let placed = scene.corners(hit, ray.time);
         let corners = placed.map(|p| p.as_dvec3() - ray.origin.as_dvec3());

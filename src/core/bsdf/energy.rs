@@ -228,7 +228,7 @@ impl<const N: usize> EnergyTable<N> {
         self.blend(|row| row.at(cos))
     }
 
-    /// Its mean over the cosine, `2 ∫ x cos d cos`.
+    /// Mean over the cosine, `2 ∫ x cos d cos`.
     #[inline(always)]
     pub fn mean(&self) -> f32 {
         self.blend(|row| row.mean)

@@ -12,7 +12,7 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// The one direction there is.
+    /// The direction of the reflection.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         let f = self.reflectance * self.fresnel.reflectance(cos) / cos;

@@ -8,7 +8,7 @@ pub struct Mix {
 }
 
 impl Mix {
-    /// Of a diffuse, a glossy or mirror-like and a transmitting lobe, in this order.
+    /// Mix of a diffuse, a glossy or mirror-like and a transmitting lobe, in this order.
     pub fn new(mut lobes: [Option<Lobe>; 3]) -> Self {
         lobes.sort_by_key(|lobe| lobe.as_ref().is_some_and(Lobe::is_delta));
         Self { lobes }

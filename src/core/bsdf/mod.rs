@@ -93,7 +93,7 @@ pub struct BsdfSample {
     pub pdf: f32,
     /// Factor of the throughput, `f |cos θi| / pdf`: a field, because some lobes know it before they know the direction.
     pub weight: Spectrum,
-    /// Of the lobe it comes from.
+    /// Scattering of the lobe that was sampled.
     pub scattering: Scattering,
     /// Index of refraction beyond the surface over the one on the side of `wo` if the sample was refracted, else 1.
     pub eta: f32,

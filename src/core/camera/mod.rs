@@ -89,9 +89,9 @@ pub struct CameraParameters {
 /// All that a camera is made of but the size of its image.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraDescription {
-    /// Where it is at first, and what it sees.
+    /// Position at time 0, direction and lens.
     pub parameters: CameraParameters,
-    /// How it moves, and when it looks; `None` where it stands still, with its shutter open all the time.
+    /// Motion and shutter; `None` for a still camera, with its shutter open all the time.
     pub motion: Option<CameraMotion>,
     /// Shape of the lens's opening; `None` for a disk.
     pub aperture: Option<Aperture>,
@@ -146,7 +146,7 @@ pub struct CameraError {
 }
 
 impl CameraError {
-    /// That nothing says what `parameter` is.
+    /// Error of a `parameter` without a value.
     pub fn unknown(parameter: &'static str) -> Self {
         Self {
             parameter,
@@ -154,7 +154,7 @@ impl CameraError {
         }
     }
 
-    /// That `parameter` must be above 0.
+    /// Error of a `parameter` that must be above 0.
     pub fn not_positive(parameter: &'static str, value: f32) -> Self {
         Self {
             parameter,
@@ -338,7 +338,7 @@ impl Camera {
         lens.x * self.right + lens.y * self.up
     }
 
-    /// Where it is at `time`: the centre of its lens.
+    /// Position at `time`: the centre of the lens.
     pub fn position(&self, time: f32) -> Vec3 {
         self.at(time).position
     }
@@ -358,7 +358,7 @@ impl Camera {
         self.lens_radius > 0.0
     }
 
-    /// Where `p` is on the film at `time`, through the centre of the lens: pixels, origin top left. `None` behind the camera.
+    /// Place of `p` on the film at `time`, through the centre of the lens: pixels, origin top left. `None` behind the camera.
     pub fn film_of(&self, p: Vec3, time: f32) -> Option<Vec2> {
         let camera = self.at(time);
         let to = p - camera.position;

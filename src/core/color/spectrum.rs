@@ -12,7 +12,7 @@ impl Spectrum {
     /// One in every channel.
     pub const ONE: Self = Self(Vec3A::ONE);
 
-    /// From linear Rec.709 red, green and blue.
+    /// Spectrum of linear Rec.709 red, green and blue.
     pub const fn rgb(r: f32, g: f32, b: f32) -> Self {
         Self(Vec3A::new(r, g, b))
     }

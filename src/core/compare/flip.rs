@@ -23,7 +23,7 @@ pub struct Flip {
     pub map: Vec<f32>,
     /// Mean over the pixels.
     pub mean: f64,
-    /// At which exposures the pictures were looked at; `None` where they were taken as they are.
+    /// Exposures of the compared pictures; `None` where they were taken as they are.
     pub exposures: Option<Exposures>,
 }
 
@@ -39,7 +39,7 @@ pub struct Exposures {
 }
 
 impl Flip {
-    /// Of pictures that a display shows as they are: linear values, of which it shows 0 to 1.
+    /// Error map of pictures that a display shows as they are: linear values, of which it shows 0 to 1.
     pub fn ldr(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
         same_size(image, reference)?;
         let shown = |picture: &RgbImage| PerceivedPicture::new(picture, |v| v);
@@ -47,7 +47,7 @@ impl Flip {
         Ok(Self::of_map(map, None))
     }
 
-    /// Of pictures of high dynamic range: the largest error over exposures that show the reference from its brightest pixel to its
+    /// Error map of pictures of high dynamic range: the largest error over exposures that show the reference from its brightest pixel to its
     /// median.
     pub fn hdr(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
         same_size(image, reference)?;

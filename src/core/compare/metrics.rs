@@ -33,7 +33,7 @@ pub struct SizeMismatch {
 }
 
 impl Errors {
-    /// Of `image` against `reference`.
+    /// Errors of `image` against `reference`.
     pub fn new(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
         same_size(image, reference)?;
         let pairs = || image.pixels.iter().zip(&reference.pixels);

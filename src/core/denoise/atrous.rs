@@ -79,7 +79,7 @@ struct FilteredLight {
 }
 
 impl Input {
-    /// Of the picture `color` and the other channels of `image`, which has `size` pixels.
+    /// Input made of the picture `color` and the other channels of `image`, which has `size` pixels.
     pub fn new(image: &Image, color: &[Vec3], size: [usize; 2]) -> Result<Self, DenoiseError> {
         let (albedo, normal) = (vectors(image, ALBEDO)?, vectors(image, NORMAL)?);
         let (depth, variance) = (values(image, "Z")?, vectors(image, VARIANCE)?);

@@ -13,7 +13,7 @@ pub struct Features {
     pub p: Vec3,
     /// Texture coordinates; zero where there are none.
     pub uv: Vec2,
-    /// Where it goes on the film while the shutter is open: pixels, x to the right, y upwards.
+    /// Motion on the film while the shutter is open: pixels, x to the right, y upwards.
     pub motion: Vec2,
     /// Photons or records of irradiance at the surface.
     pub points: Points,

@@ -98,7 +98,7 @@ impl Filter {
         integral: 2.0,
     };
 
-    /// Of a shape, with a radius in pixels, above 0.
+    /// Filter of a shape, with a radius in pixels, above 0.
     pub fn new(kind: FilterKind, radius: f32) -> Self {
         let place = |i: usize| 2.0 * (i as f64 + 0.5) / (STEPS * PLACES) as f64 - 1.0;
         let values: Vec<f64> = (0..STEPS * PLACES).map(|i| kind.eval(place(i))).collect();
@@ -113,7 +113,7 @@ impl Filter {
         }
     }
 
-    /// Its shape.
+    /// Shape of the filter.
     pub fn kind(&self) -> FilterKind {
         self.kind
     }

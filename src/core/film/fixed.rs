@@ -41,12 +41,12 @@ macro_rules! fixed_point {
                 Self(self.0.saturating_sub(other.0))
             }
 
-            /// Its words, the lowest first.
+            /// Words of the number, the lowest first.
             pub fn to_words(self) -> [u32; $words] {
                 std::array::from_fn(|i| (self.0 >> (32 * i)) as u32)
             }
 
-            /// The one of these words.
+            /// The number of these words.
             pub fn from_words(words: [u32; $words]) -> Self {
                 Self(words.iter().rev().fold(0, |bits, &word| bits << 32 | word as $integer))
             }

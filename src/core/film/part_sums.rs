@@ -9,7 +9,7 @@ use crate::color::Spectrum;
 pub struct PartBlock(Vec<[f64; 3]>);
 
 impl PartBlock {
-    /// Nothing yet of so many parts.
+    /// Empty sums of so many parts.
     pub fn new(parts: usize) -> Self {
         Self(vec![[0.0; 3]; parts])
     }
@@ -58,7 +58,7 @@ impl PartSum {
         Self(sum.map(Fixed::new))
     }
 
-    /// Both sums.
+    /// Sum of both.
     pub fn plus(self, other: Self) -> Self {
         Self([0, 1, 2].map(|c| self.0[c].plus(other.0[c])))
     }

@@ -22,7 +22,7 @@ pub struct Spikes {
     pub count: u64,
     /// The brightest of them.
     pub brightest: UVec2,
-    /// Its value, mean of the channels.
+    /// Value of the pixel, mean of the channels.
     pub value: f64,
     /// Standard error of that.
     pub error: f64,
@@ -31,7 +31,7 @@ pub struct Spikes {
 }
 
 impl Spikes {
-    /// Those of `film`; `None` where there are none, or too few samples to tell.
+    /// Spikes of `film`; `None` where there are none, or too few samples to tell.
     pub fn of(film: &Film) -> Option<Self> {
         let mean = film.pixels().map(|(_, sums)| value(sums)).sum::<f64>() / film.crop().area() as f64;
         let mut found: Option<Self> = None;

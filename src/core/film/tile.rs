@@ -101,7 +101,7 @@ impl Tile {
         self.cell
     }
 
-    /// Its place in the image.
+    /// Pixels of the tile in the image.
     pub fn bounds(&self) -> Rect {
         self.bounds
     }

@@ -13,7 +13,7 @@ pub struct PrimId(pub u32);
 pub struct InstanceId(pub u32);
 
 impl InstanceId {
-    /// Not instanced.
+    /// Id of geometry that is not instanced.
     pub const NONE: Self = Self(u32::MAX);
 }
 

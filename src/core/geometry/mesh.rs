@@ -169,7 +169,7 @@ impl Mesh {
 pub struct Facet(Vec4);
 
 impl Facet {
-    /// Of the triangle with these corners.
+    /// Facet of the triangle with these corners.
     ///
     /// An intersector that tests the triangle later subtracts the ray's origin from the corners and rounds edges as long as the
     /// triangle: some roundings of its longest edge E move its plane, the more so the narrower it is, by E² over twice

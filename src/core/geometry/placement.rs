@@ -44,7 +44,7 @@ impl Placement {
     /// Most steps that a motion may have; Embree takes no more.
     pub const MAX_STEPS: usize = 129;
 
-    /// At `time` in [0, 1].
+    /// Transform at `time` in [0, 1].
     pub fn at(&self, time: f32) -> Affine3A {
         match self {
             Self::Still(placement) => *placement,

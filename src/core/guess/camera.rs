@@ -108,7 +108,7 @@ encode_fields!(Orbit {
 });
 
 impl Orbit {
-    /// From azimuth, elevation and, if there is a third number, distance; else what is expected.
+    /// Orbit of azimuth, elevation and, if there is a third number, distance; else what is expected.
     pub fn of(numbers: &[f32]) -> Result<Self, &'static str> {
         let (azimuth, elevation, distance) = match *numbers {
             [azimuth, elevation] => (azimuth, elevation, None),
@@ -144,7 +144,7 @@ pub struct Asked {
     pub up: Option<Vec3>,
     /// Degrees.
     pub vertical_fov: Option<f32>,
-    /// From which side the scene is seen, where no position is said.
+    /// Side from which the scene is seen, if no position is given.
     pub view: View,
     /// Azimuth and elevation, in place of a named view.
     pub orbit: Option<Orbit>,

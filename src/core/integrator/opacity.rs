@@ -40,7 +40,7 @@ pub struct Transmittance {
 }
 
 impl Transmittance {
-    /// Nothing is between.
+    /// Transmittance of free space.
     pub const CLEAR: Self = Self {
         pass: 1.0,
         tint: Spectrum::ONE,

@@ -10,11 +10,11 @@ use crate::math::{Frame, Ray, Vec2, Vec3};
 /// A surface point with the local frame and the scattering that hold there.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<'a> {
-    /// Where it is.
+    /// Surface point.
     pub point: SurfacePoint,
     /// Local frame, whose z axis is the shading normal.
     pub frame: Frame,
-    /// How it scatters light.
+    /// BSDF at the point.
     pub bsdf: &'a Bsdf,
     /// Direction to the viewer, local frame.
     pub wo: Vec3,

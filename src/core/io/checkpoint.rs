@@ -47,7 +47,7 @@ pub struct Checkpoint {
     pub path: PathBuf,
     /// The sums.
     pub film: Film,
-    /// How they came to be.
+    /// Metadata of the render.
     pub metadata: Metadata,
     /// What had been counted.
     pub statistics: String,
@@ -178,7 +178,7 @@ pub struct Description {
     pub resolution: UVec2,
     /// The part of it that the file holds.
     pub crop: Rect,
-    /// How it came to be.
+    /// Metadata of the render.
     pub metadata: Metadata,
 }
 

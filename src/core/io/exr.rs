@@ -25,7 +25,7 @@ const REC_709: exr::attribute::Chromaticities = exr::attribute::Chromaticities {
 /// How an EXR file holds its channels.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExrFormat {
-    /// How they are compressed.
+    /// Compression of the channels.
     pub compression: Compression,
     /// Layers that are held as half floats, of [`ExrFormat::HALF_LAYERS`]; the others are float32.
     pub half: Vec<&'static str>,

@@ -13,7 +13,7 @@ use std::path::Path;
 /// An EXR file whose header was read and can be believed.
 pub(super) struct ExrFile {
     pub meta: exr::MetaData,
-    /// At the start of the file.
+    /// Reader at the start of the file.
     pub reader: BufReader<Input>,
     pub failure: ReadFailure,
 }

@@ -42,7 +42,7 @@ pub struct Finding {
     pub severity: Severity,
     /// A name that stays the same, whatever the words.
     pub code: &'static str,
-    /// What it is, where it is for the first time, and the remedy.
+    /// Message, place of the first occurrence, and remedy.
     pub error: FileError,
     /// Number of findings of this kind.
     pub count: u64,
@@ -135,7 +135,7 @@ impl Findings {
         self.0.push(finding);
     }
 
-    /// That a file has `count` wrong statements more than were told.
+    /// Adds that a file has `count` wrong statements more than were told.
     pub(crate) fn add_untold(&mut self, file: &Path, count: usize) {
         if count > 0 {
             let error = FileError::new(file, format!("{count} more statements are wrong"));
@@ -144,7 +144,7 @@ impl Findings {
         }
     }
 
-    /// All of them.
+    /// All findings.
     pub fn iter(&self) -> impl Iterator<Item = &Finding> {
         self.0.iter()
     }

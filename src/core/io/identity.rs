@@ -28,7 +28,7 @@ type Inode = (u64, u64);
 type Inode = PathBuf;
 
 impl FileId {
-    /// That of `path`; `None` where not even its folder is there.
+    /// Identity of `path`; `None` where not even its folder is there.
     pub fn of(path: &Path) -> Option<Self> {
         let target = follow_links(path).ok()?;
         match fs::metadata(&target) {

@@ -80,7 +80,7 @@ impl Input {
         self.failure.clone()
     }
 
-    /// With a buffer; an error where the file has no byte.
+    /// The input with a buffer; an error where the file has no byte.
     pub fn buffered(self, path: &Path) -> Result<BufReader<Self>, FileError> {
         let failure = self.failure();
         let mut reader = BufReader::new(self);

@@ -28,14 +28,14 @@ impl LoadObserver for () {
 /// The memory that reading may take.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Allowance {
-    /// At most; `None` where all there is may be taken.
+    /// Maximum; `None` if all memory of the machine may be taken.
     pub limit: Option<MemoryLimit>,
     /// Bytes that what was read before keeps.
     pub kept: u64,
 }
 
 impl Allowance {
-    /// For a file that is read by itself: what the system leaves.
+    /// Allowance for a file that is read by itself: what the system leaves.
     pub fn of_system() -> Self {
         Self {
             limit: MemoryLimit::of(None),

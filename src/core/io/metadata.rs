@@ -50,7 +50,7 @@ pub struct Metadata {
     pub seed: u64,
     /// Name of the ray-tracing backend.
     pub backend: String,
-    /// Its version and instruction set.
+    /// Version and instruction set.
     pub backend_version: String,
     /// Wall-clock seconds of rendering.
     pub render_seconds: f64,
@@ -89,7 +89,7 @@ encode_fields!(Metadata {
 /// Channels that were asked for, and the names of what they number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FeatureNames {
-    /// By the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
+    /// Channels by the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
     pub aovs: Vec<String>,
     /// Objects of the scene, from the first.
     pub objects: Vec<String>,

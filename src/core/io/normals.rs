@@ -58,7 +58,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
     *mesh = smooth;
 }
 
-/// For each position the index of the first one that is equal to it.
+/// Index of the first equal position, for each position.
 pub fn weld(positions: &[Vec3]) -> Vec<u32> {
     let mut first: HashMap<[u32; 3], u32> = HashMap::with_capacity(positions.len());
     let index = |(i, &p): (usize, &Vec3)| *first.entry(bits(p)).or_insert(i as u32);

@@ -69,7 +69,7 @@ impl Output {
         Ok(output)
     }
 
-    /// As the user named it.
+    /// Path as the user named it.
     pub fn path(&self) -> &Path {
         &self.path
     }

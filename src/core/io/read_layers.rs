@@ -31,7 +31,7 @@ pub struct LayerChannel {
     pub kind: SampleKind,
     /// Pixels of the full image that it has.
     pub window: Rect,
-    /// Their values, row by row from the top.
+    /// Values of the channels, row by row from the top.
     pub values: Vec<f32>,
 }
 
@@ -47,7 +47,7 @@ pub enum SampleKind {
 }
 
 impl SampleKind {
-    /// Its name in the format's specification.
+    /// Name of the type in the format's specification.
     pub fn name(self) -> &'static str {
         match self {
             Self::Half => "half",

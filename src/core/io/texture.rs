@@ -26,7 +26,7 @@ pub enum TextureKind {
 pub struct TextureRequest {
     /// The file.
     pub path: PathBuf,
-    /// What it is for.
+    /// Use of the texture.
     pub kind: TextureKind,
     /// What lies beside the unit square.
     pub wrap: Wrap,
@@ -35,9 +35,9 @@ pub struct TextureRequest {
 /// Textures that were read, each once.
 #[derive(Debug)]
 pub struct LoadedTextures {
-    /// By id, in the order in which they were asked for first.
+    /// Textures by id, in the order in which they were asked for first.
     pub textures: Vec<Texture>,
-    /// For each request its texture, or why there is none.
+    /// Texture of each request, or the reason why there is none.
     pub ids: Vec<Result<TextureId, FileError>>,
     /// Repairs.
     pub warnings: Vec<FileError>,

@@ -17,7 +17,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// By the file name's extension; a PNG clips what is too bright.
+    /// Format by the file name's extension; a PNG clips what is too bright.
     pub fn of_path(path: &Path) -> Result<Self, FileError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {

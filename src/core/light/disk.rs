@@ -136,7 +136,7 @@ impl DiskLight {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// As a source of light seen from afar.
+    /// Bounds of the light for points far away.
     pub(super) fn bounds(&self) -> LightBounds {
         LightBounds {
             center: self.center,
@@ -163,7 +163,7 @@ impl DiskLight {
         self.radiance
     }
 
-    /// Its area, in squares of scene units.
+    /// Area, in squares of scene units.
     pub(super) fn area(&self) -> f64 {
         PI * f64::from(self.radius).powi(2)
     }

@@ -53,7 +53,7 @@ impl Emission {
         }
     }
 
-    /// From a point of intensity `intensity`, W/sr, towards `w`.
+    /// Emission from a point of intensity `intensity`, W/sr, towards `w`.
     pub(super) fn of_point(position: Vec3, w: Vec3, intensity: Spectrum, pdf_direction: f32) -> Self {
         Self {
             p: position,
@@ -69,7 +69,7 @@ impl Emission {
         }
     }
 
-    /// From infinitely far away in the direction `w` into `world`, through a point of the disk drawn with `u`.
+    /// Emission from infinitely far away in the direction `w` into `world`, through a point of the disk drawn with `u`.
     pub(super) fn from_infinity(w: Vec3, radiance: Spectrum, pdf_direction: f32, u: Vec2, world: &Ball) -> Self {
         let p = world.before(w, uniform_disk(u));
         Self {

@@ -71,7 +71,7 @@ use tree::{LightBounds, ReceiverRegion};
 /// A point that light falls on, as far as the choice of a light depends on it.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
-    /// Where it is, world space.
+    /// Position, world space.
     pub p: Vec3,
     /// Unit normal, on the side from which light counts; zero where it counts from either side.
     pub n: Vec3,
@@ -270,7 +270,7 @@ impl Light {
         }
     }
 
-    /// Its type, as users write it.
+    /// Type of the light, as users write it.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) => "triangle",

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// A point that emits the same intensity in every direction.
 #[derive(Clone, Copy, Debug)]
 pub struct PointLight {
-    /// Where it is, world space.
+    /// Position, world space.
     pub position: Vec3,
     /// Radiant intensity, W/sr.
     pub intensity: Spectrum,

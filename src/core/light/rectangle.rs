@@ -63,7 +63,7 @@ impl RectangleLight {
         self.radiance
     }
 
-    /// Its corners, in the order of its winding.
+    /// Corners, in the order of its winding.
     pub(super) fn corners(&self) -> [Vec3; 4] {
         let ([a, b], p) = (self.edges, self.corner);
         [p, p + a, p + a + b, p + b]
@@ -142,7 +142,7 @@ impl RectangleLight {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// As a source of light seen from afar.
+    /// Bounds of the light for points far away.
     pub(super) fn bounds(&self) -> LightBounds {
         let [a, b] = self.edges;
         LightBounds {
@@ -169,7 +169,7 @@ impl RectangleLight {
         places.map(at).sum::<f32>() / (N * N) as f32
     }
 
-    /// Its area, in squares of scene units.
+    /// Area, in squares of scene units.
     pub(super) fn area(&self) -> f64 {
         f64::from(self.edges[0].cross(self.edges[1]).length())
     }

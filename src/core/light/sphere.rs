@@ -140,7 +140,7 @@ impl SphereLight {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// As a source of light seen from afar: a disk of its radius.
+    /// Bounds of the light for points far away: those of a disk of its radius.
     pub(super) fn bounds(&self) -> LightBounds {
         let disk = 0.25 * self.area() as f32;
         LightBounds {
@@ -170,7 +170,7 @@ impl SphereLight {
         self.radiance * (PI * form.max(0.0)) as f32
     }
 
-    /// Its area, in squares of scene units.
+    /// Area, in squares of scene units.
     pub(super) fn area(&self) -> f64 {
         4.0 * PI * f64::from(self.radius).powi(2)
     }

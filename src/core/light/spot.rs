@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 /// A point that emits into a cone.
 #[derive(Clone, Copy, Debug)]
 pub struct SpotLight {
-    /// Where it is, world space.
+    /// Position, world space.
     pub position: Vec3,
     /// Unit axis of the cone, world space.
     pub direction: Vec3,
@@ -66,7 +66,7 @@ impl SpotLight {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// As a source of light seen from afar: its power in all directions.
+    /// Bounds of the light for points far away: its power in all directions.
     pub(super) fn bounds(&self) -> LightBounds {
         LightBounds::isotropic(self.position, (self.power() / (4.0 * PI)) as f32)
     }

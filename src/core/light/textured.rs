@@ -122,7 +122,7 @@ impl TexturedTriangle {
         }
     }
 
-    /// As that of an even light of the mean radiance.
+    /// Bounds of an even light of the mean radiance.
     pub(super) fn bounds(&self) -> LightBounds {
         match &self.even {
             Even::Still(light) => light.emitting(light.radiance() * self.mean).bounds(),

@@ -125,7 +125,7 @@ pub(super) struct Cluster {
     pub first: u32,
     /// Number of lights.
     pub count: u32,
-    /// What they send to the region that the cluster was made for.
+    /// Irradiance in the region that the cluster was made for.
     pub irradiance: f32,
 }
 

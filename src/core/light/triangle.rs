@@ -70,7 +70,7 @@ impl TriangleLight {
         Self { radiance, ..self }
     }
 
-    /// Its corners, in world space.
+    /// Corners, in world space.
     pub(super) fn corners(&self) -> [Vec3; 3] {
         self.corners
     }
@@ -220,7 +220,7 @@ impl TriangleLight {
         Some(((b1 / excess) as f32, (b2 / excess) as f32))
     }
 
-    /// As a source of light seen from afar.
+    /// Bounds of the light for points far away.
     pub(super) fn bounds(&self) -> LightBounds {
         let center = self.corners.iter().fold(Vec3::ZERO, |sum, &p| sum + p / 3.0);
         let radius = self.corners.iter().fold(0.0, |r: f32, p| r.max(p.distance(center)));
@@ -257,7 +257,7 @@ impl TriangleLight {
         sum / (n * n) as f32
     }
 
-    /// Its area, in squares of scene units.
+    /// Area, in squares of scene units.
     pub(super) fn area(&self) -> f64 {
         f64::from(self.area)
     }

@@ -26,7 +26,7 @@ impl<'a> FaceLint<'a> {
         }
     }
 
-    /// For each position the first one that is equal to it.
+    /// Index of the first equal position, for each position.
     pub fn points(&self) -> &[u32] {
         &self.points
     }

@@ -27,13 +27,13 @@ pub struct Inspection {
 /// Where a material of the scene is from.
 #[derive(Clone, Debug)]
 pub struct MaterialSource {
-    /// Its name.
+    /// Name of the material.
     pub name: String,
     /// The OBJ file whose faces use it; `None` where it is the scene file's and thus that of all of them.
     pub obj: Option<PathBuf>,
-    /// Where it is defined; `None` for the default one.
+    /// Place of the definition; `None` for the default one.
     pub place: Option<(PathBuf, Position)>,
-    /// What it says, patches included, before its textures are read.
+    /// Material as defined, patches included, before its textures are read.
     pub found: FileMaterial,
 }
 
@@ -47,7 +47,7 @@ pub struct ObjSource {
 }
 
 impl ObjSource {
-    /// That of `obj`, which was read from `path`.
+    /// Inspection of `obj`, which was read from `path`.
     pub fn new(path: PathBuf, obj: &ObjFile) -> Self {
         let named = |m: &FileMaterial| (m.material.name.clone(), m.library.clone(), m.line);
         let materials = obj.materials.iter().map(named).collect();

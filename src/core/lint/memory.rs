@@ -65,7 +65,7 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// For a render of `scene`, whose largest OBJ file has so many bytes, to the pixels of `crop`, by a method that needs nothing beside them.
+    /// Memory of a render of `scene`, whose largest OBJ file has so many bytes, to the pixels of `crop`, by a method that needs nothing beside them.
     pub fn new(scene: &Scene, crop: Rect, largest_file: u64) -> Self {
         let triangles = scene.triangle_count();
         let meshes: usize = scene.meshes().iter().map(|mesh| mesh.bytes()).sum();

@@ -7,28 +7,28 @@ use crate::texture::{Mapping, Texture, TextureId};
 /// A texture, and how it lies on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Map {
-    /// Which one.
+    /// Id of the texture.
     pub texture: TextureId,
-    /// How it lies.
+    /// Mapping of the texture on the surface.
     pub mapping: Mapping,
 }
 
 /// The textures of a material; each multiplies the constant of its name, and bump and normal maps turn the shading normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
-    /// Of the diffuse reflectance.
+    /// Texture of the diffuse reflectance.
     pub diffuse: Option<Map>,
-    /// Of the specular factor.
+    /// Texture of the specular factor.
     pub specular: Option<Map>,
-    /// Of the emission.
+    /// Texture of the emission.
     pub emission: Option<Map>,
-    /// Of the exponent of a glossy lobe.
+    /// Texture of the exponent of a glossy lobe.
     pub exponent: Option<Map>,
-    /// Of the roughness.
+    /// Texture of the roughness.
     pub roughness: Option<Map>,
-    /// Of the share of metal.
+    /// Texture of the share of metal.
     pub metallic: Option<Map>,
-    /// Of the opacity.
+    /// Texture of the opacity.
     pub opacity: Option<Map>,
     /// Heights, in widths of a texel of the finest level.
     pub bump: Option<Map>,

@@ -40,7 +40,7 @@ pub struct Material {
     pub specular: Spectrum,
     /// How `specular` reflects.
     pub gloss: Gloss,
-    /// Of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission, in [0, 1]: the root of the facets' `α`. 0
+    /// Roughness of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission, in [0, 1]: the root of the facets' `α`. 0
     /// is smooth.
     pub roughness: f32,
     /// Elongation of highlights, in [0, 1]: the roughness along the tangent, over that across it, is the inverse root

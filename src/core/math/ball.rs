@@ -3,9 +3,9 @@ use super::{Bounds3, Frame, Vec2, Vec3, float::gamma};
 /// A ball in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// Its middle.
+    /// Centre.
     pub center: Vec3,
-    /// Its radius, scene units.
+    /// Radius, scene units.
     pub radius: f32,
 }
 

@@ -37,7 +37,7 @@ impl Bounds3 {
         }
     }
 
-    /// Its corners; bit `axis` of their index says on which side they are.
+    /// Corners; bit `axis` of their index says on which side they are.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             let [x, y, z] = [0, 1, 2].map(|axis| {

@@ -52,7 +52,7 @@ impl Horizon {
         self.rotation * coordinates
     }
 
-    /// From the frame in which +y is up to the world.
+    /// Rotation from the frame in which +y is up to the world.
     pub fn rotation(&self) -> Quat {
         self.rotation
     }

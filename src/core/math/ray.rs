@@ -7,13 +7,13 @@ use super::Vec3;
 pub struct Ray {
     /// Where the ray starts, in world space.
     pub origin: Vec3,
-    /// Where it goes, in world space.
+    /// Direction, in world space.
     pub direction: Vec3,
     /// Lower end of the open interval of `t`, ≥ 0.
     pub t_min: f32,
     /// Upper end of the open interval of `t`, possibly infinite.
     pub t_max: f32,
-    /// When it is traced, from 0 to 1: what moves is where it is then.
+    /// Time, from 0 to 1, at which the ray meets moving objects.
     pub time: f32,
     /// The body that the ray starts in, where light is absorbed: a number by which the scene knows it, 0 outside.
     pub body: u32,

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use std::sync::Arc;
 
 impl Backend {
-    /// That it is not built in.
+    /// Error of a backend that is not built in.
     pub fn absence(self) -> InvalidSetting {
         let names: Vec<&str> = Self::ALL.iter().map(|b| b.name()).collect();
         let help = format!(

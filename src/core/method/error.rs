@@ -34,7 +34,7 @@ pub struct InvalidSetting {
 }
 
 impl InvalidSetting {
-    /// One of `setting`, which is not to be `value`; `help` says what to do about it.
+    /// Error of `setting`, which is not to be `value`; `help` says what to do about it.
     pub fn new(setting: &str, value: impl fmt::Display, help: impl Into<String>) -> Self {
         Self {
             setting: setting.into(),

@@ -77,7 +77,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Nothing yet, for a picture of `resolution` pixels.
+    /// Preparation that has not begun, for a picture of `resolution` pixels.
     pub fn new(resolution: UVec2, seed: u64) -> Self {
         Self {
             irradiance: Irradiance::new(resolution, seed),

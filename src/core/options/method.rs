@@ -49,7 +49,7 @@ macro_rules! methods {
                 }
             }
 
-            /// What it does, in a line.
+            /// Description in a line.
             pub fn help(self) -> &'static str {
                 match self {
                     $(Self::$kind => concat!($($doc, "\n"),+).trim()),+

@@ -28,7 +28,7 @@ impl Parameter {
         self.named_flag.map_or_else(|| self.key.replace('_', "-"), String::from)
     }
 
-    /// What it does, in a line.
+    /// Description in a line.
     pub fn help(&self) -> &'static str {
         self.help.lines().next().unwrap_or_default().trim()
     }

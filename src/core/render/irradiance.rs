@@ -38,7 +38,7 @@ pub struct Irradiance {
 }
 
 impl Irradiance {
-    /// Nothing yet, for a picture of `resolution` pixels.
+    /// Empty cache, for a picture of `resolution` pixels.
     pub fn new(resolution: UVec2, seed: u64) -> Self {
         Self {
             resolution,

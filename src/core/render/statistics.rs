@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Rays traced, by purpose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// From the camera.
+    /// Rays from the camera.
     pub camera: u64,
     /// Onwards from a surface.
     pub bounce: u64,
@@ -38,7 +38,7 @@ impl RayCounts {
         }
     }
 
-    /// All of them.
+    /// Number of all rays.
     pub fn total(self) -> u64 {
         self.camera + self.bounce + self.shadow
     }
@@ -59,7 +59,7 @@ impl RayCounts {
 pub struct DroppedSample {
     /// Which sample it was: enough to trace it again.
     pub key: SampleKey,
-    /// What it claimed.
+    /// Radiance that the sample claimed.
     pub radiance: [f32; 3],
 }
 
@@ -68,7 +68,7 @@ pub struct DroppedSample {
 pub struct MutationCounts {
     /// Proposals.
     pub proposed: u64,
-    /// Those that became the chain's next state.
+    /// Mutations that became the chain's next state.
     pub accepted: u64,
 }
 

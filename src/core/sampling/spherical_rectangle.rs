@@ -70,7 +70,7 @@ impl SphericalRectangle {
         self.solid_angle
     }
 
-    /// From the point to a place of the rectangle, whose direction is uniform over the solid angle.
+    /// Vector from the point to a place of the rectangle, whose direction is uniform over the solid angle.
     #[inline]
     pub fn sample(&self, u: Vec2) -> Vec3 {
         let squared = self.z * self.z;

@@ -17,7 +17,7 @@ const BANDS: usize = 70;
 /// A wavelength that stands for the light of all channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wavelength {
-    /// In vacuum.
+    /// Wavelength in vacuum, nanometres.
     pub nanometers: f32,
     /// Factor of the light of each channel that has been refracted by this wavelength.
     pub weight: [f32; 3],

@@ -22,7 +22,7 @@ pub struct SceneReport {
     pub degenerate_triangles: u64,
     /// Materials whose lobes summed to more than 1 in some channel and were scaled down: name and largest channel.
     pub scaled_materials: Vec<(String, f32)>,
-    /// Nothing emitted, so a constant environment of radiance 1 was added.
+    /// Whether nothing emitted, so that a constant environment of radiance 1 was added.
     pub default_light: bool,
     /// Panes of glass that became thin dielectrics; those of a prototype once.
     pub panes: u64,

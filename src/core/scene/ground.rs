@@ -232,7 +232,7 @@ impl Ground {
         hit.geom == self.geom
     }
 
-    /// Its mesh.
+    /// Mesh of the ground.
     pub fn geom(&self) -> GeomId {
         self.geom
     }

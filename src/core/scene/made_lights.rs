@@ -48,7 +48,7 @@ pub struct StudioParameters {
 /// A rectangle that emits on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectangleParameters {
-    /// Its middle.
+    /// Centre.
     pub position: Vec3,
     /// Normal of the side that emits, of any length.
     pub direction: Vec3,
@@ -63,7 +63,7 @@ pub struct RectangleParameters {
 /// A sphere that emits from its outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereParameters {
-    /// Its middle.
+    /// Centre.
     pub position: Vec3,
     /// Scene units.
     pub radius: f32,
@@ -74,7 +74,7 @@ pub struct SphereParameters {
 /// A disk that emits on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiskParameters {
-    /// Its middle.
+    /// Centre.
     pub position: Vec3,
     /// Normal of the side that emits, of any length.
     pub direction: Vec3,

@@ -49,15 +49,15 @@ pub struct Shape {
     pub is_plain: bool,
     /// Which object it is part of, in the order of [`Scene::objects`], if it stands in the world itself.
     pub object: u32,
-    /// Its first light, if it emits; the others follow in order. Where it is part of a prototype this counts from [`Instance::first_light`].
+    /// First light of the mesh, if it emits; the others follow in order. Where it is part of a prototype this counts from [`Instance::first_light`].
     pub first_light: Option<LightId>,
     /// Number of its lights.
     pub light_count: u32,
-    /// Which of its lights a triangle is.
+    /// Numbering of the lights of its triangles.
     pub numbering: LightNumbering,
 }
 
-/// Which of the lights of a shape its triangles are.
+/// Numbering of the lights of a shape by its triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightNumbering {
     /// Each triangle is one.
@@ -71,9 +71,9 @@ pub enum LightNumbering {
 /// A prototype that has been put into the world.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// Which one, in the order of [`Scene::prototypes`].
+    /// Index of the prototype, in the order of [`Scene::prototypes`].
     pub prototype: u32,
-    /// Where it is.
+    /// Placement of the instance.
     pub placement: Placement,
     /// Which object it is part of, in the order of [`Scene::objects`].
     pub object: u32,
@@ -418,7 +418,7 @@ impl Scene {
         &self.textures
     }
 
-    /// How they are looked up.
+    /// Filter of texture lookups.
     pub fn texture_filter(&self) -> TextureFilter {
         self.texture_filter
     }

@@ -98,7 +98,7 @@ impl Texture {
         }
     }
 
-    /// The one value of a grey texture, the luminance of a coloured one.
+    /// Value of a grey texture, the luminance of a coloured one.
     pub fn value(&self, uv: Vec2, footprint: f32) -> f32 {
         self.value_between(uv, self.blend(footprint))
     }

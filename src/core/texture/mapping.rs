@@ -32,7 +32,7 @@ encode_variants!(Channel {
 });
 
 impl Channel {
-    /// Those that users type after `-imfchan`.
+    /// Names that users type after `-imfchan`.
     pub const NAMES: &[(&str, Self)] = &[
         ("r", Self::Red),
         ("g", Self::Green),

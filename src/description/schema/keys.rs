@@ -14,7 +14,7 @@ pub(super) struct Key {
 }
 
 impl Key {
-    /// What it may hold, with its help.
+    /// Schema of the key's values, with its help.
     pub fn schema(&self) -> Value {
         let mut schema = (self.holds)();
         schema["description"] = json!(self.help);

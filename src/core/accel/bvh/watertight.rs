@@ -43,7 +43,7 @@ impl MovingTriangle {
         Self { open, close }
     }
 
-    /// At `time`.
+    /// The triangle at `time`.
     pub fn at(&self, time: f32) -> Triangle {
         let corners = corners_at(self.open.corners(), self.close, time);
         Triangle::new(corners, self.open.geom, self.open.prim)

@@ -41,7 +41,7 @@ impl SceneHandle {
         device.check("building the acceleration structure")
     }
 
-    /// For queries, once it is committed.
+    /// Handle for queries, once the scene is committed.
     #[inline(always)]
     pub(super) fn raw(&self) -> RTCScene {
         self.0

@@ -42,7 +42,7 @@ pub struct Extreme {
     pub scale: Scale,
     /// Tests of this scale: places times channels.
     pub tests: usize,
-    /// Its pixels.
+    /// Pixels of the test.
     pub window: Rect,
     /// 0 red, 1 green, 2 blue.
     pub channel: usize,
@@ -79,7 +79,7 @@ pub struct Significance {
 pub const MIN_RARE: f64 = 50.0;
 
 impl Significance {
-    /// Of pictures of the pixels of `window`. `None` where they are not that, or where their variances are unknown, as after one sample.
+    /// Tests of two pictures of the pixels of `window`. `None` where they are not that, or where their variances are unknown, as after one sample.
     ///
     /// All tests are one family: each scale has an equal share of the chance of a false alarm, and within a scale each test (Šidák 1967).
     /// Variances that are too large, such as those of low-discrepancy samples, only make alarms rarer.

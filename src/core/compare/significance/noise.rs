@@ -70,11 +70,11 @@ pub(super) struct Pixels {
 }
 
 pub(super) struct Pixel {
-    /// Of reference and image.
+    /// Values of reference and image.
     pub(super) values: [[f64; 3]; 2],
     /// Of the difference, where those around it have a say.
     variance: [f64; 3],
-    /// Of the estimates of the variance.
+    /// Degrees of freedom of the estimates of the variance.
     pub(super) freedom: f64,
 }
 
@@ -296,7 +296,7 @@ impl Grid {
 pub(super) struct NoiseTile {
     pub(super) window: Rect,
     pub(super) pixels: f64,
-    /// Of reference and image.
+    /// Sums of reference and image.
     pub(super) sums: [[f64; 3]; 2],
     /// Mean variance of the difference of a pixel.
     variance: [f64; 3],
@@ -304,7 +304,7 @@ pub(super) struct NoiseTile {
     pub(super) wide_variance: [f64; 3],
     /// Pixels that may have their errors in common.
     pub(super) sharing: f64,
-    /// Of the estimate of the variance: endless where many pixels with errors of their own make it, else that of the pixel with the fewest samples.
+    /// Degrees of freedom of the estimate of the variance: endless where many pixels with errors of their own make it, else that of the pixel with the fewest samples.
     pub(super) freedom: f64,
     common: CommonErrors,
 }
@@ -333,12 +333,12 @@ impl NoiseTile {
         }
     }
 
-    /// Of reference and image; NaN where no pixel counts.
+    /// Means of reference and image; NaN where no pixel counts.
     pub(super) fn means(&self, channel: usize) -> [f64; 2] {
         self.sums.map(|sums| sums[channel] / self.pixels)
     }
 
-    /// Of the difference of the means, where `sharing` pixels have their errors in common.
+    /// Variance of the difference of the means, where `sharing` pixels have their errors in common.
     pub(super) fn variance(&self, of_pixel: f64, sharing: f64, channel: usize) -> f64 {
         // All pixels may be rounded to the same side.
         let rounding = f32::EPSILON as f64 * self.means(channel).into_iter().fold(0.0, f64::max);

@@ -122,7 +122,7 @@ impl PathPart {
         &self.expression
     }
 
-    /// What it is called where the whole of it matters: the layer, or for expressions of the user `lpe:NAME=EXPRESSION`.
+    /// Name of the part where the whole of it matters: the layer, or for expressions of the user `lpe:NAME=EXPRESSION`.
     pub fn describe(&self) -> String {
         match self.layer.strip_prefix("lpe_").filter(|_| self.is_own) {
             Some(name) => format!("{}{name}={}", Self::OWN, self.expression),

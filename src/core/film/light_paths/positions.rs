@@ -69,7 +69,7 @@ impl Positions {
         })
     }
 
-    /// Those of `positions` that match one of `symbols`.
+    /// Elements of `positions` that match one of `symbols`.
     pub fn matching(&self, positions: Set, symbols: Symbols) -> Set {
         let matches = |&i: &usize| positions >> i & 1 == 1 && self.symbols[i] & symbols != 0;
         (0..self.symbols.len()).filter(matches).fold(0, |set, i| set | 1 << i)

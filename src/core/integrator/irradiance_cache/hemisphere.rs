@@ -22,7 +22,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Nothing.
+    /// No light and no surface.
     pub const NOTHING: Self = Self {
         radiance: Spectrum::ZERO,
         distance: f32::INFINITY,
@@ -43,7 +43,7 @@ pub struct GatheredHemisphere {
 }
 
 impl Strata {
-    /// For about so many rays: strata are about as wide as high at half height, which takes π times as many columns as rows.
+    /// Strata for about so many rays: strata are about as wide as high at half height, which takes π times as many columns as rows.
     pub fn new(rays: u32) -> Self {
         let rows = (rays as f32 / PI).sqrt().round().max(2.0);
         Self {

@@ -6,7 +6,7 @@ use std::array::from_fn;
 /// 1992, "Irradiance Gradients").
 #[derive(Clone, Copy, Debug)]
 pub struct Record {
-    /// Where it was found, world space.
+    /// Position of the record, world space.
     pub p: Vec3,
     /// Unit normal, on the side from which the light comes.
     pub n: Vec3,
@@ -14,7 +14,7 @@ pub struct Record {
     pub radius: f32,
     /// Irradiance, W·m⁻².
     pub irradiance: Spectrum,
-    /// How it changes.
+    /// Gradients of the irradiance.
     pub gradients: Gradients,
     /// Number of rays of equal radiance that would have the variance of those that were traced: `(Σ L)² / Σ L²` (Kish 1965).
     pub effective_rays: f32,
@@ -26,9 +26,9 @@ const FEW_RAYS: f32 = 36.0;
 /// How irradiance changes from a place, in every channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gradients {
-    /// By a turn of the normal: along the axis of the turn, per radian.
+    /// Change by a turn of the normal: along the axis of the turn, per radian.
     pub rotational: [Vec3; 3],
-    /// By a move: along the way, per scene unit. It lies in the surface.
+    /// Change by a move: along the way, per scene unit. It lies in the surface.
     pub translational: [Vec3; 3],
 }
 

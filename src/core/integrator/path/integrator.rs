@@ -390,7 +390,7 @@ impl<S: Sampler> CameraPacket<S> {
 }
 
 impl<S> PathStart<'_, S> {
-    /// With the closest hit of its ray, which has left a surface.
+    /// This start with the closest hit of its ray, which has left a surface.
     #[inline(always)]
     pub fn traced<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Self {
         let mut tint = Spectrum::ONE;

@@ -58,7 +58,7 @@ impl Roulette {
 // ANCHOR_END: roulette
 
 impl Roulette {
-    /// With the default survival probability.
+    /// Roulette with the default survival probability.
     pub fn after(depth: u32) -> Self {
         Self {
             depth,

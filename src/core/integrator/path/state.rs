@@ -19,7 +19,7 @@ pub(crate) struct PathState {
 }
 
 impl PathState {
-    /// Before the first vertex.
+    /// State before the first vertex.
     #[inline(always)]
     pub fn new(ray: Ray) -> Self {
         Self {

@@ -72,7 +72,7 @@ fn width(level: i32) -> f32 {
 }
 
 impl<T: Placed> PhotonGrid<T> {
-    /// Of `photons`, to be found about points as far away as `radii` say at `time`.
+    /// Grid of `photons`, to be found about points as far away as `radii` say at `time`.
     pub fn new(photons: Vec<T>, radii: &Radii, time: f32) -> Self {
         // Counting sort by bucket
         let cell = |photon: &T| Cell::of(photon.place(), level(radii.at(photon.place(), time)));

@@ -91,7 +91,7 @@ pub struct PhotonSlice {
 }
 
 impl PhotonMaps {
-    /// Of the photons that `paths` paths left, none of which was left out, in `slices` slices of equal length.
+    /// Maps of the photons that `paths` paths left, none of which was left out, in `slices` slices of equal length.
     pub fn new(mut photons: Vec<Photon>, paths: u32, slices: u32) -> Self {
         photons.sort_by_key(|photon| photon.slice);
         let of_slice = |slice: u32| {
@@ -111,7 +111,7 @@ impl PhotonMaps {
         Self { slices }
     }
 
-    /// Those of the slice at the share `u` of the shutter interval; `None` where there is none.
+    /// Slice at the share `u` of the shutter interval; `None` where there is none.
     pub fn at(&self, u: f32) -> Option<&PhotonSlice> {
         let last = self.slices.len().checked_sub(1)?;
         self.slices.get(((u * self.slices.len() as f32) as usize).min(last))

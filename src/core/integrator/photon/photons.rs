@@ -47,7 +47,7 @@ impl Photon {
         }
     }
 
-    /// Where it is, world space.
+    /// Position, world space.
     pub fn p(&self) -> Vec3 {
         Vec3::from_array(self.p)
     }

@@ -30,7 +30,7 @@ pub struct Nearest<'t> {
 }
 
 impl PhotonTree {
-    /// Of `photons`; the same tree for the same photons in the same order.
+    /// Tree of `photons`; the same tree for the same photons in the same order.
     pub fn new(mut photons: Vec<Photon>) -> Self {
         let mut axes = vec![0; photons.len()];
         // Ranges yet to be divided

@@ -50,9 +50,9 @@ pub(super) enum TrMeaning {
 /// What a material says of its opacity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Dissolve {
-    /// Its `d`.
+    /// Value of `d`.
     pub d: Option<f32>,
-    /// Its `Tr`.
+    /// Value of `Tr`.
     pub tr: Option<f32>,
 }
 

@@ -31,7 +31,7 @@ pub struct MapStatement {
     pub slot: MapSlot,
     /// The file's name, as it is written.
     pub file: String,
-    /// How it lies on the surface.
+    /// Mapping of the texture on the surface.
     pub mapping: Mapping,
     /// Options that have no effect here.
     pub ignored: Vec<&'static str>,

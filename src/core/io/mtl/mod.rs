@@ -43,11 +43,11 @@ pub(crate) fn library_path(obj: &Path, name: &str) -> PathBuf {
 pub struct FileMaterial {
     /// What the library says of it.
     pub material: Material,
-    /// Its textures.
+    /// Textures of the material.
     pub maps: Vec<MapRequest>,
     /// The library that defines it.
     pub library: PathBuf,
-    /// Of its `newmtl`.
+    /// Line of the material's `newmtl`.
     pub line: usize,
 }
 
@@ -71,9 +71,9 @@ impl FileMaterial {
 /// A texture statement.
 #[derive(Clone, Debug)]
 pub struct MapRequest {
-    /// What it says.
+    /// Statement without its keyword.
     pub statement: MapStatement,
-    /// Where it stands: an error without a message.
+    /// Place of the statement: an error without a message.
     pub place: FileError,
 }
 

@@ -70,7 +70,7 @@ pub(crate) struct Section {
     /// Share of the light that is transmitted and not reflected where the surface is no metal; translations alone give it.
     pub transmitted: Option<f32>,
     pub maps: Vec<MapRequest>,
-    /// Of its `newmtl`.
+    /// Line of the material's `newmtl`.
     pub line: usize,
     /// Lines of its statements, by keyword in lower case.
     pub lines: Vec<(String, usize)>,

@@ -16,7 +16,7 @@ pub(super) struct Faces {
     pub material: Option<String>,
     /// Line of the first `usemtl` with that name; 0 where there is none.
     pub line: usize,
-    /// In the file's order.
+    /// Runs of faces in the file's order.
     pub runs: Vec<Run>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Run {
     pub section: usize,
     /// The faces.
     pub faces: FaceRange,
-    /// Their smoothing group; 0 for none.
+    /// Smoothing group of the faces; 0 for none.
     pub smoothing: u32,
 }
 

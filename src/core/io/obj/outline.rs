@@ -28,7 +28,7 @@ pub(super) struct Outline {
 /// Values that corners of faces name by index.
 #[derive(Default)]
 pub(super) struct VertexData {
-    /// In the file's units.
+    /// Positions in the file's units.
     pub positions: Vec<Vec3>,
     /// Texture coordinates, v upwards.
     pub uvs: Vec<Vec2>,

@@ -58,7 +58,7 @@ impl Remarks {
         later.keywords.iter().for_each(|keyword| self.name(keyword));
     }
 
-    /// All of it.
+    /// All remarks as findings.
     pub fn findings(&self, path: &Path) -> Vec<Finding> {
         let words = [
             ("short-face", "faces of fewer than 3 corners are skipped".to_string()),

@@ -13,7 +13,7 @@ macro_rules! kinds {
         }
 
         impl Kind {
-            /// All of them.
+            /// All kinds.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
             /// A name that stays the same, whatever the words.
@@ -79,7 +79,7 @@ impl Lines {
         }
     }
 
-    /// Those of both.
+    /// Adds the differences of `more`.
     pub fn extend(&mut self, more: &Self) {
         self.count += more.count;
         let free = (1 + MAX_PLACES).saturating_sub(self.first.len());

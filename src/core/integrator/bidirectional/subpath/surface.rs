@@ -36,7 +36,7 @@ impl Deref for Held<'_> {
 #[derive(Clone, Debug)]
 pub(crate) struct Surface<'a> {
     pub hit: Hit,
-    /// With the shading normal as it is before it is bent to a viewer.
+    /// Surface point, with the shading normal before it is bent to a viewer.
     pub point: SurfacePoint,
     frame: Frame,
     pub bsdf: Held<'a>,

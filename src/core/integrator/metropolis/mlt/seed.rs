@@ -55,7 +55,7 @@ impl Seeds {
         &self.lengths[1 - seed.sample as usize % 2]
     }
 
-    /// The one at `u` of [0, 1) of their light; `None` where there is none.
+    /// The seed at `u` of [0, 1) of their light; `None` where there is none.
     pub(super) fn at(&self, u: f64) -> Option<Seed> {
         let light = u * self.sums.last()?;
         let index = self.sums.partition_point(|&sum| sum <= light);

@@ -63,7 +63,7 @@ pub(super) struct Look {
 }
 
 impl<'f, 'v> Firsts<'f, 'v> {
-    /// Those of a group whose paths draw directions by `directions`.
+    /// First vertices of a group whose paths draw directions by `directions`.
     #[inline(always)]
     pub fn new(vertices: &'f [Option<First<'v>>; SAMPLES_AT_ONCE], directions: Directions) -> Self {
         let mut firsts = Self {

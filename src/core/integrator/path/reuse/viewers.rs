@@ -96,7 +96,7 @@ pub(super) enum ForViewers {
 }
 
 impl<'f, 'v> Workspace<'f, 'v> {
-    /// For a group with these first vertices.
+    /// Workspace for a group with these first vertices.
     #[inline(always)]
     pub fn new(firsts: Firsts<'f, 'v>) -> Self {
         Self {

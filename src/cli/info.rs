@@ -1,3 +1,5 @@
+//! `embrasure info`: contents of a scene.
+
 use super::args::SceneArgs;
 use super::error::CliError;
 use super::job::{guesses, read_scene};

@@ -1,3 +1,5 @@
+//! A render command after validation: flags over the scene file over the defaults.
+
 use super::aov_list::aovs;
 use super::args::{LoadArgs, RenderArgs};
 use super::error::CliError;

@@ -1,3 +1,5 @@
+//! `render --pixel`: the rays of one sample, in words or as JSON.
+
 use super::error::CliError;
 use super::paths;
 use crate::accel::{Accel, Answer, Recorder};

@@ -1,3 +1,5 @@
+//! `[camera]`: its keys.
+
 use super::exact_list::numbers;
 use crate::guess::{Orbit, View};
 use crate::options::{join_names, name_of};

@@ -1,3 +1,5 @@
+//! `[[light]]`: its keys, and the light that they make.
+
 use super::FileError;
 use super::environment::{BYTES_OF_A_NEW_TEXEL, environment_bytes, read_environment};
 use super::exact_list::numbers;

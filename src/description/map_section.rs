@@ -1,3 +1,5 @@
+//! Textures in sections of materials: a file name, or a table with the mapping.
+
 use super::FileError;
 use super::exact_list::numbers;
 use super::mtl::MapRequest;

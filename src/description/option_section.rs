@@ -1,3 +1,5 @@
+//! Sections that set parameters (`options`): keys and values as they were written, and the options read from them.
+
 use super::scene_options::AnyGroup;
 use super::source::Source;
 use super::unknown_key::unknown_key;

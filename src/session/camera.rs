@@ -1,3 +1,5 @@
+//! Settings of the camera, and the camera made of them and of a guess.
+
 use crate::accel::Accel;
 use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::description::SceneFile;

@@ -1,6 +1,7 @@
 //! Headings under which `--help` lists flags, and the dozen of them that `-h` shows.
 //!
-//! `-h` shows the first line of each help, `--help` all lines.
+//! `-h` shows the first line of each help, `--help` all lines. Within a heading flags are in the order of the fields in `cli/args`, and parameters in
+//! that of their entries in `options`; headings are in the order of their first flags.
 
 use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, Command};

@@ -1,3 +1,5 @@
+//! Fresnel reflectance of dielectrics and conductors, and refraction.
+
 use crate::color::Spectrum;
 use crate::math::{Vec3, encode_variants};
 

@@ -1,3 +1,5 @@
+//! The GGX distribution of microfacets.
+
 use crate::math::{Vec2, Vec3, float::UNIT_ROUNDOFF};
 use std::f32::consts::PI;
 

@@ -1,3 +1,5 @@
+//! Importance of pixels along rays from the lens, for paths from lights.
+
 use super::Camera;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;

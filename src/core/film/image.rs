@@ -1,3 +1,5 @@
+//! Developed images: channels computed from the sums of a film.
+
 use super::{Accumulator, Film, Rect, RgbImage};
 use crate::math::UVec2;
 use std::borrow::Cow;

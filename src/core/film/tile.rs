@@ -1,3 +1,5 @@
+//! Rectangles of pixels, and tiles: the blocks of pixels to whose sums one task adds.
+
 use super::{Accumulator, Block, FeatureSums, Fixed, LightPaths, PartBlock, PartSum};
 use crate::math::{UVec2, encode_fields};
 use std::ops::Range;

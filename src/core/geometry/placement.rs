@@ -41,7 +41,7 @@ impl Encode for Placement {
 }
 
 impl Placement {
-    /// Most steps that a motion may have; Embree takes no more.
+    /// Maximum number of steps that a motion may have; Embree takes no more.
     pub const MAX_STEPS: usize = 129;
 
     /// Transform at `time` in [0, 1].

@@ -1,3 +1,5 @@
+//! Errors of files, with place and remedy.
+
 use std::fmt;
 use std::path::{Path, PathBuf};
 

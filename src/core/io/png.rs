@@ -1,3 +1,5 @@
+//! PNG files: 8-bit pictures for display, after exposure and tone curve (`color/tone.rs`).
+
 use super::{FileError, Metadata, Output};
 use crate::color::Tone;
 use crate::film::{Image, metered};

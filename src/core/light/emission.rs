@@ -1,3 +1,5 @@
+//! Emission: sampling of light paths at each kind of light, and the densities.
+
 use super::Light;
 use crate::color::Spectrum;
 use crate::math::{Ball, Frame, Vec2, Vec3};

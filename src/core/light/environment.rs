@@ -1,3 +1,5 @@
+//! Environments: images of latitude and longitude as lights.
+
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::math::{Ball, Encode, Quat, Vec2, Vec3, encode_fields, float::ALMOST_ONE};

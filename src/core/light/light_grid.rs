@@ -25,7 +25,7 @@ const MAX_CLUSTERS: usize = 64;
 pub(super) const NORMALS: usize = 27;
 /// Share of the choice that goes by power, whatever the place.
 const BY_POWER: f64 = 0.02;
-/// Least probability of a cluster: some steps of a random number.
+/// Minimum probability of a cluster: some steps of a random number.
 const LEAST: f64 = 1.0 / (1u32 << 20) as f64;
 /// A light is taken to have at least this share of all power, lest it vanish in sums.
 const MIN_POWER: f64 = 1.0 / (1u64 << 40) as f64;

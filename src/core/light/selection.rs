@@ -1,3 +1,5 @@
+//! Choice of a light for next-event estimation: by power, by place, or all lights.
+
 use super::lamps::Lamps;
 use super::light_grid::LightGrid;
 use super::visibility_grid::VisibilityGrid;

@@ -42,7 +42,7 @@ const BY_RADIANCE: f64 = 0.1;
 const NORMAL_SPREAD: f32 = 0.35;
 /// Minimum visible share that is assumed of every light, since rays are few.
 const MIN_SHARE: f64 = 0.01;
-/// Least probability that the sky is sampled where it is the only light.
+/// Minimum probability that the sky is sampled where it is the only light.
 const MIN_RATE: f64 = 0.25;
 /// Units of probability in a table.
 const UNITS: u32 = 1 << 16;

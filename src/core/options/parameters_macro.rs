@@ -1,3 +1,5 @@
+//! The macro `parameters!` defines options once, for flags, scene files, documentation and checks. Its types are here too.
+
 use super::value::expected;
 use super::{Value, nearest};
 use std::fmt;

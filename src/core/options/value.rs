@@ -1,3 +1,5 @@
+//! Types of parameters: reading, writing and description of their values.
+
 use super::names::{Named, join_names, name_of};
 use serde_json::json;
 

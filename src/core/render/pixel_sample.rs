@@ -1,10 +1,12 @@
+//! The sink of one sample of a pixel: radiance, weight, first surface and rays. `World::camera_ray` starts the sample.
+
 use super::cancellation::Cancellation;
 use super::observer::Observer;
 use super::statistics::RayCounts;
 use crate::film::FirstSurface;
 use crate::integrator::{CameraView, Gathered, RayKind, RaySink, Sink};
 
-/// What one sample gave.
+/// Sink of one sample.
 pub struct PixelSample<'a, R> {
     pub(super) weight: f32,
     pub(super) radiance: R,

@@ -1,3 +1,5 @@
+//! Halton's sequence and Hammersley's points.
+
 use super::hash::{numbered, permute, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};
 use crate::math::float::ALMOST_ONE;

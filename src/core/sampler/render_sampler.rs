@@ -1,7 +1,7 @@
 use super::{AnySampler, Dimension, Fibonacci, PerturbedQmc, SampleKey, Sampler};
 use crate::math::Vec2;
 
-/// What a render draws from. Most draw from the first; the others are kept out of its way.
+/// Sampler of a render. Most renders draw from the first; the others are kept out of its way.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderSampler {
     /// One for all numbers.

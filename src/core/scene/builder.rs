@@ -1,3 +1,5 @@
+//! The builder of scenes, which validates all parts. `freeze.rs` makes the scene of them.
+
 use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
 use super::panes::Panes;

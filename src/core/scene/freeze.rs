@@ -1,3 +1,5 @@
+//! Makes the frozen scene of the parts of the builder: arrays of meshes, and lights of emitting surfaces.
+
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::ground::Ground;
 use super::panes::{FlatPanes, Panes, max_thickness};

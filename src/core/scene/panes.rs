@@ -73,7 +73,7 @@ struct Face {
     centroid: DVec3,
     /// Largest distance of a point from the centroid.
     radius: f64,
-    /// Least and largest distance of the points from the origin along `n`.
+    /// Minimum and maximum distance of the points from the origin along `n`.
     offsets: [f64; 2],
 }
 

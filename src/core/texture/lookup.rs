@@ -1,3 +1,5 @@
+//! Textures and their filtered lookups.
+
 use super::levels::Level;
 use super::samples::{LINEAR, Samples, Stored, Texels, share};
 use super::{Wrap, half};

@@ -1,3 +1,5 @@
+//! Samples of textures in memory, in the precision of their files.
+
 use super::half;
 use super::levels::{self, Level};
 use crate::color::srgb;

@@ -1,3 +1,5 @@
+//! Values of the keys of a material, each in its range, and errors of keys that cannot be combined.
+
 use super::{ColorValue, Material, MaterialSection};
 use crate::color::Spectrum;
 use crate::description::FileError;
@@ -29,7 +31,7 @@ pub(super) struct Values {
     pub opacity: Option<f32>,
 }
 
-/// Least share of the light that a body is taken to leave on its depth: what leaves nothing has no coefficient.
+/// Minimum share of the light that a body is taken to leave on its depth: what leaves nothing has no coefficient.
 const MIN_TRANSMISSION: f32 = 1e-6;
 
 impl Values {

@@ -1,3 +1,5 @@
+//! A hierarchy of boxes over leaves of any type: building by obvhs, and traversal.
+
 use super::wide::{Child, Node, Slabs, widen};
 use crate::math::{Bounds3, Ray};
 use obvhs::aabb::Aabb;

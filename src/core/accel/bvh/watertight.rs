@@ -1,3 +1,5 @@
+//! Triangles as leaves of a hierarchy, and watertight intersection.
+
 use super::tree::Leaf;
 use crate::geometry::{GeomId, PrimId, corners_at};
 use crate::math::{Bounds3, DVec3, Ray, Vec3, Vec3Swizzles, float::gamma};

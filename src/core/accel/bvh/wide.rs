@@ -1,3 +1,5 @@
+//! Nodes of four boxes, made from a binary hierarchy, and the test of a ray against the boxes.
+
 use crate::math::{Ray, Vec3, Vec4, float::gamma};
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 

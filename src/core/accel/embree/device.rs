@@ -1,3 +1,5 @@
+//! Embree devices and their errors.
+
 use embree4_sys::*;
 use std::ffi::{CString, c_void};
 use std::ptr;

@@ -1,3 +1,5 @@
+//! Rays over a stratified hemisphere, and the irradiance and gradients that they give.
+
 use super::record::Gradients;
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};

@@ -1,3 +1,5 @@
+//! Makes records of irradiance: where, and from which rays.
+
 use super::hemisphere::{Seen, Strata};
 use super::record::Record;
 use super::{MAX_MIRRORS, layer};

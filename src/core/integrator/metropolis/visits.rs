@@ -20,7 +20,7 @@ pub(crate) struct Visits {
     pixels: HashMap<[i32; 2], f64>,
     /// Sum of their squares.
     squares: f64,
-    /// Most visits of a pixel.
+    /// Maximum number of visits of a pixel.
     max: f64,
 }
 

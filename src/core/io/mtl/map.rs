@@ -1,3 +1,5 @@
+//! Texture statements of MTL (`map_Kd`, `map_Bump` and others): keywords, options and file names.
+
 use crate::math::Vec2;
 use crate::texture::{Channel, Mapping, Wrap};
 

@@ -1,3 +1,5 @@
+//! A section of a material library, from one `newmtl` to the next: its statements, and the material that they mean.
+
 mod effects;
 
 use super::dialect::{Dissolve, TrMeaning};

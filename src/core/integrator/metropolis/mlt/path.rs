@@ -1,3 +1,5 @@
+//! Paths of the chains and their vertices.
+
 use crate::bsdf::{Bsdf, TransportMode};
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};

@@ -17,13 +17,13 @@ pub(super) struct PathPerturbation<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
 }
 
-/// Least distance on the film by which a path is perturbed, pixels.
+/// Minimum distance on the film by which a path is perturbed, pixels.
 const MIN_STEP: f32 = 0.1;
 /// Share of the picture's area that lies within the greatest one.
 const MAX_STEP_SHARE: f32 = 0.05;
-/// Least and greatest angle by which directions between two specular chains are perturbed, radians.
+/// Minimum and maximum angle by which directions between two specular chains are perturbed, radians.
 const ANGLES: [f32; 2] = [0.0001, 0.1];
-/// Greatest angle by which a direction of light is, radians.
+/// Maximum angle by which a direction of light is, radians.
 const MAX_ANGLE: f32 = 0.5;
 
 /// What moves when the film point does.
@@ -61,7 +61,7 @@ pub(super) fn caustic_start(x: &Path) -> Option<usize> {
 }
 
 impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
-    /// Greatest distance on the film, pixels.
+    /// Maximum distance on the film, pixels.
     fn max_step(&self) -> f32 {
         (MAX_STEP_SHARE * self.space.film.area() / PI)
             .sqrt()

@@ -1,3 +1,5 @@
+//! Seeds: paths that chains start with.
+
 use super::bidirectional::Lengths;
 use super::numbers::Numbers;
 use super::path::{CameraSample, Path, Vertex};
@@ -5,7 +7,7 @@ use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::integrator::{RaySink, Roulette};
 
-/// Paths that a chain may start with: all that bidirectional path tracing has found in its samples of a frame.
+/// Paths that a chain may start with: all that bidirectional path tracing has found in its samples of an iteration.
 ///
 /// A chain whose first path is drawn from them in proportion to the light that they carry, and whose light is scaled by what they carry in the mean,
 /// is unbiased from its first step on (Veach 1997, §11.3.1).

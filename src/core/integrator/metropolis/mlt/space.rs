@@ -1,3 +1,5 @@
+//! Path space of a scene: vertices, subpaths and connections of the chains' paths.
+
 use super::numbers::Numbers;
 use super::path::{CameraSample, LightSource, LightSourceKind, Path, Single, Vertex};
 use crate::accel::Accel;

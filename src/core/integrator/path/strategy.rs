@@ -203,3 +203,20 @@ impl Heuristic {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights of two strategies, for paths, and those of many, for bidirectional methods, have the same exponent.
+    #[test]
+    fn both_forms_of_a_heuristic_agree() {
+        for heuristic in [Heuristic::Balance, Heuristic::Power] {
+            for [pdf, other] in [[1.0f32, 3.0], [0.2, 0.7], [5.0, 0.1]] {
+                let expected = 1.0 / (1.0 + heuristic.raised(f64::from(other) / f64::from(pdf)));
+                let weight = f64::from(heuristic.weight(pdf, other));
+                assert!((weight - expected).abs() < 1e-6, "{weight} {expected}");
+            }
+        }
+    }
+}

@@ -9,7 +9,7 @@ use crate::integrator::{CameraView, RayKind, RaySink, Sink};
 use crate::math::list;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
-use crate::session::{Prepared, Renderer, Session};
+use crate::session::{Prepared, RenderContext, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
@@ -48,11 +48,14 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         lines: Vec::new(),
     });
     let recorded: &dyn Accel = &recorder;
-    let world = session.world(&recorded);
+    let context = RenderContext {
+        world: session.world(&recorded),
+        prepared,
+    };
     let listener = |told| -> Box<dyn Sink<Radiance = Spectrum> + '_> { Box::new(Listener { story: &story, told }) };
     let mut sampler = settings.random_numbers();
     let method = settings.method();
-    if !method.sample((world, prepared), (settings.resolution, key), &mut sampler, &listener) {
+    if !method.sample(context, (settings.resolution, key), &mut sampler, &listener) {
         return false;
     }
     let mut story = story.into_inner();

@@ -31,7 +31,7 @@ pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};
 pub use state::RenderState;
 pub use version::{BUILD, version_text};
 
-pub(crate) use crate::method::{AnyAccel, Prepared};
+pub(crate) use crate::method::{AnyAccel, Prepared, RenderContext};
 pub(crate) use memory::forecast;
 pub(crate) use renderer::denoised;
 pub(crate) use settings::all_threads;

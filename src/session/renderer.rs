@@ -5,13 +5,13 @@
 //! `orthogonal`, `--directions perturbed-qmc` and `fibonacci`).
 
 use super::memory::check_pixels;
-use super::{AnyAccel, BUILD, Error, Prepared, RenderState, Session, Settings, thread_pool};
+use super::{AnyAccel, BUILD, Error, Prepared, RenderContext, RenderState, Session, Settings, thread_pool};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
-use crate::render::{self, Observer, Outcome, Statistics};
+use crate::render::{self, Observer, Outcome, Statistics, StopCondition};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -70,12 +70,19 @@ impl<'a> Renderer<'a> {
         self.prepared.doubtful_records()
     }
 
+    fn context(&self) -> RenderContext<'_, AnyAccel<'a>> {
+        RenderContext {
+            world: self.session.world(&self.accel),
+            prepared: &self.prepared,
+        }
+    }
+
     /// Makes what has to be there before the first sample.
     pub(crate) fn prepare(&self) {
         let settings = self.session.settings();
-        let world = (self.session.world(&self.accel), &self.prepared);
+        let context = self.context();
         self.session
-            .install(|| settings.method().prepare(world, &settings.random_numbers(), &()));
+            .install(|| settings.method().prepare(context, &settings.random_numbers(), &()));
     }
 
     /// Session that is rendered.
@@ -168,10 +175,13 @@ impl<'a> Renderer<'a> {
     /// ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let settings = self.session.settings();
-        let (sampler, limits) = (settings.random_numbers(), (settings.samples().end, settings.noise));
-        let world = (self.session.world(&self.accel), &self.prepared);
+        let stop = StopCondition {
+            end: settings.samples().end,
+            noise: settings.noise,
+        };
+        let (sampler, context) = (settings.random_numbers(), self.context());
         add_samples(state, |film| {
-            let render = || settings.method().render(world, &sampler, film, limits, observer);
+            let render = || settings.method().render(context, &sampler, film, stop, observer);
             self.session.install(render)
         })
     }

@@ -10,7 +10,7 @@ use embrasure::integrator::*;
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::render_iterations;
+use embrasure::render::{StopCondition, render_iterations};
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 
@@ -385,12 +385,24 @@ fn filters_weigh_splats() {
         });
         let light = by_iterations(&|film, seed| {
             let numbers = (&Independent::new(seed), &filter);
-            let _ = render_iterations(&light_tracer(world, 3), numbers, film, (budget(192), None), &());
+            let _ = render_iterations(
+                &light_tracer(world, 3),
+                numbers,
+                film,
+                StopCondition::at(budget(192)),
+                &(),
+            );
         });
         assert_same_means(&format!("{kind:?}, light"), &light, &expected);
         let both = by_iterations(&|film, seed| {
             let numbers = (&Independent::new(seed), &filter);
-            let _ = render_iterations(&bidirectional(world, 3), numbers, film, (budget(96), None), &());
+            let _ = render_iterations(
+                &bidirectional(world, 3),
+                numbers,
+                film,
+                StopCondition::at(budget(96)),
+                &(),
+            );
         });
         assert_same_means(&format!("{kind:?}, both"), &both, &expected);
     }

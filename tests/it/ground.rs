@@ -10,7 +10,7 @@ use embrasure::film::{Film, Rect};
 use embrasure::integrator::*;
 use embrasure::light::{LatLongImage, SelectionMode};
 use embrasure::math::{Quat, UVec2, Vec3};
-use embrasure::render::{Outcome, render, render_iterations};
+use embrasure::render::{Outcome, StopCondition, render, render_iterations};
 use embrasure::sampler::Independent;
 use embrasure::scene::{GroundPlane, Scene, SceneBuilder};
 
@@ -300,7 +300,7 @@ fn iterations_have_alpha() {
         };
         let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
         let numbers = (&Independent::new(3), &embrasure::film::Filter::BOX);
-        render_iterations(&integrator, numbers, &mut film, (8, None), &());
+        render_iterations(&integrator, numbers, &mut film, StopCondition::at(8), &());
         let alpha = |x: u32, y: u32| film.alpha(UVec2::new(x, y)).unwrap();
         assert_eq!((alpha(12, 12), alpha(0, 0)), (1.0, 0.0));
     });

@@ -13,7 +13,7 @@ use embrasure::integrator::{
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, Statistics, render_iterations};
+use embrasure::render::{Outcome, Statistics, StopCondition, render_iterations};
 use embrasure::sampler::{Independent, Sampler, Sobol};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
@@ -48,7 +48,8 @@ fn part(
     [first, end]: [u32; 2],
 ) -> (Film, Statistics) {
     let mut film = Film::starting_at(resolution, crop, first);
-    let (outcome, statistics) = render_iterations(integrator, (sampler, filter), &mut film, (end, None), &());
+    let (outcome, statistics) =
+        render_iterations(integrator, (sampler, filter), &mut film, StopCondition::at(end), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     (film, statistics)
 }
@@ -403,7 +404,7 @@ fn groups_of_lights_add_up_and_change_no_bit() {
         let film = |groups| {
             let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(groups);
             let numbers = (&Independent::new(1), &Filter::BOX);
-            render_iterations(&integrator, numbers, &mut film, (16, None), &());
+            render_iterations(&integrator, numbers, &mut film, StopCondition::at(16), &());
             film
         };
         let (plain, told_apart) = (film(0), film(2));

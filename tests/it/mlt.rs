@@ -11,7 +11,7 @@ use embrasure::integrator::{
 };
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, render_iterations};
+use embrasure::render::{Outcome, StopCondition, render_iterations};
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 
@@ -40,14 +40,14 @@ fn mlt<'a, A>(
     }
 }
 
-/// Frames `first` to `end` of the picture.
+/// The iterations before the one with index `end`.
 fn iterations(world: World<Backend>, (max_depth, metropolis): (u32, Metropolis), seed: u64, end: u32) -> Film {
     let resolution = world.camera.resolution();
     let mut film = Film::new(resolution, Rect::full(resolution));
     let test = rough_picture(world, max_depth);
     let integrator = mlt(world, max_depth, metropolis, &test);
     let numbers = (&Independent::new(seed), world.filter);
-    let (outcome, statistics) = render_iterations(&integrator, numbers, &mut film, (end, None), &());
+    let (outcome, statistics) = render_iterations(&integrator, numbers, &mut film, StopCondition::at(end), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

@@ -17,7 +17,7 @@ use embrasure::integrator::{
 };
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
-use embrasure::render::{Outcome, importance_image, render, render_iterations};
+use embrasure::render::{Outcome, StopCondition, importance_image, render, render_iterations};
 use embrasure::sampler::{Independent, SampleKey, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
@@ -165,7 +165,7 @@ pub fn film_of_iterations(
 ) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(2 * integrator.strategies());
     let numbers = (&Independent::new(seed), &Filter::BOX);
-    let (outcome, statistics) = render_iterations(integrator, numbers, &mut film, (iterations, None), &());
+    let (outcome, statistics) = render_iterations(integrator, numbers, &mut film, StopCondition::at(iterations), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

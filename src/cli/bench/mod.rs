@@ -12,8 +12,9 @@ use crate::film::{Film, FirstSurface};
 use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::options::{Backend, Denoising, IntegratorOptions, PathReuse, SamplingOptions};
+use crate::render::StopCondition;
 use crate::sampler::SampleKey;
-use crate::session::{AnyAccel, Prepared, Session, thread_pool};
+use crate::session::{AnyAccel, Prepared, RenderContext, Session, thread_pool};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::hint::black_box;
@@ -313,11 +314,14 @@ impl Measure<'_> {
     fn render(&self) {
         let settings = self.session.settings();
         let mut film = Film::starting_at(settings.resolution, settings.crop(), SAMPLES.start);
-        let world = (self.session.world(&self.accel), &self.prepared);
+        let context = RenderContext {
+            world: self.session.world(&self.accel),
+            prepared: &self.prepared,
+        };
         let sampler = settings.random_numbers();
         let method = settings.method();
         let progress = Progress::new(0, true);
-        black_box(method.render(world, &sampler, &mut film, (SAMPLES.end, None), &progress));
+        black_box(method.render(context, &sampler, &mut film, StopCondition::at(SAMPLES.end), &progress));
     }
 }
 

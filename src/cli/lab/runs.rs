@@ -13,9 +13,9 @@ use crate::film::{Film, Filter, RgbImage, metered};
 use crate::integrator::World;
 use crate::method::AnyAccel;
 use crate::options::Method;
-use crate::render::{Outcome, last_cut};
+use crate::render::{Outcome, StopCondition, last_cut};
 use crate::sampler::RenderSampler;
-use crate::session::{Prepared, Renderer, Session, Unfinished, denoised};
+use crate::session::{Prepared, RenderContext, Renderer, Session, Unfinished, denoised};
 use std::time::Instant;
 
 /// The picture of a contender after so many samples.
@@ -201,8 +201,8 @@ impl<'a> Estimate<'a> {
         let start = Instant::now();
         let sampler = self.sampler(self.contender.settings.spp);
         let session = self.session();
-        let world = (self.world(), &self.prepared);
-        let (outcome, _) = session.install(|| self.method.prepare(world, &sampler, self.progress));
+        let context = self.context();
+        let (outcome, _) = session.install(|| self.method.prepare(context, &sampler, self.progress));
         self.preparing = start.elapsed().as_secs_f64();
         self.seconds = self.preparing;
         whole(outcome)
@@ -212,8 +212,8 @@ impl<'a> Estimate<'a> {
     fn take(&self, film: &mut Film, end: u32) -> Result<f64, Interrupted> {
         let start = Instant::now();
         let (session, sampler) = (self.session(), self.sampler(end));
-        let world = (self.world(), &self.prepared);
-        let render = || self.method.render(world, &sampler, film, (end, None), self.progress);
+        let (context, stop) = (self.context(), StopCondition::at(end));
+        let render = || self.method.render(context, &sampler, film, stop, self.progress);
         let (outcome, _) = session.install(render);
         let seconds = start.elapsed().as_secs_f64();
         whole(outcome).map(|()| seconds)
@@ -247,6 +247,13 @@ impl<'a> Estimate<'a> {
         World {
             filter: &self.filter,
             ..self.session().world(self.renderer.accel())
+        }
+    }
+
+    fn context(&self) -> RenderContext<'_, AnyAccel<'a>> {
+        RenderContext {
+            world: self.world(),
+            prepared: &self.prepared,
         }
     }
 

@@ -6,24 +6,27 @@ use crate::film::FirstSurface;
 use crate::integrator::{PathEvent, RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::sampler::SampleKey;
-use crate::session::Renderer;
+use crate::session::{RenderContext, Renderer};
 use std::cell::RefCell;
 
 /// The traces of the sample `index` that light `pixel`: that of the pixel's own sample first, and of iterations those of all samples and chains that send light
 /// there.
 pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace> {
     let (session, accel) = (renderer.session(), renderer.accel().as_dyn());
-    let (settings, prepared) = (session.settings(), renderer.prepared());
+    let settings = session.settings();
     let method = settings.method();
-    let world = (session.world(&accel), prepared);
-    let filter = world.0.filter;
+    let context = RenderContext {
+        world: session.world(&accel),
+        prepared: renderer.prepared(),
+    };
+    let filter = context.world.filter;
     let mut sampler = settings.random_numbers();
     let own = SampleKey::new(pixel.x, pixel.y, index);
 
     // Samples of pixels
     let heard = RefCell::new(Heard::default());
     let listener = |told| -> Box<dyn Sink<Radiance = Spectrum> + '_> { Box::new(Listener { heard: &heard, told }) };
-    if method.sample(world, (settings.resolution, own), &mut sampler, &listener) {
+    if method.sample(context, (settings.resolution, own), &mut sampler, &listener) {
         let heard = heard.into_inner();
         return vec![Trace::new(own, heard.weight, &heard.events, pixel, filter)];
     }
@@ -32,7 +35,7 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
     let mut traces = Vec::new();
     session.install(|| {
         method.record_iteration(
-            world,
+            context,
             (settings.resolution, pixel, index),
             &settings.random_numbers(),
             &mut |found| {

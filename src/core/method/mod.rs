@@ -20,7 +20,7 @@ mod run;
 pub use backend::AnyAccel;
 pub use error::{Error, InvalidSetting};
 pub use memory::{MethodMemory, PictureSize};
-pub use run::Prepared;
+pub use run::{Prepared, RenderContext};
 
 use crate::integrator::{DirectLight, Directions, strategies};
 use crate::light::{SelectionMode, TriangleSampling};

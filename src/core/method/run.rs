@@ -15,7 +15,8 @@ use crate::integrator::{
 use crate::math::UVec2;
 use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
 use crate::render::{
-    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, Recorded, SampleIntegrator, Statistics, companions,
+    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, Recorded, SampleIntegrator, Statistics, StopCondition,
+    companions,
 };
 use crate::sampler::{RenderSampler, SampleKey, Sampler};
 use std::sync::OnceLock;
@@ -95,33 +96,48 @@ impl Prepared {
     }
 }
 
+/// The scene with its backend and camera, and what all samples of a picture look at.
+#[derive(Debug)]
+pub struct RenderContext<'a, A> {
+    /// Scene, backend and camera.
+    pub world: World<'a, A>,
+    /// What is made once, before the first sample.
+    pub prepared: &'a Prepared,
+}
+
+// Derived, these would ask the same of `A`, of which there is only a reference.
+impl<A> Clone for RenderContext<'_, A> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<A> Copy for RenderContext<'_, A> {}
+
 impl Method {
-    /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
-    /// enough.
+    /// Adds samples to every pixel of `film` until the condition `stop` holds.
     pub fn render(
         &self,
-        (world, prepared): (World<AnyAccel>, &Prepared),
+        RenderContext { world, prepared }: RenderContext<AnyAccel>,
         sampler: &RenderSampler,
         film: &mut Film,
-        (end, noise): (u32, Option<f64>),
+        stop: StopCondition,
         observer: &dyn Observer,
     ) -> (Outcome, Statistics) {
-        let (outcome, preparing) = self.prepare((world, prepared), sampler, observer);
+        let (outcome, preparing) = self.prepare(RenderContext { world, prepared }, sampler, observer);
         if outcome == Outcome::Stopped {
             return (outcome, preparing);
         }
         // Compiled for Embree itself; all other backends answer by dynamic dispatch, which costs about 1 % per query and keeps the build short.
-        let limits = (end, noise);
         let (outcome, statistics) = match world.accel {
             #[cfg(feature = "embree")]
             AnyAccel::Embree(accel) => {
-                let world = (world.with_accel(&**accel), prepared);
-                self.render_by(world, sampler, film, limits, observer)
+                let world = world.with_accel(&**accel);
+                self.render_by(RenderContext { world, prepared }, sampler, film, stop, observer)
             }
             accel => {
                 let accel = accel.as_dyn();
-                let world = (world.with_accel(&accel), prepared);
-                self.render_by(world, sampler, film, limits, observer)
+                let world = world.with_accel(&accel);
+                self.render_by(RenderContext { world, prepared }, sampler, film, stop, observer)
             }
         };
         (outcome, preparing.merge(statistics))
@@ -130,17 +146,16 @@ impl Method {
     /// What [`Method::render`] does by one backend after [`Method::prepare`].
     fn render_by<A: Dispatch>(
         &self,
-        (world, prepared): (World<A>, &Prepared),
+        RenderContext { world, prepared }: RenderContext<A>,
         sampler: &RenderSampler,
         film: &mut Film,
-        (end, noise): (u32, Option<f64>),
+        stop: StopCondition,
         observer: &dyn Observer,
     ) -> (Outcome, Statistics) {
         struct Render<'a, S> {
             sampler: &'a S,
             film: &'a mut Film,
-            end: u32,
-            noise: Option<f64>,
+            stop: StopCondition,
             filter: &'a Filter,
             observer: &'a dyn Observer,
         }
@@ -151,8 +166,7 @@ impl Method {
                 let Self {
                     sampler,
                     film,
-                    end,
-                    noise,
+                    stop: StopCondition { end, noise },
                     observer,
                     ..
                 } = self;
@@ -163,24 +177,23 @@ impl Method {
             }
             fn run_iterations(self, integrator: &impl IterationIntegrator) -> Self::Output {
                 let numbers = (self.sampler, self.filter);
-                render::render_iterations(integrator, numbers, self.film, (self.end, self.noise), &self.observer)
+                render::render_iterations(integrator, numbers, self.film, self.stop, &self.observer)
             }
         }
         let render = Render {
             sampler,
             film,
-            end,
-            noise,
+            stop,
             filter: world.filter,
             observer,
         };
-        self.with_integrator((world, prepared), render)
+        self.with_integrator(RenderContext { world, prepared }, render)
     }
 
     /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, an importance image, or nothing.
     pub fn prepare(
         &self,
-        (world, prepared): (World<AnyAccel>, &Prepared),
+        RenderContext { world, prepared }: RenderContext<AnyAccel>,
         sampler: &RenderSampler,
         observer: &dyn Observer,
     ) -> (Outcome, Statistics) {
@@ -195,14 +208,14 @@ impl Method {
             statistics.rays = rays;
             world.scene.light_selection().learn(visibility);
         }
-        let (outcome, others) = self.prepare_method((world, prepared), sampler, observer);
+        let (outcome, others) = self.prepare_method(RenderContext { world, prepared }, sampler, observer);
         (outcome, statistics.merge(others))
     }
 
     /// What [`Method::prepare`] does for one method alone.
     fn prepare_method(
         &self,
-        (world, prepared): (World<&dyn Accel>, &Prepared),
+        RenderContext { world, prepared }: RenderContext<&dyn Accel>,
         sampler: &RenderSampler,
         observer: &&dyn Observer,
     ) -> (Outcome, Statistics) {
@@ -259,7 +272,7 @@ impl Method {
     /// Backend and sink are reached by dynamic dispatch, so that looking at single samples does not compile all integrators once more.
     pub fn sample<'s>(
         &self,
-        (world, prepared): (World<&dyn Accel>, &Prepared),
+        RenderContext { world, prepared }: RenderContext<&dyn Accel>,
         (resolution, key): (UVec2, SampleKey),
         sampler: &mut RenderSampler,
         sink: &dyn Fn(bool) -> Box<dyn Sink<Radiance = Spectrum> + 's>,
@@ -290,14 +303,14 @@ impl Method {
             sampler,
             sink,
         };
-        self.with_integrator((world, prepared), sample)
+        self.with_integrator(RenderContext { world, prepared }, sample)
     }
 
     /// Runs iteration `index` after [`Method::prepare`], and gives `keep` the record of each sample and chain that lights `pixel`. Gives whether the method has
     /// iterations.
     pub fn record_iteration(
         &self,
-        (world, prepared): (World<&dyn Accel>, &Prepared),
+        RenderContext { world, prepared }: RenderContext<&dyn Accel>,
         (resolution, pixel, index): (UVec2, UVec2, u32),
         sampler: &RenderSampler,
         keep: &mut dyn FnMut(Recorded),
@@ -325,11 +338,12 @@ impl Method {
             numbers: (sampler, world.filter),
             keep,
         };
-        self.with_integrator((world, prepared), record)
+        self.with_integrator(RenderContext { world, prepared }, record)
     }
 
     /// The one place that chooses the integrator.
-    fn with_integrator<A: Dispatch, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
+    fn with_integrator<A: Dispatch, T: Task>(&self, context: RenderContext<A>, task: T) -> T::Output {
+        let RenderContext { world, prepared } = context;
         // The path tracer is compiled for Embree itself; of the others, which are many, there is one for all backends.
         let accel: &dyn Accel = world.accel;
         let any = world.with_accel(&accel);

@@ -10,6 +10,7 @@
 use super::cancellation::{Cancellation, CountedRays};
 use super::observer::{Observer, Outcome, should_leave};
 use super::statistics::{DroppedSample, Statistics};
+use super::stop_condition::StopCondition;
 use super::tiles::MANY_RAYS;
 use super::work_items::{in_work_items, map_indices};
 use crate::color::Spectrum;
@@ -37,7 +38,7 @@ const LIGHTS_OF_A_MUTATION: usize = 3;
 /// Pixels of a work item that are done between two looks at the observer: far less work than the rest of the work item, and far more than the look.
 const PIXELS_A_LOOK: usize = 4;
 
-/// Adds iterations to `film`, from those that it has to the one before the index `end`, or until its error is estimated to be `level` at most.
+/// Adds iterations to `film`, from those that it has until the stop condition holds, whose error is estimated.
 ///
 /// The result is the same to the bit for any number of threads: what a work item of an iteration finds depends on its place alone, and work items are added in
 /// their order. An iteration that is not whole when the observer asks to stop is thrown away; one that asks to pause waits for its end. The error is judged where blocks of samples end,
@@ -46,14 +47,14 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
     film: &mut Film,
-    (end, level): (u32, Option<f64>),
+    StopCondition { end, noise }: StopCondition,
     observer: &impl Observer,
 ) -> (Outcome, Statistics) {
     let mut statistics = Statistics::default();
     let start = film.tiles().iter().map(Tile::next_sample).min().unwrap_or(end);
     for index in start..end {
         let taken = index - film.first_sample();
-        if let Some(level) = level.filter(|_| taken >= 2 * BLOCK && taken % BLOCK == 0) {
+        if let Some(level) = noise.filter(|_| taken >= 2 * BLOCK && taken % BLOCK == 0) {
             if film.error() <= level * level {
                 break;
             }

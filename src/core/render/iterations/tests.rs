@@ -57,7 +57,7 @@ fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
         pause,
     };
     let numbers = (&SamplerKind::Independent.with_seed(1, 2), &Filter::BOX);
-    let (outcome, _) = render_iterations(&&counting, numbers, film, (2, None), &observer);
+    let (outcome, _) = render_iterations(&&counting, numbers, film, StopCondition::at(2), &observer);
     (outcome, counting.0.into_inner())
 }
 

@@ -1,0 +1,15 @@
+/// Condition that ends a render: all samples are taken, or the error is small enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StopCondition {
+    /// One past the index of the last sample of a pixel, or of the last iteration.
+    pub end: u32,
+    /// Relative error that ends the render earlier; `None`: all samples are taken.
+    pub noise: Option<f64>,
+}
+
+impl StopCondition {
+    /// Condition without an error: the render ends before the sample or iteration with index `end`.
+    pub fn at(end: u32) -> Self {
+        Self { end, noise: None }
+    }
+}

@@ -154,13 +154,13 @@ impl Progress {
 }
 
 /// A [`Progress`] that also stops the render at its end, and has it pause when something is due.
-pub(super) struct StopCondition<'a> {
+pub(super) struct TimedProgress<'a> {
     pub progress: &'a Progress,
     pub end: Option<Instant>,
     pub pause: Option<Instant>,
 }
 
-impl Observer for StopCondition<'_> {
+impl Observer for TimedProgress<'_> {
     fn progress(&self, samples: u64) {
         self.progress.progress(samples);
     }

@@ -9,7 +9,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
-use super::progress::{Heeding, Loading, Progress, StopCondition, interrupted_for, is_interrupted};
+use super::progress::{Heeding, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
 use super::stats::{Chains, Denoised, Dropped, NoiseReached, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices};
@@ -310,12 +310,12 @@ impl Run<'_> {
         let interval = checkpointer.map(|checkpointer| checkpointer.interval);
         let mut clock = Clock::new(interval, self.files.write_every, preview.interval, job.time_limit);
         let stop = loop {
-            let condition = StopCondition {
+            let timed = TimedProgress {
                 progress: &progress,
                 end: clock.end(),
                 pause: clock.pause(),
             };
-            if self.renderer.render(state, &condition) == Outcome::Complete {
+            if self.renderer.render(state, &timed) == Outcome::Complete {
                 break Stop::of_complete(&state.film, settings.noise);
             } else if progress.should_stop() {
                 break Stop::Interrupt;

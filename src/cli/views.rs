@@ -4,7 +4,7 @@ use super::args::{Flags, RenderArgs, ViewsArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::{Heeding, Loading, Progress, StopCondition, is_interrupted};
+use super::progress::{Heeding, Loading, Progress, TimedProgress, is_interrupted};
 use super::words;
 use crate::color::srgb;
 use crate::film::{RgbImage, metered};
@@ -74,7 +74,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     let settings = session.settings().clone();
     let samples = settings.crop().area() * u64::from(settings.spp);
     let progress = Progress::new(samples * candidates.len() as u64, args.quiet);
-    let condition = StopCondition {
+    let timed = TimedProgress {
         progress: &progress,
         end: None,
         pause: None,
@@ -84,7 +84,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
         session.look_through(camera)?;
         let renderer = session.renderer()?;
         let mut state = renderer.start();
-        if renderer.render(&mut state, &condition) != Outcome::Complete {
+        if renderer.render(&mut state, &timed) != Outcome::Complete {
             progress.finish();
             return Err(CliError::Interrupted("interrupted: no sheet is written".into()));
         }

@@ -21,12 +21,12 @@ pub struct RoughDielectric {
     /// Index of refraction inside over the one outside.
     ior: f32,
     /// For light that comes from outside, and from inside.
-    sides: [Side; 2],
+    sides: [EnergySide; 2],
 }
 
 /// What one scattering leaves behind of the light from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Side {
+struct EnergySide {
     /// Its share, on average.
     missing: f32,
     /// Share of it that returns to this side.
@@ -57,7 +57,7 @@ impl RoughDielectric {
         let left = entered / (denser * denser);
         let passed = if ior >= 1.0 { [entered, left] } else { [left, entered] };
         let largest = missing[0].max(missing[1]);
-        let side = |here: usize, beyond: usize| Side {
+        let side = |here: usize, beyond: usize| EnergySide {
             missing: missing[here],
             reflected: 1.0 - passed[here] * missing[beyond] / largest,
         };
@@ -161,7 +161,7 @@ impl RoughDielectric {
     }
 
     /// The side of `w`, and the other.
-    fn sides(&self, w: Vec3) -> [Side; 2] {
+    fn sides(&self, w: Vec3) -> [EnergySide; 2] {
         let [outside, inside] = self.sides;
         if w.z > 0.0 {
             [outside, inside]

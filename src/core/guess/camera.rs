@@ -371,7 +371,7 @@ impl<'a> CameraFinder<'a> {
                 *interior::views(&self.looker, horizon).first()?
             }
             (None, Some(target)) => {
-                let sees = |view: &interior::View| {
+                let sees = |view: &interior::InteriorView| {
                     let way = target - view.position;
                     let seen = way
                         .try_normalize()
@@ -390,16 +390,16 @@ impl<'a> CameraFinder<'a> {
         Some(self.inside_guess(view))
     }
 
-    fn inside_guess(&self, view: interior::View) -> CameraGuess {
+    fn inside_guess(&self, view: interior::InteriorView) -> CameraGuess {
         let words = format!("an interior, from inside at eye height ({OTHERS})");
         self.guess(view.position, view.target(), self.inside_fov(), words)
     }
 
     /// Views of an interior that differ, the best first.
-    fn distinct_views(&self) -> Vec<interior::View> {
-        let mut distinct: Vec<interior::View> = Vec::new();
+    fn distinct_views(&self) -> Vec<interior::InteriorView> {
+        let mut distinct: Vec<interior::InteriorView> = Vec::new();
         for view in interior::views(&self.looker, self.horizon()) {
-            let is_like = |other: &interior::View| {
+            let is_like = |other: &interior::InteriorView| {
                 view.position.distance(other.position) < ALIKE.0 * self.width()
                     && view.direction.dot(other.direction) > ALIKE.1
             };

@@ -24,7 +24,7 @@ const NEAR: f32 = 0.8;
 
 /// A view from within.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View {
+pub(super) struct InteriorView {
     pub position: Vec3,
     /// Horizontal unit vector.
     pub direction: Vec3,
@@ -33,7 +33,7 @@ pub(super) struct View {
     pub score: f32,
 }
 
-impl View {
+impl InteriorView {
     /// Point in the middle of the image, at the median distance.
     pub fn target(&self) -> Vec3 {
         self.position + self.distance * self.direction
@@ -41,7 +41,7 @@ impl View {
 }
 
 /// Views from all places of the floor where one can stand, each the best one of its place, the best first.
-pub(super) fn views(looker: &Looker, horizon: &Horizon) -> Vec<View> {
+pub(super) fn views(looker: &Looker, horizon: &Horizon) -> Vec<InteriorView> {
     let box_ = upright_bounds(looker.scene.bounds(), horizon);
     let size = box_.max - box_.min;
     let width = size.x.max(size.z);
@@ -54,7 +54,7 @@ pub(super) fn views(looker: &Looker, horizon: &Horizon) -> Vec<View> {
             )
         })
         .collect();
-    let mut views: Vec<View> = places
+    let mut views: Vec<InteriorView> = places
         .par_iter()
         .flat_map_iter(|&(x, z)| {
             eyes(looker, horizon, &box_, x, z, width)
@@ -76,7 +76,7 @@ const SHOWN: f32 = 0.7;
 
 /// The view from outside through a side of the scene's box that has no wall: rooms are modelled so for being looked into. Of several such sides the first
 /// around from azimuth 0 counts. `fov` is vertical, degrees, and `aspect` that of the image, which the side fills.
-pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, aspect: f32) -> Option<View> {
+pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, aspect: f32) -> Option<InteriorView> {
     let box_ = upright_bounds(looker.scene.bounds(), horizon);
     let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
     [0.0, 90.0, 270.0, 180.0].into_iter().find_map(|azimuth| {
@@ -99,7 +99,7 @@ pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, as
         // The side fills the image, but not much of it is cut off.
         let (by_height, by_width) = (half.y / slope, width / (slope * aspect));
         let away = by_height.min(by_width).max(SHOWN * by_height.max(by_width));
-        Some(View {
+        Some(InteriorView {
             position: horizon.point(center + out * (depth + away)),
             direction: -horizon.point(out),
             distance: away + depth,
@@ -115,7 +115,7 @@ pub(super) fn best_direction(
     position: Vec3,
     height: f32,
     width: f32,
-) -> Option<View> {
+) -> Option<InteriorView> {
     let panorama = Panorama::take(looker, horizon, position);
     if panorama.nearest() < FREE_DISTANCE * height {
         return None;
@@ -123,7 +123,7 @@ pub(super) fn best_direction(
     (0..COLUMNS)
         .step_by(2)
         .map(|column| panorama.view(horizon, position, column, height, width))
-        .fold(None, |best: Option<View>, view| match best {
+        .fold(None, |best: Option<InteriorView>, view| match best {
             Some(best) if best.score >= view.score => Some(best),
             _ => Some(view),
         })
@@ -192,7 +192,7 @@ impl Panorama {
 
     /// The view whose middle is between `column` and the one before it. Its score is what it shows, in bits, and how far it goes; less what stands in the
     /// way, and backs of surfaces, which were not meant to be seen.
-    fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> View {
+    fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> InteriorView {
         let mut tally = Tally::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);
         for i in 0..WINDOW {
@@ -212,7 +212,7 @@ impl Panorama {
         let is_missing = (share(tally.rays - tally.hits) - 0.25).max(0.0);
         let backs = share(tally.hits - tally.fronts);
         let turned = (column as f32 - 0.5) / COLUMNS as f32 * TAU;
-        View {
+        InteriorView {
             position,
             direction: horizon.direction(turned.to_degrees(), 0.0),
             distance,

@@ -101,7 +101,7 @@ impl Prepared {
 pub struct RenderContext<'a, A> {
     /// Scene, backend and camera.
     pub world: World<'a, A>,
-    /// What is made once, before the first sample.
+    /// Preparation, made once, before the first sample.
     pub prepared: &'a Prepared,
 }
 

@@ -19,7 +19,7 @@ use crate::math::{Affine3A, Bounds3, Ray};
 use crate::scene::Scene;
 use std::ops::Range;
 use tree::{Leaf, Tree};
-use watertight::{MovingTriangle, Sheared, Triangle};
+use watertight::{MovingTriangleLeaf, Sheared, TriangleLeaf};
 
 /// The name users type.
 pub const NAME: &str = "obvhs";
@@ -31,19 +31,19 @@ pub const VERSION: &str = "0.4";
 pub struct BvhAccel {
     standing: Shapes,
     prototypes: Vec<Shapes>,
-    instances: Tree<Instance>,
+    instances: Tree<InstanceLeaf>,
     placements: Vec<Placement>,
 }
 
 /// Triangles that share a space, those that move in it apart from the others.
 struct Shapes {
-    still: Tree<Triangle>,
-    moving: Tree<MovingTriangle>,
+    still: Tree<TriangleLeaf>,
+    moving: Tree<MovingTriangleLeaf>,
 }
 
 /// A prototype in its place.
 #[derive(Clone, Copy)]
-struct Instance {
+struct InstanceLeaf {
     id: u32,
     prototype: u32,
     bounds: Bounds3,
@@ -51,7 +51,7 @@ struct Instance {
     inverse: Option<Affine3A>,
 }
 
-impl Leaf for Instance {
+impl Leaf for InstanceLeaf {
     fn bounds(&self) -> Bounds3 {
         self.bounds
     }
@@ -67,9 +67,9 @@ impl BvhAccel {
                 .collect()
         };
         let of_prototypes: Vec<Bounds3> = scene.prototypes().iter().map(bounds).collect();
-        let instances: Vec<Instance> = (0..)
+        let instances: Vec<InstanceLeaf> = (0..)
             .zip(scene.instances())
-            .map(|(id, instance)| Instance {
+            .map(|(id, instance)| InstanceLeaf {
                 id,
                 prototype: instance.prototype,
                 bounds: instance.placement.bounds(of_prototypes[instance.prototype as usize]),
@@ -90,7 +90,7 @@ impl BvhAccel {
     }
 
     /// `ray` in the space of the instance's prototype; its parameter stays.
-    fn in_prototype(&self, instance: &Instance, ray: &Ray, t_max: f32) -> Ray {
+    fn in_prototype(&self, instance: &InstanceLeaf, ray: &Ray, t_max: f32) -> Ray {
         let placement = || self.placements[instance.id as usize].at(ray.time).inverse();
         let inverse = instance.inverse.unwrap_or_else(placement);
         Ray {
@@ -108,10 +108,10 @@ impl Shapes {
         for geom in meshes.map(GeomId) {
             let mesh = scene.mesh(geom);
             for prim in (0..mesh.triangles.len() as u32).map(PrimId) {
-                let open = Triangle::new(mesh.corners(prim), geom, prim);
+                let open = TriangleLeaf::new(mesh.corners(prim), geom, prim);
                 match mesh.deforms() {
                     false => still.push(open),
-                    true => moving.push(MovingTriangle::new(open, mesh.corners_at_close(prim))),
+                    true => moving.push(MovingTriangleLeaf::new(open, mesh.corners_at_close(prim))),
                 }
             }
         }
@@ -126,7 +126,7 @@ impl Shapes {
     fn intersect(&self, ray: &Ray, t_max: &mut f32) -> Option<Hit> {
         let sheared = Sheared::new(ray);
         let mut closest = None;
-        let mut visit = |triangle: &Triangle, t_max: &mut f32| {
+        let mut visit = |triangle: &TriangleLeaf, t_max: &mut f32| {
             if let Some((t, b1, b2)) = sheared.intersect(triangle, ray.t_min, *t_max) {
                 *t_max = t;
                 closest = Some(Hit {
@@ -150,7 +150,7 @@ impl Shapes {
     #[inline(always)]
     fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
         let sheared = Sheared::new(ray);
-        let meets = |triangle: &Triangle, t_max: &mut f32| sheared.intersect(triangle, ray.t_min, *t_max).is_some();
+        let meets = |triangle: &TriangleLeaf, t_max: &mut f32| sheared.intersect(triangle, ray.t_min, *t_max).is_some();
         self.still.walk(ray, &mut t_max.clone(), meets)
             || self.moving.walk(ray, &mut t_max.clone(), |moving, t_max| {
                 meets(&moving.at(ray.time), t_max)

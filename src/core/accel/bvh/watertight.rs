@@ -6,13 +6,13 @@ use crate::math::{Bounds3, DVec3, Ray, Vec3, Vec3Swizzles, float::gamma};
 
 /// A triangle of the scene, turned for SIMD: along each axis the coordinates of its three corners.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triangle {
+pub(super) struct TriangleLeaf {
     coordinates: [Vec3; 3],
     pub geom: GeomId,
     pub prim: PrimId,
 }
 
-impl Triangle {
+impl TriangleLeaf {
     pub fn new([a, b, c]: [Vec3; 3], geom: GeomId, prim: PrimId) -> Self {
         Self {
             coordinates: [0, 1, 2].map(|axis| Vec3::new(a[axis], b[axis], c[axis])),
@@ -27,7 +27,7 @@ impl Triangle {
     }
 }
 
-impl Leaf for Triangle {
+impl Leaf for TriangleLeaf {
     fn bounds(&self) -> Bounds3 {
         self.corners().into_iter().collect()
     }
@@ -35,24 +35,24 @@ impl Leaf for Triangle {
 
 /// A triangle whose corners move straight on from time 0 to time 1.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct MovingTriangle {
-    open: Triangle,
+pub(super) struct MovingTriangleLeaf {
+    open: TriangleLeaf,
     close: [Vec3; 3],
 }
 
-impl MovingTriangle {
-    pub fn new(open: Triangle, close: [Vec3; 3]) -> Self {
+impl MovingTriangleLeaf {
+    pub fn new(open: TriangleLeaf, close: [Vec3; 3]) -> Self {
         Self { open, close }
     }
 
     /// The triangle at `time`.
-    pub fn at(&self, time: f32) -> Triangle {
+    pub fn at(&self, time: f32) -> TriangleLeaf {
         let corners = corners_at(self.open.corners(), self.close, time);
-        Triangle::new(corners, self.open.geom, self.open.prim)
+        TriangleLeaf::new(corners, self.open.geom, self.open.prim)
     }
 }
 
-impl Leaf for MovingTriangle {
+impl Leaf for MovingTriangleLeaf {
     fn bounds(&self) -> Bounds3 {
         // Interpolation may round to the outside of both ends.
         let error = |p: Vec3| gamma(4) * p.abs();
@@ -90,7 +90,7 @@ impl Sheared {
     /// Ray parameter and barycentrics of the second and third corner, for a hit inside `(t_min, t_max)`. Edges belong to the
     /// triangle, and neighbours agree on them.
     #[inline(always)]
-    pub fn intersect(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
+    pub fn intersect(&self, triangle: &TriangleLeaf, t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
         // Where the corners are, seen along the ray
         let [x, y, z] = self.axes.map(|axis| triangle.coordinates[axis] - self.origin[axis]);
         let (x, y) = (x - self.shear[0] * z, y - self.shear[1] * z);
@@ -115,7 +115,7 @@ impl Sheared {
 
     /// Where the ray crosses the plane of the triangle, in f64: a ray that leaves a sliver would find it again by the errors of
     /// f32, which the length of the sliver over its width makes larger than any ray offset.
-    fn distance(&self, triangle: &Triangle) -> f32 {
+    fn distance(&self, triangle: &TriangleLeaf) -> f32 {
         let [a, b, c] = triangle.corners().map(Vec3::as_dvec3);
         let normal: DVec3 = (b - a).cross(c - a);
         let t = normal.dot(a - self.origin.as_dvec3()) / normal.dot(self.direction.as_dvec3());

@@ -114,7 +114,7 @@ type Pattern = Option<[bool; 2]>;
 
 /// What must be known of a whole OBJ file before it is rewritten.
 #[derive(Default)]
-struct Survey {
+struct FileSurvey {
     has_colors: bool,
     lacks_colors: bool,
     /// Normals that are zero or not finite, by index from 1.
@@ -122,7 +122,7 @@ struct Survey {
     has_forward: bool,
 }
 
-impl Survey {
+impl FileSurvey {
     fn of(all: &[Statement]) -> Self {
         let mut survey = Self::default();
         let mut counts = [0i64; 3];
@@ -166,7 +166,7 @@ fn indices(word: &str) -> [i64; 3] {
 /// Rewrites an OBJ file.
 pub(super) fn plain_obj(text: &str, notes: &mut Notes) -> PlainObj {
     let all = statements(text, notes);
-    let survey = Survey::of(&all);
+    let survey = FileSurvey::of(&all);
     let mut plain = PlainObj::default();
     for statement in &all {
         plain.add(statement, &survey, notes);
@@ -187,7 +187,7 @@ impl PlainObj {
         self.text.push('\n');
     }
 
-    fn add(&mut self, statement: &Statement, survey: &Survey, notes: &mut Notes) {
+    fn add(&mut self, statement: &Statement, survey: &FileSurvey, notes: &mut Notes) {
         let (keyword, rest) = split(&statement.content);
         let words = || rest.split_whitespace();
         let line = statement.line;
@@ -275,7 +275,7 @@ impl PlainObj {
         self.line(&format!("{keyword} {rest}"));
     }
 
-    fn value(&mut self, survey: &Survey, text: &str) {
+    fn value(&mut self, survey: &FileSurvey, text: &str) {
         let to = if survey.has_forward {
             &mut self.values
         } else {
@@ -285,7 +285,7 @@ impl PlainObj {
         to.push('\n');
     }
 
-    fn face(&mut self, line: usize, corners: &[&str], survey: &Survey, notes: &mut Notes) {
+    fn face(&mut self, line: usize, corners: &[&str], survey: &FileSurvey, notes: &mut Notes) {
         if corners.len() < 3 {
             let is_read = |word: &&str| {
                 word.split('/')

@@ -15,13 +15,13 @@ use super::hooks::{NoReuse, Reuse};
 use super::state::PathState;
 use super::strategy::PrevVertex;
 use crate::accel::Accel;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, BsdfSample};
 use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::path_record;
 use crate::integrator::trail::Trail;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
+use crate::integrator::{Gathered, Integrator, RayKind, RaySink, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -145,7 +145,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         reuse: &mut M,
         out: &mut impl Sink<Radiance = R>,
     ) -> PathRadiance<R> {
-        let (world, strategy) = (&self.world, &self.strategy);
+        let world = &self.world;
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
         let (mut trail, mut head_steps) = (Trail::<R>::new(), 0);
         let mut path = PathState {
@@ -169,17 +169,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 false => world.intersect(&path.ray, RayKind::Bounce, &mut path.beta, out),
             };
             let Some(hit) = hit else {
-                // A camera ray that leaves the scene sees the background, any other the infinitely distant lights
-                if depth > 0 || !world.see_background(&path.ray, path.beta, out) {
-                    let beta = match is_missing && depth == 1 {
-                        false => path.beta,
-                        // Of light that glass dims, the part that it takes is missing
-                        true => path.beta - before,
-                    };
-                    let escaped = strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), beta);
+                // Of light that glass dims, the part that it takes is missing
+                let missing = (is_missing && depth == 1).then(|| path.beta - before);
+                if let Some(escaped) = self.escaped(&path, depth, missing.unwrap_or(path.beta), out) {
                     radiance += escaped;
-                    strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), None, out);
-                    path_record::light(escaped.sum(), out);
                     trail.find(escaped);
                 }
                 break;
@@ -202,21 +195,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
             path_record::vertex(depth, (&hit, &vertex), path.beta, out);
 
             // Add emitted light, weighed against the light samples of the previous vertex
-            let met = (&hit, &vertex);
-            let (emitted, found) = match is_missing && depth == 1 {
-                false => (
-                    strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, met),
-                    Some(met),
-                ),
-                // Light from behind the surface is blocked
-                true => (
-                    strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), before * -1.0),
-                    None,
-                ),
-            };
-            strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), found, out);
+            let blocked = (is_missing && depth == 1).then_some(before);
+            let emitted = self.emitted(&path, (&hit, &vertex), blocked, out);
             radiance += emitted;
-            path_record::light(emitted.sum(), out);
             trail.find(emitted);
 
             // End the path at its maximum depth
@@ -240,33 +221,12 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
             // Sample lights (next-event estimation)
             let u = numbers.unwrap_or_else(draw);
-            let light_samples = if depth == 0 { self.light_samples } else { 1 };
             let numbers = (start.key, start.sampler, u.light.as_ref());
             let (mut direct, shadow) = self.sample_lights(&vertex, numbers, is_missing && depth == 0, out);
 
             // Sample the BSDF, update the throughput and play Russian roulette
-            let (beta, mut event) = (path.beta, None);
-            let goes_on = 'scatter: {
-                let u_lobe = u.lobe(vertex.bsdf);
-                let sample = strategy.directions.sample(&vertex, u_lobe, u.direction);
-                let Some(sample) = sample else { break 'scatter false };
-                path.beta *= sample.weight;
-                // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
-                path.roulette_scale *= sample.eta * sample.eta;
-                let factor = match reuse.allows_roulette() {
-                    true => self.roulette.play(depth, path.beta * path.roulette_scale, u.roulette),
-                    false => Some(1.0),
-                };
-                let Some(factor) = factor else { break 'scatter false };
-                if R::TELLS_PATHS {
-                    event = Some(vertex.event(sample.wi, sample.is_delta()));
-                }
-                path_record::scatter(depth, &vertex, &sample, factor, out);
-                path.beta *= factor;
-                path.ray = vertex.ray_along(sample.wi);
-                path.prev = Some(PrevVertex::new(&vertex, &sample, light_samples));
-                true
-            };
+            let (beta, allows_roulette) = (path.beta, reuse.allows_roulette());
+            let sample = self.scatter(&mut path, &vertex, depth, &u, allows_roulette, out);
 
             // Add direct light. Its shadow ray is traced last, so that the next ray can follow it without delay.
             direct += shadow.arrives(world, out);
@@ -274,11 +234,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
             radiance += direct;
             path_record::light(direct.sum(), out);
             trail.find(direct);
-            if !goes_on {
-                break;
-            }
-            if let Some(event) = event {
-                trail.go_on(event);
+            let Some(sample) = sample else { break };
+            if R::TELLS_PATHS {
+                trail.go_on(vertex.event(sample.wi, sample.is_delta()));
             }
         }
         PathRadiance {
@@ -286,6 +244,76 @@ impl<A: Accel> PathIntegrator<'_, A> {
             tail: trail.told_apart(radiance, head_steps..trail.len(), world.paths),
             has_tail,
         }
+    }
+
+    /// Light that `path` finds where it leaves the scene after `depth` scatterings, times `beta`. `None` for a camera ray that sees the background, any other
+    /// ray finds the infinitely distant lights.
+    #[inline(always)]
+    fn escaped<R: Gathered>(
+        &self,
+        path: &PathState,
+        depth: u32,
+        beta: Spectrum,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> Option<R> {
+        if depth == 0 && self.world.see_background(&path.ray, path.beta, out) {
+            return None;
+        }
+        let (scene, prev) = (self.world.scene, path.prev.as_ref());
+        let escaped: R = self.strategy.escaped(scene, &path.ray, prev, beta);
+        self.strategy.record_emitted(scene, &path.ray, prev, None, out);
+        path_record::light(escaped.sum(), out);
+        Some(escaped)
+    }
+
+    /// Light that the surface `met` emits towards the previous vertex of `path`, weighed against the light samples there. Where light counts that is
+    /// missing, the surface emits none, and the light behind it, which has the throughput `blocked`, is negative.
+    #[inline(always)]
+    fn emitted<R: Gathered>(
+        &self,
+        path: &PathState,
+        met: (&Hit, &Vertex),
+        blocked: Option<Spectrum>,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> R {
+        let (scene, prev) = (self.world.scene, path.prev.as_ref());
+        let (emitted, found): (R, _) = match blocked {
+            None => (self.strategy.emitted(scene, &path.ray, prev, path.beta, met), Some(met)),
+            Some(blocked) => (self.strategy.escaped(scene, &path.ray, prev, blocked * -1.0), None),
+        };
+        self.strategy.record_emitted(scene, &path.ray, prev, found, out);
+        path_record::light(emitted.sum(), out);
+        emitted
+    }
+
+    /// Samples the BSDF at `vertex` and plays Russian roulette: `path` gets its next ray and throughput. `None` where it ends.
+    #[inline(always)]
+    fn scatter<S: Sampler>(
+        &self,
+        path: &mut PathState,
+        vertex: &Vertex,
+        depth: u32,
+        u: &VertexNumbers<S>,
+        allows_roulette: bool,
+        out: &mut impl RaySink,
+    ) -> Option<BsdfSample> {
+        let sample = self
+            .strategy
+            .directions
+            .sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
+        path.beta *= sample.weight;
+        // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
+        path.roulette_scale *= sample.eta * sample.eta;
+        let factor = match allows_roulette {
+            true => self.roulette.play(depth, path.beta * path.roulette_scale, u.roulette)?,
+            false => 1.0,
+        };
+        path_record::scatter(depth, vertex, &sample, factor, out);
+        path.beta *= factor;
+        path.ray = vertex.ray_along(sample.wi);
+        let light_samples = if depth == 0 { self.light_samples } else { 1 };
+        path.prev = Some(PrevVertex::new(vertex, &sample, light_samples));
+        Some(sample)
     }
 
     /// Samples lights for `vertex`: the light that has been found, and the last sample, whose shadow ray is still to be traced.

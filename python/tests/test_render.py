@@ -164,6 +164,18 @@ def test_films_are_read_from_files(box: Path, tmp_path: Path) -> None:
         assert (read[name] == film[name]).all(), name
 
 
+def test_films_without_colours_have_their_channels(tmp_path: Path) -> None:
+    depth = np.arange(6, dtype=np.float32).reshape(2, 3)
+    header: Any = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"Z": depth}) as file:
+        file.write(str(tmp_path / "depth.exr"))
+    film = em.read(tmp_path / "depth.exr")
+    assert film.layers == ["Z"] and (film["Z"] == depth).all() and "rgb" not in film
+    assert repr(film) == "<Film 3×2, Z>"
+    with pytest.raises(KeyError, match="no channel rgb: there are Z'"):
+        film["rgb"]
+
+
 def test_keys_are_set_over_the_file(box: Path) -> None:
     scene = em.load(box, {"render.samples": 2, "image": {"width": 10, "height": 8}})
     film = em.render(scene)

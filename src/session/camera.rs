@@ -16,6 +16,7 @@ const DEFAULT_SENSOR_HEIGHT: f32 = 0.024;
 
 /// Settings of the camera; the others are guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CameraSettings {
     /// From which side the scene is seen, where no position is said.
     pub view: Option<View>,

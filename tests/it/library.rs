@@ -216,11 +216,9 @@ fn scenes_need_no_file() {
         lens_radius: 0.0,
         focus_distance: 1.0,
     };
-    let settings = Settings {
-        resolution: UVec2::new(5, 3),
-        spp: 4,
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.resolution = UVec2::new(5, 3);
+    settings.spp = 4;
     let session = Session::new(scene, camera, settings).unwrap();
     let renderer = session.renderer().unwrap();
     let mut state = renderer.start();

@@ -111,7 +111,8 @@ def bsdf(material: Union[Material, str], scene: Union[Scene, str, "os.PathLike[s
     if isinstance(material, str):
         if scene is None:
             raise ValueError(f"material {material}: give the scene that it is of, too")
-        return Bsdf(_native.Bsdf(scene_of(scene).description(), material))
+        scene = scene_of(scene)
+        return Bsdf(_native.Bsdf(scene.description(), scene.flags({}), material))
     made = Scene()
     made.add_mesh(np.eye(3), [[0, 1, 2]], material=material)
-    return Bsdf(_native.Bsdf(made.description(), made.name_of(material)))
+    return Bsdf(_native.Bsdf(made.description(), [], made.name_of(material)))

@@ -62,6 +62,8 @@ def test_a_mirror_is_a_delta_lobe() -> None:
 def test_materials_of_scenes_have_their_names(box: Path) -> None:
     scene = em.load(box)
     assert em.bsdf("white", scene).albedo[0] > 0.6
+    dark = em.load(box, material={"white": {"diffuse": [0.1, 0.1, 0.1]}})
+    assert np.allclose(em.bsdf("white", dark).albedo, 0.1)
     with pytest.raises(em.SettingError, match="material blue: no face uses it\n  help: use one of "):
         em.bsdf("blue", scene)
     assert em.bsdf("white", box).albedo == em.bsdf("white", scene).albedo

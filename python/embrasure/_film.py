@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
@@ -49,6 +50,10 @@ class Film:
 
     def __contains__(self, name: object) -> bool:
         return name in self.channels or name in self._layers()
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of the layers."""
+        return iter(self._layers())
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
         layers = self._layers()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 import pytest
@@ -65,6 +65,22 @@ def test_settings_that_cannot_be(box: Path, tmp_path: Path) -> None:
         film.save(tmp_path / "none" / "a.exr")
     with pytest.raises(em.Error, match="time_limit"):
         em.render(box, spp=1, size=(2000, 2000), time_limit=1e-6)
+
+
+def test_documented_names_are_those_of_the_program(box: Path) -> None:
+    film = em.render(box, spp=1, size=(8, 8))
+    places: List[Tuple[Callable[[], object], Optional[str]]] = [
+        (lambda: em.sampler("sobel"), em.sampler.__doc__),
+        (lambda: film.develop(tone="nosuch"), em.Film.develop.__doc__),
+        (lambda: film.develop(denoise="nosuch"), em.Film.develop.__doc__),
+    ]
+    for wrong, documented in places:
+        with pytest.raises(em.SettingError, match="choose among ") as caught:
+            wrong()
+        names = str(caught.value).split("choose among ")[1].split(", ")
+        # `denoise=False` is what the command line calls off.
+        names = [name for name in names if name != "off"]
+        assert len(names) > 4 and [name for name in names if f"``{name}``" not in str(documented)] == []
 
 
 def test_arrays_that_make_no_mesh() -> None:

@@ -18,7 +18,7 @@ from embrasure._vectors import check_unit, vectors
 _ALMOST_ONE = np.nextafter(np.float32(1), np.float32(0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BsdfSample:
     """Directions drawn from a BSDF, in arrays."""
 
@@ -85,11 +85,10 @@ class Bsdf:
         numbers = np.asarray(u)
         if numbers.size and not ((numbers >= 0) & (numbers < 1)).all():
             raise ValueError(f"u: numbers from [0, 1) are expected, not from [{numbers.min()}, {numbers.max()}]")
-        shape, (wo, u) = vectors(("wo", wo), ("u", numbers))
+        shape, (wo, rows) = vectors(("wo", wo), ("u", numbers))
         check_unit("wo", wo)
         # float32 rounds the largest numbers of float64 up to 1.
-        u = np.minimum(u, _ALMOST_ONE)
-        wi, f, pdf, weight, is_delta = self._native.sample(wo, u)
+        wi, f, pdf, weight, is_delta = self._native.sample(wo, np.minimum(rows, _ALMOST_ONE))
         is_empty = ~wo.any(axis=1)
         wi[is_empty], f[is_empty], pdf[is_empty], weight[is_empty], is_delta[is_empty] = 0, 0, 0, 0, False
         three = (*shape, 3)

@@ -21,7 +21,7 @@ _OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader",
 _FIXED = {"position": (0, 0, 0), "look_at": (0, 0, -1), "up": (0, 1, 0), "env": "white", "panes": "refract"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Hits:
     """The closest hits of rays, in arrays of the rays' shape."""
 

@@ -68,11 +68,11 @@ class Bsdf:
         return self._eval_pdf(wo, wi)[1]
 
     def _eval_pdf(self, wo: Array, wi: Array) -> Tuple[NDArray[np.float32], NDArray[np.float32]]:
-        shape, (wo, wi) = vectors(("wo", wo), ("wi", wi))
-        check_unit("wo", wo)
-        check_unit("wi", wi)
-        f, pdf = self._native.eval_pdf(wo, wi)
-        is_empty = ~(wo.any(axis=1) & wi.any(axis=1))
+        shape, (outgoing, incoming) = vectors(("wo", wo), ("wi", wi))
+        check_unit("wo", outgoing)
+        check_unit("wi", incoming)
+        f, pdf = self._native.eval_pdf(outgoing, incoming)
+        is_empty = ~(outgoing.any(axis=1) & incoming.any(axis=1))
         f[is_empty], pdf[is_empty] = 0, 0
         return f.reshape(*shape, 3), pdf.reshape(shape)
 
@@ -85,11 +85,11 @@ class Bsdf:
         numbers = np.asarray(u)
         if numbers.size and not ((numbers >= 0) & (numbers < 1)).all():
             raise ValueError(f"u: numbers from [0, 1) are expected, not from [{numbers.min()}, {numbers.max()}]")
-        shape, (wo, rows) = vectors(("wo", wo), ("u", numbers))
-        check_unit("wo", wo)
+        shape, (outgoing, rows) = vectors(("wo", wo), ("u", numbers))
+        check_unit("wo", outgoing)
         # float32 rounds the largest numbers of float64 up to 1.
-        wi, f, pdf, weight, is_delta = self._native.sample(wo, np.minimum(rows, _ALMOST_ONE))
-        is_empty = ~wo.any(axis=1)
+        wi, f, pdf, weight, is_delta = self._native.sample(outgoing, np.minimum(rows, _ALMOST_ONE))
+        is_empty = ~outgoing.any(axis=1)
         wi[is_empty], f[is_empty], pdf[is_empty], weight[is_empty], is_delta[is_empty] = 0, 0, 0, 0, False
         three = (*shape, 3)
         return BsdfSample(

@@ -71,8 +71,8 @@ class Bsdf:
         shape, (outgoing, incoming) = vectors(("wo", wo), ("wi", wi))
         check_unit("wo", outgoing)
         check_unit("wi", incoming)
-        f, pdf = self._native.eval_pdf(outgoing, incoming)
         is_empty = ~(outgoing.any(axis=1) & incoming.any(axis=1))
+        f, pdf = self._native.eval_pdf(_filled(outgoing), _filled(incoming))
         f[is_empty], pdf[is_empty] = 0, 0
         return f.reshape(*shape, 3), pdf.reshape(shape)
 
@@ -88,13 +88,23 @@ class Bsdf:
         shape, (outgoing, rows) = vectors(("wo", wo), ("u", numbers))
         check_unit("wo", outgoing)
         # float32 rounds the largest numbers of float64 up to 1.
-        wi, f, pdf, weight, is_delta = self._native.sample(outgoing, np.minimum(rows, _ALMOST_ONE))
+        wi, f, pdf, weight, is_delta = self._native.sample(_filled(outgoing), np.minimum(rows, _ALMOST_ONE))
         is_empty = ~outgoing.any(axis=1)
         wi[is_empty], f[is_empty], pdf[is_empty], weight[is_empty], is_delta[is_empty] = 0, 0, 0, 0, False
         three = (*shape, 3)
         return BsdfSample(
             wi.reshape(three), f.reshape(three), pdf.reshape(shape), weight.reshape(three), is_delta.reshape(shape)
         )
+
+
+def _filled(directions: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Directions with the normal in place of each 0, as lobes take unit vectors alone."""
+    is_empty = ~directions.any(axis=1)
+    if not is_empty.any():
+        return directions
+    filled = directions.copy()
+    filled[is_empty] = (0, 0, 1)
+    return filled
 
 
 def bsdf(material: Union[Material, str], scene: Union[Scene, str, "os.PathLike[str]", None] = None) -> Bsdf:

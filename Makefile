@@ -52,8 +52,9 @@ demo: setup ## build (with Open Image Denoise where its library can be had), and
 	mkdir -p out
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 
-lint: setup ## check formatting, words, clippy and rustdoc; any warning is an error
+lint: setup ## check formatting, words, the public interface, clippy and rustdoc; any warning is an error
 	scripts/words
+	@if command -v python3 >/dev/null; then scripts/public-api; else echo 'skipped: public interface: there is no python3'; fi
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
 	$(CARGO) clippy --workspace --exclude embrasure-python --all-targets --locked --features "$(LINTED)" -- -D warnings

@@ -14,10 +14,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args()
         .nth(1)
         .ok_or("an argument is expected: the PNG file to write")?;
-    let settings = Settings {
-        resolution: UVec2::new(640, 360),
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.resolution = UVec2::new(640, 360);
 
     // Materials and meshes; the builder refuses invalid values, and reports what it left out.
     let mut builder = SceneBuilder::new();

@@ -42,10 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Flags of the command line are fields of the settings.
     let file = SceneFile::load(scene)?;
-    let settings = Settings {
-        spp: 4096,
-        ..Settings::of(&file)
-    };
+    let mut settings = Settings::of(&file);
+    settings.spp = 4096;
     let [exr, png] = ["exr", "png"].map(|extension| Output::prepare(format!("{stem}.{extension}")));
     let outputs = [
         (Format::Exr(ExrFormat::default()), exr?),

@@ -5,5 +5,8 @@ import sys
 
 from embrasure._program import program
 
-path = program()
+try:
+    path = program()
+except FileNotFoundError as error:
+    sys.exit(f"embrasure: {error}")
 os.execv(path, [path, *sys.argv[1:]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import List, Optional, Tuple, Union
 
@@ -9,11 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from embrasure import _native
-from embrasure._scene import Material, Scene
+from embrasure._scene import Material, Scene, scene_of
 from embrasure._settings import Array
+from embrasure._vectors import check_unit, vectors
+
+#: The largest number below 1.
+_ALMOST_ONE = np.nextafter(np.float32(1), np.float32(0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BsdfSample:
     """Directions drawn from a BSDF, in arrays."""
 
@@ -30,7 +35,11 @@ class BsdfSample:
 
 
 class Bsdf:
-    """Scattering at a surface, in its local frame: +z is the normal, ``wo`` points to the viewer and ``wi`` to the light, both unit and away from the surface."""
+    """Scattering at a surface, in its local frame: +z is the normal, ``wo`` points to the viewer and ``wi`` to the light, both unit and away from the surface.
+
+    Arrays of directions are …×3; one direction serves all of another array. A direction of length 0, as `sample` gives where nothing is scattered, has the value and
+    the density 0. Others that are not unit vectors are a `ValueError`.
+    """
 
     def __init__(self, native: _native.Bsdf) -> None:
         self._native = native
@@ -59,26 +68,51 @@ class Bsdf:
         return self._eval_pdf(wo, wi)[1]
 
     def _eval_pdf(self, wo: Array, wi: Array) -> Tuple[NDArray[np.float32], NDArray[np.float32]]:
-        shape, (wo, wi) = _vectors(("wo", wo), ("wi", wi))
-        f, pdf = self._native.eval_pdf(wo, wi)
+        shape, (outgoing, incoming) = vectors(("wo", wo), ("wi", wi))
+        check_unit("wo", outgoing)
+        check_unit("wi", incoming)
+        is_empty = ~(outgoing.any(axis=1) & incoming.any(axis=1))
+        f, pdf = self._native.eval_pdf(_filled(outgoing), _filled(incoming))
+        f[is_empty], pdf[is_empty] = 0, 0
         return f.reshape(*shape, 3), pdf.reshape(shape)
 
     def sample(self, wo: Array, u: Array) -> BsdfSample:
-        """Draws a direction for each ``wo`` by three numbers from [0, 1): the first chooses a lobe, the others a direction of it."""
-        shape, (wo, u) = _vectors(("wo", wo), ("u", u))
-        wi, f, pdf, weight, is_delta = self._native.sample(wo, u)
+        """Draws a direction for each ``wo`` by three numbers from [0, 1): the first chooses a lobe, the others a direction of it.
+
+        Raises:
+            ValueError: numbers outside [0, 1).
+        """
+        numbers = np.asarray(u)
+        if numbers.size and not ((numbers >= 0) & (numbers < 1)).all():
+            raise ValueError(f"u: numbers from [0, 1) are expected, not from [{numbers.min()}, {numbers.max()}]")
+        shape, (outgoing, rows) = vectors(("wo", wo), ("u", numbers))
+        check_unit("wo", outgoing)
+        # float32 rounds the largest numbers of float64 up to 1.
+        wi, f, pdf, weight, is_delta = self._native.sample(_filled(outgoing), np.minimum(rows, _ALMOST_ONE))
+        is_empty = ~outgoing.any(axis=1)
+        wi[is_empty], f[is_empty], pdf[is_empty], weight[is_empty], is_delta[is_empty] = 0, 0, 0, 0, False
         three = (*shape, 3)
         return BsdfSample(
             wi.reshape(three), f.reshape(three), pdf.reshape(shape), weight.reshape(three), is_delta.reshape(shape)
         )
 
 
-def bsdf(material: Union[Material, str], scene: Optional[Scene] = None) -> Bsdf:
+def _filled(directions: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Directions with the normal in place of each 0, as lobes take unit vectors alone."""
+    is_empty = ~directions.any(axis=1)
+    if not is_empty.any():
+        return directions
+    filled = directions.copy()
+    filled[is_empty] = (0, 0, 1)
+    return filled
+
+
+def bsdf(material: Union[Material, str], scene: Union[Scene, str, "os.PathLike[str]", None] = None) -> Bsdf:
     """The BSDF of a material; textures count by their constant factors.
 
     Args:
         material: a `Material`, or the name of one that faces of ``scene`` use.
-        scene: needed for a name.
+        scene: a `Scene`, or the name of its file; needed for a name.
 
     Raises:
         SettingError: keys or values that a material cannot have.
@@ -86,17 +120,8 @@ def bsdf(material: Union[Material, str], scene: Optional[Scene] = None) -> Bsdf:
     if isinstance(material, str):
         if scene is None:
             raise ValueError(f"material {material}: give the scene that it is of, too")
-        return Bsdf(_native.Bsdf(scene.description(), material))
-    scene = Scene()
-    corner = np.eye(3, dtype=np.float32)
-    scene.add_mesh(corner, [[0, 1, 2]], material=Material("material", **material.keys))
-    return Bsdf(_native.Bsdf(scene.description(), "material"))
-
-
-def _vectors(*given: Tuple[str, Array]) -> Tuple[Tuple[int, ...], List[NDArray[np.float32]]]:
-    arrays = [np.asarray(values, dtype=np.float32) for _, values in given]
-    for (name, _), array in zip(given, arrays):
-        if array.ndim == 0 or array.shape[-1] != 3:
-            raise ValueError(f"{name}: an array …×3 is expected, not of the shape {array.shape}")
-    both = np.broadcast_arrays(*arrays)
-    return both[0].shape[:-1], [np.ascontiguousarray(array.reshape(-1, 3)) for array in both]
+        scene = scene_of(scene)
+        return Bsdf(_native.Bsdf(scene.description(), scene.flags({}), material))
+    made = Scene()
+    made.add_mesh(np.eye(3), [[0, 1, 2]], material=material)
+    return Bsdf(_native.Bsdf(made.description(), [], made.name_of(material)))

@@ -34,7 +34,7 @@ class Comparison:
     psnr: Optional[float]
     #: Mean FLIP.
     flip: float
-    #: Chance that noise alone takes the pictures so far apart, where noise is known.
+    #: Probability that noise alone takes the pictures so far apart; ``None`` without a test.
     p: Optional[float]
     #: All that ``embrasure compare --json`` prints.
     facts: Dict[str, Any] = field(repr=False)
@@ -54,7 +54,11 @@ def compare(
 
     Raises:
         Error: pictures of two sizes.
+        FileError: a file that cannot be read.
+        ValueError: arrays of other shapes, 8-bit pixels, or a ``significance`` outside (0, 1).
     """
+    if not 0 < significance < 1:
+        raise ValueError(f"significance: a number between 0 and 1 is expected, not {significance}")
     facts = json.loads(_native.compare(_film(a), _film(b), significance))
     test = facts["significance_test"]
     return Comparison(
@@ -66,7 +70,7 @@ def compare(
         rel_mse=facts["rel_mse"],
         psnr=facts["psnr_db"],
         flip=facts["flip"]["mean"],
-        p=test["p"] if test else None,
+        p=test["p"] if test and test["tests"] else None,
         facts=facts,
     )
 
@@ -76,7 +80,9 @@ def _film(picture: Any) -> _native.Film:
         return picture._native
     if isinstance(picture, (str, os.PathLike)):
         return read(picture)._native
-    array = np.ascontiguousarray(picture, dtype=np.float32)
+    if getattr(picture, "dtype", None) == np.uint8:
+        raise ValueError("linear colours are expected, not 8-bit pixels: compare film[\"rgb\"], or files")
+    array = np.asarray(picture, dtype=np.float32)
     if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
         raise ValueError(f"an array H×W×3 is expected, not of the shape {array.shape}")
-    return _native.Film.of_colors(array.reshape(-1, 3), array.shape[1])
+    return _native.Film.of_colors(np.ascontiguousarray(array).reshape(-1, 3), array.shape[1])

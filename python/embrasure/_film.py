@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
@@ -31,14 +32,16 @@ class Film:
 
     @property
     def layers(self) -> List[str]:
-        """Names that give arrays: ``rgb``, layers, and channels that are in none."""
+        """Names that give arrays: ``rgb`` where there are colours, layers, and channels that are in none."""
         return list(self._layers())
 
     def _layers(self) -> Dict[str, List[str]]:
-        layers: Dict[str, List[str]] = {"rgb": ["R", "G", "B"]}
-        for name in self.channels:
+        channels = self.channels
+        colors = ["R", "G", "B"]
+        layers: Dict[str, List[str]] = {"rgb": colors} if set(colors) <= set(channels) else {}
+        for name in channels:
             layer, dot, _ = name.rpartition(".")
-            if name not in layers["rgb"]:
+            if name not in layers.get("rgb", []):
                 layers.setdefault(layer if dot else name, []).append(name)
         for names in layers.values():
             if all(name.rpartition(".")[2] in _ORDER for name in names):
@@ -48,12 +51,16 @@ class Film:
     def __contains__(self, name: object) -> bool:
         return name in self.channels or name in self._layers()
 
+    def __iter__(self) -> Iterator[str]:
+        """Names of the layers."""
+        return iter(self._layers())
+
     def __getitem__(self, name: str) -> NDArray[np.float32]:
         layers = self._layers()
         if name in self.channels and layers.get(name, [name]) == [name]:
             return self._native.plane(name)
         if name not in layers:
-            raise KeyError(f"no channel {name}: there are {', '.join([*layers, *self.channels])}")
+            raise KeyError(f"no channel {name}: there are {', '.join(dict.fromkeys([*layers, *self.channels]))}")
         return self._native.planes(layers[name])
 
     @property
@@ -108,6 +115,9 @@ class Film:
             tone: tone curve: ``srgb``, ``reinhard``, ``aces-narkowicz``, ``aces-hill`` or ``agx``. Default: that of the render.
             exposure: stops, or ``"auto"``. Default: that of the render.
             denoise: a denoiser: ``oidn``, ``atrous``, ``gaussian``, ``bilateral`` or ``nlm``; ``True`` takes the best there is.
+
+        Raises:
+            SettingError: a tone curve, exposure or denoiser that cannot be.
         """
         name = "" if denoise is True else denoise or None
         return self._native.develop(tone, _text(exposure), name)
@@ -118,15 +128,20 @@ class Film:
         tone: Optional[str] = None,
         exposure: Union[float, str, None] = None,
     ) -> None:
-        """Writes an ``.exr`` file with all channels, or a ``.png`` file, as ``embrasure render -o`` does. ``tone`` and ``exposure`` are for PNG files."""
+        """Writes an ``.exr`` file with all channels, or a ``.png`` file, as ``embrasure render -o`` does. ``tone`` and ``exposure`` are for PNG files.
+
+        Raises:
+            FileError: a file that cannot be written, or another extension.
+            SettingError: a tone curve or exposure that cannot be.
+        """
         self._native.save(os.fspath(path), tone, _text(exposure))
 
     def _repr_png_(self) -> bytes:
         return self._native.png()
 
     def __repr__(self) -> str:
-        height, width = self._native.plane(self.channels[0]).shape
-        return f"<Film {width}×{height}, {', '.join(self.layers)}>"
+        x0, y0, x1, y1 = self.crop
+        return f"<Film {x1 - x0}×{y1 - y0}, {', '.join(self.layers)}>"
 
 
 def _text(exposure: Any) -> Optional[str]:

@@ -14,15 +14,18 @@ def program() -> str:
         FileNotFoundError: the package was installed without it.
     """
     name = "embrasure.exe" if os.name == "nt" else "embrasure"
-    schemes = [sysconfig.get_path("scripts"), os.path.join(sys.prefix, "bin")]
+    package = os.path.dirname(os.path.abspath(__file__))
+    # Beside this package: PREFIX/lib/pythonX.Y/site-packages/embrasure belongs to PREFIX/bin, also where another environment imports it.
+    schemes = [os.path.normpath(os.path.join(package, *[".."] * 4, "bin"))]
+    schemes += [sysconfig.get_path("scripts"), os.path.join(sys.prefix, "bin")]
     # Since Python 3.10; before, the names are fixed.
     preferred = getattr(sysconfig, "get_preferred_scheme", None)
     user = preferred("user") if preferred else f"{os.name}_user"
     schemes.append(sysconfig.get_path("scripts", user))
     # pip install --target puts programs beside the package
-    schemes.append(os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin"))
+    schemes.append(os.path.join(os.path.dirname(package), "bin"))
     for folder in schemes:
         path = os.path.join(folder, name)
         if os.path.isfile(path):
             return path
-    raise FileNotFoundError(f"no program {name} in {', '.join(schemes)}: install the package again")
+    raise FileNotFoundError(f"no program {name} in {', '.join(dict.fromkeys(schemes))}: install the package again")

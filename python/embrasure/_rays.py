@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from embrasure import _native, _settings
 from embrasure._scene import Scene, scene_of
 from embrasure._settings import Array
+from embrasure._vectors import vectors
 
 #: Settings of a scene that its geometry depends on.
 _OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader", "smooth", "strict", "texture_dir", "threads")
@@ -20,7 +21,7 @@ _OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader",
 _FIXED = {"position": (0, 0, 0), "look_at": (0, 0, -1), "up": (0, 1, 0), "env": "white", "panes": "refract"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Hits:
     """The closest hits of rays, in arrays of the rays' shape."""
 
@@ -28,7 +29,7 @@ class Hits:
     t: NDArray[np.float32]
     #: Triangle of its mesh, -1 where nothing is hit.
     prim: NDArray[np.int32]
-    #: Mesh: those of files first, then those from arrays in the order of adding; -1 where nothing is hit.
+    #: Mesh: those of files first, then those from arrays in the order of adding, without meshes that have no triangle; -1 where nothing is hit.
     geom: NDArray[np.int32]
     #: Instance, -1 for what stands in the world itself.
     inst: NDArray[np.int32]
@@ -58,16 +59,21 @@ def intersect(
 ) -> Hits:
     """The closest hits of rays, in the open interval from ``t_min`` to ``t_max`` in lengths of their directions.
 
-    The acceleration structure is built when a scene is first asked, and kept with it. Things that move are where they are when the shutter opens.
+    The acceleration structure is built by the first call, and a `Scene` keeps it for later calls of the same backend and threads. The name of a file is read anew by each call. Things that move are where they are when the shutter opens.
 
     Args:
         scene: a `Scene`, or the name of its file.
         origins: …×3; one origin serves all directions, and one direction all origins.
         directions: …×3, of any length.
         backend: ``embree``, ``obvhs`` or ``brute``, of those built in.
-        t_min: a number.
+        t_min: a number from 0 on.
         t_max: a number, or one for each ray.
         threads: threads that build and trace. Default: all.
+
+    Raises:
+        FileError: a file of the scene cannot be read, or is wrong.
+        SettingError: a backend that is not built in, or another setting that cannot be.
+        ValueError: arrays of other shapes, a negative ``t_min``, or NaN in ``t_max``.
     """
     rays = _rays(scene, backend, threads)
     shape, arrays = _arrays(origins, directions, t_min, t_max)
@@ -103,16 +109,19 @@ _Arrays = Tuple[NDArray[np.float32], NDArray[np.float32], float, NDArray[np.floa
 
 
 def _arrays(origins: Array, directions: Array, t_min: float, t_max: Array) -> Tuple[Tuple[int, ...], _Arrays]:
-    given = [np.asarray(values, dtype=np.float32) for values in (origins, directions)]
-    for name, array in zip(("origins", "directions"), given):
-        if array.ndim == 0 or array.shape[-1] != 3:
-            raise ValueError(f"{name}: an array …×3 is expected, not of the shape {array.shape}")
-    both = np.broadcast_arrays(*given)
-    shape = both[0].shape[:-1]
-    starts, ways = (np.ascontiguousarray(array.reshape(-1, 3)) for array in both)
+    shape, (starts, ways) = vectors(("origins", origins), ("directions", directions))
+    if not 0 <= t_min < np.inf:
+        raise ValueError(f"t_min: a finite number from 0 on is expected, not {t_min}")
     ends = np.asarray(t_max, dtype=np.float32)
-    ends = ends.reshape(1) if ends.size == 1 else np.ascontiguousarray(np.broadcast_to(ends, shape)).reshape(-1)
-    return shape, (starts, ways, float(t_min), ends)
+    if np.isnan(ends).any():
+        raise ValueError("t_max: numbers are expected, not NaN")
+    if ends.size == 1:
+        return shape, (starts, ways, float(t_min), ends.reshape(1))
+    try:
+        ends = np.broadcast_to(ends, shape)
+    except ValueError:
+        raise ValueError(f"t_max: one number, or an array of the rays' shape {shape} is expected, not {ends.shape}") from None
+    return shape, (starts, ways, float(t_min), np.ascontiguousarray(ends).reshape(-1))
 
 
 def _rays(

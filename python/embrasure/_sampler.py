@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import index
 from typing import Tuple
 
 import numpy as np
@@ -15,7 +16,7 @@ class Sampler:
 
     def __init__(self, name: str, seed: int = 0) -> None:
         self.name = name
-        self.seed = seed
+        self.seed = _whole("seed", seed, 64)
         self.points(1, 1)
 
     def points(self, n: int, dims: int = 2, pixel: Tuple[int, int] = (0, 0)) -> NDArray[np.float32]:
@@ -23,11 +24,24 @@ class Sampler:
 
         Columns are the decisions of a path, two numbers each, in their order: the place in the pixel, on the lens, then at each vertex the choice of a light, the
         point on it and the scattered direction. Pairs are well distributed together.
+
+        Raises:
+            ValueError: a negative number.
+            MemoryError: more numbers than fit into memory.
         """
-        return _native.points(self.name, n, dims, self.seed, pixel)
+        n, dims = _whole("n", n, 32), _whole("dims", dims, 32)
+        x, y = (_whole("pixel", place, 32) for place in pixel)
+        return _native.points(self.name, n, dims, self.seed, (x, y))
 
     def __repr__(self) -> str:
         return f"Sampler({self.name!r}, seed={self.seed})"
+
+
+def _whole(what: str, value: int, bits: int) -> int:
+    number = index(value)
+    if not 0 <= number < 1 << bits:
+        raise ValueError(f"{what}: a whole number from 0 to {(1 << bits) - 1} is expected, not {number}")
+    return number
 
 
 def sampler(name: str, seed: int = 0) -> Sampler:

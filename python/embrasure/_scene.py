@@ -89,6 +89,8 @@ class Scene:
         self._base = base
         self._meshes: List[Tuple[str, _native.Mesh, Optional[str]]] = []
         self._materials: Dict[str, Material] = {}
+        # Names of materials that have none of their own. A material may be in several scenes, which name it each for itself.
+        self._given_names: Dict[int, str] = {}
         self._described: Optional[Tuple[List[str], int, _native.Description]] = None
         self._rays: Optional[Tuple[_native.Description, List[str], _native.Rays]] = None
         self.description().check(_settings.flags(self.settings))
@@ -110,8 +112,8 @@ class Scene:
 
         Args:
             vertices: positions, N×3; or a mesh of trimesh or meshio, which has faces of its own.
-            faces: indices of the corners, counter-clockwise seen from the front: M×3, or M×4 for quadrilaterals, which are cut in two.
-            normals: shading normals of the vertices, N×3; without them the mesh is flat.
+            faces: indices of the corners, counter-clockwise seen from the front: M×3, or M×4 for quadrilaterals. Quadrilateral i becomes the triangles 2i and 2i + 1.
+            normals: shading normals of the vertices, N×3, of any length; without them the mesh is flat.
             uv: texture coordinates of the vertices, N×2, v upwards.
             material: a `Material`, or the name of one that the scene's files define; else diffuse grey.
             name: of the object.
@@ -120,7 +122,8 @@ class Scene:
             Number of the mesh among those from arrays, from 0.
 
         Raises:
-            ValueError: arrays that make no mesh.
+            ValueError: arrays that make no mesh. Coordinates that are not finite are a `FileError` of the render.
+            TypeError: ``material`` is neither a `Material` nor a name.
         """
         if faces is None:
             vertices, faces, own_uv = _arrays_of(vertices)
@@ -133,7 +136,7 @@ class Scene:
             None if uv is None else _rows("uv", uv, 2, len(positions)),
         )
         index = len(self._meshes)
-        self._meshes.append((name or f"mesh-{index}", mesh, self._name_of(material)))
+        self._meshes.append((name or f"mesh-{index}", mesh, None if material is None else self.name_of(material)))
         return index
 
     def add_light(self, type: str, **keys: Any) -> Light:  # noqa: A002
@@ -142,18 +145,22 @@ class Scene:
         self.lights.append(light)
         return light
 
-    def _name_of(self, material: Union[Material, str, None]) -> Optional[str]:
-        if material is None or isinstance(material, str):
+    def name_of(self, material: Union[Material, str]) -> str:
+        """Adds a material to this scene, and gives its name there. A material without a name gets one that is free."""
+        if isinstance(material, str):
             return material
-        if material.name is None:
+        if not isinstance(material, Material):
+            raise TypeError(f"material: a Material or the name of one is expected, not {material!r}: write Material(diffuse=…)")
+        name = self._given_names.get(id(material)) if material.name is None else material.name
+        if name is None:
             number = len(self._materials)
             while f"material-{number}" in self._materials:
                 number += 1
-            material.name = f"material-{number}"
-        known = self._materials.setdefault(material.name, material)
+            name = self._given_names[id(material)] = f"material-{number}"
+        known = self._materials.setdefault(name, material)
         if known is not material and known.keys != material.keys:
-            raise ValueError(f"material {material.name}: another material of this scene has this name")
-        return material.name
+            raise ValueError(f"material {name}: another material of this scene has this name")
+        return name
 
     def description(self) -> _native.Description:
         """What the extension module renders: file, keys and meshes together. It is made anew where anything has changed.
@@ -209,18 +216,19 @@ def scene_of(scene: Union[Scene, str, "os.PathLike[str]"]) -> Scene:
 
 
 def _rows(what: str, values: Array, columns: int, count: Optional[int] = None) -> NDArray[np.float32]:
-    array = np.ascontiguousarray(values, dtype=np.float32)
+    array = np.asarray(values, dtype=np.float32)
     if array.ndim != 2 or array.shape[1] != columns:
         raise ValueError(f"{what}: an array N×{columns} is expected, not {'×'.join(map(str, array.shape)) or 'a number'}")
     if count is not None and len(array) != count:
         raise ValueError(f"{what}: {count} rows are expected, one for each vertex, not {len(array)}")
-    return array
+    return np.ascontiguousarray(array)
 
 
 def _triangles(faces: Array, vertices: int) -> NDArray[np.uint32]:
     array = np.asarray(faces)
     if array.ndim != 2 or array.shape[1] not in (3, 4) or (array.size and array.dtype.kind not in "iu"):
-        raise ValueError("faces: whole numbers M×3 or M×4 are expected")
+        found = f"{'×'.join(map(str, array.shape)) or 'a number'} of {array.dtype}"
+        raise ValueError(f"faces: whole numbers M×3 or M×4 are expected, not {found}")
     wrong = np.flatnonzero(((array < 0) | (array >= vertices)).any(axis=1))
     if len(wrong):
         raise ValueError(f"faces: face {wrong[0]} has the corners {array[wrong[0]].tolist()}, but there are {vertices} vertices")
@@ -244,4 +252,6 @@ def _arrays_of(mesh: Any) -> Tuple[Array, Array, Optional[Array]]:
         if points.ndim == 2 and points.shape[1] == 2:
             points = np.pad(points, ((0, 0), (0, 1)))
         return points, np.concatenate(cut), None
+    if hasattr(mesh, "geometry") and hasattr(mesh, "to_mesh"):
+        raise ValueError("faces: a scene of trimesh has several meshes: add scene.to_mesh(), or each of scene.dump()")
     raise ValueError("faces: give them, or a mesh that has vertices and faces, or points and cells")

@@ -86,6 +86,8 @@ def _flags(name: str, value: Any) -> Iterable[str]:
         return [f"{flag}={'x'.join(map(str, value))}"]
     if name == "samples":
         if isinstance(value, range):
+            if value.step != 1:
+                raise ValueError(f"samples: a range of step 1 is expected, not {value}")
             value = [value.start, value.stop]
         if isinstance(value, list):
             value = "..".join(map(str, value))

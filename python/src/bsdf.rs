@@ -5,6 +5,7 @@ use crate::job::guarded;
 use crate::scene::{Description, Rows};
 use embrasure::Error;
 use embrasure::bsdf::TransportMode;
+use embrasure::cli::Request;
 use embrasure::description::load_scene;
 use embrasure::math::{Vec2, Vec3};
 use embrasure::scene::SceneBuilder;
@@ -30,12 +31,13 @@ pub struct Bsdf(embrasure::bsdf::Bsdf);
 
 #[pymethods]
 impl Bsdf {
-    /// That of the material `name` of a scene that faces use.
+    /// That of the material `name` of a scene that faces use; `flags` may change materials.
     #[new]
-    fn new(py: Python, scene: &Description, name: &str) -> PyResult<Self> {
-        let found = py.detach(|| {
+    fn new(py: Python, scene: &Description, flags: Vec<String>, name: &str) -> PyResult<Self> {
+        let request = Request::new(&scene.0, &flags).map_err(|error| errors::of_session(py, error))?;
+        let found = py.detach(move || {
             guarded(|| {
-                let scene = load_scene(&scene.0, SceneBuilder::new())?.scene;
+                let scene = load_scene(&request.scene, SceneBuilder::new())?.scene;
                 let materials = scene.materials();
                 let found = materials.iter().find(|material| material.name == name);
                 found.map(|material| material.bsdf()).ok_or_else(|| {

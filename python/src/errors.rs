@@ -28,7 +28,7 @@ pub fn of_session(py: Python, error: embrasure::Error) -> PyErr {
         embrasure::Error::Setting(invalid) => SettingError::new_err(invalid.to_string()),
         embrasure::Error::Refused(words) => SettingError::new_err(without_flag(&words)),
         embrasure::Error::File(error) => of_file(py, &error),
-        error @ embrasure::Error::Failed(_) => Error::new_err(error.to_string()),
+        error => Error::new_err(error.to_string()),
     }
 }
 

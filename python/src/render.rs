@@ -165,7 +165,7 @@ impl Work {
             let done = renderer.denoise_unless(image, &mut metadata, &|| self.status.is_stopped());
             image = done.map_err(|unfinished| match unfinished {
                 Unfinished::Failed(error) => error.into(),
-                Unfinished::GivenUp => Error::Failed("denoising was interrupted".into()),
+                _ => Error::Failed("denoising was interrupted".into()),
             })?;
         }
         metadata.note_exposure(settings.tone, &image);

@@ -3,6 +3,7 @@
 use crate::errors::SettingError;
 use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler, SamplerKind};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
 /// Decisions of a path by two numbers each, in the order in which they are taken: pixel, lens, then at each vertex the choice of a light, a point on it, and
@@ -35,15 +36,18 @@ pub fn points<'py>(
         );
         return Err(SettingError::new_err(words));
     };
-    let values: Vec<f32> = py.detach(|| {
+    let mut values: Vec<f32> = Vec::new();
+    let numbers = (count as usize).saturating_mul(dims as usize);
+    values
+        .try_reserve_exact(numbers)
+        .map_err(|_| PyMemoryError::new_err(format!("points: {count} × {dims} numbers do not fit into memory")))?;
+    py.detach(|| {
         let mut sampler = kind.with_seed(seed, count.max(1));
-        let mut values = Vec::with_capacity(count as usize * dims as usize);
         for sample in 0..count {
             sampler.start(SampleKey::new(pixel.0, pixel.1, sample));
             let numbers = (0..dims.div_ceil(2)).flat_map(|index| sampler.get_2d(decision(index)).to_array());
             values.extend(numbers.take(dims as usize));
         }
-        values
     });
     PyArray1::from_vec(py, values).reshape([count as usize, dims as usize])
 }

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, List
 
 import numpy as np
+import pytest
 import trimesh
 
 import embrasure as em
@@ -89,10 +90,37 @@ def test_meshes_join_a_scene_of_a_file(box: Path) -> None:
     assert em.render(scene)["albedo"][16, 16, 2] < 0.3
 
 
+def test_a_material_may_be_in_several_scenes() -> None:
+    corners, face = np.eye(3), [[0, 1, 2]]
+    shared = em.Material(diffuse=[1, 0, 0])
+    first, second = em.Scene(), em.Scene()
+    first.add_mesh(corners, face, material=shared)
+    second.add_mesh(corners, face, material=em.Material(diffuse=[0, 1, 0]))
+    for _ in range(2):
+        second.add_mesh(corners + 1, face, material=shared)
+    assert shared.name is None
+    assert second.name_of(shared) == "material-1" and em.bsdf("material-1", second).albedo[0] > 0.9
+
+
+def test_arrays_of_other_types_and_orders_are_taken() -> None:
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])
+    padded = np.zeros((6, 3))
+    padded[::2] = corners
+    arrays: Any
+    for arrays in (corners.astype(np.int8), corners.astype(np.float64), np.asfortranarray(corners), padded[::2], corners.tolist()):
+        faces: Any
+        for faces in (np.array([[0, 1, 2]], dtype=np.uint8), np.array([[0], [1], [2]]).T, [(0, 1, 2)]):
+            scene = em.Scene()
+            scene.add_mesh(arrays, faces)
+            assert abs(em.intersect(scene, [0, 0, 1], [0, 0, -1]).t - 1) < 1e-6
+
+
 def test_trimesh_objects_are_taken() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=2)
     scene = em.Scene()
     scene.add_mesh(sphere)
+    with pytest.raises(ValueError, match="to_mesh"):
+        em.Scene().add_mesh(trimesh.Scene([sphere]))
     hits = em.intersect(scene, [[0, 0, 5]], [[0.01, 0.02, -1]])
     assert abs(hits.t[0] - 4) < 0.05 and hits.geom[0] == 0
     corners = np.asarray(sphere.vertices)[np.asarray(sphere.faces)[hits.prim[0]]]

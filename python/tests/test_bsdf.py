@@ -62,12 +62,56 @@ def test_a_mirror_is_a_delta_lobe() -> None:
 def test_materials_of_scenes_have_their_names(box: Path) -> None:
     scene = em.load(box)
     assert em.bsdf("white", scene).albedo[0] > 0.6
+    dark = em.load(box, material={"white": {"diffuse": [0.1, 0.1, 0.1]}})
+    assert np.allclose(em.bsdf("white", dark).albedo, 0.1)
     with pytest.raises(em.SettingError, match="material blue: no face uses it\n  help: use one of "):
         em.bsdf("blue", scene)
+    assert em.bsdf("white", box).albedo == em.bsdf("white", scene).albedo
     with pytest.raises(ValueError, match="give the scene"):
         em.bsdf("white")
     with pytest.raises(em.SettingError, match="roughness"):
         em.bsdf(em.Material(roughness="rough"))
+
+
+def test_directions_and_numbers_are_checked() -> None:
+    matte = em.bsdf(em.Material(diffuse=0.5))
+    up = [0.0, 0.0, 1.0]
+    wrong: Any
+    for wrong in ([1, 0, 1], [np.nan, 0, 1], [[0, 0, 1], [0, 0, 2]]):
+        with pytest.raises(ValueError, match="wo: unit vectors are expected"):
+            matte.eval(wrong, up)
+        with pytest.raises(ValueError, match="wi: unit vectors are expected"):
+            matte.pdf(up, wrong)
+    with pytest.raises(ValueError, match=r"wo and wi: arrays of one shape are expected, not of \(2, 3\) and \(4, 3\)"):
+        matte.eval(np.zeros((2, 3)), np.zeros((4, 3)))
+    for wrong in ([1, 0, 0], [-0.1, 0, 0], [0, np.nan, 0]):
+        with pytest.raises(ValueError, match=r"u: numbers from \[0, 1\)"):
+            matte.sample(up, wrong)
+    # float32 has no number between this one and 1.
+    drawn = matte.sample(up, [1 - 1e-12] * 3)
+    assert np.isfinite(drawn.wi).all() and abs(np.linalg.norm(drawn.wi) - 1) < 1e-4
+    # Where nothing was scattered, nothing is, also by glass.
+    for surface in (matte, em.bsdf(em.Material(transmission=[1, 1, 1], ior=1.5, roughness=0.4))):
+        assert surface.pdf(up, [up, [0, 0, 0]])[1] == 0 and (surface.eval(up, [up, [0, 0, 0]])[1] == 0).all()
+        assert (surface.sample([0, 0, 0], [0.5] * 3).wi == 0).all() and surface.sample([0, 0, 0], [0.5] * 3).pdf == 0
+    assert matte.eval(np.zeros((0, 3)), up).shape == (0, 3)
+    with pytest.raises(TypeError, match="Material"):
+        em.bsdf({"diffuse": 0.5})  # type: ignore[arg-type]
+
+
+def test_numbers_of_points_are_checked() -> None:
+    sobol = em.sampler("sobol", seed=int(np.uint64(2**64 - 1)))
+    assert sobol.points(0, 2).shape == (0, 2) and sobol.points(3, 0).shape == (3, 0)
+    with pytest.raises(ValueError, match="n: a whole number from 0 to"):
+        sobol.points(-1, 2)
+    with pytest.raises(ValueError, match="pixel: a whole number"):
+        sobol.points(1, 2, pixel=(0, -1))
+    with pytest.raises(ValueError, match="seed: a whole number"):
+        em.sampler("sobol", seed=-1)
+    with pytest.raises(TypeError):
+        sobol.points(1.5, 2)  # type: ignore[arg-type]
+    with pytest.raises(MemoryError, match="do not fit into memory"):
+        sobol.points(2**32 - 1, 2**32 - 1)
 
 
 def test_points_are_those_of_the_command_line(tmp_path: Path, command: Callable[..., Any]) -> None:
@@ -111,3 +155,10 @@ def test_comparisons_are_those_of_the_command_line(box: Path, tmp_path: Path, co
     assert abs(arrays.mse - (difference**2).mean()) < 1e-9 and arrays.p is None
     with pytest.raises(em.Error, match="64x64"):
         em.compare(reference, reference["rgb"][:32])
+    with pytest.raises(ValueError, match="8-bit"):
+        em.compare(reference.develop(), image.develop())
+    for wrong in (0, 1, float("nan")):
+        with pytest.raises(ValueError, match="significance"):
+            em.compare(reference, image, significance=wrong)
+    # Arrays that do not lie in order
+    assert em.compare(reference["rgb"][:, ::-1], reference["rgb"][:, ::-1]).outcome == "identical"

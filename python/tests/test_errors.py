@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 import pytest
@@ -56,6 +56,8 @@ def test_settings_that_cannot_be(box: Path, tmp_path: Path) -> None:
         em.load(box, {"render.sampes": 3})
     with pytest.raises(em.SettingError, match="choose among sobol"):
         em.sampler("sobel")
+    with pytest.raises(ValueError, match="samples: a range of step 1"):
+        em.render(box, spp=8, size=(8, 8), samples=range(0, 8, 2))
     film = em.render(box, spp=1, size=(8, 8))
     with pytest.raises(em.FileError, match=r"unknown image format"):
         film.save(tmp_path / "a.gif")
@@ -63,6 +65,22 @@ def test_settings_that_cannot_be(box: Path, tmp_path: Path) -> None:
         film.save(tmp_path / "none" / "a.exr")
     with pytest.raises(em.Error, match="time_limit"):
         em.render(box, spp=1, size=(2000, 2000), time_limit=1e-6)
+
+
+def test_documented_names_are_those_of_the_program(box: Path) -> None:
+    film = em.render(box, spp=1, size=(8, 8))
+    places: List[Tuple[Callable[[], object], Optional[str]]] = [
+        (lambda: em.sampler("sobel"), em.sampler.__doc__),
+        (lambda: film.develop(tone="nosuch"), em.Film.develop.__doc__),
+        (lambda: film.develop(denoise="nosuch"), em.Film.develop.__doc__),
+    ]
+    for wrong, documented in places:
+        with pytest.raises(em.SettingError, match="choose among ") as caught:
+            wrong()
+        names = str(caught.value).split("choose among ")[1].split(", ")
+        # `denoise=False` is what the command line calls off.
+        names = [name for name in names if name != "off"]
+        assert len(names) > 4 and [name for name in names if f"``{name}``" not in str(documented)] == []
 
 
 def test_arrays_that_make_no_mesh() -> None:
@@ -76,9 +94,14 @@ def test_arrays_that_make_no_mesh() -> None:
         ((corners, [[0, 1, 2]], [[0, 0, 1]]), "normals: 3 rows"),
         ((corners, [[0, 1, 2]], None, [[0, 0, 1]] * 3), "uv: an array N×2"),
         ((7,), "faces: give them"),
+        ((7, [[0, 1, 2]]), "vertices: an array N×3 is expected, not a number"),
+        ((corners, [[0, 1]]), "whole numbers M×3 or M×4 are expected, not 1×2 of int"),
+        ((corners, []), "whole numbers"),
     ]:
         with pytest.raises(ValueError, match=words):
             scene.add_mesh(*args)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"material: a Material or the name of one"):
+        scene.add_mesh(corners, [[0, 1, 2]], material={"diffuse": 1})  # type: ignore[arg-type]
     scene.add_mesh(corners, [[0, 1, 2]], name="bad")
     scene.add_mesh([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]], [[0, 1, 2]], name="worse")
     with pytest.raises(em.FileError, match="object `worse`: vertex 2 is at"):

@@ -92,7 +92,7 @@ def test_films_give_arrays(box: Path) -> None:
     assert film["albedo"].shape == film["N"].shape == film.variance.shape == (12, 20, 3)
     assert film["Z"].shape == film.samples.shape == (12, 20)
     assert (film.samples == 2).all() and film.complete and film.size == (20, 12)
-    assert film.layers == ["rgb", "albedo", "N", "Z", "variance", "samples"]
+    assert film.layers == list(film) == ["rgb", "albedo", "N", "Z", "variance", "samples"]
     assert (film["N"][..., 1] == film["N.Y"]).all() and (film["rgb"][..., 2] == film["B"]).all()
     lengths = np.linalg.norm(film["N"], axis=2)
     assert lengths.max() < 1.001 and (lengths > 0.99).mean() > 0.3
@@ -162,6 +162,18 @@ def test_films_are_read_from_files(box: Path, tmp_path: Path) -> None:
     assert sorted(read.channels) == sorted(film.channels) and read.crop == film.crop and read.size == film.size
     for name in film.layers:
         assert (read[name] == film[name]).all(), name
+
+
+def test_films_without_colours_have_their_channels(tmp_path: Path) -> None:
+    depth = np.arange(6, dtype=np.float32).reshape(2, 3)
+    header: Any = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"Z": depth}) as file:
+        file.write(str(tmp_path / "depth.exr"))
+    film = em.read(tmp_path / "depth.exr")
+    assert film.layers == ["Z"] and (film["Z"] == depth).all() and "rgb" not in film
+    assert repr(film) == "<Film 3×2, Z>"
+    with pytest.raises(KeyError, match="no channel rgb: there are Z'"):
+        film["rgb"]
 
 
 def test_keys_are_set_over_the_file(box: Path) -> None:

@@ -47,7 +47,7 @@ impl From<FileError> for CliError {
                 Some(help) => format!("{}\n  help: {help}", error.message),
                 None => error.message,
             }),
-            FileErrorKind::Contents | FileErrorKind::Unreadable => Self::File(error),
+            _ => Self::File(error),
         }
     }
 }
@@ -61,7 +61,7 @@ impl From<SessionError> for CliError {
             }
             SessionError::Refused(words) => Self::Usage(words),
             SessionError::File(error) => error.into(),
-            SessionError::Failed(words) => Self::Failed(words),
+            error => Self::Failed(error.to_string()),
         }
     }
 }

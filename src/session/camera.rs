@@ -18,6 +18,7 @@ const DEFAULT_SENSOR_HEIGHT: f32 = 0.024;
 
 /// Settings of the camera; the others are guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CameraSettings {
     /// Side from which the scene is seen, if no position is given.
     pub view: Option<View>,

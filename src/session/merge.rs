@@ -39,6 +39,7 @@ pub struct Parts {
 
 /// What parts are together.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Joined {
     /// The sums of all.
     pub state: RenderState,

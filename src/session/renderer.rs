@@ -364,6 +364,7 @@ pub(crate) fn denoised(
 
 /// Why there is no denoised image.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum Unfinished {
     /// The filter failed.
     Failed(DenoiseError),

@@ -20,6 +20,7 @@ use std::ops::Range;
 
 /// Settings of a render: size, samples, integrator and the like, from a scene file, flags or a program.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Settings {
     /// Size of the image, pixels.
     pub resolution: UVec2,

@@ -90,7 +90,7 @@ fn check_mtl(folder: &Path, bytes: &[u8]) {
     // As its comments and habits say, and in one more dialect, which changes with the file.
     let others = &MtlDialect::NAMES[1..];
     for (_, dialect) in [MtlDialect::NAMES[0], others[bytes.len() % others.len()]] {
-        let mut file = SceneFile::of_obj(&folder.join("t.obj"));
+        let mut file = SceneFile::of_obj(folder.join("t.obj"));
         file.load.parameters.mtl_dialect = Some(dialect);
         let Some(loaded) = check_load(&file, folder) else {
             return;

@@ -970,7 +970,7 @@ mod together {
             "meshes/teapot.obj",
             "meshes/nefertiti.obj",
         ] {
-            let scene = load_scene(&SceneFile::of_obj(&folder.join(name)), SceneBuilder::new())
+            let scene = load_scene(&SceneFile::of_obj(folder.join(name)), SceneBuilder::new())
                 .unwrap()
                 .scene;
             let (embree, bvh) = (EmbreeAccel::new(&scene, 2).unwrap(), BvhAccel::new(&scene));

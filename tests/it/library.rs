@@ -145,7 +145,7 @@ fn renders_are_gone_on_with() {
     while renderer.render(&mut state, &Patience(AtomicU64::new(2000))) == Outcome::Stopped {
         stops += 1;
         state.keep(&checkpoint, &renderer.metadata(&state, false)).unwrap();
-        state = renderer.resume(read_checkpoint(&path("c.exr")).unwrap()).unwrap();
+        state = renderer.resume(read_checkpoint(path("c.exr")).unwrap()).unwrap();
     }
     assert!(stops > 3, "{stops}");
     let sums = |film: &Film| film.pixels().map(|(_, sums)| *sums).collect::<Vec<_>>();
@@ -161,7 +161,7 @@ fn renders_are_gone_on_with() {
     let refused = other
         .renderer()
         .unwrap()
-        .resume(read_checkpoint(&path("c.exr")).unwrap());
+        .resume(read_checkpoint(path("c.exr")).unwrap());
     let error = refused.unwrap_err().to_string();
     assert!(error.contains("c.exr") && error.contains("seed 7 and 8"), "{error}");
 }
@@ -216,11 +216,9 @@ fn scenes_need_no_file() {
         lens_radius: 0.0,
         focus_distance: 1.0,
     };
-    let settings = Settings {
-        resolution: UVec2::new(5, 3),
-        spp: 4,
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.resolution = UVec2::new(5, 3);
+    settings.spp = 4;
     let session = Session::new(scene, camera, settings).unwrap();
     let renderer = session.renderer().unwrap();
     let mut state = renderer.start();
@@ -285,15 +283,15 @@ fn builds_are_told_apart() {
     keep("own.exr", embrasure::BUILD);
     keep("other.exr", "0123456789ab");
     keep("unknown.exr", "");
-    renderer.resume(read_checkpoint(&path("own.exr")).unwrap()).unwrap();
+    renderer.resume(read_checkpoint(path("own.exr")).unwrap()).unwrap();
     let error = renderer
-        .resume(read_checkpoint(&path("other.exr")).unwrap())
+        .resume(read_checkpoint(path("other.exr")).unwrap())
         .unwrap_err()
         .to_string();
     for word in ["other.exr", "build 0123456789ab", embrasure::BUILD, "help:"] {
         assert!(error.contains(word), "{error}");
     }
-    let error = read_checkpoint(&path("unknown.exr")).unwrap_err().to_string();
+    let error = read_checkpoint(path("unknown.exr")).unwrap_err().to_string();
     assert!(
         error.contains("does not name the build") && error.contains("help:"),
         "{error}"

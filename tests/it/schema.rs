@@ -119,10 +119,8 @@ fn fault_by_schema(schema: &Value, text: &str) -> Option<String> {
 fn fault_by_program(path: &Path) -> Option<String> {
     let file = SceneFile::load(path).map_err(|error| error.to_string());
     let loaded = file.and_then(|file| {
-        let settings = Settings {
-            threads: 1,
-            ..Settings::of(&file)
-        };
+        let mut settings = Settings::of(&file);
+        settings.threads = 1;
         Session::load(&file, settings, &())
             .map(drop)
             .map_err(|error| error.to_string())

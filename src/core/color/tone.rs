@@ -52,6 +52,7 @@ impl fmt::Display for Exposure {
 
 /// The curve of a [`Tone`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Curve {
     /// Clips to [0, 1].
     #[default]

@@ -18,6 +18,7 @@ use thiserror::Error;
 
 /// A filter that takes out noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Denoiser {
     /// The neural network of Open Image Denoise 2, guided by albedo and normal; needs the feature `oidn`.
     Oidn,

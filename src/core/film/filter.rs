@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 
 /// The shapes of reconstruction filters, each the product of one function of x and the same of y that is 0 beyond a radius.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FilterKind {
     /// 1 everywhere.
     Box,

@@ -193,7 +193,8 @@ pub fn describe_checkpoint(path: &Path) -> Result<Description, FileError> {
 }
 
 /// Reads what [`State`] wrote, be it a checkpoint or a picture with its state. An error where it is not whole to the bit.
-pub fn read_checkpoint(path: &Path) -> Result<Checkpoint, FileError> {
+pub fn read_checkpoint(path: impl AsRef<Path>) -> Result<Checkpoint, FileError> {
+    let path = path.as_ref();
     Opened::new(path)?.read(path)
 }
 

@@ -31,6 +31,7 @@ impl Position {
 
 /// What an error of a file is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FileErrorKind {
     /// The contents of the file are wrong, or the file is not there.
     #[default]

@@ -24,6 +24,7 @@ const REC_709: exr::attribute::Chromaticities = exr::attribute::Chromaticities {
 
 /// How an EXR file holds its channels.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ExrFormat {
     /// Compression of the channels.
     pub compression: Compression,
@@ -53,6 +54,7 @@ impl ExrFormat {
 
 /// How EXR files are compressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Compression {
     /// Deflate, 16 rows at a time.
     #[default]

@@ -18,7 +18,8 @@ pub enum Format {
 
 impl Format {
     /// Format by the file name's extension; a PNG clips what is too bright.
-    pub fn of_path(path: &Path) -> Result<Self, FileError> {
+    pub fn of_path(path: impl AsRef<Path>) -> Result<Self, FileError> {
+        let path = path.as_ref();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("exr") => Ok(Self::Exr(ExrFormat::default())),

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 /// Why a session could not go on.
 #[derive(Clone, Debug, Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A setting has a value that cannot be.
     #[error("{0}")]

@@ -9,6 +9,7 @@ use crate::math::Vec2;
 
 /// The samplers there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SamplerKind {
     /// [`Sobol`].
     Sobol,

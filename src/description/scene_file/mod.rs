@@ -169,7 +169,8 @@ impl SceneFile {
     }
 
     /// The scene that consists of one OBJ file.
-    pub fn of_obj(path: &Path) -> Self {
+    pub fn of_obj(path: impl AsRef<Path>) -> Self {
+        let path = path.as_ref();
         let object = ObjectSection {
             obj: Spanned::new(0..0, path.to_path_buf()),
             name: None,
@@ -192,7 +193,8 @@ impl SceneFile {
     /// # Errors
     ///
     /// A key or value that a scene file cannot have; the error names it.
-    pub fn of_obj_with(path: &Path, set: &[String]) -> Result<Self, FileError> {
+    pub fn of_obj_with(path: impl AsRef<Path>, set: &[String]) -> Result<Self, FileError> {
+        let path = path.as_ref();
         let mut file = Self::of_obj(path);
         if !set.is_empty() {
             let text = "version = 1\n[[object]]\nobj = ''\n";

@@ -1,0 +1,45 @@
+"""Arrays of vectors, as rows of float32."""
+
+from __future__ import annotations
+
+from typing import List, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from embrasure._settings import Array
+
+#: Maximum difference of a unit vector's squared length from 1: directions of half precision are accepted.
+_UNIT = 4e-3
+
+
+def vectors(*given: Tuple[str, Array]) -> Tuple[Tuple[int, ...], List[NDArray[np.float32]]]:
+    """Arrays …×3, each with its name for errors, broadcast to one shape: that shape without the 3, and the rows of each.
+
+    Raises:
+        ValueError: an array without three columns, or shapes that do not fit.
+    """
+    arrays = [np.asarray(values, dtype=np.float32) for _, values in given]
+    for (name, _), array in zip(given, arrays):
+        if array.ndim == 0 or array.shape[-1] != 3:
+            raise ValueError(f"{name}: an array …×3 is expected, not of the shape {array.shape}")
+    try:
+        same = np.broadcast_arrays(*arrays)
+    except ValueError:
+        names = " and ".join(name for name, _ in given)
+        shapes = " and ".join(str(array.shape) for array in arrays)
+        raise ValueError(f"{names}: arrays of one shape are expected, not of {shapes}") from None
+    return same[0].shape[:-1], [np.ascontiguousarray(array.reshape(-1, 3)) for array in same]
+
+
+def check_unit(name: str, directions: NDArray[np.float32]) -> None:
+    """Checks that all rows are unit vectors or 0. Samples are 0 where nothing is scattered.
+
+    Raises:
+        ValueError: a row that is neither.
+    """
+    squared = np.einsum("ij,ij->i", directions, directions)
+    wrong = np.flatnonzero(~((np.abs(squared - 1) < _UNIT) | (squared == 0)))
+    if len(wrong):
+        row = directions[wrong[0]].tolist()
+        raise ValueError(f"{name}: unit vectors are expected, not {row} (row {wrong[0]}): divide by the length")

@@ -14,9 +14,9 @@ use crate::geometry::InstanceId;
 use crate::io::FileError;
 use crate::math::{Ray, list};
 use crate::options::{Backend, Denoising, SamplingOptions};
-use crate::render::{Outcome, Statistics};
+use crate::render::{Outcome, Statistics, StopCondition};
 use crate::scene::Scene;
-use crate::session::{AnyAccel, Session};
+use crate::session::{AnyAccel, RenderContext, Session};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -217,15 +217,17 @@ impl Audit<'_> {
         let settings = self.session.settings();
         let auditor = Auditor::new(self.session.scene(), self.accels, share);
         let audited = AnyAccel::Audited(&auditor);
-        let world = self.session.world(&audited);
+        let (sampler, prepared) = (settings.random_numbers(), self.session.prepared());
+        let stop = StopCondition::at(samples);
+        let context = RenderContext {
+            world: self.session.world(&audited),
+            prepared: &prepared,
+        };
         let mut film = Film::new(settings.resolution, settings.crop());
         let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
-        let (sampler, prepared) = (settings.random_numbers(), self.session.prepared());
-        let (_, statistics) = self.session.install(|| {
-            settings
-                .method()
-                .render((world, &prepared), &sampler, &mut film, (samples, None), &progress)
-        });
+        let method = settings.method();
+        let render = || method.render(context, &sampler, &mut film, stop, &progress);
+        let (_, statistics) = self.session.install(render);
         progress.finish();
         (auditor.findings(), statistics)
     }

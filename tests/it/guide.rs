@@ -2,8 +2,8 @@
 //!
 //! Code blocks of the language `console` hold commands. Blocks of `console` run here, those of `console slow` where `EMBRASURE_GUIDE=all` is set
 //! (`make test-guide`). Blocks of `console other` need files or programs that a test has not: their flags are read, and nothing runs. The commands of a
-//! page run one after another in one folder, in which the project's `scenes` are. With `EMBRASURE_WRITE_DOCS=1` the pictures that they make
-//! replace those that the page shows.
+//! page run one after another in one folder, in which the project's `scenes` are; renders that name no size are small, except where all blocks run.
+//! With `EMBRASURE_WRITE_DOCS=1` the pictures that they make replace those that the page shows.
 
 use crate::support::program::{PROGRAM, words};
 use embrasure::SceneFile;
@@ -388,10 +388,10 @@ fn commands_are_understood() {
     assert!(count > 50, "{count} commands");
 }
 
-/// Renders are small that name no size.
+/// Renders are small that name no size or pixels.
 const SMALL: &str = r#"embrasure() {
     case "$*" in
-        render*--size*|lab*--size*) command embrasure "$@" ;;
+        *--size*|*--crop*) command embrasure "$@" ;;
         render*|lab*) command embrasure "$@" --size 96x72 ;;
         *) command embrasure "$@" ;;
     esac
@@ -471,7 +471,7 @@ fn folder_with_scenes() -> TempDir {
     folder
 }
 
-/// The blocks of commands do what they say, page by page.
+/// The blocks of commands do what they say, page by page. In `make test` renders are small.
 #[test]
 fn commands_run() {
     let writes = var_os("EMBRASURE_WRITE_DOCS").is_some();
@@ -486,7 +486,8 @@ fn commands_run() {
         let folder = folder_with_scenes();
         for block in blocks {
             let start = Instant::now();
-            let out = shell_in(folder.path(), &block.text);
+            let small = if takes_slow() || writes { "" } else { SMALL };
+            let out = shell_in(folder.path(), &format!("{small}{}", block.text));
             println!("{}: {:.1} s", page.at(block.line), start.elapsed().as_secs_f64());
             if !out.status.success() {
                 wrong.push(format!("{}:\n{}{}", page.at(block.line), block.text, words(&out)));

@@ -228,10 +228,12 @@ impl Measure<'_> {
     /// Renders once, and keeps the rays.
     fn record(&self) -> Recording {
         let settings = self.session.settings();
-        let (world, progress) = (self.session.world(&self.accel), Progress::new(0, true));
-        settings
-            .method()
-            .prepare((world, &self.prepared), &settings.random_numbers(), &progress);
+        let (method, progress) = (settings.method(), Progress::new(0, true));
+        let context = RenderContext {
+            world: self.session.world(&self.accel),
+            prepared: &self.prepared,
+        };
+        method.prepare(context, &settings.random_numbers(), &progress);
         let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
             let any = self.accel.as_dyn();
@@ -243,12 +245,12 @@ impl Measure<'_> {
             for (pixel, _) in tile.iter() {
                 for index in SAMPLES {
                     let key = SampleKey::new(pixel.x, pixel.y, index);
-                    let world = self.session.world(&recorded);
+                    let context = RenderContext {
+                        world: self.session.world(&recorded),
+                        prepared: &self.prepared,
+                    };
                     let key = (settings.resolution, key);
-                    let world = (world, &self.prepared);
-                    settings
-                        .method()
-                        .sample(world, key, &mut sampler, &|_| Box::new(Nothing));
+                    method.sample(context, key, &mut sampler, &|_| Box::new(Nothing));
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
                         all.push(query);

@@ -52,7 +52,7 @@ pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonM
 pub use photon::photons::{PHOTON_PATHS_A_WORK_ITEM, Photon, PhotonTracer};
 pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
-pub use photon::vcm::{LightPaths, MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
+pub use photon::vcm::{MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator, WorkItemPaths};
 pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, ProgressiveRadius, Radii, SearchRadius};
 pub use vertex::Vertex;
 pub use visibility::{Site, VisibilityLearner, visibility_bytes};

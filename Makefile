@@ -11,12 +11,13 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 # `all` has what this machine can have, and every test. `obvhs` has no Embree: of tests/it it runs what traces rays by its own backend or names it
 # (IT_obvhs). Lobes, textures, files and sampling are the same code in both. A build without any backend, `none`, is linted alone.
 #
-# Unit tests of the renderer are short, and compiled with little optimisation; so is the renderer itself where it lacks Embree: tests take a sixth
-# longer by that, which is less than compiling saves. Packages that a set does not use are named with it: bindgen of embree4-sys, and Open Image
+# Unit tests of the renderer are short, and compiled with little optimisation; so is the renderer itself where it lacks Embree, and the rest of that set
+# is not optimised: its tests take half as long again by that, which is less than compiling saves. Packages that a set does not use are named with it: bindgen of embree4-sys, and Open Image
 # Denoise, ask more of procedural macros than others do, and without them all that uses such macros would be compiled once more.
 FEATURE_SETS := all obvhs
 OPT_1        := --config profile.dev.package.embrasure-core.opt-level=1
-SMALL        := -p embrasure -p embrasure-embree-sys --no-default-features $(OPT_1)
+OPT_0        := --config profile.dev.package.embrasure.opt-level=0
+SMALL        := -p embrasure -p embrasure-embree-sys --no-default-features $(OPT_1) $(OPT_0)
 FEATURES_all  = --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
 FLAGS_all     = --workspace --exclude embrasure-core --exclude embrasure-oidn --exclude embrasure-python $(FEATURES_all)
 FLAGS_core    = -p embrasure-core -p embrasure-embree-sys --features "embrasure-core/embree embrasure-core/tobj $(subst embrasure/,embrasure-core/,$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN))" $(OPT_1)

@@ -599,8 +599,10 @@ fn memory_is_forecast() {
         report["memory"]["peak"].as_f64().unwrap(),
     );
     println!("forecast {forecast}, measured {peak}");
+    // Of the structure of obvhs for guesses, the allocator keeps all, a part or nothing
+    let most = if cfg!(feature = "embree") { 1.25 } else { 1.45 };
     assert!(
-        (forecast / peak - 1.0).abs() < 0.25,
+        (0.75..most).contains(&(forecast / peak)),
         "forecast {forecast}, measured {peak}"
     );
     let bvh = report["memory"]["acceleration"].as_f64().unwrap() / stats["bvh_bytes"].as_f64().unwrap();

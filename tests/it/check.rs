@@ -600,9 +600,9 @@ fn memory_is_forecast() {
     );
     println!("forecast {forecast}, measured {peak}");
     // Of the structure of obvhs for guesses, the allocator keeps all, a part or nothing
-    let most = if cfg!(feature = "embree") { 1.25 } else { 1.45 };
+    let max_ratio = if cfg!(feature = "embree") { 1.25 } else { 1.45 };
     assert!(
-        (0.75..most).contains(&(forecast / peak)),
+        (0.75..max_ratio).contains(&(forecast / peak)),
         "forecast {forecast}, measured {peak}"
     );
     let bvh = report["memory"]["acceleration"].as_f64().unwrap() / stats["bvh_bytes"].as_f64().unwrap();

@@ -17,6 +17,9 @@ from embrasure._vectors import vectors
 #: Settings of a scene that its geometry depends on.
 _OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader", "smooth", "strict", "texture_dir", "threads")
 
+#: Acceleration structures that a scene keeps: one for each backend.
+_KEPT = 3
+
 #: Camera and light are not looked at, and must not be guessed; panes of glass stay bodies, whose triangles are those of their mesh.
 _FIXED = {"position": (0, 0, 0), "look_at": (0, 0, -1), "up": (0, 1, 0), "env": "white", "panes": "refract"}
 
@@ -59,7 +62,7 @@ def intersect(
 ) -> Hits:
     """The closest hits of rays, in the open interval from ``t_min`` to ``t_max`` in lengths of their directions.
 
-    The acceleration structure is built by the first call, and a `Scene` keeps it for later calls of the same backend and threads. The name of a file is read anew by each call. Things that move are where they are when the shutter opens.
+    The acceleration structure is built by the first call, and a `Scene` keeps it for later calls of the same backend and threads, as long as it does not change. The name of a file is read anew by each call. Things that move are where they are when the shutter opens.
 
     Args:
         scene: a `Scene`, or the name of its file.
@@ -133,8 +136,15 @@ def _rays(
     given = {"backend": backend, "threads": threads}
     own.update({name: value for name, value in given.items() if value is not None})
     flags = _settings.flags({**own, **_FIXED})
-    known = scene._rays
-    if known is None or known[0] is not description or known[1] != flags:
-        known = (description, flags, _native.Rays(description, flags))
-        scene._rays = known
-    return known[2]
+    # A process that was forked has not the threads of its parent.
+    known = scene._rays_of
+    if known is None or known[0] is not description or known[1] != os.getpid():
+        scene._rays_of, scene._rays = (description, os.getpid()), {}
+    kept, key = scene._rays, tuple(flags)
+    rays = kept.get(key)
+    if rays is None:
+        rays = _native.Rays(description, flags)
+        while len(kept) >= _KEPT:
+            kept.pop(next(iter(kept)), None)
+        kept[key] = rays
+    return rays

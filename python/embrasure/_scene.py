@@ -92,7 +92,8 @@ class Scene:
         # Names of materials that have none of their own. A material may be in several scenes, which name it each for itself.
         self._given_names: Dict[int, str] = {}
         self._described: Optional[Tuple[List[str], int, _native.Description]] = None
-        self._rays: Optional[Tuple[_native.Description, List[str], _native.Rays]] = None
+        self._rays: Dict[Tuple[str, ...], _native.Rays] = {}
+        self._rays_of: Optional[Tuple[_native.Description, int]] = None
         self.description().check(_settings.flags(self.settings))
 
     def __repr__(self) -> str:

@@ -1,7 +1,7 @@
 //! The BSDF of a material, on arrays of directions.
 
 use crate::errors;
-use crate::job::guarded;
+use crate::job::on_thread;
 use crate::scene::{Description, Rows};
 use embrasure::Error;
 use embrasure::bsdf::TransportMode;
@@ -35,22 +35,20 @@ impl Bsdf {
     #[new]
     fn new(py: Python, scene: &Description, flags: Vec<String>, name: &str) -> PyResult<Self> {
         let request = Request::new(&scene.0, &flags).map_err(|error| errors::of_session(py, error))?;
-        let found = py.detach(move || {
-            guarded(|| {
-                let scene = load_scene(&request.scene, SceneBuilder::new())?.scene;
-                let materials = scene.materials();
-                let found = materials.iter().find(|material| material.name == name);
-                found.map(|material| material.bsdf()).ok_or_else(|| {
-                    let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
-                    let words = format!(
-                        "material {name}: no face uses it\n  help: use one of {}",
-                        names.join(", ")
-                    );
-                    Error::Refused(words)
-                })
+        let name = name.to_owned();
+        on_thread(py, move || {
+            let scene = load_scene(&request.scene, SceneBuilder::new())?.scene;
+            let materials = scene.materials();
+            let found = materials.iter().find(|material| material.name == name);
+            found.map(|material| Self(material.bsdf())).ok_or_else(|| {
+                let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
+                let words = format!(
+                    "material {name}: no face uses it\n  help: use one of {}",
+                    names.join(", ")
+                );
+                Error::Refused(words)
             })
-        });
-        found.map(Self).map_err(|error| errors::of_session(py, error))
+        })
     }
 
     /// Names and parameters of its lobes.

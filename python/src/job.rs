@@ -1,12 +1,13 @@
 //! Work on a thread of its own, for which a Python thread waits: it holds no lock meanwhile, and looks for signals.
 
-use crate::errors::Error;
+use crate::errors::{self, Error};
 use pyo3::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 /// Between two looks for signals.
@@ -83,6 +84,23 @@ pub fn wait<T: Send>(
             return Err(raised);
         }
     }
+}
+
+/// Does `work`, which cannot be told to stop, on a thread of its own, so that signals are seen meanwhile.
+///
+/// # Errors
+///
+/// Those of `work`, and what a signal raises: the thread is left to itself then.
+pub fn on_thread<T: Send + 'static>(
+    py: Python,
+    work: impl FnOnce() -> Result<T, embrasure::Error> + Send + 'static,
+) -> PyResult<T> {
+    let (sender, receiver) = channel();
+    thread::spawn(move || {
+        let _ = sender.send(guarded(work));
+    });
+    let done = wait(py, &Mutex::new(receiver), &Status::default(), None)?;
+    done.map_err(|error| errors::of_session(py, error))
 }
 
 /// Does `work`; a panic in it is an error.

@@ -1,7 +1,7 @@
 //! Ray queries over a scene, on arrays.
 
 use crate::errors;
-use crate::job::{Status, guarded, wait};
+use crate::job::{guarded, on_thread};
 use crate::scene::{Description, Rows};
 use embrasure::accel::Accel;
 use embrasure::cli::Request;
@@ -13,9 +13,6 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use std::sync::Mutex;
-use std::sync::mpsc::channel;
-use std::thread;
 
 /// Rays between two looks for signals.
 const BATCH: usize = 1 << 20;
@@ -50,13 +47,7 @@ impl Rays {
     #[new]
     fn new(py: Python, scene: &Description, flags: Vec<String>) -> PyResult<Self> {
         let request = Request::new(&scene.0, &flags).map_err(|error| errors::of_session(py, error))?;
-        let (sender, receiver) = channel();
-        // A thread of its own, so that signals are seen while it reads.
-        thread::spawn(move || {
-            let _ = sender.send(guarded(|| Self::load(&request)));
-        });
-        let loaded = wait(py, &Mutex::new(receiver), &Status::default(), None)?;
-        loaded.map_err(|error| errors::of_session(py, error))
+        on_thread(py, move || Self::load(&request))
     }
 
     /// Number of triangles, meshes and instances.

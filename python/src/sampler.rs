@@ -6,6 +6,9 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
+/// Numbers between two looks for signals.
+const BATCH: u32 = 1 << 22;
+
 /// Decisions of a path by two numbers each, in the order in which they are taken: pixel, lens, then at each vertex the choice of a light, a point on it, and
 /// a direction.
 fn decision(index: u32) -> Dimension {
@@ -41,13 +44,17 @@ pub fn points<'py>(
     values
         .try_reserve_exact(numbers)
         .map_err(|_| PyMemoryError::new_err(format!("points: {count} × {dims} numbers do not fit into memory")))?;
-    py.detach(|| {
-        let mut sampler = kind.with_seed(seed, count.max(1));
-        for sample in 0..count {
-            sampler.start(SampleKey::new(pixel.0, pixel.1, sample));
-            let numbers = (0..dims.div_ceil(2)).flat_map(|index| sampler.get_2d(decision(index)).to_array());
-            values.extend(numbers.take(dims as usize));
-        }
-    });
+    let mut sampler = kind.with_seed(seed, count.max(1));
+    let samples = (BATCH / dims.max(1)).max(1);
+    for start in (0..count).step_by(samples as usize) {
+        py.detach(|| {
+            for sample in start..count.min(start.saturating_add(samples)) {
+                sampler.start(SampleKey::new(pixel.0, pixel.1, sample));
+                let numbers = (0..dims.div_ceil(2)).flat_map(|index| sampler.get_2d(decision(index)).to_array());
+                values.extend(numbers.take(dims as usize));
+            }
+        });
+        py.check_signals()?;
+    }
     PyArray1::from_vec(py, values).reshape([count as usize, dims as usize])
 }

@@ -129,3 +129,17 @@ def test_wrong_arrays_are_refused() -> None:
             em.occluded(scene, [[0, 0, 1], [0, 0, 2]], [0, 0, -1], **interval)
     with pytest.raises(em.SettingError, match="backend"):
         em.intersect(scene, [0, 0, 1], [0, 0, -1], backend="optix")
+
+
+def test_structures_of_several_backends_are_kept() -> None:
+    scene = triangle_scene(*random_triangles(20, seed=3))
+    origins, directions = np.zeros((1, 3)), np.ones((1, 3))
+    for backend in ["embree", "brute"] * 2:
+        em.intersect(scene, origins, directions, backend=backend)
+    assert len(scene._rays) == 2
+    for threads in range(1, 6):
+        em.occluded(scene, origins, directions, threads=threads)
+    assert len(scene._rays) == 3
+    scene.add_mesh([[0, 0, 1], [1, 0, 1], [0, 1, 1]], [[0, 1, 2]])
+    em.occluded(scene, origins, directions)
+    assert len(scene._rays) == 1

@@ -55,6 +55,22 @@ def test_an_exception_of_the_callback_ends_the_render(box: Path) -> None:
         em.render(box, progress=refuse, **FOREVER)
 
 
+def test_forked_processes_trace_rays_and_render(box: Path) -> None:
+    # What the parent has built has threads that the child has not.
+    script = f"""
+import os, sys
+import embrasure as em
+scene = em.load({str(box)!r})
+def look(): return em.intersect(scene, [0, 1, 3], [0, 0, -1]).t.tobytes() + em.render(scene, spp=1, size=(8, 8))["rgb"].tobytes()
+seen = look()
+if child := os.fork():
+    sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+os._exit(0 if look() == seen else 3)
+"""
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", script], timeout=60)
+    assert done.returncode == 0
+
+
 def test_two_renders_at_once_work_and_leave_the_lock(box: Path) -> None:
     settings: Dict[str, Any] = {"spp": 16, "size": (96, 96), "threads": 1}
     alone = [em.render(box, seed=seed, **settings)["rgb"].tobytes() for seed in range(2)]

@@ -40,7 +40,7 @@ LINTED = embrasure/oidn $(call optional,obvhs,HAS_OBVHS)
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-long test-farm test-view python lint-python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-long test-farm test-view screenshots python lint-python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -93,6 +93,9 @@ test-python: python ## test the Python module against the program, with its type
 
 test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
 	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture
+
+screenshots: setup ## write the pictures of the viewer for the guide into the folder EMBRASURE_SCREENSHOTS
+	$(CARGO) test --locked $(FLAGS_all) --test view -- --include-ignored --skip figures
 
 # Statistical tests take a quarter of their samples in `make test` (tests/support).
 test-long: setup ## run tests/it, and every command of the guide, with all the samples of statistical tests

@@ -51,7 +51,8 @@ fn configure_shared() {
 }
 
 /// Sets the configuration `chromium`, without which tests that open a page in a browser are ignored, and the variable `EMBRASURE_CHROMIUM` to its path.
-/// `EMBRASURE_REQUIRE_CHROMIUM` sets the configuration where there is no browser, too, so that these tests fail.
+/// `EMBRASURE_REQUIRE_CHROMIUM` sets the configuration where there is no browser, too, so that these tests fail. A browser that is installed later is
+/// seen when this script next runs.
 fn configure_chromium() {
     println!("cargo::rustc-check-cfg=cfg(chromium)");
     println!("cargo::rerun-if-env-changed=EMBRASURE_REQUIRE_CHROMIUM");

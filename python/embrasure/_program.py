@@ -14,16 +14,17 @@ def program() -> str:
         FileNotFoundError: the package was installed without it.
     """
     name = "embrasure.exe" if os.name == "nt" else "embrasure"
-    package = os.path.dirname(os.path.abspath(__file__))
-    # Beside this package: PREFIX/lib/pythonX.Y/site-packages/embrasure belongs to PREFIX/bin, also where another environment imports it.
-    schemes = [os.path.normpath(os.path.join(package, *[".."] * 4, "bin"))]
+    packages = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    # pip install --target puts programs beside the package.
+    schemes = [os.path.join(packages, "bin")]
+    # PREFIX/lib/pythonX.Y/site-packages belongs to PREFIX/bin, also where another environment imports the package.
+    if os.path.basename(packages) in ("site-packages", "dist-packages"):
+        schemes.append(os.path.normpath(os.path.join(packages, *[".."] * 3, "bin")))
     schemes += [sysconfig.get_path("scripts"), os.path.join(sys.prefix, "bin")]
     # Since Python 3.10; before, the names are fixed.
     preferred = getattr(sysconfig, "get_preferred_scheme", None)
     user = preferred("user") if preferred else f"{os.name}_user"
     schemes.append(sysconfig.get_path("scripts", user))
-    # pip install --target puts programs beside the package
-    schemes.append(os.path.join(os.path.dirname(package), "bin"))
     for folder in schemes:
         path = os.path.join(folder, name)
         if os.path.isfile(path):

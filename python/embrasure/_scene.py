@@ -147,7 +147,12 @@ class Scene:
         return light
 
     def name_of(self, material: Union[Material, str]) -> str:
-        """Adds a material to this scene, and gives its name there. A material without a name gets one that is free."""
+        """Name of a material in this scene, to which a `Material` is added. One without a name gets a free one.
+
+        Raises:
+            TypeError: neither a `Material` nor a name.
+            ValueError: another material of this scene has the name.
+        """
         if isinstance(material, str):
             return material
         if not isinstance(material, Material):

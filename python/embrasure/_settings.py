@@ -86,9 +86,9 @@ def _flags(name: str, value: Any) -> Iterable[str]:
         return [f"{flag}={'x'.join(map(str, value))}"]
     if name == "samples":
         if isinstance(value, range):
-            if value.step != 1:
+            if value.step != 1 and len(value) > 1:
                 raise ValueError(f"samples: a range of step 1 is expected, not {value}")
-            value = [value.start, value.stop]
+            value = [value.start, value.start + len(value)]
         if isinstance(value, list):
             value = "..".join(map(str, value))
     if name == "time_limit" and not is_text:

@@ -39,7 +39,7 @@ def check_unit(name: str, directions: NDArray[np.float32]) -> None:
         ValueError: a row that is neither.
     """
     squared = np.einsum("ij,ij->i", directions, directions)
-    wrong = np.flatnonzero(~((np.abs(squared - 1) < _UNIT) | (squared == 0)))
+    wrong = np.flatnonzero(~(np.abs(squared - 1) < _UNIT) & directions.any(axis=1))
     if len(wrong):
         row = directions[wrong[0]].tolist()
         raise ValueError(f"{name}: unit vectors are expected, not {row} (row {wrong[0]}): divide by the length")

@@ -31,7 +31,7 @@ pub struct Bsdf(embrasure::bsdf::Bsdf);
 
 #[pymethods]
 impl Bsdf {
-    /// That of the material `name` of a scene that faces use; `flags` may change materials.
+    /// BSDF of the material `name` of a scene, which faces must use; `flags` may change materials.
     #[new]
     fn new(py: Python, scene: &Description, flags: Vec<String>, name: &str) -> PyResult<Self> {
         let request = Request::new(&scene.0, &flags).map_err(|error| errors::of_session(py, error))?;

@@ -77,7 +77,7 @@ def test_directions_and_numbers_are_checked() -> None:
     matte = em.bsdf(em.Material(diffuse=0.5))
     up = [0.0, 0.0, 1.0]
     wrong: Any
-    for wrong in ([1, 0, 1], [np.nan, 0, 1], [[0, 0, 1], [0, 0, 2]]):
+    for wrong in ([1, 0, 1], [np.nan, 0, 1], [1e-30, 0, 0], [[0, 0, 1], [0, 0, 2]]):
         with pytest.raises(ValueError, match="wo: unit vectors are expected"):
             matte.eval(wrong, up)
         with pytest.raises(ValueError, match="wi: unit vectors are expected"):

@@ -39,5 +39,9 @@ def test_the_module_finds_the_libraries_of_the_wheel(tmp_path: Path) -> None:
     own = [path for path in libraries if not path.startswith(("/usr/", "/lib"))]
     assert all(path.startswith(str(tmp_path / "v" / "lib" / "embrasure" / "lib")) for path in own), said
     # The program of the wheel is beside it.
-    assert "embrasure" in run(python, "-c", code.replace("em.__file__, em.version_text()", "em.program()"))
+    found = run(python, "-c", code.replace("em.__file__, em.version_text()", "em.program()"))
+    assert found.strip() == str(tmp_path / "v" / "bin" / "embrasure")
+    # Another environment that imports the package finds the same program.
+    here_first = f"import sys; sys.path.insert(0, {str(next((tmp_path / 'v').glob('lib/python*/site-packages')))!r}); import embrasure as em; print(em.program())"
+    assert run(here, "-c", here_first).strip() == found.strip()
     assert "embrasure" in run(tmp_path / "v" / "bin" / "embrasure", "--version")

@@ -10,7 +10,7 @@ use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
 use super::progress::{Heeding, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
-use super::stats::{Chains, Denoised, Dropped, NoiseReached, Rays, Stats, StatsOutput, peak_rss_bytes};
+use super::stats::{Chains, Denoised, Dropped, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices};
 use super::tev::Preview;
@@ -172,7 +172,7 @@ impl Run<'_> {
                 .into_iter()
                 .for_each(&mut warn);
         }
-        let noise = job.settings.noise.map(|level| NoiseReached::new(&state.film, level));
+        let noise = job.settings.noise.map(|level| NoiseOfRender::new(&state.film, level));
         if let Some(noise) = noise.filter(|n| stop.is_complete() && !n.is_reached()) {
             warn(noise.warning());
         }

@@ -91,9 +91,9 @@ pub(super) struct Stats<'a> {
     pub chains: Option<Chains>,
     /// Stops by which PNG files are brightened, metered or given; `null` without a picture.
     pub exposure: Option<f32>,
-    /// Noise that `--noise` asked for and reached.
+    /// Noise of the picture, and the level that `--noise` asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise: Option<NoiseReached>,
+    pub noise: Option<NoiseOfRender>,
     /// Filter of `--denoise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denoise: Option<Denoised>,
@@ -181,7 +181,7 @@ pub(super) struct Denoised {
 
 /// Noise of a picture.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct NoiseReached {
+pub(super) struct NoiseOfRender {
     /// Requested level.
     level: f64,
     /// Estimated relative error: the square root of relMSE.
@@ -191,7 +191,7 @@ pub(super) struct NoiseReached {
     max_spp: u32,
 }
 
-impl NoiseReached {
+impl NoiseOfRender {
     /// Noise of the samples on `film`.
     pub fn new(film: &Film, level: f64) -> Self {
         let samples = || film.tiles().iter().map(Tile::samples);

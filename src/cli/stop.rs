@@ -1,4 +1,4 @@
-use super::stats::NoiseReached;
+use super::stats::NoiseOfRender;
 use crate::film::Film;
 
 /// Why a render ended.
@@ -16,7 +16,7 @@ impl Stop {
     /// Reason for the end of a render that was not interrupted.
     pub fn of_complete(film: &Film, noise: Option<f64>) -> Self {
         match noise {
-            Some(level) if NoiseReached::new(film, level).is_reached() => Self::Noise,
+            Some(level) if NoiseOfRender::new(film, level).is_reached() => Self::Noise,
             _ => Self::Samples,
         }
     }

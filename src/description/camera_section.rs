@@ -42,13 +42,13 @@ pub struct CameraSection {
     /// The point of the image, in pixels, that is in focus.
     #[serde(default, deserialize_with = "numbers")]
     pub focus_at: Option<Spanned<[f32; 2]>>,
-    /// Where the camera is at time 1, if it moves.
+    /// Centre of the lens at shutter close, if the camera moves.
     #[serde(default, deserialize_with = "numbers")]
     pub position_close: Option<Spanned<[f32; 3]>>,
-    /// Point that the camera looks at, at time 1.
+    /// Point in the middle of the image at shutter close.
     #[serde(default, deserialize_with = "numbers")]
     pub look_at_close: Option<Spanned<[f32; 3]>>,
-    /// Up in the image then.
+    /// Up in the image at shutter close.
     #[serde(default, deserialize_with = "numbers")]
     pub up_close: Option<Spanned<[f32; 3]>>,
     /// When the shutter opens and closes, from 0 to 1.

@@ -85,7 +85,7 @@ impl<'a> Renderer<'a> {
             .install(|| settings.method().prepare(context, &settings.random_numbers(), &()));
     }
 
-    /// Session that is rendered.
+    /// The session of this renderer.
     pub fn session(&self) -> &'a Session {
         self.session
     }

@@ -2,8 +2,8 @@
 //!
 //! Code blocks of the language `console` hold commands. Blocks of `console` run here, those of `console slow` where `EMBRASURE_GUIDE=all` is set
 //! (`make test-guide`). Blocks of `console other` need files or programs that a test has not: their flags are read, and nothing runs. The commands of a
-//! page run one after another in one folder, in which the project's `scenes` are; renders that name no size are small, except where all blocks run.
-//! With `EMBRASURE_WRITE_DOCS=1` the pictures that they make replace those that the page shows.
+//! page run one after another in one folder, in which the project's `scenes` are; renders that name no size are small, except where all blocks run or
+//! pictures are written. With `EMBRASURE_WRITE_DOCS=1` the pictures that they make replace those that the page shows.
 
 use crate::support::program::{PROGRAM, words};
 use embrasure::SceneFile;
@@ -471,7 +471,7 @@ fn folder_with_scenes() -> TempDir {
     folder
 }
 
-/// The blocks of commands do what they say, page by page. In `make test` renders are small.
+/// The blocks of commands do what they say, page by page. In `make test` renders that name no size are small.
 #[test]
 fn commands_run() {
     let writes = var_os("EMBRASURE_WRITE_DOCS").is_some();

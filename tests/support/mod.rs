@@ -395,7 +395,9 @@ pub fn shared(relative: &str) -> PathBuf {
 /// A browser. Tests that call this say `#[cfg_attr(not(chromium), ignore = "needs chromium")]`; build.rs sets that configuration.
 pub fn chromium() -> &'static Path {
     let Some(program) = option_env!("EMBRASURE_CHROMIUM") else {
-        panic!("Chromium is required here and missing");
+        panic!(
+            "EMBRASURE_REQUIRE_CHROMIUM is set, but there was no Chromium in PATH when the tests were built: install it, and `touch build.rs`"
+        );
     };
     Path::new(program)
 }

@@ -250,6 +250,9 @@ mod tests {
                 assert_eq!(flag(command, name).get_help_heading(), expected, "{command} --{name}");
             }
         }
+        for name in BRIEF {
+            flag("render", name);
+        }
         for (command, flags) in BRIEF_OF_COMMANDS
             .iter()
             .filter(|(command, _)| program.find_subcommand(command).is_some())

@@ -206,7 +206,7 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         let (width, height) = scene.textures().get(index)?.size();
         let file = files.get(index).map(|file| file.display().to_string());
         Some((
-            key.trim_end_matches("_map").to_string(),
+            key.strip_suffix("_map").unwrap_or(key).to_string(),
             json!({ "file": file, "width": width, "height": height }),
         ))
     };

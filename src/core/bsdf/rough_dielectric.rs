@@ -27,7 +27,7 @@ pub struct RoughDielectric {
 /// What one scattering leaves behind of the light from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct EnergySide {
-    /// Its share, on average.
+    /// Share of that light, on average.
     missing: f32,
     /// Share of it that returns to this side.
     reflected: f32,

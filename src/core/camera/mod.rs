@@ -25,7 +25,7 @@ pub struct Camera {
     /// Shape of the lens's opening; `None` for a disk.
     aperture: Option<Aperture>,
     focus_distance: f32,
-    /// Where it goes from time 0 to time 1.
+    /// Poses at shutter open and close.
     path: Option<[Pose; 2]>,
     /// When the shutter opens and closes.
     shutter: [f32; 2],
@@ -63,7 +63,7 @@ impl Pose {
 /// How a camera moves, and when it looks. Times run from 0, where everything is at its first place, to 1, where it is at its last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMotion {
-    /// Where the camera is at time 1, if it moves.
+    /// Pose at shutter close, if the camera moves.
     pub close: Option<Pose>,
     /// When the shutter opens and when it closes; light counts evenly in between.
     pub shutter: [f32; 2],
@@ -89,7 +89,7 @@ pub struct CameraParameters {
 /// All that a camera is made of but the size of its image.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraDescription {
-    /// Position at time 0, direction and lens.
+    /// Position, direction, field of view and lens at shutter open.
     pub parameters: CameraParameters,
     /// Motion and shutter; `None` for a still camera, with its shutter open all the time.
     pub motion: Option<CameraMotion>,

@@ -58,7 +58,7 @@ impl PartSum {
         Self(sum.map(Fixed::new))
     }
 
-    /// Sum of both.
+    /// Sum of `self` and `other`.
     pub fn plus(self, other: Self) -> Self {
         Self([0, 1, 2].map(|c| self.0[c].plus(other.0[c])))
     }

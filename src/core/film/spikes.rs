@@ -22,7 +22,7 @@ pub struct Spikes {
     pub count: u64,
     /// The brightest of them.
     pub brightest: UVec2,
-    /// Value of the pixel, mean of the channels.
+    /// Value of the brightest pixel, mean of its channels.
     pub value: f64,
     /// Standard error of that.
     pub error: f64,

@@ -300,7 +300,7 @@ pub struct ChainCounts {
 }
 
 impl ChainCounts {
-    /// Sum of both.
+    /// Sum of `self` and `other`.
     pub fn plus(self, other: Self) -> Self {
         Self {
             chains: self.chains + other.chains,

@@ -53,7 +53,7 @@ pub struct World<'a, A> {
     pub backdrop: Backdrop,
 }
 
-// Derived, these would ask the same of `A`, of which there is only a reference.
+// Derived impls would require `A: Clone`, though `A` is only behind a reference.
 impl<A> Clone for World<'_, A> {
     fn clone(&self) -> Self {
         *self

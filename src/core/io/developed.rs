@@ -6,7 +6,7 @@ use crate::film::Image;
 /// A picture that was made of one in a file.
 #[derive(Clone, Debug)]
 pub struct Developed {
-    /// Channels of the picture: of one of colours `R`, `G`, `B` and, where it has alpha, `A`, by which the colours are multiplied.
+    /// Channels of the picture. A picture of colours has `R`, `G`, `B` and, where it has alpha, `A`, by which the colours are multiplied.
     pub image: Image,
     /// Steps of development, as `key=value` pairs.
     pub steps: String,

@@ -28,7 +28,7 @@ impl LoadObserver for () {
 /// The memory that reading may take.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Allowance {
-    /// Maximum; `None` if all memory of the machine may be taken.
+    /// Maximum of memory; `None`: all memory of the machine.
     pub limit: Option<MemoryLimit>,
     /// Bytes that what was read before keeps.
     pub kept: u64,

@@ -50,7 +50,7 @@ pub struct Metadata {
     pub seed: u64,
     /// Name of the ray-tracing backend.
     pub backend: String,
-    /// Version and instruction set.
+    /// Version and instruction set of the backend.
     pub backend_version: String,
     /// Wall-clock seconds of rendering.
     pub render_seconds: f64,

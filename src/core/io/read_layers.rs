@@ -31,7 +31,7 @@ pub struct LayerChannel {
     pub kind: SampleKind,
     /// Pixels of the full image that it has.
     pub window: Rect,
-    /// Values of the channels, row by row from the top.
+    /// Values of these pixels, row by row from the top.
     pub values: Vec<f32>,
 }
 

@@ -136,7 +136,7 @@ impl DiskLight {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Bounds of the light for points far away.
+    /// Position, size and emission of the light, as the light tree takes them.
     pub(super) fn bounds(&self) -> LightBounds {
         LightBounds {
             center: self.center,

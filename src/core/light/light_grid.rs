@@ -26,7 +26,7 @@ pub(super) const NORMALS: usize = 27;
 /// Share of the choice that goes by power, whatever the place.
 const BY_POWER: f64 = 0.02;
 /// Minimum probability of a cluster: some steps of a random number.
-const LEAST: f64 = 1.0 / (1u32 << 20) as f64;
+const MIN_PROBABILITY: f64 = 1.0 / (1u32 << 20) as f64;
 /// A light is taken to have at least this share of all power, lest it vanish in sums.
 const MIN_POWER: f64 = 1.0 / (1u64 << 40) as f64;
 
@@ -235,7 +235,7 @@ impl LightGrid {
             } else {
                 0.0
             };
-            by_irradiance + (1.0 - by_place) * power / total_power + LEAST
+            by_irradiance + (1.0 - by_place) * power / total_power + MIN_PROBABILITY
         };
         let weights: Vec<f64> = parts.iter().map(weight).collect();
         let total: f64 = weights.iter().sum();

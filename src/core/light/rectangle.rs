@@ -63,7 +63,7 @@ impl RectangleLight {
         self.radiance
     }
 
-    /// Corners, in the order of its winding.
+    /// Corners, in the order of the winding.
     pub(super) fn corners(&self) -> [Vec3; 4] {
         let ([a, b], p) = (self.edges, self.corner);
         [p, p + a, p + a + b, p + b]

@@ -140,7 +140,7 @@ impl SphereLight {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Bounds of the light for points far away: those of a disk of its radius.
+    /// Position, size and emission of the light, as the light tree takes them: those of a disk of its radius.
     pub(super) fn bounds(&self) -> LightBounds {
         let disk = 0.25 * self.area() as f32;
         LightBounds {

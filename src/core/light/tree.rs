@@ -125,7 +125,7 @@ pub(super) struct Cluster {
     pub first: u32,
     /// Number of lights.
     pub count: u32,
-    /// Irradiance in the region that the cluster was made for.
+    /// Irradiance that these lights cause in the region that the cluster was made for.
     pub irradiance: f32,
 }
 

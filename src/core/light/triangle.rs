@@ -220,7 +220,7 @@ impl TriangleLight {
         Some(((b1 / excess) as f32, (b2 / excess) as f32))
     }
 
-    /// Bounds of the light for points far away.
+    /// Position, size and emission of the light, as the light tree takes them.
     pub(super) fn bounds(&self) -> LightBounds {
         let center = self.corners.iter().fold(Vec3::ZERO, |sum, &p| sum + p / 3.0);
         let radius = self.corners.iter().fold(0.0, |r: f32, p| r.max(p.distance(center)));

@@ -202,6 +202,7 @@ mod tests {
     #[test]
     fn all_maps_have_keys() {
         let mut maps = Maps::default();
+        assert_eq!(maps.iter_mut().count(), maps.by_key().len());
         for (i, map) in (0..).zip(maps.iter_mut()) {
             *map = Some(Map {
                 texture: TextureId(i),

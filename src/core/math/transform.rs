@@ -14,7 +14,7 @@ pub fn affine_from_trs(translate: Vec3, rotate_degrees: Vec3, scale: Vec3) -> Af
     Affine3A::from_scale_rotation_translation(scale.into(), rotation, translate.into())
 }
 
-/// Transform of the four rows of a matrix that acts on column vectors; `None` unless the last row is `0 0 0 1`.
+/// Transform from the four rows of a matrix that acts on column vectors; `None` unless the last row is `0 0 0 1`.
 pub fn affine_from_rows(rows: [[f32; 4]; 4]) -> Option<Affine3A> {
     (rows[3] == [0.0, 0.0, 0.0, 1.0]).then(|| Affine3A::from_mat4(Mat4::from_cols_array_2d(&rows).transpose()))
 }

@@ -105,7 +105,7 @@ pub struct RenderContext<'a, A> {
     pub prepared: &'a Prepared,
 }
 
-// Derived, these would ask the same of `A`, of which there is only a reference.
+// Derived impls would require `A: Clone`, though `A` is only behind a reference.
 impl<A> Clone for RenderContext<'_, A> {
     fn clone(&self) -> Self {
         *self

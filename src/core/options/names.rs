@@ -68,7 +68,7 @@ pub fn join_names<T>(known: &[(&str, T)]) -> String {
 /// Minimum similarity of two names of which one may be meant by the other (Jaro and Winkler, 0 to 1).
 const SIMILAR: f64 = 0.8;
 
-/// The name of `known` that `name` is most like, if there is one that may be meant.
+/// The name among `known` that is most like `name`, if one may be meant.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let scored = known.into_iter().map(|k| (strsim::jaro_winkler(name, k), k));
     let best = scored.max_by(|(a, _), (b, _)| a.total_cmp(b));

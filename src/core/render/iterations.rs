@@ -38,7 +38,7 @@ const LIGHTS_OF_A_MUTATION: usize = 3;
 /// Pixels of a work item that are done between two looks at the observer: far less work than the rest of the work item, and far more than the look.
 const PIXELS_A_LOOK: usize = 4;
 
-/// Adds iterations to `film`, from those that it has until the stop condition holds, whose error is estimated.
+/// Adds iterations to `film`, after those that it has, until the stop condition holds; the error is an estimate.
 ///
 /// The result is the same to the bit for any number of threads: what a work item of an iteration finds depends on its place alone, and work items are added in
 /// their order. An iteration that is not whole when the observer asks to stop is thrown away; one that asks to pause waits for its end. The error is judged where blocks of samples end,

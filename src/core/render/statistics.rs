@@ -68,7 +68,7 @@ pub struct DroppedSample {
 pub struct MutationCounts {
     /// Proposals.
     pub proposed: u64,
-    /// Mutations that became the chain's next state.
+    /// Proposals that became the chain's next state.
     pub accepted: u64,
 }
 

@@ -53,11 +53,11 @@ pub struct Shape {
     pub first_light: Option<LightId>,
     /// Number of its lights.
     pub light_count: u32,
-    /// Numbering of the lights of its triangles.
+    /// Light of each triangle.
     pub numbering: LightNumbering,
 }
 
-/// Numbering of the lights of a shape by its triangles.
+/// Which of a shape's lights each of its triangles belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightNumbering {
     /// Each triangle is one.

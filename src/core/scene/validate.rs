@@ -42,7 +42,7 @@ pub enum BuildError {
     BadVertex {
         /// Vertex within its mesh.
         vertex: usize,
-        /// Where it claims to be.
+        /// Position of the vertex.
         position: Vec3,
     },
     /// Something is smaller than backends can represent.
@@ -50,15 +50,15 @@ pub enum BuildError {
     TooSmall {
         /// The scene, or an object.
         what: &'static str,
-        /// Its width along the axis where it is widest.
+        /// Extent along the widest axis.
         extent: f32,
     },
-    /// A mesh that changes its shape has not as many vertices at time 1.
+    /// A mesh that changes its shape has not as many vertices at shutter close as at shutter open.
     #[error("the mesh has {open} vertices at first and {close} in the end")]
     OtherVertices {
-        /// At time 0.
+        /// Number of vertices at shutter open.
         open: usize,
-        /// At time 1.
+        /// Number of vertices at shutter close.
         close: usize,
     },
     /// An instance is flattened, turned inside out on its way, or beyond what backends can represent.
@@ -80,25 +80,25 @@ pub enum BuildError {
     /// A material has a value that no surface can have.
     #[error("material `{material}`: {key} is {value}, but must be {rule}")]
     BadMaterial {
-        /// Its name.
+        /// Name of the material.
         material: String,
         /// The quantity.
         key: &'static str,
-        /// What it was set to.
+        /// Value that was set.
         value: String,
-        /// What it should be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
     /// A light has a value that no light can have.
     #[error("{light} light: {key} is {value}, but {rule}")]
     BadLight {
-        /// Its type.
+        /// Type of the light.
         light: &'static str,
         /// The quantity.
         key: &'static str,
-        /// What it was set to.
+        /// Value that was set.
         value: String,
-        /// What it should be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
     /// The ground has a value that no plane can have.
@@ -106,9 +106,9 @@ pub enum BuildError {
     BadGround {
         /// The quantity.
         key: &'static str,
-        /// What it was set to.
+        /// Value that was set.
         value: String,
-        /// What it should be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
     /// The irradiance of the ground is not known, and so not the share of it that arrives.
@@ -129,7 +129,7 @@ pub enum BuildError {
     BadLightGroup {
         /// The name.
         name: String,
-        /// What it should be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
     /// More groups of lights than are distinguished.

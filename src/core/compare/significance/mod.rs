@@ -79,7 +79,8 @@ pub struct Significance {
 pub const MIN_RARE: f64 = 50.0;
 
 impl Significance {
-    /// Tests of two pictures of the pixels of `window`. `None` where they are not that, or where their variances are unknown, as after one sample.
+    /// Tests of two pictures of the pixels of `window`. `None` where the pictures have other pixels, or variances are unknown, as after
+    /// one sample.
     ///
     /// All tests are one family: each scale has an equal share of the chance of a false alarm, and within a scale each test (Šidák 1967).
     /// Variances that are too large, such as those of low-discrepancy samples, only make alarms rarer.

@@ -72,7 +72,7 @@ pub(super) struct Pixels {
 pub(super) struct Pixel {
     /// Values of reference and image.
     pub(super) values: [[f64; 3]; 2],
-    /// Of the difference, where those around it have a say.
+    /// Variance of the difference, in which pixels around have a say.
     variance: [f64; 3],
     /// Degrees of freedom of the estimates of the variance.
     pub(super) freedom: f64,
@@ -304,7 +304,8 @@ pub(super) struct NoiseTile {
     pub(super) wide_variance: [f64; 3],
     /// Pixels that may have their errors in common.
     pub(super) sharing: f64,
-    /// Degrees of freedom of the estimate of the variance: endless where many pixels with errors of their own make it, else that of the pixel with the fewest samples.
+    /// Degrees of freedom of the estimate of the variance: infinite where many pixels with errors of their own make it, else that of the pixel with the
+    /// fewest samples.
     pub(super) freedom: f64,
     common: CommonErrors,
 }

@@ -1,4 +1,4 @@
-//! Hooks of path reuse into the path tracer, which knows of its vertices by these calls alone.
+//! Hooks by which path reuse learns of the vertices of a path. The path tracer knows nothing else of path reuse.
 
 use super::state::PathState;
 use crate::bsdf::ScatteringEvent;

@@ -45,7 +45,7 @@ pub struct PathIntegrator<'a, A> {
     pub clamp_indirect: Option<f32>,
 }
 
-// Derived, these would ask the same of `A`, of which there is only a reference.
+// Derived impls would require `A: Clone`, though `A` is only behind a reference.
 impl<A> Clone for PathIntegrator<'_, A> {
     fn clone(&self) -> Self {
         *self
@@ -246,8 +246,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
     }
 
-    /// Light that `path` finds where it leaves the scene after `depth` scatterings, times `beta`. `None` for a camera ray that sees the background, any other
-    /// ray finds the infinitely distant lights.
+    /// Light that `path` finds where it leaves the scene after `depth` scatterings, times `beta`: that of infinitely distant lights. `None` for a camera
+    /// ray that sees the background.
     #[inline(always)]
     fn escaped<R: Gathered>(
         &self,

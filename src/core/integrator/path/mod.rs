@@ -1,8 +1,8 @@
 //! Paths from the camera: the path tracer, its variants and simpler relatives.
 //!
-//! `integrator` is the path tracer and `reuse` shares its paths between pixels by `hooks` into it. They stand on `state` (a path between two vertices),
-//! `direct` (direct light at a vertex), `strategy` (how directions are drawn and how light is found) and `roulette`. The other modules are simpler estimators of the same light from the same parts, for
-//! comparison: docs/guide/explanation/estimators.md compares them. `tree` is what `whitted` and `distributed` share.
+//! `integrator` is the path tracer; `reuse`, which shares paths between pixels, is called by its `hooks`. Both are built on `state` (a path between two
+//! vertices), `direct` (direct light at a vertex), `strategy` (how directions are drawn and how light is found) and `roulette`. The other modules are
+//! simpler estimators of the same light from the same parts, for comparison: docs/guide/explanation/estimators.md compares them. `tree` is what `whitted` and `distributed` share.
 
 pub(crate) mod ambient_occlusion;
 pub(crate) mod area;

@@ -71,7 +71,7 @@ impl FileMaterial {
 /// A texture statement.
 #[derive(Clone, Debug)]
 pub struct MapRequest {
-    /// Statement without its keyword.
+    /// Parsed statement.
     pub statement: MapStatement,
     /// Place of the statement: an error without a message.
     pub place: FileError,

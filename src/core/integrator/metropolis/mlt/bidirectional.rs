@@ -23,7 +23,7 @@ impl Lengths {
     /// Share of probability that all lengths have in common, whatever light was found: nothing may be out of reach.
     const EVEN: f64 = 0.1;
 
-    /// Lengths of paths of `min` to `max` vertices, where those of each number were found to carry so much light.
+    /// Distribution over paths of `min` to `max` vertices, where `light[n]` is what paths of `n` vertices were found to carry.
     pub fn new(light: &[f64], (min, max): (usize, usize)) -> Self {
         let total: f64 = light.iter().sum();
         let even = 1.0 / (max + 1).saturating_sub(min) as f64;

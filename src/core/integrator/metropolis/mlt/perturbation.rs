@@ -19,11 +19,11 @@ pub(super) struct PathPerturbation<'s, 'w, 'a, A> {
 
 /// Minimum distance on the film by which a path is perturbed, pixels.
 const MIN_STEP: f32 = 0.1;
-/// Share of the picture's area that lies within the greatest one.
+/// Share of the picture's area within the maximum distance.
 const MAX_STEP_SHARE: f32 = 0.05;
 /// Minimum and maximum angle by which directions between two specular chains are perturbed, radians.
 const ANGLES: [f32; 2] = [0.0001, 0.1];
-/// Maximum angle by which a direction of light is, radians.
+/// Maximum angle by which a direction of light is perturbed, radians.
 const MAX_ANGLE: f32 = 0.5;
 
 /// What moves when the film point does.

@@ -1,6 +1,6 @@
 //! [Open Image Denoise 2](https://www.openimagedenoise.org) on the CPU, for still pictures with guides.
 //!
-//! The `oidn` crate links the library and binds it. Its own safe filter (2.5.1) always has a colour image, so that guides
+//! The `oidn` crate links the library and binds it. Its own safe filter (2.4.1) always has a colour image, so that guides
 //! cannot be filtered by themselves, names the parameter `cleanAux` wrongly, which the library passes over, and takes no
 //! number of threads. This crate makes the same few calls with these three.
 
@@ -8,8 +8,43 @@
 
 use oidn::sys::*;
 use std::ffi::CStr;
+use std::fmt;
+use std::ptr;
 
-pub use oidn::Error;
+/// What Open Image Denoise says has failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error(String);
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl Error {
+    /// The first error of a device since it was last asked; of this thread where the handle is null. `None`: there was none.
+    fn of(device: OIDNDevice) -> Option<Self> {
+        let mut message = ptr::null();
+        // SAFETY: the handle is a live device or null, for which the library has the errors of the thread.
+        let code = unsafe { oidnGetDeviceError(device, &mut message) };
+        if code == OIDNError_OIDN_ERROR_NONE {
+            return None;
+        }
+        if message.is_null() {
+            return Some(Self(format!("error {code}")));
+        }
+        // SAFETY: the library's message ends with a zero, and is there until the next error of this thread.
+        let words = unsafe { CStr::from_ptr(message) }.to_string_lossy();
+        Some(Self(words.into_owned()))
+    }
+
+    /// That error, or `words` where the library names none.
+    fn or(device: OIDNDevice, words: &str) -> Self {
+        Self::of(device).unwrap_or_else(|| Self(words.into()))
+    }
+}
 
 /// Width and height in pixels.
 pub type Size = [usize; 2];
@@ -23,8 +58,7 @@ impl Device {
         // SAFETY: the type is one of the header's. Null is an answer, and handled.
         let handle = unsafe { oidnNewDevice(OIDNDeviceType_OIDN_DEVICE_TYPE_CPU) };
         if handle.is_null() {
-            // The library reports errors without a device; the oidn crate asks for that where it fails in the same way.
-            return Err(oidn::Device::cpu().err().unwrap_or(oidn::ErrorKind::Unknown.into()));
+            return Err(Error::or(handle, "no device"));
         }
         let threads = i32::try_from(threads).unwrap_or(i32::MAX);
         // SAFETY: the handle is a live device, which the parameters are set of before it is committed, as the library asks for;
@@ -36,15 +70,31 @@ impl Device {
             oidnCommitDevice(handle);
             oidn::Device::from_raw(handle)
         };
-        device.get_error()?;
-        Ok(Self(device))
+        let device = Self(device);
+        device.check()?;
+        Ok(device)
+    }
+
+    fn raw(&self) -> OIDNDevice {
+        // SAFETY: the handle is that of a live device, and nothing here releases it.
+        unsafe { self.0.raw() }
+    }
+
+    /// An error where a call has failed since the last check.
+    fn check(&self) -> Result<(), Error> {
+        Error::of(self.raw()).map_or(Ok(()), Err)
+    }
+
+    fn buffer(&self, contents: &[f32]) -> Result<oidn::Buffer, Error> {
+        let buffer = self.0.create_buffer(contents);
+        buffer.ok_or_else(|| Error::or(self.raw(), "no memory for a buffer"))
     }
 
     /// Version of the library, such as `2.5.1`.
     pub fn version(&self) -> String {
         let numbers = [c"versionMajor", c"versionMinor", c"versionPatch"].map(|name| {
             // SAFETY: the handle is a live device, and the name ends with a zero.
-            unsafe { oidnGetDeviceInt(self.0.raw(), name.as_ptr()) }.to_string()
+            unsafe { oidnGetDeviceInt(self.raw(), name.as_ptr()) }.to_string()
         });
         numbers.join(".")
     }
@@ -75,16 +125,15 @@ impl Device {
         let [width, height] = size;
         let len = width.checked_mul(height).and_then(|pixels| pixels.checked_mul(3));
         if images.iter().any(|(_, image)| Some(image.len()) != len) {
-            return Err(oidn::ErrorKind::InvalidImageDimensions.into());
+            return Err(Error("the size of an image is not that of the picture".into()));
         }
-        let device = &self.0;
         // Buffers live longer than the filter, which refers to them.
-        let output = device.create_buffer(&vec![0.0; len.unwrap_or(0)])?;
+        let output = self.buffer(&vec![0.0; len.unwrap_or(0)])?;
         let mut buffers = vec![(c"output", output)];
         for &(name, image) in images {
-            buffers.push((name, device.create_buffer(image)?));
+            buffers.push((name, self.buffer(image)?));
         }
-        let filter = Filter::new(device)?;
+        let filter = Filter::new(self)?;
         for (name, buffer) in &buffers {
             let format = OIDNFormat_OIDN_FORMAT_FLOAT3;
             // SAFETY: filter and buffer are live, and the buffer has width · height pixels of three floats.
@@ -99,8 +148,9 @@ impl Device {
             oidnCommitFilter(filter.0);
             oidnExecuteFilter(filter.0);
         }
-        device.get_error()?;
-        buffers[0].1.read()
+        let pixels = buffers[0].1.read();
+        self.check()?;
+        Ok(pixels)
     }
 }
 
@@ -108,12 +158,11 @@ impl Device {
 struct Filter(OIDNFilter);
 
 impl Filter {
-    fn new(device: &oidn::Device) -> Result<Self, Error> {
+    fn new(device: &Device) -> Result<Self, Error> {
         // SAFETY: the handle is a live device, and the name ends with a zero. Null is an answer, and handled.
         let handle = unsafe { oidnNewFilter(device.raw(), c"RT".as_ptr()) };
         if handle.is_null() {
-            device.get_error()?;
-            return Err(oidn::ErrorKind::Unknown.into());
+            return Err(Error::or(device.raw(), "no filter"));
         }
         Ok(Self(handle))
     }

@@ -53,6 +53,7 @@ mod plots;
 #[cfg(feature = "tobj")]
 mod readers;
 mod reuse;
+mod rust_version;
 mod same_pictures;
 mod schema;
 mod shaped_lights;

@@ -23,9 +23,10 @@ impl Braille {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
             return;
         };
-        if x < 2 * self.columns
-            && let Some(cell) = self.cells.get_mut(y / 4 * self.columns + x / 2)
-        {
+        if x >= 2 * self.columns {
+            return;
+        }
+        if let Some(cell) = self.cells.get_mut(y / 4 * self.columns + x / 2) {
             *cell |= DOTS[x % 2][y % 4];
         }
     }

@@ -96,13 +96,13 @@ impl Imports {
             let child = [&module[..], std::slice::from_ref(part)].concat();
             if self.mentions.contains_key(&child) {
                 module = child;
-            } else if let Some(full) = self.aliases.get(&module).and_then(|aliases| aliases.get(part))
-                && depth < 10
-            {
-                return self.home(&[full, &name[i + 1..]].concat(), depth + 1);
-            } else {
-                break;
+                continue;
             }
+            let aliases = self.aliases.get(&module).filter(|_| depth < 10);
+            if let Some(full) = aliases.and_then(|aliases| aliases.get(part)) {
+                return self.home(&[full, &name[i + 1..]].concat(), depth + 1);
+            }
+            break;
         }
         module
     }

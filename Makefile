@@ -11,9 +11,10 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 # `all` has what this machine can have, and every test. `obvhs` has no Embree: of tests/it it runs what traces rays by its own backend or names it
 # (IT_obvhs). Lobes, textures, files and sampling are the same code in both. A build without any backend, `none`, is linted alone.
 #
-# Unit tests of the renderer are short, and compiled with little optimisation; so is the renderer itself where it lacks Embree, and the rest of that set
-# is not optimised: its tests take half as long again by that, which is less than compiling saves. Packages that a set does not use are named with it: bindgen of embree4-sys, and Open Image
-# Denoise, ask more of procedural macros than others do, and without them all that uses such macros would be compiled once more.
+# Unit tests of the renderer are short, and compiled with little optimisation. So is the renderer itself where it lacks Embree. The main crate and the
+# tests of that set are not optimised: they run half as long again, which is less than compiling saves. Packages that a set does not use are named with
+# it: bindgen of embree4-sys, and Open Image Denoise, ask more of procedural macros than others do, and without them all that uses such macros would be
+# compiled once more.
 FEATURE_SETS := all obvhs
 OPT_1        := --config profile.dev.package.embrasure-core.opt-level=1
 OPT_0        := --config profile.dev.package.embrasure.opt-level=0

@@ -20,16 +20,17 @@ OPT_1        := --config profile.dev.package.embrasure-core.opt-level=1
 OPT_0        := --config profile.dev.package.embrasure.opt-level=0
 SMALL        := -p embrasure -p embrasure-embree-sys --no-default-features $(OPT_1) $(OPT_0)
 FEATURES_all  = --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
-FLAGS_all     = --workspace --exclude embrasure-core --exclude embrasure-oidn --exclude embrasure-python $(FEATURES_all)
+FLAGS_all     = --workspace --exclude embrasure-core --exclude embrasure-oidn $(FEATURES_all)
 FLAGS_core    = -p embrasure-core -p embrasure-embree-sys --features "embrasure-core/embree embrasure-core/tobj $(subst embrasure/,embrasure-core/,$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN))" $(OPT_1)
 FLAGS_none   := $(SMALL) --features embrasure/cli
 FLAGS_obvhs   = $(SMALL) $(if $(call optional,oidn,HAS_OIDN),-p embrasure-oidn) --features "embrasure/cli embrasure/obvhs"
 IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: motion:: surfaces::
 
-# The obvhs crate needs Rust 1.88, and denoising Open Image Denoise. Without them their tests are left out with a word, which is a failure where
-# EMBRASURE_REQUIRE_OBVHS or EMBRASURE_REQUIRE_OIDN is set, as in CI.
-HAS_OBVHS := rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
-HAS_OIDN  := scripts/setup oidn >/dev/null
+# The obvhs crate needs Rust 1.88, denoising Open Image Denoise, and the Python tests packages from pip. Without them their tests are left out with a
+# word, which is a failure where EMBRASURE_REQUIRE_OBVHS, EMBRASURE_REQUIRE_OIDN or EMBRASURE_REQUIRE_PYTHON is set, as in CI.
+HAS_OBVHS  := rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
+HAS_OIDN   := scripts/setup oidn >/dev/null
+HAS_PYTHON := scripts/setup-python
 optional   = $(shell if $($(2)); then echo embrasure/$(1); fi)
 with_obvhs = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi
@@ -41,7 +42,7 @@ LINTED = embrasure/oidn $(call optional,obvhs,HAS_OBVHS)
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-long test-farm test-view screenshots python lint-python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-long test-farm test-view screenshots python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb package clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -59,7 +60,7 @@ lint: setup ## check formatting, words, the public interface, clippy and rustdoc
 	@if command -v python3 >/dev/null; then scripts/public-api; else echo 'skipped: public interface: there is no python3'; fi
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
-	$(CARGO) clippy --workspace --exclude embrasure-python --all-targets --locked --features "$(LINTED)" -- -D warnings
+	$(CARGO) clippy --workspace --all-targets --locked --features "$(LINTED)" -- -D warnings
 	$(CARGO) clippy -p embrasure -p embrasure-core --lib --example made_in_code --locked -- -D warnings
 	$(CARGO) clippy -p embrasure-core $(SMALL) --lib --example made_in_code --locked -- -D warnings
 	$(CARGO) clippy $(FLAGS_none) --all-targets --locked -- -D warnings
@@ -71,6 +72,7 @@ test: setup lint $(FEATURE_SETS:%=test-%) ## lint, then run the tests with each 
 test-all: setup
 	@$(HAS_OBVHS) || { echo 'skipped: tests of obvhs: the crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; }
 	@$(HAS_OIDN) || { echo 'skipped: tests of Open Image Denoise: it cannot be had'; [ -z "$$EMBRASURE_REQUIRE_OIDN" ]; }
+	@$(HAS_PYTHON) || { echo 'skipped: tests of the Python module'; [ -z "$$EMBRASURE_REQUIRE_PYTHON" ]; }
 	$(CARGO) test --locked $(FLAGS_all)
 	$(CARGO) test --locked $(FLAGS_core) --lib
 
@@ -78,19 +80,17 @@ test-obvhs: setup
 	$(call with_obvhs,$(CARGO) test --locked $(FLAGS_obvhs) --test it -- $(IT_obvhs))
 
 # The Python module has the features of the program that `make demo` builds, so that both are made of one compiled library.
-python        = $(subst embrasure/,embrasure-python/,$(1))
+python       = $(subst embrasure/,embrasure-python/,$(1))
 PYTHON_NEEDS = $(call optional,oidn,HAS_OIDN)
 
 python: setup ## build the Python module, and the program, for use in place: PYTHONPATH=out/python
 	$(CARGO) build --release --locked -p embrasure -p embrasure-python --features "$(PYTHON_NEEDS) $(call python,$(PYTHON_NEEDS))"
 	scripts/python-package $(TARGET)/release/libembrasure_python.so out/python
 
-lint-python: setup ## check the Python crate by clippy
-	$(CARGO) clippy --release --locked -p embrasure -p embrasure-python --features "$(PYTHON_NEEDS) $(call python,$(PYTHON_NEEDS))" -- -D warnings
-
-test-python: python ## test the Python module against the program, with its types, notebooks and page, in an environment of its own (.deps/python)
-	scripts/setup-python
-	EMBRASURE_PROGRAM=$(abspath $(TARGET))/release/embrasure PYTHONPATH=out/python:python/tests .deps/python/bin/python -m pytest -q -p no:cacheprovider python/tests
+test-python: setup ## test the Python module against the program, with its types, notebooks and page; part of `make test`
+	$(HAS_PYTHON)
+	$(CARGO) build --locked $(FLAGS_all) --bin embrasure --test pytest
+	$(CARGO) test --locked $(FLAGS_all) --test pytest -- --nocapture
 
 test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
 	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture
@@ -159,6 +159,9 @@ deb: dist ## pack the same as a package for Debian and Ubuntu into out/; DEBFULL
 	rm -rf out/deb
 	DESTDIR=$(CURDIR)/out/deb scripts/install $(TARGET)/dist/embrasure /usr
 	scripts/deb out/deb $(VERSION) out
+
+package: setup ## pack the crates, and build each, with its documentation, from its package alone
+	scripts/package
 
 clean: ## remove what builds and renders made (.deps stays)
 	rm -rf $(TARGET) out

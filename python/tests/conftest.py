@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 from pathlib import Path
 from typing import Any, Callable
@@ -15,6 +16,9 @@ import embrasure as em
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
+
+# Commands in the background of a shell ignore Ctrl-C, which tests of interrupts send.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

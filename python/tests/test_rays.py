@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Any, Tuple
 
@@ -36,21 +37,28 @@ def brute_force(corners: Doubles, origins: Doubles, directions: Doubles) -> Tupl
     return closest, np.where(np.isfinite(closest), prim, -1), margin
 
 
-@pytest.mark.parametrize("backend", em.version_text().count("backend obvhs") * ["obvhs"] + ["embree"])
-def test_a_million_rays_on_200_triangles(backend: str) -> None:
+@functools.cache
+def a_million_rays() -> Tuple[Any, Any, Any, Any, Any]:
+    """Vertices and faces of 200 triangles, origins and directions of rays, and what brute force finds."""
     vertices, faces = random_triangles(200, 3)
     random = np.random.default_rng(4)
     count = 1_000_000
     origins = random.uniform(-2, 2, (count, 3)).astype(np.float32)
     directions = random.normal(size=(count, 3)).astype(np.float32)
+    corners = vertices[faces].astype(np.float64)
+    batches = [slice(start, start + 4096) for start in range(0, count, 4096)]
+    found = [brute_force(corners, origins[b].astype(np.float64), directions[b].astype(np.float64)) for b in batches]
+    return vertices, faces, origins, directions, [np.concatenate(parts) for parts in zip(*found)]
+
+
+@pytest.mark.parametrize("backend", em.version_text().count("backend obvhs") * ["obvhs"] + ["embree"])
+def test_a_million_rays_on_200_triangles(backend: str) -> None:
+    vertices, faces, origins, directions, (t, prim, margin) = a_million_rays()
+    corners = vertices[faces].astype(np.float64)
     scene = triangle_scene(vertices, faces)
     hits = em.intersect(scene, origins, directions, backend=backend)
     assert em.occluded(scene, origins, directions, backend=backend).tolist() == hits.hit.tolist()
 
-    corners = vertices[faces].astype(np.float64)
-    batches = [slice(start, start + 4096) for start in range(0, count, 4096)]
-    found = [brute_force(corners, origins[b].astype(np.float64), directions[b].astype(np.float64)) for b in batches]
-    t, prim, margin = (np.concatenate(parts) for parts in zip(*found))
     # Those that f32 can tell
     clear = margin > 1e-4
     assert clear.mean() > 0.97

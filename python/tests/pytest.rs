@@ -1,0 +1,33 @@
+//! Runs the Python tests of this folder by pytest, against the program and the module that cargo has built with this test.
+
+use std::env;
+use std::path::Path;
+use std::process::Command;
+
+/// Ends the test with what the command printed if it failed.
+fn run(command: &mut Command) {
+    let out = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let said = [&out.stdout[..], &out.stderr].map(String::from_utf8_lossy).concat();
+    assert!(out.status.success(), "{command:?}: {}\n{said}", out.status);
+    println!("{said}");
+}
+
+#[test]
+#[cfg_attr(not(python), ignore = "the environment of scripts/setup-python is missing")]
+fn python_tests_pass() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    // Cargo runs this test from target/PROFILE/deps, where the module is; the program is one level up.
+    let this = env::current_exe().unwrap();
+    let deps = this.parent().unwrap();
+    let package = tempfile::tempdir().unwrap();
+    run(Command::new(root.join("scripts/python-package"))
+        .arg(deps.join("libembrasure_python.so"))
+        .arg(package.path()));
+    let search = env::join_paths([package.path(), &root.join("python/tests")]).unwrap();
+    run(Command::new(root.join(".deps/python/bin/python"))
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=8"])
+        .arg("python/tests")
+        .current_dir(root)
+        .env("EMBRASURE_PROGRAM", deps.with_file_name("embrasure"))
+        .env("PYTHONPATH", search));
+}

@@ -53,7 +53,8 @@ setup: ## install what the build needs (Embree 4, libclang, a C compiler, Rust) 
 demo: setup ## build (with Open Image Denoise where its library can be had), and render scenes/cornell-box.toml to out/cornell-box.exr and .png
 	$(CARGO) build --release --locked --features "$(call optional,oidn,HAS_OIDN)"
 	mkdir -p out
-	$(TARGET)/release/embrasure render scenes/cornell-box.toml --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
+	$(TARGET)/release/embrasure render scenes/cornell-box.toml --quality good --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
+	@echo 'Look at out/cornell-box.png. The program is $(TARGET)/release/embrasure; next: embrasure render YOUR.obj -o YOUR.png'
 
 lint: setup ## check formatting, words, the public interface, clippy and rustdoc; any warning is an error
 	scripts/words
@@ -142,22 +143,27 @@ uninstall: ## remove what `make install` put below PREFIX
 
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
 DIST    := embrasure-$(VERSION)-$(shell uname -m)-linux
+SHIPPED  = $(call optional,oidn,HAS_OIDN) $(call optional,obvhs,HAS_OBVHS)
+# Licences of the crates
+NOTICES  = share/doc/embrasure/THIRD-PARTY
 
 dist: setup ## build the fastest program, which runs from any folder, and pack it with all that it needs into out/
-	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked --features "$(call optional,oidn,HAS_OIDN) $(call optional,obvhs,HAS_OBVHS)"
+	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked --features "$(SHIPPED)"
 	rm -rf out/$(DIST)
 	scripts/install $(TARGET)/dist/embrasure $(CURDIR)/out/$(DIST)
+	scripts/notices "$(SHIPPED)" out/$(DIST)/$(NOTICES)
 	tar -C out -czf out/$(DIST).tar.gz $(DIST)
 	@echo "-> out/$(DIST).tar.gz"
 
 wheel: dist ## pack the same and the Python module as a wheel, which pip installs without a compiler or root, into out/
-	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked -p embrasure-python --features "$(call python,$(call optional,oidn,HAS_OIDN) $(call optional,obvhs,HAS_OBVHS))"
+	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked -p embrasure-python --features "$(call python,$(SHIPPED))"
 	scripts/python-package $(TARGET)/dist/libembrasure_python.so out/wheel
 	scripts/wheel out/$(DIST) $(VERSION) out/wheel/embrasure out
 
 deb: dist ## pack the same as a package for Debian and Ubuntu into out/; DEBFULLNAME and DEBEMAIL name who packs it
 	rm -rf out/deb
 	DESTDIR=$(CURDIR)/out/deb scripts/install $(TARGET)/dist/embrasure /usr
+	cp out/$(DIST)/$(NOTICES) out/deb/usr/$(NOTICES)
 	scripts/deb out/deb $(VERSION) out
 
 package: setup ## pack the crates, and build each, with its documentation, from its package alone

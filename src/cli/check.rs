@@ -74,8 +74,7 @@ impl Report {
         file.patch_materials(&args.load.patches)?;
         set_load(&mut file, &args.load);
         let camera = CameraSettings::of(&file);
-        args.light.apply(&mut file, &camera);
-        args.light.apply_key_light(&mut file, &camera);
+        file.change_light(args.light.changes(), &camera.viewpoint());
         Ok(Some(file))
     }
 

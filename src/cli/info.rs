@@ -17,8 +17,7 @@ use std::process::ExitCode;
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let mut file = read_scene(&args.scene, &args.load)?;
     let camera = CameraSettings::of(&file);
-    args.light.apply(&mut file, &camera);
-    args.light.apply_key_light(&mut file, &camera);
+    file.change_light(args.light.changes(), &camera.viewpoint());
     let Loaded {
         mut scene,
         mut warnings,
@@ -30,7 +29,9 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     // A scene that no camera sees has other things to be told of.
     let found = camera_and_lit(&file, &settings, (&scene, &warnings), &pool).ok();
     let (camera, lit) = found.map_or((None, None), |(camera, lit)| (Some(camera), lit));
-    let light_guess = lit.as_ref().map(|lit| lit.words.clone());
+    let light_guess = lit
+        .as_ref()
+        .and_then(|lit| Some(lit.words.as_deref()?.strip_prefix("light: ")?.to_string()));
     if let Some(lit) = lit {
         file = lit.file;
         // Only one of both scenes is in memory at a time.

@@ -68,8 +68,7 @@ impl Job {
         let options = options(args, &scene);
         let settings = settings(args, &scene, &options)?;
         settings.check()?;
-        args.light.apply(&mut scene, &settings.camera);
-        args.light.apply_key_light(&mut scene, &settings.camera);
+        scene.change_light(args.light.changes(), &settings.camera.viewpoint());
         Ok(Self {
             warnings: idle_flags(&settings.method(), &args.integrator.0),
             shown_warnings: args.warnings,
@@ -124,7 +123,7 @@ fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
         background: args.background.0.or(scene.options.background),
         tone: args.tone.0.or(scene.options.tone),
         sampling: args.quality.0.under(args.sampling.0).or(scene.options.sampling),
-        quality: scene.options.quality,
+        quality: args.quality.0.or(scene.options.quality),
         integrator: args.integrator.0.or(scene.options.integrator),
         load: args.load.parameters.0.or(scene.options.load),
     }

@@ -105,7 +105,7 @@ pub fn main() -> ExitCode {
 fn print_of_clap(error: &clap::Error) {
     let has_controls = |arg: OsString| arg.to_string_lossy().chars().any(char::is_control);
     if !error.use_stderr() {
-        words::note(error.print());
+        words::remember(error.print());
     } else if std::env::args_os().any(has_controls) {
         errln!("{}", error.render());
     } else {

@@ -12,7 +12,7 @@ use super::pixel;
 use super::progress::{Heeding, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
 use super::stats::{Chains, Denoised, Dropped, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
-use super::summary::{self, print_camera, print_choices};
+use super::summary::{self, print_camera, print_choices, print_picture};
 use super::tev::Preview;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
@@ -73,6 +73,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let mut warnings = [&of_flags, session.warnings()].concat();
     if !job.quiet {
         print_choices(&session);
+        if !job.scene.is_file() {
+            print_picture(&job);
+        }
     }
     if let Some(words) = words::panes(session.scene().panes()).filter(|_| !job.quiet) {
         errln!("Glass: {words}");

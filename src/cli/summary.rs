@@ -5,7 +5,9 @@ use super::outputs::Images;
 use super::stats::Stats;
 use super::stop::Stop;
 use super::words;
-use crate::color::Exposure;
+use crate::color::{Curve, Exposure};
+use crate::options::Denoising;
+use crate::options::names::{Named, name_of};
 use crate::session::Session;
 
 /// Prints what the program has chosen: camera and light where nothing gives them, and the distance that `--focus-at` has found.
@@ -22,9 +24,22 @@ pub(super) fn print_choices(session: &Session) {
             at.y
         );
     }
-    if let Some(words) = session.light_guess() {
-        errln!("light: {words}");
+    if let Some(words) = session.lit_words() {
+        errln!("{words}");
     }
+}
+
+/// Prints what a picture of a bare OBJ has where no flag says it.
+pub(super) fn print_picture(job: &Job) {
+    let settings = &job.settings;
+    let denoiser = settings.denoiser.map_or(String::from("not denoised"), |denoiser| {
+        format!("denoised by {}", name_of(Denoising::NAMES, Denoising::By(denoiser)))
+    });
+    errln!(
+        "picture: {} per pixel, {denoiser}, tone curve {} (--quality draft or final, --spp N, --denoise=off, --tone NAME change that)",
+        words::count(settings.spp.into(), "sample"),
+        name_of(Curve::NAMES, settings.tone.curve),
+    );
 }
 
 /// Prints the camera with its lens.
@@ -44,23 +59,32 @@ pub(super) fn print_camera(session: &Session) {
 pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     let names: Vec<String> = images.iter().map(|(_, o)| o.path().display().to_string()).collect();
     errln!(
-        "{}: {}x{}, {} of {} per pixel in {:.2} s ({:.2} million samples/s, {} {}){}{}{} -> {}",
+        "{}: {}x{}, {} of {} per pixel in {:.2} s ({:.2} million samples/s, {} {}), {:.1} s in all{}{}{} -> {}",
         job.scene_path.display(),
         stats.width,
         stats.height,
-        words::number(stats.samples as f64 / job.settings.crop().area() as f64),
+        words::measured(stats.samples as f64 / job.settings.crop().area() as f64),
         words::count(stats.spp.into(), "sample"),
         stats.render_s,
         stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
         stats.backend,
         stats.backend_version,
+        stats.total_s,
         stats.error.map_or(String::new(), |error| format!(
-            ", relative error {}",
-            words::percent(error)
+            ", relative error {}{}",
+            words::percent(error),
+            if stats.denoise.is_some() {
+                " before denoising"
+            } else {
+                ""
+            }
         )),
         stop.words(),
         match (job.settings.tone.exposure, stats.exposure) {
-            (Exposure::Auto, Some(stops)) => format!(", exposure {stops:+} (auto)"),
+            (Exposure::Auto, Some(stops)) => {
+                let brighter = (100.0 * stops).round() / 100.0 + 1.0;
+                format!(", exposure {stops:+} (auto; --exposure {brighter:+.2} is brighter)")
+            }
             _ => String::new(),
         },
         if names.is_empty() {

@@ -24,7 +24,12 @@ named! {
 impl ShownWarnings {
     /// Prints `warnings` about the scene at `path`.
     pub fn show(self, warnings: &[Warning], path: &Path) {
-        self.texts(warnings, path).iter().for_each(words::warning);
+        for (first, text) in self.texts(warnings, path) {
+            match first.is_note() {
+                true => words::note(text),
+                false => words::warning(text),
+            }
+        }
     }
 
     /// Prints `warnings` that are not about the scene's files: there are few of them, and `embrasure check` does not report them.
@@ -34,23 +39,23 @@ impl ShownWarnings {
         }
     }
 
-    /// Printed warnings, in the order of the first warning of each kind.
-    fn texts(self, warnings: &[Warning], path: &Path) -> Vec<String> {
+    /// Printed warnings, in the order of the first warning of each kind, each with the warning that it begins with.
+    fn texts<'a>(self, warnings: &'a [Warning], path: &Path) -> Vec<(&'a Warning, String)> {
         match self {
-            Self::All => warnings.iter().map(with_code).collect(),
+            Self::All => warnings.iter().map(|warning| (warning, with_code(warning))).collect(),
             Self::None => Vec::new(),
             Self::Summary => {
                 // Kinds with their first warning and the number of others
-                let mut kinds: Vec<(&Warning, usize)> = Vec::new();
+                let mut kinds: Vec<(&'a Warning, usize)> = Vec::new();
                 for warning in warnings {
                     match kinds.iter_mut().find(|(first, _)| first.kind == warning.kind) {
                         Some((_, others)) => *others += 1,
                         None => kinds.push((warning, 0)),
                     }
                 }
-                let text = |(first, others): (&Warning, usize)| match others {
-                    0 => with_code(first),
-                    _ => summary(first, others, path),
+                let text = |(first, others): (&'a Warning, usize)| match others {
+                    0 => (first, with_code(first)),
+                    _ => (first, summary(first, others, path)),
                 };
                 kinds.into_iter().map(text).collect()
             }
@@ -67,13 +72,12 @@ fn with_code(warning: &Warning) -> String {
     format!("{line} [{}]{rest}", warning.kind)
 }
 
-/// One line for a warning and `others` of its kind: the first place, the number, and where to see the others.
+/// A warning and `others` of its kind: the first place, the number, where to see the others, and the remedy of the first.
 fn summary(first: &Warning, others: usize, path: &Path) -> String {
-    // The remedy is on a line of its own.
-    let line = first.text.lines().next().unwrap_or_default();
+    let (line, remedy) = first.text.split_at(first.text.find('\n').unwrap_or(first.text.len()));
     let path = path.display();
     format!(
-        "{line} (and {others} more [{}]; see `embrasure check {path}`)",
+        "{line} (and {others} more [{}]; see `embrasure check {path}`){remedy}",
         first.kind
     )
 }
@@ -93,11 +97,14 @@ mod tests {
             Warning::new("missing-texture", "a.mtl:9: texture `b.png` is missing"),
             Warning::new("missing-texture", "a.mtl:12: texture `c.png` is missing"),
         ];
-        let texts = |shown: ShownWarnings| shown.texts(&warnings, Path::new("a.obj"));
+        let texts = |shown: ShownWarnings| -> Vec<String> {
+            let texts = shown.texts(&warnings, Path::new("a.obj"));
+            texts.into_iter().map(|(_, text)| text).collect()
+        };
         assert_eq!(
             texts(ShownWarnings::Summary),
             [
-                "a.mtl:3: texture `a.png` is missing (and 2 more [missing-texture]; see `embrasure check a.obj`)",
+                "a.mtl:3: texture `a.png` is missing (and 2 more [missing-texture]; see `embrasure check a.obj`)\n  help: put the file there",
                 "nothing emits [default-light]\n  help: add a light"
             ]
         );

@@ -15,6 +15,7 @@ use std::sync::{Mutex, PoisonError};
 
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+const NOTE: Style = AnsiColor::Cyan.on_default().bold();
 
 /// What has kept words from the standard output, first.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
@@ -84,7 +85,7 @@ pub(super) fn print(words: Arguments) {
 
 /// Prints to the standard output. What goes wrong there is told by [`finish`], since the rest of a command is worth doing.
 pub(super) fn print_bytes(bytes: &[u8]) {
-    note(io::stdout().lock().write_all(bytes));
+    remember(io::stdout().lock().write_all(bytes));
 }
 
 /// Prints words that may hold names to the standard error. A failure to print cannot be printed either, and is ignored.
@@ -94,13 +95,13 @@ pub(super) fn say(words: Arguments) {
 
 /// Ends the standard output. An error where not all of it could be written.
 pub(super) fn finish() -> io::Result<()> {
-    note(io::stdout().lock().flush());
+    remember(io::stdout().lock().flush());
     let lost = LOST.lock().unwrap_or_else(PoisonError::into_inner).take();
     lost.map_or(Ok(()), Err)
 }
 
 /// Remembers the first error. A reader that has read enough (`embrasure info SCENE | head`) is none.
-pub(super) fn note(written: io::Result<()>) {
+pub(super) fn remember(written: io::Result<()>) {
     if let Err(error) = written.map_err(|error| (error.kind() != io::ErrorKind::BrokenPipe).then_some(error)) {
         let mut lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
         *lost = lost.take().or(error);
@@ -129,6 +130,12 @@ pub(super) fn error(text: impl Display) {
 pub(super) fn warning(text: impl Display) {
     let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{WARNING}warning:{WARNING:#} {text}");
+}
+
+/// Says what was assumed.
+pub(super) fn note(text: impl Display) {
+    let text = escaped(&text.to_string());
+    let _ = writeln!(anstream::stderr(), "{NOTE}note:{NOTE:#} {text}");
 }
 
 /// Whether the standard error is shown in colour: on a terminal that has it, unless `NO_COLOR`, `CLICOLOR` or `CLICOLOR_FORCE` say otherwise

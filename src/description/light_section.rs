@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// `[[light]]`; which keys belong to it depends on its type.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightSection {
     /// Type: one of [`LightSection::TYPES`].
@@ -72,7 +72,7 @@ pub struct LightSection {
 }
 
 /// Degrees about +y, or about the fixed x, y and z axes in this order.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged, expecting = "rotate must be a number or three numbers")]
 pub enum Rotation {
     /// About +y.

@@ -2,7 +2,7 @@
 
 use crate::accel::Accel;
 use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
-use crate::description::SceneFile;
+use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
 use crate::guess::{Asked, CameraFinder, CameraGuess, Orbit, View};
 use crate::io::FileError;
@@ -102,6 +102,17 @@ impl CameraSettings {
             look_at_close: vector(&section.look_at_close),
             up_close: vector(&section.up_close),
             shutter: section.shutter.as_ref().map(|s| *s.get_ref()),
+        }
+    }
+
+    /// What these settings tell of where the camera stands, before the scene is known. Up in the scene is +z where that is the axis nearest to the camera's
+    /// up: cameras that roll or look straight down have other axes there, and the scene's stays +y.
+    pub fn viewpoint(&self) -> Viewpoint {
+        let is_nearest_to_z = |up: &Vec3| up.z > up.x.abs() && up.z > up.y.abs();
+        Viewpoint {
+            back: self.position.zip(self.look_at).map(|(position, at)| position - at),
+            up: self.up,
+            scene_up: self.up.filter(is_nearest_to_z).map(|_| Vec3::Z),
         }
     }
 
@@ -226,6 +237,19 @@ pub(crate) struct FoundCamera {
     pub description: CameraDescription,
     /// Guessed settings, if there are any.
     pub guess: Option<CameraGuess>,
+}
+
+impl FoundCamera {
+    /// Where it stands; `settings` are those that it was found by.
+    pub fn viewpoint(&self, settings: &CameraSettings) -> Viewpoint {
+        let said = settings.viewpoint();
+        let Some(guess) = &self.guess else { return said };
+        Viewpoint {
+            back: Some(guess.position - guess.look_at),
+            up: Some(guess.up),
+            scene_up: said.scene_up.or(Some(guess.scene_up)),
+        }
+    }
 }
 
 /// `error` as one of the key that is to blame, if the scene file has a camera.

@@ -1,9 +1,9 @@
-//! The light of a scene without any: what `guess` says, as sections of a scene file.
+//! What `guess` says of the light, as sections of a scene file: that of a scene without any, and the ground below an object.
 
-use super::Settings;
+use super::{Guesses, LitFile, Settings};
 use crate::camera::CameraParameters;
 use crate::color::Spectrum;
-use crate::description::{GroundSection, LightSection, SceneFile};
+use crate::description::{GroundSection, LightSection, SceneFile, Viewpoint};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
@@ -18,35 +18,76 @@ const BRIGHT: f32 = 0.35;
 /// Radiance of the lamp of a closed room, W·sr⁻¹·m⁻².
 const LAMP: f32 = 20.0;
 
-/// The scene file and the settings with `guess` in them, as if they said it, seen by the camera of `parameters`; and words on it.
-pub(super) fn lit(
-    file: &SceneFile,
-    settings: &Settings,
-    (guess, survey): (LightGuess, &Survey),
-    parameters: &CameraParameters,
-) -> (SceneFile, Settings, String) {
-    let (mut file, mut settings) = (file.clone(), settings.clone());
-    let guesses = std::mem::take(&mut settings.guesses);
+/// The settings with the camera of `parameters`, and nothing left to guess.
+fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
+    let mut settings = settings.clone();
+    settings.guesses = Guesses::default();
     let camera = &mut settings.camera;
     (camera.view, camera.orbit) = (None, None);
     camera.position = Some(parameters.position);
     camera.look_at = Some(parameters.look_at);
     camera.up = Some(parameters.up);
     camera.vertical_fov = Some(parameters.vertical_fov);
+    settings
+}
 
+/// The ground that catches the shadows of an object.
+fn ground(up: Option<Vec3>) -> GroundSection {
+    GroundSection {
+        up: up.map(|up| Spanned::new(0..0, up.to_array())),
+        ..GroundSection::default()
+    }
+}
+
+/// The scene file and the settings with light and ground of a bare OBJ for a camera that stands at `viewpoint`: where flags give the light, as it is seen
+/// from there, and on a ground if they give an environment to an object. `None` where that changes nothing.
+pub(super) fn changed(
+    file: &SceneFile,
+    settings: &Settings,
+    survey: &Survey,
+    viewpoint: &Viewpoint,
+    parameters: &CameraParameters,
+) -> Option<LitFile> {
+    let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
+    let wants_ground = settings.guesses.ground && settings.method().catches_shadows();
+    let has_ground = wants_ground && file.ground.is_none() && file.has_changed_environment() && !survey.is_interior;
+    // That of `--ground`
+    let is_turned = up.is_some() && !file.is_file() && file.ground.as_ref().is_some_and(|ground| ground.up.is_none());
+    let lights = file.lights_seen_from(viewpoint);
+    if lights.is_none() && !has_ground && !is_turned {
+        return None;
+    }
+    let mut file = file.clone();
+    file.settle_light(lights);
+    if has_ground || is_turned {
+        file.ground = Some(ground(up));
+    }
+    Some(LitFile {
+        file,
+        settings: settled(settings, parameters),
+        words: has_ground.then(|| "ground: catches shadows (--no-ground removes it)".into()),
+    })
+}
+
+/// The scene file and the settings with `guess` in them, as if they said it, seen by the camera of `parameters`; and words on it.
+pub(super) fn lit(
+    file: &SceneFile,
+    settings: &Settings,
+    (guess, survey): (LightGuess, &Survey),
+    parameters: &CameraParameters,
+) -> LitFile {
+    let (mut file, guesses) = (file.clone(), settings.guesses);
+    let mut settings = settled(settings, parameters);
     let up = survey.horizon.up();
     let said_up = (up != Vec3::Y).then_some(up);
-    let words = match guess {
+    let words: String = match guess {
         LightGuess::Studio => {
             let front = survey.horizon.azimuth(parameters.position - parameters.look_at);
             let front = front.unwrap_or(0.0).round();
             file.light.push(LightSection::studio(0..0, front, said_up));
             let catches = guesses.ground && settings.method().catches_shadows();
             if catches && file.ground.is_none() {
-                file.ground = Some(GroundSection {
-                    up: said_up.map(|up| Spanned::new(0..0, up.to_array())),
-                    ..GroundSection::default()
-                });
+                file.ground = Some(ground(said_up));
             }
             if guesses.background && settings.method().shows_backgrounds() {
                 settings.background = Background::Gradient(Spectrum::splat(match survey.reflectance >= BRIGHT {
@@ -55,17 +96,19 @@ pub(super) fn lit(
                 }));
             }
             match catches {
-                true => {
-                    "a studio, and a ground that catches shadows (--env sky, --no-ground, --background COLOUR change that)"
-                }
+                true => "a studio, and a ground that catches shadows (--env sky, --no-ground, --background COLOUR change that)",
                 false => "a studio (--env sky, --background COLOUR change that)",
             }
+            .into()
         }
         LightGuess::Daylight(sun) => {
             file.light.push(LightSection::sky(0..0, sun, said_up));
             let section = LightSection::sun(0..0, sun, SUN_IRRADIANCE, DEFAULT_TURBIDITY, said_up);
             file.light.push(section);
-            "sky and sun through the openings (--env FILE, --env sky --sun AZ,EL change that)"
+            let [azimuth, elevation] = sun;
+            format!(
+                "sky and sun through the openings: sun at azimuth {azimuth}°, elevation {elevation}° (--env sky --sun AZ,EL or --env FILE changes that)"
+            )
         }
         LightGuess::Lamp {
             position,
@@ -80,8 +123,12 @@ pub(super) fn lit(
                 radiance: Spectrum::splat(LAMP),
             };
             file.light.push(LightSection::rectangle(0..0, &lamp));
-            "a lamp below the ceiling, since no daylight comes in (--env COLOUR, --key-light change that)"
+            "a lamp below the ceiling, since no daylight comes in (--env COLOUR, --key-light change that)".into()
         }
     };
-    (file, settings, words.into())
+    LitFile {
+        file,
+        settings,
+        words: Some(format!("light: {words}")),
+    }
 }

@@ -67,8 +67,10 @@ pub struct Session {
     camera_guess: Option<CameraGuess>,
     /// Given settings of the camera, without guesses, which `settings` include if the light was guessed.
     said_camera: CameraSettings,
-    /// Guess of the light, if one was made: a description, and the scene file with the light.
-    light_guess: Option<(String, SceneFile)>,
+    /// Description of the guess of light or ground, if one was made.
+    lit_words: Option<String>,
+    /// The scene file in a light that was guessed, or that depends on a guessed camera.
+    lit_file: Option<SceneFile>,
     /// Files that the scene was read from.
     files: Vec<PathBuf>,
     /// Bytes that the render takes at most, about.
@@ -113,7 +115,8 @@ impl Session {
             drop(scene);
             return Ok(Self {
                 camera_guess: guess,
-                light_guess: Some((lit.words, lit.file.clone())),
+                lit_words: lit.words,
+                lit_file: Some(lit.file.clone()),
                 said_camera: settings.camera,
                 ..Self::load(&lit.file, lit.settings, observer)?
             });
@@ -132,7 +135,8 @@ impl Session {
             description,
             warnings,
             camera_guess: guess,
-            light_guess: None,
+            lit_words: None,
+            lit_file: None,
             files,
             memory,
             pool,
@@ -166,7 +170,8 @@ impl Session {
             description,
             warnings,
             camera_guess: None,
-            light_guess: None,
+            lit_words: None,
+            lit_file: None,
             said_camera: settings.camera,
             files: Vec::new(),
             memory: peak(&settings, &scene, &forecast),
@@ -239,12 +244,17 @@ impl Session {
 
     /// Guess of the light, if one was made.
     pub fn light_guess(&self) -> Option<&str> {
-        self.light_guess.as_ref().map(|(words, _)| words.as_str())
+        self.lit_words.as_deref()?.strip_prefix("light: ")
     }
 
-    /// The scene file with the light that was guessed; `None` where nothing was.
+    /// Guess of light or ground, if one was made, as a line for users.
+    pub(crate) fn lit_words(&self) -> Option<&str> {
+        self.lit_words.as_deref()
+    }
+
+    /// The scene file in a light that was guessed, or that depends on a guessed camera; `None` where it is that of the given file.
     pub fn lit_file(&self) -> Option<&SceneFile> {
-        self.light_guess.as_ref().map(|(_, file)| file)
+        self.lit_file.as_ref()
     }
 
     /// Cameras to choose from, each with the shortest flags that name it.
@@ -324,12 +334,12 @@ pub(crate) struct LitFile {
     pub file: SceneFile,
     /// Settings with the camera for which the light was guessed, and the background that goes with it.
     pub settings: Settings,
-    /// Description of the light for users.
-    pub words: String,
+    /// Description for users of what was guessed: `light: ` or `ground: `, and words.
+    pub words: Option<String>,
 }
 
-/// The camera of `settings` in the scene of `file`, and the scene file with a light if nothing in the scene emits and `settings` ask for a guess. `warnings` are
-/// those of loading the scene.
+/// The camera of `settings` in the scene of `file`. With it the scene file in another light: with a guessed one if nothing in the scene emits and `settings`
+/// ask for a guess, or with changes of light that depend on a guessed camera. `warnings` are those of loading the scene.
 ///
 /// # Errors
 ///
@@ -341,11 +351,17 @@ pub(crate) fn camera_and_lit(
     pool: &rayon::ThreadPool,
 ) -> Result<(FoundCamera, Option<LitFile>), Error> {
     let is_dark = scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
-    let (found, light) = settings.camera_and_light(file, scene, pool, settings.guesses.light && is_dark)?;
-    let lit = light.map(|(light, survey)| {
-        let (file, settings, words) = lighting::lit(file, settings, (light, &survey), &found.description.parameters);
-        LitFile { file, settings, words }
-    });
+    let wants = (settings.guesses.ground, settings.guesses.light && is_dark);
+    let (found, survey) = settings.camera_and_survey(file, scene, pool, wants)?;
+    let parameters = &found.description.parameters;
+    let lit = match survey {
+        Some((survey, Some(light))) => Some(lighting::lit(file, settings, (light, &survey), parameters)),
+        Some((survey, None)) => {
+            let viewpoint = found.viewpoint(&settings.camera);
+            lighting::changed(file, settings, &survey, &viewpoint, parameters)
+        }
+        None => None,
+    };
     Ok((found, lit))
 }
 

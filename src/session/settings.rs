@@ -312,19 +312,19 @@ impl Settings {
         scene: &Scene,
         pool: &rayon::ThreadPool,
     ) -> Result<FoundCamera, Error> {
-        Ok(self.camera_and_light(file, scene, pool, false)?.0)
+        Ok(self.camera_and_survey(file, scene, pool, (false, false))?.0)
     }
 
     /// The camera of [`Settings::camera_of`]; where `scene` is `unlit`, also a guess of its light, with the survey of the scene.
-    pub(super) fn camera_and_light(
+    pub(super) fn camera_and_survey(
         &self,
         file: &SceneFile,
         scene: &Scene,
         pool: &rayon::ThreadPool,
-        unlit: bool,
-    ) -> Result<(FoundCamera, Option<(LightGuess, Survey)>), Error> {
+        (is_surveyed, is_dark): (bool, bool),
+    ) -> Result<(FoundCamera, Option<(Survey, Option<LightGuess>)>), Error> {
         // Guesses trace rays.
-        let accel = match unlit || self.camera.needs_scene() {
+        let accel = match is_surveyed || is_dark || self.camera.needs_scene() {
             true => Some(self.backend.build(scene, pool)?),
             false => None,
         };
@@ -333,9 +333,11 @@ impl Settings {
             let finder = accel.map(|accel| self.camera.finder(scene, accel, self.resolution));
             let found = self.camera.found(finder.as_ref(), self.resolution)?;
             let CameraParameters { position, look_at, .. } = found.description.parameters;
-            let finder = finder.filter(|_| unlit);
-            let light = finder.map(|finder| (finder.light(position, look_at), *finder.survey()));
-            Ok((found, light))
+            let survey = finder.map(|finder| {
+                let light = is_dark.then(|| finder.light(position, look_at));
+                (*finder.survey(), light)
+            });
+            Ok((found, survey))
         });
         found.map_err(|error| {
             let is_of_file = self.camera.is_same(&CameraSettings::of(file));

@@ -64,8 +64,15 @@ fn a_bare_obj_becomes_a_png_and_an_exr_that_say_how_they_were_exposed() {
     let said = words(&out);
     let stats = read_json(&at.join("s.json"));
     let stops = stats["exposure"].as_f64().unwrap();
-    assert!(said.contains(&format!("exposure {stops:+} (auto)")), "{said}");
+    assert!(
+        said.contains(&format!(
+            "exposure {stops:+} (auto; --exposure {:+.2} is brighter)",
+            stops + 1.0
+        )),
+        "{said}"
+    );
     assert!(said.contains("-> a.png, a.exr"), "{said}");
+    assert!(said.contains("picture: 16 samples per pixel, denoised by "), "{said}");
     assert_eq!(stats["spp"], 16, "{stats}");
     assert_eq!(
         stats["denoise"]["by"].as_str().unwrap().split(' ').next().unwrap(),

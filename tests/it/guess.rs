@@ -1,6 +1,7 @@
 //! Guesses of the program for missing settings: the camera of a bare OBJ, and the flags and keys that say it.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, split, words};
+use crate::support::{read_rgb, rel_mse};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -117,6 +118,57 @@ fn what_stands_on_z_is_upright() {
     let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
     assert!(eye[1] < target[1] && eye[2] > target[2], "{eye:.2?} {target:.2?}");
     assert!(camera["guess"].as_str().unwrap().contains("+z is up"));
+}
+
+/// What flags say of the light is meant for the guessed camera, and for what is up in the scene: the model on +y and the one on +z give one picture.
+#[test]
+fn light_of_flags_stands_as_the_scene_does() {
+    let folder = folder(&[("y.obj", &statue().text), ("z.obj", &statue().upended())]);
+    let at = folder.path();
+    done(at, &split("render y.obj --size 32x16 --spp 1 -q -o map.exr"));
+    for flags in [
+        "--env sky",
+        "--env sky --sun 60,25",
+        "--env studio",
+        "--env map.exr",
+        "--env black --key-light",
+        "--env black --sun -50,30 --no-ground",
+        "--env white --ground --orbit 40,20",
+    ] {
+        let [y, z] = ["y", "z"].map(|name| {
+            let render = format!("render {name}.obj --size 48x48 --spp 64 --reuse none --denoise=off -q");
+            let args = format!("{render} {flags} --dump-scene {name}.toml -o {name}.exr");
+            done(at, &split(&args));
+            read_rgb(&at.join(format!("{name}.exr")))
+        });
+        let error = rel_mse(&z, &y);
+        assert!(error < 0.01, "{flags}: {error}");
+        // The scene that is written is the one that was rendered.
+        done(at, &split("render z.toml --reuse none --denoise=off -q -o again.exr"));
+        assert_same_bits(&at.join("z.exr"), &at.join("again.exr"));
+        let dump = std::fs::read_to_string(at.join("z.toml")).unwrap();
+        assert_eq!(
+            dump.contains("[ground]"),
+            !flags.contains("--no-ground"),
+            "{flags}: {dump}"
+        );
+    }
+    let said = words(&done(at, &split("render y.obj --env sky --size 8x8 --spp 1 -o x.exr")));
+    assert!(
+        said.contains("\nground: catches shadows (--no-ground removes it)\n"),
+        "{said}"
+    );
+    // An interior has its own floor.
+    std::fs::write(at.join("room.obj"), room(&[])).unwrap();
+    done(
+        at,
+        &split("render room.obj --env sky --size 8x8 --spp 1 --dump-scene room.toml -q -o x.exr"),
+    );
+    assert!(
+        !std::fs::read_to_string(at.join("room.toml"))
+            .unwrap()
+            .contains("[ground]")
+    );
 }
 
 #[test]

@@ -106,7 +106,7 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
             "output",
             "size",
             "spp",
-            "noise",
+            "quality",
             "time-limit",
             "denoise",
             "exposure",

@@ -1,14 +1,11 @@
 //! Flags that change the light of a scene: `--env`, `--sun` and `--key-light` set `[[light]]` sections of the scene file before it is loaded.
 
 use crate::color::srgb;
-use crate::description::{DEFAULT_SUN, LightSection, SceneFile};
-use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
-use crate::math::{Horizon, Vec3};
+#[cfg(feature = "view")]
+use crate::description::LightSection;
+use crate::description::{Environment, LightChanges, Sun};
+use crate::light::sky::SUN_IRRADIANCE;
 use crate::options::nearest;
-use crate::session::CameraSettings;
-use std::ops::Range;
-use std::path::PathBuf;
-use toml::Spanned;
 
 /// Light over that of the scene file.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -44,50 +41,37 @@ pub(in crate::cli) struct LightFlags {
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct EnvFlag {
     written: String,
-    env: Env,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-enum Env {
-    File(PathBuf),
-    Color([f32; 3]),
-    Studio,
-    Sky,
+    env: Environment,
 }
 
 /// What `--sun` says.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct SunFlag {
     written: String,
-    /// Azimuth and elevation, degrees.
-    at: [f32; 2],
-    /// Luminance of its irradiance, W·m⁻².
-    strength: f32,
+    sun: Sun,
 }
 
 impl LightFlags {
-    /// Changes the sections of `file`: `--env` takes the place of all its environments, and `--sun` is one more light, and the place of the sun in each
-    /// sky. The front of a studio is where the camera stands, as far as that is known. Up is +z where that is the axis nearest to the camera's up, and +y elsewhere.
-    pub fn apply(&self, file: &mut SceneFile, camera: &CameraSettings) {
-        let up = camera.up.filter(|up| is_nearest_to_z(*up)).map(|_| Vec3::Z);
-        if let Some(EnvFlag { written, env }) = &self.env {
-            let span = file.flag_span(format!("--env {written}"));
-            file.light.retain(|light| !light.is_environment());
-            let back = camera.position.zip(camera.look_at).map(|(position, at)| position - at);
-            let front = back.and_then(|back| Horizon::new(up.unwrap_or(Vec3::Y)).azimuth(back));
-            file.light.push(env.section(span, up, front.unwrap_or(0.0)));
-        }
-        if let Some(SunFlag { written, at, strength }) = &self.sun {
-            let span = file.flag_span(format!("--sun {written}"));
-            let skies = file.light.iter_mut().filter(|light| light.kind.get_ref() == "sky");
-            let (mut turbidity, mut up) = (DEFAULT_TURBIDITY, up);
-            for sky in skies {
-                sky.sun = Some(Spanned::new(span.clone(), *at));
-                up = sky.up.as_ref().map_or(up, |up| Some(Vec3::from(*up.get_ref())));
-                turbidity = sky.turbidity.as_ref().map_or(turbidity, |t| *t.get_ref());
-            }
-            let sun = LightSection::sun(span, *at, *strength, turbidity, up);
-            file.light.push(sun);
+    /// What these flags change of a scene file's light.
+    pub fn changes(&self) -> LightChanges {
+        LightChanges {
+            env: self.env.as_ref().map(|EnvFlag { written, env }| {
+                let env = match env {
+                    // Paths on the command line are relative to the current folder, those of scene files to theirs.
+                    Environment::File(path) => {
+                        Environment::File(std::path::absolute(path).unwrap_or_else(|_| path.clone()))
+                    }
+                    other => other.clone(),
+                };
+                (env, format!("--env {written}"))
+            }),
+            sun: self
+                .sun
+                .as_ref()
+                .map(|flag| (flag.sun, format!("--sun {}", flag.written))),
+            key_light: self
+                .key_light
+                .map(|strength| (strength, format!("--key-light={strength}"))),
         }
     }
 
@@ -96,51 +80,22 @@ impl LightFlags {
     pub fn replaces(&self, light: &LightSection) -> bool {
         self.env.is_some() && light.is_environment()
     }
-
-    /// Adds the light of `--key-light` to `file`. Where `camera` does not say where it stands and looks, it looks from azimuth 0, horizontally.
-    pub fn apply_key_light(&self, file: &mut SceneFile, camera: &CameraSettings) {
-        let Some(strength) = self.key_light else { return };
-        let span = file.flag_span(format!("--key-light={strength}"));
-        let back = camera.position.zip(camera.look_at).map(|(position, at)| position - at);
-        file.light
-            .push(LightSection::key_light(span, back, camera.up, strength));
-    }
-}
-
-/// Whether +z is the axis nearest to a camera's up. Cameras that roll or look straight down have other axes there, and the sky stays above +y.
-fn is_nearest_to_z(up: Vec3) -> bool {
-    up.z > up.x.abs() && up.z > up.y.abs()
-}
-
-impl Env {
-    fn section(&self, span: Range<usize>, up: Option<Vec3>, front: f32) -> LightSection {
-        match self {
-            // Paths on the command line are relative to the current folder, those of scene files to theirs.
-            Self::File(path) => {
-                let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
-                LightSection::environment(span, path)
-            }
-            Self::Color(color) => LightSection::constant(span, *color),
-            Self::Studio => LightSection::studio(span, front, up),
-            Self::Sky => LightSection::sky(span, DEFAULT_SUN, up),
-        }
-    }
 }
 
 /// A file, a colour, `studio` or `sky`.
 fn parse_env(text: &str) -> Result<EnvFlag, String> {
     let env = match text {
-        "studio" => Env::Studio,
-        "sky" => Env::Sky,
-        "white" => Env::Color([1.0; 3]),
-        "black" => Env::Color([0.0; 3]),
+        "studio" => Environment::Studio,
+        "sky" => Environment::Sky,
+        "white" => Environment::Color([1.0; 3]),
+        "black" => Environment::Color([0.0; 3]),
         _ => match text.strip_prefix('#') {
             Some(digits) => {
-                Env::Color(srgb_color(digits).ok_or("a colour of six digits is expected, such as #ffcc80")?)
+                Environment::Color(srgb_color(digits).ok_or("a colour of six digits is expected, such as #ffcc80")?)
             }
             None => match numbers(text) {
-                Some(numbers) => Env::Color(linear_color(&numbers)?),
-                None if text.contains(['.', '/', '\\']) => Env::File(text.into()),
+                Some(numbers) => Environment::Color(linear_color(&numbers)?),
+                None if text.contains(['.', '/', '\\']) => Environment::File(text.into()),
                 None => {
                     let near = nearest(text, ["studio", "sky", "white", "black"]);
                     let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
@@ -203,8 +158,7 @@ fn parse_sun(text: &str) -> Result<SunFlag, String> {
     }
     Ok(SunFlag {
         written: text.into(),
-        at,
-        strength,
+        sun: Sun { at, strength },
     })
 }
 
@@ -216,24 +170,29 @@ fn parse_strength(text: &str) -> Result<f32, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::description::{LightSection, SceneFile};
+    use crate::math::Vec3;
+    use crate::session::CameraSettings;
     use std::path::Path;
 
-    fn env(text: &str) -> Env {
+    fn env(text: &str) -> Environment {
         parse_env(text).unwrap().env
     }
 
     #[test]
     fn environments_are_files_colours_and_words() {
-        assert_eq!(env("studio"), Env::Studio);
-        assert_eq!(env("white"), Env::Color([1.0; 3]));
-        assert_eq!(env("0.5"), Env::Color([0.5; 3]));
-        assert_eq!(env(".5"), Env::Color([0.5; 3]));
-        assert_eq!(env("1, 0.5,2e1"), Env::Color([1.0, 0.5, 20.0]));
-        assert_eq!(env("#ff0000"), Env::Color([1.0, 0.0, 0.0]));
-        let Env::Color(grey) = env("#808080") else { panic!() };
+        assert_eq!(env("studio"), Environment::Studio);
+        assert_eq!(env("white"), Environment::Color([1.0; 3]));
+        assert_eq!(env("0.5"), Environment::Color([0.5; 3]));
+        assert_eq!(env(".5"), Environment::Color([0.5; 3]));
+        assert_eq!(env("1, 0.5,2e1"), Environment::Color([1.0, 0.5, 20.0]));
+        assert_eq!(env("#ff0000"), Environment::Color([1.0, 0.0, 0.0]));
+        let Environment::Color(grey) = env("#808080") else {
+            panic!()
+        };
         assert!((grey[0] - 0.2158605).abs() < 1e-6);
         for file in ["a.hdr", "../b/c.exr", "sky.exr", "folder/sky"] {
-            assert_eq!(env(file), Env::File(file.into()));
+            assert_eq!(env(file), Environment::File(file.into()));
         }
         for wrong in [
             "", "-1", "1,2", "nan", "inf", "#fff", "#gg0000", "#+12345", "1,,2", "blue",
@@ -246,8 +205,8 @@ mod tests {
     #[test]
     fn suns_are_above_the_horizon() {
         let sun = parse_sun("-45, 30").unwrap();
-        assert_eq!((sun.at, sun.strength), ([-45.0, 30.0], SUN_IRRADIANCE));
-        assert_eq!(parse_sun("400,90,0").unwrap().strength, 0.0);
+        assert_eq!((sun.sun.at, sun.sun.strength), ([-45.0, 30.0], SUN_IRRADIANCE));
+        assert_eq!(parse_sun("400,90,0").unwrap().sun.strength, 0.0);
         for wrong in [
             "1", "1,2,3,4", "a,b", "1,0", "1,-5", "1,91", "nan,5", "1,nan", "1,5,-1", "1,5,inf",
         ] {
@@ -278,8 +237,7 @@ mod tests {
             up: Some(Vec3::new(0.1, 0.2, 1.5)),
             ..CameraSettings::default()
         };
-        flags.apply(&mut file, &camera);
-        flags.apply_key_light(&mut file, &camera);
+        file.change_light(flags.changes(), &camera.viewpoint());
         let kinds: Vec<&str> = file.light.iter().map(|light| light.kind.get_ref().as_str()).collect();
         assert_eq!(
             kinds,
@@ -302,7 +260,7 @@ mod tests {
                 look_at: Some(Vec3::ZERO),
                 ..CameraSettings::default()
             };
-            studio.apply(&mut file, &camera);
+            file.change_light(studio.changes(), &camera.viewpoint());
             assert_eq!(file.light[0].front.as_ref().unwrap().get_ref(), &front);
         }
         // Errors name the flag.

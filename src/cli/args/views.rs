@@ -20,7 +20,7 @@ pub(in crate::cli) struct ViewsArgs {
     #[arg(short, long, value_name = "SHEET.png")]
     pub output: Option<PathBuf>,
 
-    /// Size of each picture in pixels [default: 240x240]
+    /// Size of each picture in pixels, in the shape of your render [default: 240x240]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 

@@ -18,7 +18,7 @@ const INTERIOR_FOV: f32 = 62.0;
 /// Vertical field of view of an interior that is seen from outside, through a side without a wall, degrees.
 const OPEN_SIDE_FOV: f32 = 40.0;
 /// How other cameras of an interior are had.
-const OTHERS: &str = "--view iso shows it from outside, `embrasure views` more cameras";
+const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -o views.png` other cameras";
 /// Share of the width or height of the image that an object fills.
 const FILL: f32 = 0.84;
 /// Triangles by which a scene is framed at most, evenly spread over its own.
@@ -28,7 +28,7 @@ const ISOMETRIC: f32 = 35.264_39;
 /// Views of an interior that stand and look alike, as a share of the scene's width and as a cosine; only one of them is a candidate.
 const ALIKE: (f32, f32) = (0.2, 0.5);
 /// Candidates of an interior.
-const INSIDE_CANDIDATES: usize = 6;
+const INSIDE_CANDIDATES: usize = 11;
 
 /// A view by its name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -159,6 +159,8 @@ pub struct CameraGuess {
     pub look_at: Vec3,
     /// Up in the image.
     pub up: Vec3,
+    /// Up in the scene, a unit vector: another one than in the image where the camera looks straight up or down.
+    pub scene_up: Vec3,
     /// Degrees.
     pub vertical_fov: f32,
     /// Description of the guess for users.
@@ -277,6 +279,7 @@ impl<'a> CameraFinder<'a> {
                 candidates.push((guess.flags(), guess));
             }
         }
+        let inside = candidates.len();
         let front = object::front(&self.looker, self.horizon(), &self.frame());
         let (azimuth, elevation) = object::three_quarter(&self.looker, self.horizon(), &self.frame(), front);
         let mirrored = 2.0 * front - azimuth;
@@ -303,6 +306,10 @@ impl<'a> CameraFinder<'a> {
                     ..Asked::default()
                 }),
             ));
+        }
+        if inside > 0 {
+            // From outside, an interior shows blank walls; one view tells how it lies.
+            candidates[inside..].sort_by_key(|(flags, _)| flags != "--view iso");
         }
         candidates.truncate(12);
         candidates
@@ -342,14 +349,16 @@ impl<'a> CameraFinder<'a> {
                 (
                     azimuth,
                     elevation,
-                    format!("the object from azimuth {azimuth}°, elevation {elevation}°; its front is at {front}°"),
+                    format!(
+                        "the object from azimuth {azimuth}°, elevation {elevation}°; its front is at azimuth {front}°"
+                    ),
                 )
             }
             None => {
                 let (azimuth, elevation) = object::three_quarter(&self.looker, self.horizon(), &self.frame(), front);
                 let azimuth = wrapped(azimuth);
                 let words = format!(
-                    "an object, from azimuth {azimuth}°, elevation {elevation}°; its front is at {front}° (--orbit {azimuth},{elevation} or --view NAME changes that)"
+                    "an object, from azimuth {azimuth}°, elevation {elevation}° (--orbit AZ,EL or --view NAME changes that); its front is at azimuth {front}°"
                 );
                 (azimuth, elevation, words)
             }
@@ -457,6 +466,7 @@ impl<'a> CameraFinder<'a> {
             position,
             look_at,
             up: said_up.filter(is_across).unwrap_or(up),
+            scene_up: horizon.up(),
             vertical_fov: fov,
             words,
         }

@@ -53,6 +53,9 @@ pub struct Finding {
 /// Name of the note that nothing in a scene emits light, which is why it has a light that its files do not name.
 pub const DEFAULT_LIGHT: &str = "default-light";
 
+/// Notes that a render tells, since what they assume changes the picture: the light, and the dialect of a library.
+const TOLD_NOTES: [&str; 2] = [DEFAULT_LIGHT, "mtl-dialect"];
+
 /// Places that a finding names besides the first.
 pub const MAX_PLACES: usize = 5;
 
@@ -112,6 +115,11 @@ impl Warning {
         let text = text.into();
         Self { kind, text }
     }
+
+    /// Whether it tells an assumption; other warnings tell what was likely not meant.
+    pub fn is_note(&self) -> bool {
+        TOLD_NOTES.contains(&self.kind)
+    }
 }
 
 impl fmt::Display for Warning {
@@ -155,9 +163,9 @@ impl Findings {
         wrong.next().map(|f| &f.error)
     }
 
-    /// What a render should not keep to itself. Of what is assumed that is the light and the dialect of a library: they change the picture.
+    /// What a render should not keep to itself.
     pub fn warnings(&self) -> Vec<Warning> {
-        let told = |f: &&Finding| f.severity == Severity::Warning || matches!(f.code, DEFAULT_LIGHT | "mtl-dialect");
+        let told = |f: &&Finding| f.severity == Severity::Warning || TOLD_NOTES.contains(&f.code);
         let warning = |f: &Finding| Warning::new(f.code, f.error.to_string());
         self.0.iter().filter(told).map(warning).collect()
     }

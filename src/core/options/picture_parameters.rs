@@ -35,9 +35,9 @@ parameters! {
 parameters! {
     /// How PNG files show the picture.
     pub struct ToneOptions, heading "", values tone_values {
-        /// Exposure of PNG files: a number of stops, or auto
+        /// Exposure of PNG files in stops, each of which doubles the light, or auto
         ///
-        /// From -64 to 64; each stop doubles the light. `auto` meters the picture.
+        /// From -64 to 64. `auto` meters the picture; `render` prints the stops that it finds.
         exposure: Exposure = Exposure::Stops(0.0), default "0; auto for a bare OBJ";
         /// Tone curve of PNG files; srgb clips
         tone: Curve = Curve::Srgb, default "srgb; agx for a bare OBJ";
@@ -48,7 +48,7 @@ parameters! {
     /// Samples, and what computes them.
     pub struct SamplingOptions, heading "", values sampling {
         /// Samples per pixel (with --noise the maximum)
-        samples: u32 = 64, default "64; with --noise: 16384", in Range::AtLeast(1), flag "spp";
+        samples: u32 = 64, default "64; 16 for a bare OBJ; with --noise: 16384", in Range::AtLeast(1), flag "spp";
         /// Seed of the random numbers, 64 bits
         seed: u64 = 0;
         /// Source of random numbers
@@ -61,7 +61,7 @@ parameters! {
         /// Denoiser; EXR files keep the raw picture beside the result
         ///
         /// See docs/denoise.md.
-        denoise: Denoising = Denoising::Off, default "off; without a name: oidn", bare "oidn";
+        denoise: Denoising = Denoising::Off, default "off; oidn for a bare OBJ; without a name: oidn", bare "oidn";
         /// Radius in pixels of the denoisers gaussian, bilateral and nlm
         ///
         /// This is the standard deviation of `gaussian` and `bilateral`, and half the window of `nlm`.

@@ -7,6 +7,7 @@ mod tests;
 
 use super::in_order::InOrder;
 use super::input::read_bytes;
+use super::light_changes::ChangedLight;
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::source::Source;
@@ -65,6 +66,9 @@ pub struct SceneFile {
     /// Folders in which textures are looked for before those of the key `render.texture_dir`.
     #[serde(skip)]
     pub texture_dirs: Vec<PathBuf>,
+    /// Changes of its light that were set over it.
+    #[serde(skip)]
+    pub(super) changed_light: Option<Box<ChangedLight>>,
     /// The file itself, its text and the keys that are set over it.
     #[serde(skip)]
     pub(super) source: Source,

@@ -1,0 +1,161 @@
+//! Light that is set over that of a scene file. Where it stands depends on the camera, which may be guessed only once the scene is known.
+
+use super::{DEFAULT_SUN, LightSection, Rotation, SceneFile};
+use crate::light::sky::DEFAULT_TURBIDITY;
+use crate::math::{Horizon, Vec3};
+use std::ops::Range;
+use std::path::PathBuf;
+use toml::Spanned;
+
+/// Light over that of a scene file. Errors of it name the words that said it, such as `--env sky`.
+#[derive(Clone, Debug, Default)]
+pub struct LightChanges {
+    /// Takes the place of all environments.
+    pub env: Option<(Environment, String)>,
+    /// One more light, and the place of the sun in each sky.
+    pub sun: Option<(Sun, String)>,
+    /// Irradiance, W·m⁻², of soft light from the camera's upper left.
+    pub key_light: Option<(f32, String)>,
+}
+
+/// What surrounds the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Environment {
+    /// A picture of latitude and longitude.
+    File(PathBuf),
+    /// The same radiance everywhere.
+    Color([f32; 3]),
+    /// A studio that faces the camera.
+    Studio,
+    /// Daylight.
+    Sky,
+}
+
+/// A sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Azimuth and elevation, degrees.
+    pub at: [f32; 2],
+    /// Luminance of its irradiance, W·m⁻².
+    pub strength: f32,
+}
+
+/// Where a camera stands, so far as that is known.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Viewpoint {
+    /// From what it looks at towards it.
+    pub back: Option<Vec3>,
+    /// Up in the image.
+    pub up: Option<Vec3>,
+    /// Up in the scene; +y where nothing is known.
+    pub scene_up: Option<Vec3>,
+}
+
+/// Changes that a scene file has, and what they were made to.
+#[derive(Clone, Debug)]
+pub(super) struct ChangedLight {
+    changes: LightChanges,
+    /// Where errors of the environment, the sun and the key light are told.
+    spans: [Range<usize>; 3],
+    /// Sections before the changes.
+    light: Vec<LightSection>,
+}
+
+impl SceneFile {
+    /// Sets `changes` over the light of the file, seen from `viewpoint`.
+    pub fn change_light(&mut self, changes: LightChanges, viewpoint: &Viewpoint) {
+        fn words<T>(change: &Option<(T, String)>) -> Option<&String> {
+            change.as_ref().map(|(_, words)| words)
+        }
+        let said = [words(&changes.env), words(&changes.sun), words(&changes.key_light)];
+        if said == [None; 3] {
+            return;
+        }
+        let spans = said.map(|words| words.map_or(0..0, |words| self.flag_span(words)));
+        let changed = ChangedLight {
+            changes,
+            spans,
+            light: self.light.clone(),
+        };
+        self.light = changed.seen_from(viewpoint);
+        self.changed_light = Some(Box::new(changed));
+    }
+
+    /// The lights as they are seen from `viewpoint`, for good; `None` if that changes nothing.
+    pub(crate) fn lights_seen_from(&self, viewpoint: &Viewpoint) -> Option<Vec<LightSection>> {
+        let lights = self.changed_light.as_ref()?.seen_from(viewpoint);
+        (lights != self.light).then_some(lights)
+    }
+
+    /// Keeps the changes of light as they are: `lights`, where these are given.
+    pub(crate) fn settle_light(&mut self, lights: Option<Vec<LightSection>>) {
+        self.changed_light = None;
+        if let Some(lights) = lights {
+            self.light = lights;
+        }
+    }
+
+    /// Whether the file's environment was changed.
+    pub(crate) fn has_changed_environment(&self) -> bool {
+        let changed = self.changed_light.as_ref();
+        changed.is_some_and(|changed| changed.changes.env.is_some())
+    }
+}
+
+impl ChangedLight {
+    /// All lights, those that depend on the camera as it stands at `viewpoint`.
+    fn seen_from(&self, viewpoint: &Viewpoint) -> Vec<LightSection> {
+        let mut lights = self.light.clone();
+        let [at_env, at_sun, at_key_light] = self.spans.clone();
+        let LightChanges { env, sun, key_light } = &self.changes;
+        if let Some((env, _)) = env {
+            lights.retain(|light| !light.is_environment());
+            lights.push(env.section(at_env, viewpoint));
+        }
+        if let Some((sun, _)) = sun {
+            let (mut turbidity, mut up) = (DEFAULT_TURBIDITY, viewpoint.scene_up);
+            for sky in lights.iter_mut().filter(|light| light.kind.get_ref() == "sky") {
+                sky.sun = Some(Spanned::new(at_sun.clone(), sun.at));
+                up = sky.up.as_ref().map_or(up, |up| Some(Vec3::from(*up.get_ref())));
+                turbidity = sky.turbidity.as_ref().map_or(turbidity, |t| *t.get_ref());
+            }
+            lights.push(LightSection::sun(at_sun, sun.at, sun.strength, turbidity, up));
+        }
+        if let Some((strength, _)) = *key_light {
+            let section = LightSection::key_light(at_key_light, viewpoint.back, viewpoint.up, strength);
+            lights.push(section);
+        }
+        lights
+    }
+}
+
+impl Environment {
+    fn section(&self, span: Range<usize>, viewpoint: &Viewpoint) -> LightSection {
+        let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
+        match self {
+            Self::File(path) => LightSection {
+                // Pictures have +y up.
+                rotate: up.map(|up| Spanned::new(span.clone(), Rotation::Axes(upright(up)))),
+                ..LightSection::environment(span, path.clone())
+            },
+            Self::Color(color) => LightSection::constant(span, *color),
+            Self::Studio => {
+                let horizon = Horizon::new(up.unwrap_or(Vec3::Y));
+                let front = viewpoint.back.and_then(|back| horizon.azimuth(back));
+                LightSection::studio(span, front.unwrap_or(0.0), up)
+            }
+            Self::Sky => LightSection::sky(span, DEFAULT_SUN, up),
+        }
+    }
+}
+
+/// Angles around x, y and z, in degrees, that turn +y to `up`, an axis, and azimuths with it.
+fn upright(up: Vec3) -> [f32; 3] {
+    if up == Vec3::Z {
+        [90.0, 0.0, 0.0]
+    } else if up == Vec3::X {
+        [0.0, 0.0, -90.0]
+    } else {
+        [0.0; 3]
+    }
+}

@@ -39,6 +39,12 @@ fn ground(up: Option<Vec3>) -> GroundSection {
     }
 }
 
+/// Whether an object gets a ground though its light is said: in the environment of a flag.
+pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings) -> bool {
+    let guessed = settings.guesses.ground && settings.method().catches_shadows();
+    guessed && file.ground.is_none() && file.has_changed_environment()
+}
+
 /// The scene file and the settings with light and ground of a bare OBJ for a camera that stands at `viewpoint`: where flags give the light, as it is seen
 /// from there, and on a ground if they give an environment to an object. `None` where that changes nothing.
 pub(super) fn changed(
@@ -49,8 +55,7 @@ pub(super) fn changed(
     parameters: &CameraParameters,
 ) -> Option<LitFile> {
     let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
-    let wants_ground = settings.guesses.ground && settings.method().catches_shadows();
-    let has_ground = wants_ground && file.ground.is_none() && file.has_changed_environment() && !survey.is_interior;
+    let has_ground = may_want_ground(file, settings) && !survey.is_interior;
     // That of `--ground`
     let is_turned = up.is_some() && !file.is_file() && file.ground.as_ref().is_some_and(|ground| ground.up.is_none());
     let lights = file.lights_seen_from(viewpoint);

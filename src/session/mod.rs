@@ -46,6 +46,7 @@ use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, forecast_of, peak, within_memory};
+use settings::Surveyed;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
@@ -351,12 +352,18 @@ pub(crate) fn camera_and_lit(
     pool: &rayon::ThreadPool,
 ) -> Result<(FoundCamera, Option<LitFile>), Error> {
     let is_dark = scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
-    let wants = (settings.guesses.ground, settings.guesses.light && is_dark);
+    let wants = (
+        lighting::may_want_ground(file, settings),
+        settings.guesses.light && is_dark,
+    );
     let (found, survey) = settings.camera_and_survey(file, scene, pool, wants)?;
     let parameters = &found.description.parameters;
     let lit = match survey {
-        Some((survey, Some(light))) => Some(lighting::lit(file, settings, (light, &survey), parameters)),
-        Some((survey, None)) => {
+        Some(Surveyed {
+            survey,
+            light: Some(light),
+        }) => Some(lighting::lit(file, settings, (light, &survey), parameters)),
+        Some(Surveyed { survey, light: None }) => {
             let viewpoint = found.viewpoint(&settings.camera);
             lighting::changed(file, settings, &survey, &viewpoint, parameters)
         }

@@ -96,6 +96,13 @@ pub(crate) fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
+/// What guesses of the light know of a scene.
+pub(super) struct Surveyed {
+    pub survey: Survey,
+    /// Where the scene is dark.
+    pub light: Option<LightGuess>,
+}
+
 impl Settings {
     /// Settings of a scene file, with defaults for what it does not set.
     pub fn of(file: &SceneFile) -> Self {
@@ -315,14 +322,14 @@ impl Settings {
         Ok(self.camera_and_survey(file, scene, pool, (false, false))?.0)
     }
 
-    /// The camera of [`Settings::camera_of`]; where `scene` is `unlit`, also a guess of its light, with the survey of the scene.
+    /// The camera of [`Settings::camera_of`], with a survey of the scene if one was needed or is wanted, and a guess of the light if the scene is dark.
     pub(super) fn camera_and_survey(
         &self,
         file: &SceneFile,
         scene: &Scene,
         pool: &rayon::ThreadPool,
         (is_surveyed, is_dark): (bool, bool),
-    ) -> Result<(FoundCamera, Option<(Survey, Option<LightGuess>)>), Error> {
+    ) -> Result<(FoundCamera, Option<Surveyed>), Error> {
         // Guesses trace rays.
         let accel = match is_surveyed || is_dark || self.camera.needs_scene() {
             true => Some(self.backend.build(scene, pool)?),
@@ -335,7 +342,10 @@ impl Settings {
             let CameraParameters { position, look_at, .. } = found.description.parameters;
             let survey = finder.map(|finder| {
                 let light = is_dark.then(|| finder.light(position, look_at));
-                (*finder.survey(), light)
+                Surveyed {
+                    survey: *finder.survey(),
+                    light,
+                }
             });
             Ok((found, survey))
         });

@@ -31,10 +31,10 @@
 //! # What may change
 //!
 //! The types of [`prelude`], and the others that this page re-exports by name, follow semantic versioning: before 1.0 they change with the minor version
-//! alone, with a line in the CHANGELOG, and so do file formats, flags, and the bits of a picture of given settings. [`Settings`], [`Error`] and the enums of
-//! samplers, filters, tone curves, denoisers and compression are `#[non_exhaustive]`: a program takes [`Settings::of`] a file, or the default, and assigns
-//! fields. docs/public-api.txt lists this interface, and `make lint` compares it with the sources. All else that is public in the modules is there for
-//! tests, for benchmarks and for readers of the code, and may change with any version.
+//! alone, with a line in the CHANGELOG, and so do file formats, flags, and the bits of a picture of given settings. [`Settings`], [`Error`] and the enums
+//! that will grow, such as those of integrators, backends, samplers and channels, are `#[non_exhaustive]`: a program takes [`Settings::of`] a file, or the
+//! default, and assigns fields. docs/public-api.txt lists this interface, and `make lint` compares it with the sources. All else that is public in the
+//! modules is there for integrators of one's own, for tests and for readers of the code, and may change with any version.
 //!
 //! # Modules
 //!

@@ -117,7 +117,8 @@ fn paper(kind: IntegratorKind) -> Option<Paper> {
         IntegratorKind::PhotonMap => JENSEN,
         IntegratorKind::VertexMerging => GEORGIEV,
         IntegratorKind::IrradianceCache => WARD,
-        IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => return None,
+        // `ao` and `debug` estimate no light.
+        _ => return None,
     })
 }
 
@@ -160,5 +161,12 @@ mod tests {
             let entry = format!("{authors}, *{title}*, [{doi}](https://doi.org/{doi})");
             assert!(course.contains(&entry), "{entry}");
         }
+        let is_without = |(_, kind): &&(&str, IntegratorKind)| paper(*kind).is_none();
+        let without: Vec<&str> = IntegratorKind::NAMES
+            .iter()
+            .filter(is_without)
+            .map(|(name, _)| *name)
+            .collect();
+        assert_eq!(without, ["ao", "debug"]);
     }
 }

@@ -11,6 +11,7 @@ use super::{Channel, Coverage, FeatureSums, Film};
 
 /// Channels that are written where `--aov` asks for them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Aov {
     /// `P`: position in world space.
     Position,

@@ -13,6 +13,7 @@ const MAX_LINKS: usize = 40;
 
 /// The file that a path leads to, by whichever of its names: through links, and also where it is not there yet.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum FileId {
     /// A file that is there.
     Existing(Inode),

@@ -138,6 +138,7 @@ named! {
 
 /// Which paths are shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PathReuse {
     /// Samples of different pixels share their paths.
     Pixels,

@@ -33,6 +33,7 @@ macro_rules! methods {
     })+) => {
         /// Integrators by name.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[non_exhaustive]
         pub enum IntegratorKind {
             $($(#[doc = $doc])+ $kind),+
         }

@@ -126,6 +126,7 @@ impl Denoising {
 
 /// A ray-tracing backend. Which of them are built in, features decide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Backend {
     /// Intel Embree; feature `embree`.
     Embree,

@@ -6,8 +6,10 @@ use super::stats::Stats;
 use super::stop::Stop;
 use super::words;
 use crate::color::{Curve, Exposure};
+use crate::geometry::Mesh;
 use crate::options::Denoising;
 use crate::options::names::{Named, name_of};
+use crate::scene::Scene;
 use crate::session::Session;
 
 /// Prints what the program has chosen: camera and light where nothing gives them, and the distance that `--focus-at` has found.
@@ -29,8 +31,15 @@ pub(super) fn print_choices(session: &Session) {
     }
 }
 
+/// Triangles from which on a mesh without normals is likely to be meant as round.
+const ROUND: usize = 500;
+
 /// Prints what a picture of a bare OBJ has where no flag says it.
-pub(super) fn print_picture(job: &Job) {
+pub(super) fn print_picture(job: &Job, scene: &Scene) {
+    let is_faceted = |mesh: &Mesh| mesh.normals.is_empty() && mesh.triangles.len() >= ROUND;
+    if scene.meshes().iter().any(is_faceted) {
+        errln!("shading: faceted, since the file has no normals (--smooth 40 rounds it)");
+    }
     let settings = &job.settings;
     let denoiser = settings.denoiser.map_or(String::from("not denoised"), |denoiser| {
         format!("denoised by {}", name_of(Denoising::NAMES, Denoising::By(denoiser)))

@@ -238,6 +238,32 @@ fn guessed_pictures_are_the_same_everywhere() {
     }
 }
 
+/// A round mesh without normals is told of, with the flag that rounds it.
+#[test]
+fn facets_are_told() {
+    // A tube of 300 sides
+    let mut tube = String::new();
+    for i in 0..300 {
+        let (sin, cos) = (i as f32 / 300.0 * std::f32::consts::TAU).sin_cos();
+        writeln!(tube, "v {cos} 0 {sin}\nv {cos} 1 {sin}").unwrap();
+    }
+    for i in 0..300 {
+        let [a, b, c, d] = [1, 2, 4, 3].map(|k| (2 * i + k - 1) % 600 + 1);
+        writeln!(tube, "f {a} {b} {c} {d}").unwrap();
+    }
+    let folder = folder(&[("tube.obj", &tube), ("statue.obj", &statue().text)]);
+    let said = |line: &str| {
+        words(&done(
+            folder.path(),
+            &split(&format!("render {line} --size 8x8 --spp 1 -o x.exr")),
+        ))
+    };
+    let line = "shading: faceted, since the file has no normals (--smooth 40 rounds it)";
+    assert!(said("tube.obj").contains(line));
+    assert!(!said("tube.obj --smooth 40").contains(line));
+    assert!(!said("statue.obj").contains(line));
+}
+
 /// All backends choose the same camera and light for scenes as they are found.
 #[test]
 #[cfg(all(feature = "embree", feature = "obvhs"))]

@@ -54,7 +54,7 @@ demo: setup ## build (with Open Image Denoise where its library can be had), and
 	$(CARGO) build --release --locked --features "$(call optional,oidn,HAS_OIDN)"
 	mkdir -p out
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --quality good --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
-	@echo 'Look at out/cornell-box.png. The program is $(TARGET)/release/embrasure; next: embrasure render YOUR.obj -o YOUR.png'
+	@echo 'Look at out/cornell-box.png. Next: $(TARGET)/release/embrasure render YOUR.obj -o YOUR.png'
 
 lint: setup ## check formatting, words, the public interface, clippy and rustdoc; any warning is an error
 	scripts/words

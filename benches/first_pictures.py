@@ -46,7 +46,7 @@ def render(embrasure, scene, work):
     subject = depth < 0.5 * BACKGROUND
     codes = shown[subject] if subject.any() else shown.reshape(-1, 3)
     guess = re.search(r"^camera: (an? \w+)", said, re.M)
-    light = re.search(r"^light: ([^(]+)", said, re.M)
+    light = re.search(r"^light: ([^(:]+)", said, re.M)
     row = {
         "seconds": seconds,
         "covered": float(subject.mean()),

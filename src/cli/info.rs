@@ -6,10 +6,13 @@ use super::job::{guesses, read_scene};
 use super::words;
 use crate::description::{Loaded, load_scene};
 use crate::guess::CameraGuess;
+use crate::io::Warning;
 use crate::light::LightId;
 use crate::options::Backend;
 use crate::scene::SceneBuilder;
-use crate::session::{CameraSettings, FoundCamera, Settings, all_threads, camera_and_lit, forecast, thread_pool};
+use crate::session::{
+    CameraSettings, FoundCamera, LitWords, Settings, all_threads, camera_and_lit, forecast, thread_pool,
+};
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -29,9 +32,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     // A scene that no camera sees has other things to be told of.
     let found = camera_and_lit(&file, &settings, (&scene, &warnings), &pool).ok();
     let (camera, lit) = found.map_or((None, None), |(camera, lit)| (Some(camera), lit));
-    let light_guess = lit
-        .as_ref()
-        .and_then(|lit| Some(lit.words.as_deref()?.strip_prefix("light: ")?.to_string()));
+    let guess = lit.as_ref().and_then(|lit| lit.words.clone());
     if let Some(lit) = lit {
         file = lit.file;
         // Only one of both scenes is in memory at a time.
@@ -75,7 +76,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "sky": count("sky"),
             "studio": count("studio"),
         },
-        "light_guess": light_guess,
+        "light_guess": guess.as_ref().and_then(LitWords::light),
+        "ground_guess": guess.as_ref().and_then(LitWords::ground),
         "light_groups": groups.names().iter().enumerate().map(|(group, name)| json!({
             "name": name,
             "lights": members(group).count(),
@@ -105,7 +107,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     if args.json {
         outln!("{info:#}");
     } else {
-        print_text(&info);
+        print_text(&info, &warnings);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -115,7 +117,7 @@ pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
 }
 
-fn print_text(info: &serde_json::Value) {
+fn print_text(info: &serde_json::Value, warnings: &[Warning]) {
     let text = |v: &serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
     let megabytes = |v: &serde_json::Value| v.as_u64().unwrap_or(0) as f64 / 1e6;
     outln!("{}", text(&info["scene"]));
@@ -166,6 +168,9 @@ fn print_text(info: &serde_json::Value) {
     if let Some(words) = info["light_guess"].as_str() {
         outln!("             guessed: {words}");
     }
+    if let Some(words) = info["ground_guess"].as_str() {
+        outln!("  ground     guessed: {words}");
+    }
     for group in info["light_groups"].as_array().into_iter().flatten() {
         let lights = group["lights"].as_u64().unwrap_or(0);
         outln!(
@@ -195,7 +200,8 @@ fn print_text(info: &serde_json::Value) {
             m["emission"]
         );
     }
-    for w in info["warnings"].as_array().into_iter().flatten() {
-        outln!("  warning: {}", text(w));
+    for warning in warnings {
+        let kind = if warning.is_note() { "note" } else { "warning" };
+        outln!("  {kind}: {warning}");
     }
 }

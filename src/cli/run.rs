@@ -73,7 +73,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let mut warnings = [&of_flags, session.warnings()].concat();
     if !job.quiet {
         print_choices(&session);
-        if !job.scene.is_file() {
+        if !job.scene.is_file() && job.pixel.is_none() {
             print_picture(&job, session.scene());
         }
     }

@@ -5,8 +5,7 @@ use super::outputs::Images;
 use super::stats::Stats;
 use super::stop::Stop;
 use super::words;
-use crate::color::{Curve, Exposure};
-use crate::geometry::Mesh;
+use crate::color::{Curve, Exposure, tone::MAX_EXPOSURE};
 use crate::options::Denoising;
 use crate::options::names::{Named, name_of};
 use crate::scene::Scene;
@@ -26,26 +25,31 @@ pub(super) fn print_choices(session: &Session) {
             at.y
         );
     }
-    if let Some(words) = session.lit_words() {
-        errln!("{words}");
+    if let Some(words) = session.light_guess() {
+        errln!("light: {words}");
+    }
+    if let Some(words) = session.ground_guess() {
+        errln!("ground: {words}");
     }
 }
 
-/// Triangles from which on a mesh without normals is likely to be meant as round.
+/// Triangles without normals from which on a round shape is likely.
 const ROUND: usize = 500;
 
-/// Prints what a picture of a bare OBJ has where no flag says it.
+/// Prints samples, denoiser and tone curve of a picture of a bare OBJ, with the flags that change them, and whether it looks faceted.
 pub(super) fn print_picture(job: &Job, scene: &Scene) {
-    let is_faceted = |mesh: &Mesh| mesh.normals.is_empty() && mesh.triangles.len() >= ROUND;
-    if scene.meshes().iter().any(is_faceted) {
-        errln!("shading: faceted, since the file has no normals (--smooth 40 rounds it)");
+    let flat = scene.meshes().iter().filter(|mesh| mesh.normals.is_empty());
+    let triangles: usize = flat.map(|mesh| mesh.triangles.len()).sum();
+    if triangles >= ROUND {
+        errln!("shading: triangles without normals look faceted (--smooth 40 rounds them)");
     }
     let settings = &job.settings;
     let denoiser = settings.denoiser.map_or(String::from("not denoised"), |denoiser| {
         format!("denoised by {}", name_of(Denoising::NAMES, Denoising::By(denoiser)))
     });
     errln!(
-        "picture: {} per pixel, {denoiser}, tone curve {} (--quality draft or final, --spp N, --denoise=off, --tone NAME change that)",
+        "picture: {}{} per pixel, {denoiser}, tone curve {} (--quality draft or final, --spp N, --denoise=off, --tone NAME change that)",
+        if settings.noise.is_some() { "up to " } else { "" },
         words::count(settings.spp.into(), "sample"),
         name_of(Curve::NAMES, settings.tone.curve),
     );
@@ -72,7 +76,7 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
         job.scene_path.display(),
         stats.width,
         stats.height,
-        words::measured(stats.samples as f64 / job.settings.crop().area() as f64),
+        words::number((100.0 * stats.samples as f64 / job.settings.crop().area() as f64).round() / 100.0),
         words::count(stats.spp.into(), "sample"),
         stats.render_s,
         stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
@@ -91,7 +95,7 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
         stop.words(),
         match (job.settings.tone.exposure, stats.exposure) {
             (Exposure::Auto, Some(stops)) => {
-                let brighter = (100.0 * stops).round() / 100.0 + 1.0;
+                let brighter = ((100.0 * stops).round() / 100.0 + 1.0).min(MAX_EXPOSURE);
                 format!(", exposure {stops:+} (auto; --exposure {brighter:+.2} is brighter)")
             }
             _ => String::new(),

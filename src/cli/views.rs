@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Loading, Progress, TimedProgress, is_interrupted};
-use super::words;
+use super::warnings::ShownWarnings;
 use crate::color::srgb;
 use crate::film::{RgbImage, metered};
 use crate::io::{Panel, write_contact_sheet};
@@ -52,7 +52,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     loading.finish();
     let mut session = session?;
     named.spare(session.files().iter().map(PathBuf::as_path))?;
-    session.warnings().iter().for_each(words::warning);
+    ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
 
     let candidates = session.candidate_cameras()?;
     if args.json {

@@ -132,7 +132,7 @@ pub(super) fn warning(text: impl Display) {
     let _ = writeln!(anstream::stderr(), "{WARNING}warning:{WARNING:#} {text}");
 }
 
-/// Says what was assumed.
+/// Prints a note: an assumption that changes the picture.
 pub(super) fn note(text: impl Display) {
     let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{NOTE}note:{NOTE:#} {text}");

@@ -7,23 +7,23 @@ use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// Light over that of a scene file. Errors of it name the words that said it, such as `--env sky`.
+/// Light over that of a scene file, each with the words that gave it, such as `--env sky`: errors name them.
 #[derive(Clone, Debug, Default)]
-pub struct LightChanges {
-    /// Takes the place of all environments.
+pub(crate) struct LightChanges {
+    /// Environment that replaces all environments of the file.
     pub env: Option<(Environment, String)>,
-    /// One more light, and the place of the sun in each sky.
+    /// Sun that is added, and to which the sun of each sky moves.
     pub sun: Option<(Sun, String)>,
     /// Irradiance, W·m⁻², of soft light from the camera's upper left.
     pub key_light: Option<(f32, String)>,
 }
 
-/// What surrounds the scene.
+/// Environment of a scene.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Environment {
+pub(crate) enum Environment {
     /// A picture of latitude and longitude.
     File(PathBuf),
-    /// The same radiance everywhere.
+    /// Constant radiance in all directions.
     Color([f32; 3]),
     /// A studio that faces the camera.
     Studio,
@@ -33,17 +33,17 @@ pub enum Environment {
 
 /// A sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sun {
+pub(crate) struct Sun {
     /// Azimuth and elevation, degrees.
     pub at: [f32; 2],
     /// Luminance of its irradiance, W·m⁻².
     pub strength: f32,
 }
 
-/// Where a camera stands, so far as that is known.
+/// Position and orientation of a camera, as far as they are known.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Viewpoint {
-    /// From what it looks at towards it.
+pub(crate) struct Viewpoint {
+    /// Direction from the target to the camera.
     pub back: Option<Vec3>,
     /// Up in the image.
     pub up: Option<Vec3>,
@@ -51,11 +51,11 @@ pub struct Viewpoint {
     pub scene_up: Option<Vec3>,
 }
 
-/// Changes that a scene file has, and what they were made to.
+/// Changes of a scene file's light, and the sections before them.
 #[derive(Clone, Debug)]
 pub(super) struct ChangedLight {
     changes: LightChanges,
-    /// Where errors of the environment, the sun and the key light are told.
+    /// Places of the errors of environment, sun and key light.
     spans: [Range<usize>; 3],
     /// Sections before the changes.
     light: Vec<LightSection>,
@@ -63,7 +63,7 @@ pub(super) struct ChangedLight {
 
 impl SceneFile {
     /// Sets `changes` over the light of the file, seen from `viewpoint`.
-    pub fn change_light(&mut self, changes: LightChanges, viewpoint: &Viewpoint) {
+    pub(crate) fn change_light(&mut self, changes: LightChanges, viewpoint: &Viewpoint) {
         fn words<T>(change: &Option<(T, String)>) -> Option<&String> {
             change.as_ref().map(|(_, words)| words)
         }
@@ -81,13 +81,13 @@ impl SceneFile {
         self.changed_light = Some(Box::new(changed));
     }
 
-    /// The lights as they are seen from `viewpoint`, for good; `None` if that changes nothing.
+    /// Lights for a camera at `viewpoint`; `None` if they are those of the file.
     pub(crate) fn lights_seen_from(&self, viewpoint: &Viewpoint) -> Option<Vec<LightSection>> {
         let lights = self.changed_light.as_ref()?.seen_from(viewpoint);
         (lights != self.light).then_some(lights)
     }
 
-    /// Keeps the changes of light as they are: `lights`, where these are given.
+    /// Makes the changes of light final: `lights` in place of the sections, if they are given.
     pub(crate) fn settle_light(&mut self, lights: Option<Vec<LightSection>>) {
         self.changed_light = None;
         if let Some(lights) = lights {
@@ -103,7 +103,7 @@ impl SceneFile {
 }
 
 impl ChangedLight {
-    /// All lights, those that depend on the camera as it stands at `viewpoint`.
+    /// All lights, those that depend on the camera for one at `viewpoint`.
     fn seen_from(&self, viewpoint: &Viewpoint) -> Vec<LightSection> {
         let mut lights = self.light.clone();
         let [at_env, at_sun, at_key_light] = self.spans.clone();
@@ -116,7 +116,7 @@ impl ChangedLight {
             let (mut turbidity, mut up) = (DEFAULT_TURBIDITY, viewpoint.scene_up);
             for sky in lights.iter_mut().filter(|light| light.kind.get_ref() == "sky") {
                 sky.sun = Some(Spanned::new(at_sun.clone(), sun.at));
-                up = sky.up.as_ref().map_or(up, |up| Some(Vec3::from(*up.get_ref())));
+                up = Some(sky.up.as_ref().map_or(Vec3::Y, |up| Vec3::from(*up.get_ref())));
                 turbidity = sky.turbidity.as_ref().map_or(turbidity, |t| *t.get_ref());
             }
             lights.push(LightSection::sun(at_sun, sun.at, sun.strength, turbidity, up));
@@ -130,7 +130,8 @@ impl ChangedLight {
 }
 
 impl Environment {
-    fn section(&self, span: Range<usize>, viewpoint: &Viewpoint) -> LightSection {
+    /// The section at the bytes `span` of a file, for a camera at `viewpoint`.
+    pub(crate) fn section(&self, span: Range<usize>, viewpoint: &Viewpoint) -> LightSection {
         let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
         match self {
             Self::File(path) => LightSection {
@@ -142,20 +143,17 @@ impl Environment {
             Self::Studio => {
                 let horizon = Horizon::new(up.unwrap_or(Vec3::Y));
                 let front = viewpoint.back.and_then(|back| horizon.azimuth(back));
-                LightSection::studio(span, front.unwrap_or(0.0), up)
+                LightSection::studio(span, front.map_or(0.0, f32::round), up)
             }
             Self::Sky => LightSection::sky(span, DEFAULT_SUN, up),
         }
     }
 }
 
-/// Angles around x, y and z, in degrees, that turn +y to `up`, an axis, and azimuths with it.
+/// Angles about x, y and z, in degrees, of the shortest rotation from +y to `up`, an axis of either direction.
 fn upright(up: Vec3) -> [f32; 3] {
-    if up == Vec3::Z {
-        [90.0, 0.0, 0.0]
-    } else if up == Vec3::X {
-        [0.0, 0.0, -90.0]
-    } else {
-        [0.0; 3]
+    match up.y < 0.0 {
+        true => [180.0, 0.0, 0.0],
+        false => [90.0 * up.z, 0.0, 0.0 - 90.0 * up.x],
     }
 }

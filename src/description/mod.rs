@@ -36,7 +36,6 @@ pub use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use camera_section::{CameraSection, NamedView, OrbitAngles};
 pub use ground_section::{Albedo, GroundSection};
 pub use in_order::InOrder;
-pub use light_changes::{Environment, LightChanges, Sun, Viewpoint};
 pub use light_group_section::LightGroupSection;
 pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
 pub use load::{Loaded, inspect_scene, load_scene, load_scene_watched};
@@ -47,6 +46,8 @@ pub use object_section::{Instances, ObjectSection, Scale, TransformSection};
 pub use scene_file::SceneFile;
 pub use scene_options::SceneOptions;
 pub use schema::schema_text;
+
+pub(crate) use light_changes::{Environment, LightChanges, Sun, Viewpoint};
 
 #[cfg(feature = "view")]
 pub(crate) use {

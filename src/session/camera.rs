@@ -107,7 +107,7 @@ impl CameraSettings {
 
     /// What these settings tell of where the camera stands, before the scene is known. Up in the scene is +z where that is the axis nearest to the camera's
     /// up: cameras that roll or look straight down have other axes there, and the scene's stays +y.
-    pub fn viewpoint(&self) -> Viewpoint {
+    pub(crate) fn viewpoint(&self) -> Viewpoint {
         let is_nearest_to_z = |up: &Vec3| up.z > up.x.abs() && up.z > up.y.abs();
         Viewpoint {
             back: self.position.zip(self.look_at).map(|(position, at)| position - at),
@@ -247,9 +247,18 @@ impl FoundCamera {
         Viewpoint {
             back: Some(guess.position - guess.look_at),
             up: Some(guess.up),
-            scene_up: said.scene_up.or(Some(guess.scene_up)),
+            // A camera may roll by its `up`; up in the scene is the axis next to it.
+            scene_up: said.scene_up.or_else(|| nearest_axis(guess.scene_up)),
         }
     }
+}
+
+/// The axis, of either direction, nearest to `v`; `None` where `v` has none.
+fn nearest_axis(v: Vec3) -> Option<Vec3> {
+    let nearest = v.abs().max_position();
+    let mut axis = Vec3::ZERO;
+    axis[nearest] = v[nearest].signum();
+    (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
 /// `error` as one of the key that is to blame, if the scene file has a camera.

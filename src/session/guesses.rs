@@ -5,7 +5,7 @@
 pub struct Guesses {
     /// Light, where nothing in the scene emits.
     pub light: bool,
-    /// A ground that catches shadows, with guessed light.
+    /// A ground that catches shadows, with guessed light or an environment that flags give.
     pub ground: bool,
     /// The background, with guessed light.
     pub background: bool,

@@ -1,14 +1,15 @@
-//! What `guess` says of the light, as sections of a scene file: that of a scene without any, and the ground below an object.
+//! Guessed light and ground, as sections of a scene file.
 
-use super::{Guesses, LitFile, Settings};
+use super::{Guesses, LitFile, LitWords, Settings};
 use crate::camera::CameraParameters;
 use crate::color::Spectrum;
-use crate::description::{GroundSection, LightSection, SceneFile, Viewpoint};
+use crate::description::{Environment, LightSection, SceneFile, Viewpoint};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
+use crate::light::Light;
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
 use crate::math::Vec3;
-use crate::scene::RectangleParameters;
+use crate::scene::{RectangleParameters, Scene};
 use toml::Spanned;
 
 /// Radiance of the backdrop of a bright object, and of a dark one, W·sr⁻¹·m⁻²: each separates from it.
@@ -31,33 +32,40 @@ fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     settings
 }
 
-/// The ground that catches the shadows of an object.
-fn ground(up: Option<Vec3>) -> GroundSection {
-    GroundSection {
-        up: up.map(|up| Spanned::new(0..0, up.to_array())),
-        ..GroundSection::default()
-    }
+/// Whether an object gets a ground though its light is said: in the environment of a flag, and where no finite light shines, of which a ground takes few.
+pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings, scene: &Scene) -> bool {
+    let method = settings.method();
+    settings.guesses.ground
+        && file.ground.is_none()
+        && file.has_changed_environment()
+        && method.catches_shadows()
+        && scene.triangle_count() > 0
+        && scene.lights().iter().all(Light::is_infinite)
+        && matches!(method.check_lights(scene), Ok(None))
 }
 
-/// Whether an object gets a ground though its light is said: in the environment of a flag.
-pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings) -> bool {
-    let guessed = settings.guesses.ground && settings.method().catches_shadows();
-    guessed && file.ground.is_none() && file.has_changed_environment()
+/// Whether the ground of `file` has no `up`, such as that of `--ground`, and gets the scene's: that of a bare OBJ.
+fn has_ground_to_turn(file: &SceneFile, guesses: Guesses) -> bool {
+    guesses.light && file.ground.as_ref().is_some_and(|ground| ground.up.is_none())
 }
 
-/// The scene file and the settings with light and ground of a bare OBJ for a camera that stands at `viewpoint`: where flags give the light, as it is seen
-/// from there, and on a ground if they give an environment to an object. `None` where that changes nothing.
+/// `up` as scene files write it; `None` where it is the default.
+fn written(up: Vec3) -> Option<Spanned<[f32; 3]>> {
+    (up != Vec3::Y).then(|| Spanned::new(0..0, up.to_array()))
+}
+
+/// Light and ground that flags give to `scene`, for the camera of `parameters`, which stands at `viewpoint`. The environment of an object, by its
+/// `survey`, gets a ground. `None` if all stay as they are in `file`.
 pub(super) fn changed(
-    file: &SceneFile,
+    (file, scene, survey): (&SceneFile, &Scene, Option<&Survey>),
     settings: &Settings,
-    survey: &Survey,
     viewpoint: &Viewpoint,
     parameters: &CameraParameters,
 ) -> Option<LitFile> {
-    let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
-    let has_ground = may_want_ground(file, settings) && !survey.is_interior;
-    // That of `--ground`
-    let is_turned = up.is_some() && !file.is_file() && file.ground.as_ref().is_some_and(|ground| ground.up.is_none());
+    let up = viewpoint.scene_up.unwrap_or(Vec3::Y);
+    let is_object = survey.is_some_and(|survey| !survey.is_interior);
+    let has_ground = is_object && may_want_ground(file, settings, scene);
+    let is_turned = up != Vec3::Y && has_ground_to_turn(file, settings.guesses);
     let lights = file.lights_seen_from(viewpoint);
     if lights.is_none() && !has_ground && !is_turned {
         return None;
@@ -65,12 +73,12 @@ pub(super) fn changed(
     let mut file = file.clone();
     file.settle_light(lights);
     if has_ground || is_turned {
-        file.ground = Some(ground(up));
+        file.ground.get_or_insert_default().up = written(up);
     }
     Some(LitFile {
         file,
         settings: settled(settings, parameters),
-        words: has_ground.then(|| "ground: catches shadows (--no-ground removes it)".into()),
+        words: has_ground.then(|| LitWords::Ground("catches shadows (--no-ground removes it)".into())),
     })
 }
 
@@ -82,17 +90,21 @@ pub(super) fn lit(
     parameters: &CameraParameters,
 ) -> LitFile {
     let (mut file, guesses) = (file.clone(), settings.guesses);
+    file.settle_light(None);
     let mut settings = settled(settings, parameters);
     let up = survey.horizon.up();
     let said_up = (up != Vec3::Y).then_some(up);
     let words: String = match guess {
         LightGuess::Studio => {
-            let front = survey.horizon.azimuth(parameters.position - parameters.look_at);
-            let front = front.unwrap_or(0.0).round();
-            file.light.push(LightSection::studio(0..0, front, said_up));
+            let viewpoint = Viewpoint {
+                back: Some(parameters.position - parameters.look_at),
+                up: None,
+                scene_up: Some(up),
+            };
+            file.light.push(Environment::Studio.section(0..0, &viewpoint));
             let catches = guesses.ground && settings.method().catches_shadows();
-            if catches && file.ground.is_none() {
-                file.ground = Some(ground(said_up));
+            if catches {
+                file.ground.get_or_insert_default();
             }
             if guesses.background && settings.method().shows_backgrounds() {
                 settings.background = Background::Gradient(Spectrum::splat(match survey.reflectance >= BRIGHT {
@@ -131,9 +143,12 @@ pub(super) fn lit(
             "a lamp below the ceiling, since no daylight comes in (--env COLOUR, --key-light change that)".into()
         }
     };
+    if has_ground_to_turn(&file, guesses) {
+        file.ground.get_or_insert_default().up = written(up);
+    }
     LitFile {
         file,
         settings,
-        words: Some(format!("light: {words}")),
+        words: Some(LitWords::Light(words)),
     }
 }

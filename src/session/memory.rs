@@ -1,5 +1,6 @@
 //! Forecasts of a render's memory, and checks of them against limits and free memory.
 
+use super::lighting::may_want_ground;
 use super::{Error, Session, Settings};
 use crate::description::SceneFile;
 use crate::film::{Aov, Film};
@@ -27,7 +28,7 @@ pub(crate) fn forecast(file: &SceneFile, scene: &Scene, settings: &Settings) -> 
     let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
     let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
     let forecast = forecast_of(scene, sizes.max().unwrap_or(0), settings);
-    match settings.camera.needs_scene() {
+    match settings.camera.needs_scene() || may_want_ground(file, settings, scene) {
         true => forecast.after_guess(settings.backend.name()),
         false => forecast,
     }

@@ -46,7 +46,7 @@ use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, forecast_of, peak, within_memory};
-use settings::Surveyed;
+use settings::{Surveyed, Wanted};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
@@ -66,10 +66,10 @@ pub struct Session {
     paths: Option<Arc<LightPaths>>,
     /// Guess of the camera, if one was made.
     camera_guess: Option<CameraGuess>,
-    /// Given settings of the camera, without guesses, which `settings` include if the light was guessed.
+    /// Given settings of the camera, without guesses, which `settings` include if light or ground were guessed or changed.
     said_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
-    lit_words: Option<String>,
+    lit_words: Option<LitWords>,
     /// The scene file in a light that was guessed, or that depends on a guessed camera.
     lit_file: Option<SceneFile>,
     /// Files that the scene was read from.
@@ -245,12 +245,12 @@ impl Session {
 
     /// Guess of the light, if one was made.
     pub fn light_guess(&self) -> Option<&str> {
-        self.lit_words.as_deref()?.strip_prefix("light: ")
+        self.lit_words.as_ref()?.light()
     }
 
-    /// Guess of light or ground, if one was made, as a line for users.
-    pub(crate) fn lit_words(&self) -> Option<&str> {
-        self.lit_words.as_deref()
+    /// Guess of a ground under light that was given, if one was made.
+    pub(crate) fn ground_guess(&self) -> Option<&str> {
+        self.lit_words.as_ref()?.ground()
     }
 
     /// The scene file in a light that was guessed, or that depends on a guessed camera; `None` where it is that of the given file.
@@ -329,14 +329,41 @@ impl Session {
     }
 }
 
-/// A scene file with a guessed light.
+/// A scene file whose light or ground was guessed, or follows the camera.
 pub(crate) struct LitFile {
     /// The scene file with the sections of the light.
     pub file: SceneFile,
-    /// Settings with the camera for which the light was guessed, and the background that goes with it.
+    /// Settings with the camera that the light is for, and the background of guessed light.
     pub settings: Settings,
-    /// Description for users of what was guessed: `light: ` or `ground: `, and words.
-    pub words: Option<String>,
+    /// Description of what was guessed.
+    pub words: Option<LitWords>,
+}
+
+/// Description for users of a guess.
+#[derive(Clone, Debug)]
+pub(crate) enum LitWords {
+    /// Of the light, with a ground if that was guessed too.
+    Light(String),
+    /// Of the ground alone.
+    Ground(String),
+}
+
+impl LitWords {
+    /// Description of a guessed light.
+    pub fn light(&self) -> Option<&str> {
+        match self {
+            Self::Light(words) => Some(words),
+            Self::Ground(_) => None,
+        }
+    }
+
+    /// Description of a ground that was guessed without light.
+    pub fn ground(&self) -> Option<&str> {
+        match self {
+            Self::Light(_) => None,
+            Self::Ground(words) => Some(words),
+        }
+    }
 }
 
 /// The camera of `settings` in the scene of `file`. With it the scene file in another light: with a guessed one if nothing in the scene emits and `settings`
@@ -352,22 +379,22 @@ pub(crate) fn camera_and_lit(
     pool: &rayon::ThreadPool,
 ) -> Result<(FoundCamera, Option<LitFile>), Error> {
     let is_dark = scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
-    let wants = (
-        lighting::may_want_ground(file, settings),
-        settings.guesses.light && is_dark,
-    );
-    let (found, survey) = settings.camera_and_survey(file, scene, pool, wants)?;
+    let wanted = Wanted {
+        survey: lighting::may_want_ground(file, settings, scene),
+        light: settings.guesses.light && is_dark,
+    };
+    let (found, surveyed) = settings.camera_and_survey(file, scene, pool, wanted)?;
     let parameters = &found.description.parameters;
-    let lit = match survey {
+    let lit = match surveyed {
         Some(Surveyed {
             survey,
             light: Some(light),
         }) => Some(lighting::lit(file, settings, (light, &survey), parameters)),
-        Some(Surveyed { survey, light: None }) => {
+        surveyed => {
+            let survey = surveyed.as_ref().map(|surveyed| &surveyed.survey);
             let viewpoint = found.viewpoint(&settings.camera);
-            lighting::changed(file, settings, &survey, &viewpoint, parameters)
+            lighting::changed((file, scene, survey), settings, &viewpoint, parameters)
         }
-        None => None,
     };
     Ok((found, lit))
 }

@@ -96,10 +96,17 @@ pub(crate) fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
-/// What guesses of the light know of a scene.
+/// Guesses that are wanted besides a camera.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Wanted {
+    pub survey: bool,
+    pub light: bool,
+}
+
+/// Survey of a scene, and the light guessed from it.
 pub(super) struct Surveyed {
     pub survey: Survey,
-    /// Where the scene is dark.
+    /// Guess of the light, if it was wanted.
     pub light: Option<LightGuess>,
 }
 
@@ -319,19 +326,19 @@ impl Settings {
         scene: &Scene,
         pool: &rayon::ThreadPool,
     ) -> Result<FoundCamera, Error> {
-        Ok(self.camera_and_survey(file, scene, pool, (false, false))?.0)
+        Ok(self.camera_and_survey(file, scene, pool, Wanted::default())?.0)
     }
 
-    /// The camera of [`Settings::camera_of`], with a survey of the scene if one was needed or is wanted, and a guess of the light if the scene is dark.
+    /// The camera of [`Settings::camera_of`], with a survey of the scene if one was needed or is wanted, and a guess of the light if that is wanted.
     pub(super) fn camera_and_survey(
         &self,
         file: &SceneFile,
         scene: &Scene,
         pool: &rayon::ThreadPool,
-        (is_surveyed, is_dark): (bool, bool),
+        wanted: Wanted,
     ) -> Result<(FoundCamera, Option<Surveyed>), Error> {
         // Guesses trace rays.
-        let accel = match is_surveyed || is_dark || self.camera.needs_scene() {
+        let accel = match wanted.survey || wanted.light || self.camera.needs_scene() {
             true => Some(self.backend.build(scene, pool)?),
             false => None,
         };
@@ -341,7 +348,7 @@ impl Settings {
             let found = self.camera.found(finder.as_ref(), self.resolution)?;
             let CameraParameters { position, look_at, .. } = found.description.parameters;
             let survey = finder.map(|finder| {
-                let light = is_dark.then(|| finder.light(position, look_at));
+                let light = wanted.light.then(|| finder.light(position, look_at));
                 Surveyed {
                     survey: *finder.survey(),
                     light,

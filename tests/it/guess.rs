@@ -134,6 +134,8 @@ fn light_of_flags_stands_as_the_scene_does() {
         "--env black --key-light",
         "--env black --sun -50,30 --no-ground",
         "--env white --ground --orbit 40,20",
+        "--env white --ground --set ground.albedo=0.2",
+        "--ground --background light",
     ] {
         let [y, z] = ["y", "z"].map(|name| {
             let render = format!("render {name}.obj --size 48x48 --spp 64 --reuse none --denoise=off -q");
@@ -157,6 +159,35 @@ fn light_of_flags_stands_as_the_scene_does() {
     assert!(
         said.contains("\nground: catches shadows (--no-ground removes it)\n"),
         "{said}"
+    );
+    // A camera that is given in full may roll; up in the scene is the axis next to it.
+    for flags in ["--up 0.1,0,1", "--position 0,-9,2 --look-at 0,0,1 --up 0,0,1"] {
+        let line = format!(
+            "render z.obj {flags} --env map.exr --sun 20,30 --ground --size 8x8 --spp 1 --dump-scene z.toml -q -o x.exr"
+        );
+        done(at, &split(&line));
+        let dump = std::fs::read_to_string(at.join("z.toml")).unwrap();
+        assert!(
+            dump.contains("rotate = [90.0, 0.0, 0.0]") || dump.contains("rotate = [90, 0, 0]"),
+            "{dump}"
+        );
+        assert!(
+            dump.contains("[ground]\nup = [0.0, 0.0, 1.0]") || dump.contains("[ground]\nup = [0, 0, 1]"),
+            "{dump}"
+        );
+    }
+    // A ground takes few finite lights: an object that shines stays without.
+    std::fs::write(at.join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
+    let lamp = format!("mtllib lamp.mtl\nusemtl lamp\n{}", statue().text);
+    std::fs::write(at.join("lamp.obj"), lamp).unwrap();
+    done(
+        at,
+        &split("render lamp.obj --env sky --size 8x8 --spp 1 --dump-scene lamp.toml -q -o x.exr"),
+    );
+    assert!(
+        !std::fs::read_to_string(at.join("lamp.toml"))
+            .unwrap()
+            .contains("[ground]")
     );
     // An interior has its own floor.
     std::fs::write(at.join("room.obj"), room(&[])).unwrap();
@@ -258,7 +289,7 @@ fn facets_are_told() {
             &split(&format!("render {line} --size 8x8 --spp 1 -o x.exr")),
         ))
     };
-    let line = "shading: faceted, since the file has no normals (--smooth 40 rounds it)";
+    let line = "shading: triangles without normals look faceted (--smooth 40 rounds them)";
     assert!(said("tube.obj").contains(line));
     assert!(!said("tube.obj --smooth 40").contains(line));
     assert!(!said("statue.obj").contains(line));

@@ -7,7 +7,7 @@ pub(in crate::cli) struct GroundArgs {
     #[arg(long, conflicts_with = "no_ground")]
     pub ground: bool,
 
-    /// Remove the ground of the scene file
+    /// Remove the ground of the scene file or of a bare OBJ
     #[arg(long)]
     pub no_ground: bool,
 }

@@ -1,4 +1,4 @@
-//! Flags that change the light of a scene: `--env`, `--sun` and `--key-light` set `[[light]]` sections of the scene file before it is loaded.
+//! Flags that change the light of a scene: `--env`, `--sun` and `--key-light`, as changes of the `[[light]]` sections of the scene file ([`LightChanges`]).
 
 use crate::color::srgb;
 #[cfg(feature = "view")]

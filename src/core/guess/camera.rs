@@ -27,8 +27,10 @@ const MAX_TRIANGLES: u64 = 1 << 23;
 const ISOMETRIC: f32 = 35.264_39;
 /// Views of an interior that stand and look alike, as a share of the scene's width and as a cosine; only one of them is a candidate.
 const ALIKE: (f32, f32) = (0.2, 0.5);
-/// Candidates of an interior.
-const INSIDE_CANDIDATES: usize = 11;
+/// Candidates at most.
+const MAX_CANDIDATES: usize = 12;
+/// Candidates inside of an interior at most; one view from outside fits beside them.
+const INSIDE_CANDIDATES: usize = MAX_CANDIDATES - 1;
 
 /// A view by its name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -308,10 +310,10 @@ impl<'a> CameraFinder<'a> {
             ));
         }
         if inside > 0 {
-            // From outside, an interior shows blank walls; one view tells how it lies.
+            // From outside, an interior shows mostly blank walls: the isometric view tells the best how it lies.
             candidates[inside..].sort_by_key(|(flags, _)| flags != "--view iso");
         }
-        candidates.truncate(12);
+        candidates.truncate(MAX_CANDIDATES);
         candidates
     }
 

@@ -116,7 +116,7 @@ impl Warning {
         Self { kind, text }
     }
 
-    /// Whether it tells an assumption; other warnings tell what was likely not meant.
+    /// Whether the warning is a note: it names an assumption. Other warnings name likely mistakes.
     pub fn is_note(&self) -> bool {
         TOLD_NOTES.contains(&self.kind)
     }

@@ -61,7 +61,7 @@ parameters! {
         /// Denoiser; EXR files keep the raw picture beside the result
         ///
         /// See docs/denoise.md.
-        denoise: Denoising = Denoising::Off, default "off; oidn for a bare OBJ; without a name: oidn", bare "oidn";
+        denoise: Denoising = Denoising::Off, default "off; oidn, else atrous, for a bare OBJ; without a name: oidn", bare "oidn";
         /// Radius in pixels of the denoisers gaussian, bilateral and nlm
         ///
         /// This is the standard deviation of `gaussian` and `bilateral`, and half the window of `nlm`.

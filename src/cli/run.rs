@@ -74,7 +74,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     if !job.quiet {
         print_choices(&session);
         if !job.scene.is_file() && job.pixel.is_none() {
-            print_picture(&job, session.scene());
+            print_picture(&session);
         }
     }
     if let Some(words) = words::panes(session.scene().panes()).filter(|_| !job.quiet) {

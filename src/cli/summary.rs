@@ -5,10 +5,7 @@ use super::outputs::Images;
 use super::stats::Stats;
 use super::stop::Stop;
 use super::words;
-use crate::color::{Curve, Exposure, tone::MAX_EXPOSURE};
-use crate::options::Denoising;
-use crate::options::names::{Named, name_of};
-use crate::scene::Scene;
+use crate::color::{Exposure, tone::MAX_EXPOSURE};
 use crate::session::Session;
 
 /// Prints what the program has chosen: camera and light where nothing gives them, and the distance that `--focus-at` has found.
@@ -37,21 +34,23 @@ pub(super) fn print_choices(session: &Session) {
 const ROUND: usize = 500;
 
 /// Prints samples, denoiser and tone curve of a picture of a bare OBJ, with the flags that change them, and whether it looks faceted.
-pub(super) fn print_picture(job: &Job, scene: &Scene) {
-    let flat = scene.meshes().iter().filter(|mesh| mesh.normals.is_empty());
+pub(super) fn print_picture(session: &Session) {
+    let flat = session.scene().meshes().iter().filter(|mesh| mesh.normals.is_empty());
     let triangles: usize = flat.map(|mesh| mesh.triangles.len()).sum();
     if triangles >= ROUND {
         errln!("shading: triangles without normals look faceted (--smooth 40 rounds them)");
     }
-    let settings = &job.settings;
-    let denoiser = settings.denoiser.map_or(String::from("not denoised"), |denoiser| {
-        format!("denoised by {}", name_of(Denoising::NAMES, Denoising::By(denoiser)))
-    });
+    let settings = session.settings();
+    let denoiser = settings
+        .denoiser_name()
+        .map_or(String::from("not denoised"), |denoiser| {
+            format!("denoised by {denoiser}")
+        });
     errln!(
         "picture: {}{} per pixel, {denoiser}, tone curve {} (--quality draft or final, --spp N, --denoise=off, --tone NAME change that)",
         if settings.noise.is_some() { "up to " } else { "" },
         words::count(settings.spp.into(), "sample"),
-        name_of(Curve::NAMES, settings.tone.curve),
+        settings.curve_name(),
     );
 }
 

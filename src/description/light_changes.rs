@@ -1,6 +1,6 @@
 //! Light that is set over that of a scene file. Where it stands depends on the camera, which may be guessed only once the scene is known.
 
-use super::{DEFAULT_SUN, LightSection, Rotation, SceneFile};
+use super::{DEFAULT_SUN, LightSection, Rotation};
 use crate::light::sky::DEFAULT_TURBIDITY;
 use crate::math::{Horizon, Vec3};
 use std::ops::Range;
@@ -54,57 +54,26 @@ pub(crate) struct Viewpoint {
 /// Changes of a scene file's light, and the sections before them.
 #[derive(Clone, Debug)]
 pub(super) struct ChangedLight {
-    changes: LightChanges,
+    pub changes: LightChanges,
     /// Places of the errors of environment, sun and key light.
-    spans: [Range<usize>; 3],
+    pub spans: [Range<usize>; 3],
     /// Sections before the changes.
-    light: Vec<LightSection>,
+    pub light: Vec<LightSection>,
 }
 
-impl SceneFile {
-    /// Sets `changes` over the light of the file, seen from `viewpoint`.
-    pub(crate) fn change_light(&mut self, changes: LightChanges, viewpoint: &Viewpoint) {
-        fn words<T>(change: &Option<(T, String)>) -> Option<&String> {
-            change.as_ref().map(|(_, words)| words)
+impl LightChanges {
+    /// Words that gave the environment, the sun and the key light, where they are changed.
+    pub(super) fn words(&self) -> [Option<&str>; 3] {
+        fn of<T>(change: &Option<(T, String)>) -> Option<&str> {
+            change.as_ref().map(|(_, words)| words.as_str())
         }
-        let said = [words(&changes.env), words(&changes.sun), words(&changes.key_light)];
-        if said == [None; 3] {
-            return;
-        }
-        let spans = said.map(|words| words.map_or(0..0, |words| self.flag_span(words)));
-        let changed = ChangedLight {
-            changes,
-            spans,
-            light: self.light.clone(),
-        };
-        self.light = changed.seen_from(viewpoint);
-        self.changed_light = Some(Box::new(changed));
-    }
-
-    /// Lights for a camera at `viewpoint`; `None` if they are those of the file.
-    pub(crate) fn lights_seen_from(&self, viewpoint: &Viewpoint) -> Option<Vec<LightSection>> {
-        let lights = self.changed_light.as_ref()?.seen_from(viewpoint);
-        (lights != self.light).then_some(lights)
-    }
-
-    /// Makes the changes of light final: `lights` in place of the sections, if they are given.
-    pub(crate) fn settle_light(&mut self, lights: Option<Vec<LightSection>>) {
-        self.changed_light = None;
-        if let Some(lights) = lights {
-            self.light = lights;
-        }
-    }
-
-    /// Whether the file's environment was changed.
-    pub(crate) fn has_changed_environment(&self) -> bool {
-        let changed = self.changed_light.as_ref();
-        changed.is_some_and(|changed| changed.changes.env.is_some())
+        [of(&self.env), of(&self.sun), of(&self.key_light)]
     }
 }
 
 impl ChangedLight {
     /// All lights, those that depend on the camera for one at `viewpoint`.
-    fn seen_from(&self, viewpoint: &Viewpoint) -> Vec<LightSection> {
+    pub fn seen_from(&self, viewpoint: &Viewpoint) -> Vec<LightSection> {
         let mut lights = self.light.clone();
         let [at_env, at_sun, at_key_light] = self.spans.clone();
         let LightChanges { env, sun, key_light } = &self.changes;

@@ -3,7 +3,7 @@
 use super::camera::{FoundCamera, blame};
 use super::{AnyAccel, CameraSettings, Error, Guesses, InvalidSetting};
 use crate::camera::CameraParameters;
-use crate::color::tone::Tone;
+use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Filter, FilterKind, LightPathError, LightPaths, PathPart, Rect};
@@ -11,8 +11,8 @@ use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::math::UVec2;
 use crate::options::{
-    Backend, BackgroundOptions, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named, OptionGroup,
-    SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
+    Backend, BackgroundOptions, Denoising, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named,
+    OptionGroup, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
 };
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
@@ -432,5 +432,16 @@ impl Settings {
     /// The sampler's name, as users type it.
     pub fn sampler_name(&self) -> &'static str {
         name_of(SamplerKind::NAMES, self.sampler)
+    }
+
+    /// The denoiser's name, as users type it.
+    pub(crate) fn denoiser_name(&self) -> Option<&'static str> {
+        let denoiser = self.denoiser?;
+        Some(name_of(Denoising::NAMES, Denoising::By(denoiser)))
+    }
+
+    /// The tone curve's name, as users type it.
+    pub(crate) fn curve_name(&self) -> &'static str {
+        name_of(Curve::NAMES, self.tone.curve)
     }
 }

@@ -1,6 +1,7 @@
 //! A scene file as it was written: reading and parsing it, what its text alone tells, and what its sections have in common. `inspect` finds
 //! all errors, for `embrasure check`; errors with their places are those of `source`.
 
+mod changed_light;
 mod inspect;
 #[cfg(test)]
 mod tests;

@@ -24,9 +24,8 @@ parameters! {
         roulette_depth: u32 = 1;
         /// Survival in Russian roulette: throughput, luminance, constant:P or threshold:T
         ///
-        /// `throughput` is the largest channel of the throughput, and `luminance` its luminance; both are 0.95 at most. With `constant:P` all paths survive
-        /// with the probability P, from above 0 to 1; at 1 `max_depth` alone ends paths. With `threshold:T` a path survives while its largest channel is T or
-        /// more, and below with its ratio to T.
+        /// `throughput` is the largest channel of the throughput, `luminance` its luminance, and `threshold:T` the ratio of the largest channel to T; all are
+        /// 0.95 at most. With `constant:P` all paths survive with the probability P, from above 0 to 1; at 1 `max_depth` alone ends paths.
         roulette: Survival = Survival::LargestChannel;
         /// Distribution of the directions sampled at surfaces
         ///

@@ -5,7 +5,7 @@
 
 use super::integrator_parameters::{Clamp, IntegratorOptions, PathReuse, Scrambling, values};
 use super::{Named, OptionGroup, Value};
-use crate::integrator::Directions;
+use crate::integrator::{Directions, Survival};
 use std::any::Any;
 
 /// The value of a parameter as text, which is kept in files: `auto` where the method finds it.
@@ -132,8 +132,8 @@ macro_rules! methods {
 methods! {
     /// Path tracing with next-event estimation; pixels may share their paths
     Path(PathSettings) = "path" {
-        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette, clamp_indirect,
-        reuse, light_samples = if reuse == PathReuse::Pixels { 2 } else { 1 },
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette = Survival::Threshold(0.5), clamp_indirect,
+        reuse, light_samples = if reuse == PathReuse::Pixels { 3 } else { 1 },
     }
     /// Path tracing that meets lights by chance alone
     Naive(NaiveSettings) = "naive" {

@@ -133,7 +133,7 @@ fn methods_describe_what_they_read() {
         ..Default::default()
     };
     assert!(Method::new(&alone).describe().ends_with("reuse=none light_samples=1"));
-    assert!(Method::default().describe().ends_with("reuse=pixels light_samples=2"));
+    assert!(Method::default().describe().ends_with("reuse=pixels light_samples=3"));
 }
 
 /// Flags beat files, files beat defaults.

@@ -1,10 +1,8 @@
 //! Russian roulette: ends paths of small throughput at random and raises the weight of those that survive (Arvo and Kirk 1990, "Particle Transport and
 //! Image Synthesis").
 //!
-//! Roulette may end a path after its second scattering. By default the survival probability is the largest channel of the throughput, 0.95 at most. With
-//! Sobol points and path reuse, the defaults, this start has the smallest product of error and time on the suite's cornell and hall, and is 4 % off the
-//! smallest on sponza. With independent samples without reuse it has the smallest product on cornell and sponza, and is 4 % off on hall
-//! (docs/benchmarks.md, "Russian roulette"). Survival by luminance, and by 0.65 or 0.8 of the largest channel, had larger products.
+//! Roulette may end a path after its second scattering. The survival probability is by default the largest channel of the throughput, in `path` its ratio to
+//! 0.5, and 0.95 at most. Each is the best of those compared by the product of noise and time (docs/benchmarks.md, "Russian roulette").
 //!
 //! The throughput that roulette sees is multiplied by the squared indices of refraction that the path has been divided by: radiance that shrinks on
 //! its way into glass grows again on its way out. `reuse` adds a minimum for shared paths.
@@ -12,7 +10,7 @@
 
 use crate::color::Spectrum;
 
-/// Maximum survival probability by throughput, so that every path ends, also in a closed room that absorbs nothing.
+/// Maximum survival probability by throughput, so that every path ends, even in a closed room that absorbs nothing.
 const MAX_SURVIVAL: f32 = 0.95;
 
 // ANCHOR: roulette
@@ -34,7 +32,7 @@ pub enum Survival {
     Luminance,
     /// One probability for all paths, in (0, 1]. At 1 only a maximum depth ends paths.
     Constant(f32),
-    /// Largest channel of the throughput over a threshold, above 0; certain where the throughput is above it.
+    /// Largest channel of the throughput over a threshold, above 0; 0.95 at most.
     Threshold(f32),
 }
 
@@ -50,7 +48,7 @@ impl Roulette {
             Survival::LargestChannel => beta.max_component().min(MAX_SURVIVAL),
             Survival::Luminance => beta.luminance().min(MAX_SURVIVAL),
             Survival::Constant(probability) => probability,
-            Survival::Threshold(threshold) => (beta.max_component() / threshold).min(1.0),
+            Survival::Threshold(threshold) => (beta.max_component() / threshold).min(MAX_SURVIVAL),
         };
         (u < survival).then(|| 1.0 / survival)
     }
@@ -68,9 +66,40 @@ impl Roulette {
 }
 
 impl Default for Roulette {
-    /// Depth 1. With path reuse it has the smallest product of error and time on the suite's cornell and hall, and is 4 % off the smallest
-    /// on sponza (docs/benchmarks.md, "Russian roulette").
+    /// Depth 1, which has the smallest product of noise and time, or is near it, on the suite's scenes (docs/benchmarks.md, "Russian roulette").
     fn default() -> Self {
         Self::after(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean factor is 1, whatever the rule, and by throughput every path ends.
+    #[test]
+    fn survivors_weigh_for_all() {
+        const DRAWS: u32 = 1 << 16;
+        let rules = [
+            Survival::LargestChannel,
+            Survival::Luminance,
+            Survival::Constant(0.7),
+            Survival::Threshold(0.5),
+        ];
+        for survival in rules {
+            let roulette = Roulette { depth: 2, survival };
+            for beta in [0.01, 0.3, 0.5, 1.0, 40.0] {
+                let play = |depth, i| roulette.play(depth, Spectrum::from(beta), (i as f32 + 0.5) / DRAWS as f32);
+                let (mut sum, mut survivors) = (0.0, 0);
+                for factor in (0..DRAWS).filter_map(|i| play(2, i)) {
+                    sum += factor as f64;
+                    survivors += 1;
+                }
+                let mean = sum / DRAWS as f64;
+                assert!((mean - 1.0).abs() < 1e-3, "{survival:?}, throughput {beta}: {mean}");
+                assert!(survivors < DRAWS, "{survival:?}, throughput {beta}");
+                assert_eq!(play(1, DRAWS - 1), Some(1.0));
+            }
+        }
     }
 }

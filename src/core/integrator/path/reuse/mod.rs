@@ -12,8 +12,8 @@
 //!
 //! - The first vertex is the first surface that is no mirror or smooth glass: the chain of those before it counts as part of the camera.
 //! - Groups have sixteen pixels: 32 have hardly less error for their time and have more error in common.
-//! - The first vertex takes two light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
-//!   samples are number 2s and 2s + 1 of a stratified sequence of their own, and the power heuristic counts both.
+//! - The first vertex takes three light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
+//!   samples are numbers 3s to 3s + 2 of a stratified sequence of their own, and the power heuristic counts all.
 //! - All paths of a group have one time, that of the first pixel: a point at one time cannot light a vertex at another.
 //! - Visibility is transmittance where surfaces have alpha or are thin glass, also for the path's owner.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex whose shading normal was bent is not shared, and a pixel for

@@ -18,7 +18,7 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
     folder.path().join(out)
 }
 
-/// Of the Cornell box with 8 samples per pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
+/// Of the Cornell box with 4 samples per pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
 /// larger a picture is, and less of filters without guides.
 #[test]
 fn denoising_leaves_a_fraction_of_the_error() {
@@ -31,7 +31,7 @@ fn denoising_leaves_a_fraction_of_the_error() {
     };
     for (name, max) in denoisers {
         let denoise = format!("--denoise={name}");
-        let image = render(&folder, "image.exr", &["--spp", "8", &denoise]);
+        let image = render(&folder, "image.exr", &["--spp", "4", &denoise]);
         let raw = ["raw.R", "raw.G", "raw.B"].map(|channel| read_channel(&image, channel));
         let [before, after] = [&raw, &read_rgb(&image)].map(|image| rel_mse(image, &reference));
         println!("{name}: relMSE {before:.5} becomes {after:.5}");

@@ -89,7 +89,7 @@ mod tests {
         for survival in rules {
             let roulette = Roulette { depth: 2, survival };
             for beta in [0.01, 0.3, 0.5, 1.0, 40.0] {
-                let play = |depth, i| roulette.play(depth, Spectrum::from(beta), (i as f32 + 0.5) / DRAWS as f32);
+                let play = |depth, i| roulette.play(depth, Spectrum::splat(beta), (i as f32 + 0.5) / DRAWS as f32);
                 let (mut sum, mut survivors) = (0.0, 0);
                 for factor in (0..DRAWS).filter_map(|i| play(2, i)) {
                     sum += factor as f64;

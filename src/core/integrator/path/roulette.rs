@@ -2,7 +2,7 @@
 //! Image Synthesis").
 //!
 //! Roulette may end a path after its second scattering. The survival probability is by default the largest channel of the throughput, in `path` its ratio to
-//! 0.5, and 0.95 at most. Each is the best of those compared by the product of noise and time (docs/benchmarks.md, "Russian roulette").
+//! 0.5, and 0.95 at most. docs/benchmarks.md, "Russian roulette", compares rules by the product of noise and time.
 //!
 //! The throughput that roulette sees is multiplied by the squared indices of refraction that the path has been divided by: radiance that shrinks on
 //! its way into glass grows again on its way out. `reuse` adds a minimum for shared paths.

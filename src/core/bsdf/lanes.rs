@@ -11,6 +11,7 @@ use super::energy::{ConductorRows, ConductorTables, NODES};
 use super::{Bsdf, CoatedLambert, Lambert, Lobe, RoughConductor};
 use crate::color::Spectrum;
 use crate::math::{LANES, Lane, Vec2, Vec3, Vec3Lanes};
+use multiversion::multiversion;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Values of BSDFs, cosine excluded, and densities per solid angle, one for each lane.
@@ -152,7 +153,7 @@ impl BsdfLanes {
             self.set_parameters(lane, &parts);
         }
         self.wo = *wo;
-        self.see();
+        see(self);
         true
     }
 
@@ -166,7 +167,7 @@ impl BsdfLanes {
                 is_held[lane] = true;
             }
         }
-        self.see();
+        see(self);
         is_held
     }
 
@@ -203,83 +204,88 @@ impl BsdfLanes {
         }
     }
 
-    /// Computes what depends on `wo` alone.
-    #[inline(always)]
-    fn see(&mut self) {
-        let energy = self.facets.energy(&self.wo.z);
-        self.passed = self.base.passed(&energy);
-        self.stretched = self.facets.stretched(&self.wo);
-        let FacetLanes {
-            reflectance,
-            f0,
-            several,
-            ..
-        } = &self.facets;
-        let mut mean_loss = [0.0; LANES];
-        for (mean, rows) in mean_loss.iter_mut().zip(&self.facets.rows) {
-            *mean = rows.mean_loss;
-        }
-        for i in 0..LANES {
-            let (loss, grazing) = (energy.loss[i], energy.grazing[i]);
-            let of = |c: usize| {
-                reflectance[c][i] * (f0[c][i] * (1.0 - loss - grazing) + grazing)
-                    + several[c][i] * (PI * mean_loss[i] * loss)
-            };
-            let base = self.base.albedo[i] * self.passed[i];
-            let facets = (of(0) + of(1) + of(2)) * (1.0 / 3.0);
-            let total = base + facets;
-            let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
-            self.p[0][i] = base * scale;
-            self.p[1][i] = facets * scale;
-        }
-        self.loss = energy.loss;
-    }
-
     /// Values and densities for light from `wi`, as [`super::BsdfView::eval_pdf`].
-    #[inline(never)]
     pub fn eval_pdf(&self, wi: &Vec3Lanes) -> ValueLanes {
-        let energy = self.facets.energy(&wi.z);
-        let passed = self.base.passed(&energy);
-        let stretched = self.facets.stretched(wi);
-        let (wo, base, facets) = (&self.wo, &self.base, &self.facets);
-        let mut values = ValueLanes {
-            f: [[0.0; LANES]; 3],
-            pdf: [0.0; LANES],
-        };
-        for i in 0..LANES {
-            let (zo, zi) = (wo.z[i].abs(), wi.z[i].abs());
-            // Half vector, and its cosine with both directions
-            let (x, y, z) = (wo.x[i] + wi.x[i], wo.y[i] + wi.y[i], wo.z[i] + wi.z[i]);
-            let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
-            let (x, y, z) = (x * inverse, y * inverse, z * inverse);
-            let cos = wo.x[i] * x + wo.y[i] * y + wo.z[i] * z;
-            // Facets: D, and what single reflections make of it
-            let (ax, ay) = (facets.alpha[0][i], facets.alpha[1][i]);
-            let area = ax * ay;
-            let (hx, hy, hz) = (x * ay, y * ax, z * area);
-            let t = hx * hx + hy * hy + hz * hz;
-            let d = area * area * area / (PI * t * t);
-            let reflection = 0.5 * d / (zi * self.stretched[i] + zo * stretched[i]);
-            let single_pdf = 0.5 * d / (zo + self.stretched[i]);
-            let away = 1.0 - cos;
-            let away = if away > 0.0 { away } else { 0.0 };
-            let grazing = away * away * (away * away) * away;
-            // All lobes
-            let is_reflected = wo.z[i] * wi.z[i] > 0.0;
-            let several = self.loss[i] * energy.loss[i];
-            let below = self.passed[i] * passed[i];
-            for c in 0..3 {
-                let f0 = facets.f0[c][i];
-                let single = facets.reflectance[c][i] * (f0 + (1.0 - f0) * grazing) * reflection;
-                let f = base.f[c][i] * below + single + facets.several[c][i] * several;
-                values.f[c][i] = if is_reflected { f } else { 0.0 };
-            }
-            let facets_pdf = (1.0 - self.loss[i]) * single_pdf + self.loss[i] * energy.loss_pdf[i];
-            let pdf = self.p[0][i] * zi * FRAC_1_PI + self.p[1][i] * facets_pdf;
-            values.pdf[i] = if is_reflected { pdf } else { 0.0 };
-        }
-        values
+        eval_pdf(self, wi)
     }
+}
+
+/// Computes what depends on `wo` alone.
+#[multiversion(targets("x86_64+avx2"))]
+fn see(lanes: &mut BsdfLanes) {
+    let energy = lanes.facets.energy(&lanes.wo.z);
+    lanes.passed = lanes.base.passed(&energy);
+    lanes.stretched = lanes.facets.stretched(&lanes.wo);
+    let FacetLanes {
+        reflectance,
+        f0,
+        several,
+        ..
+    } = &lanes.facets;
+    let mut mean_loss = [0.0; LANES];
+    for (mean, rows) in mean_loss.iter_mut().zip(&lanes.facets.rows) {
+        *mean = rows.mean_loss;
+    }
+    for i in 0..LANES {
+        let (loss, grazing) = (energy.loss[i], energy.grazing[i]);
+        let of = |c: usize| {
+            reflectance[c][i] * (f0[c][i] * (1.0 - loss - grazing) + grazing)
+                + several[c][i] * (PI * mean_loss[i] * loss)
+        };
+        let base = lanes.base.albedo[i] * lanes.passed[i];
+        let facets = (of(0) + of(1) + of(2)) * (1.0 / 3.0);
+        let total = base + facets;
+        let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
+        lanes.p[0][i] = base * scale;
+        lanes.p[1][i] = facets * scale;
+    }
+    lanes.loss = energy.loss;
+}
+
+/// As [`BsdfLanes::eval_pdf`].
+#[multiversion(targets("x86_64+avx2"))]
+fn eval_pdf(lanes: &BsdfLanes, wi: &Vec3Lanes) -> ValueLanes {
+    let energy = lanes.facets.energy(&wi.z);
+    let passed = lanes.base.passed(&energy);
+    let stretched = lanes.facets.stretched(wi);
+    let (wo, base, facets) = (&lanes.wo, &lanes.base, &lanes.facets);
+    let mut values = ValueLanes {
+        f: [[0.0; LANES]; 3],
+        pdf: [0.0; LANES],
+    };
+    for i in 0..LANES {
+        let (zo, zi) = (wo.z[i].abs(), wi.z[i].abs());
+        // Half vector, and its cosine with both directions
+        let (x, y, z) = (wo.x[i] + wi.x[i], wo.y[i] + wi.y[i], wo.z[i] + wi.z[i]);
+        let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
+        let (x, y, z) = (x * inverse, y * inverse, z * inverse);
+        let cos = wo.x[i] * x + wo.y[i] * y + wo.z[i] * z;
+        // Facets: D, and what single reflections make of it
+        let (ax, ay) = (facets.alpha[0][i], facets.alpha[1][i]);
+        let area = ax * ay;
+        let (hx, hy, hz) = (x * ay, y * ax, z * area);
+        let t = hx * hx + hy * hy + hz * hz;
+        let d = area * area * area / (PI * t * t);
+        let reflection = 0.5 * d / (zi * lanes.stretched[i] + zo * stretched[i]);
+        let single_pdf = 0.5 * d / (zo + lanes.stretched[i]);
+        let away = 1.0 - cos;
+        let away = if away > 0.0 { away } else { 0.0 };
+        let grazing = away * away * (away * away) * away;
+        // All lobes
+        let is_reflected = wo.z[i] * wi.z[i] > 0.0;
+        let several = lanes.loss[i] * energy.loss[i];
+        let below = lanes.passed[i] * passed[i];
+        for c in 0..3 {
+            let f0 = facets.f0[c][i];
+            let single = facets.reflectance[c][i] * (f0 + (1.0 - f0) * grazing) * reflection;
+            let f = base.f[c][i] * below + single + facets.several[c][i] * several;
+            values.f[c][i] = if is_reflected { f } else { 0.0 };
+        }
+        let facets_pdf = (1.0 - lanes.loss[i]) * single_pdf + lanes.loss[i] * energy.loss_pdf[i];
+        let pdf = lanes.p[0][i] * zi * FRAC_1_PI + lanes.p[1][i] * facets_pdf;
+        values.pdf[i] = if is_reflected { pdf } else { 0.0 };
+    }
+    values
 }
 
 impl BaseLanes {

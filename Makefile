@@ -150,7 +150,7 @@ NOTICES  = share/doc/embrasure/THIRD-PARTY
 dist: setup ## build the fastest program, which runs from any folder, and pack it with all that it needs into out/
 	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked --features "$(SHIPPED)"
 	rm -rf out/$(DIST)
-	scripts/install $(TARGET)/dist/embrasure $(CURDIR)/out/$(DIST)
+	scripts/install --self-contained $(TARGET)/dist/embrasure $(CURDIR)/out/$(DIST)
 	scripts/notices "$(SHIPPED)" out/$(DIST)/$(NOTICES)
 	tar -C out -czf out/$(DIST).tar.gz $(DIST)
 	@echo "-> out/$(DIST).tar.gz"

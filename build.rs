@@ -25,6 +25,8 @@ fn main() {
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
     println!("cargo::rustc-link-arg-bins=-Wl,-rpath,$ORIGIN/../lib/embrasure/lib");
     if env::var_os("EMBRASURE_MOVABLE").is_some_and(|value| !value.is_empty()) {
+        // In the older of its two forms (DT_RPATH), the path is searched for libraries of libraries too: Debian's Embree has none of its own, and needs oneTBB.
+        println!("cargo::rustc-link-arg-bins=-Wl,--disable-new-dtags");
         return;
     }
     // Libraries of the renderer, where its own build script has found them; none where they lie in system folders.

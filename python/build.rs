@@ -17,6 +17,8 @@ fn main() {
         println!("cargo::rustc-link-arg-cdylib=-Wl,-rpath,$ORIGIN/{folder}");
     }
     if env::var_os("EMBRASURE_MOVABLE").is_some_and(|value| !value.is_empty()) {
+        // As in the renderer's build script: libraries of libraries are searched there too.
+        println!("cargo::rustc-link-arg-cdylib=-Wl,--disable-new-dtags");
         return;
     }
     // In place, where the libraries of the build are, which the renderer's own build script has found.

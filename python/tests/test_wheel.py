@@ -14,7 +14,7 @@ import embrasure
 from conftest import ROOT
 
 
-@pytest.mark.skipif(shutil.which("objdump") is None, reason="objdump tells what a file needs")
+@pytest.mark.skipif(shutil.which("readelf") is None, reason="readelf tells what a file needs")
 def test_the_module_finds_the_libraries_of_the_wheel(tmp_path: Path) -> None:
     def run(*args: object) -> str:
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
@@ -23,7 +23,7 @@ def test_the_module_finds_the_libraries_of_the_wheel(tmp_path: Path) -> None:
         return done.stdout
 
     package = Path(embrasure.__file__).parent
-    run(ROOT / "scripts" / "install", os.environ["EMBRASURE_PROGRAM"], tmp_path / "prefix")
+    run(ROOT / "scripts" / "install", "--self-contained", os.environ["EMBRASURE_PROGRAM"], tmp_path / "prefix")
     run(ROOT / "scripts" / "wheel", tmp_path / "prefix", embrasure.__version__, package, tmp_path)
     [wheel] = tmp_path.glob("embrasure-*-cp39-abi3-manylinux_2_*.whl")
     # numpy is that of these tests.
@@ -36,8 +36,7 @@ def test_the_module_finds_the_libraries_of_the_wheel(tmp_path: Path) -> None:
     said = run(python, "-c", code)
     assert str(tmp_path / "v") in said.split()[0]
     libraries = [line.split()[-1] for line in said.splitlines() if line.startswith("library ")]
-    own = [path for path in libraries if not path.startswith(("/usr/", "/lib"))]
-    assert all(path.startswith(str(tmp_path / "v" / "lib" / "embrasure" / "lib")) for path in own), said
+    assert libraries and all(path.startswith(str(tmp_path / "v" / "lib" / "embrasure" / "lib")) for path in libraries), said
     # The program of the wheel is beside it.
     found = run(python, "-c", code.replace("em.__file__, em.version_text()", "em.program()"))
     assert found.strip() == str(tmp_path / "v" / "bin" / "embrasure")

@@ -38,6 +38,16 @@ fn libraries(program: &Path) -> Vec<String> {
 fn installed_programs_can_be_moved_and_removed() {
     let folder = folder(&[("a.txt", "")]);
     let [first, second] = ["first", "second place"].map(|name| folder.path().join(name));
+    script("install", &[Path::new("--self-contained"), Path::new(PROGRAM), &first]);
+    // Made to run on other machines, it has each library that these may lack.
+    let brought = libraries(&first.join("bin/embrasure"));
+    assert_eq!(brought.len(), libraries(Path::new(PROGRAM)).len(), "{brought:?}");
+    let place = fs::canonicalize(&first).unwrap();
+    assert!(
+        brought.iter().all(|path| Path::new(path).starts_with(&place)),
+        "{brought:?}"
+    );
+
     script("install", &[Path::new(PROGRAM), &first]);
     for page in [
         "share/man/man1/embrasure-render.1",
@@ -75,8 +85,8 @@ fn installed_programs_can_be_moved_and_removed() {
 #[test]
 fn wheels_hold_what_they_record() {
     let has = |program: &str| Command::new(program).arg("--version").output().is_ok();
-    if !has("python3") || !has("objdump") {
-        println!("skipped: there is no python3 or no objdump");
+    if !has("python3") || !has("readelf") {
+        println!("skipped: there is no python3 or no readelf");
         return;
     }
     let folder = folder(&[("a.txt", "")]);

@@ -25,7 +25,7 @@ fn main() {
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
     println!("cargo::rustc-link-arg-bins=-Wl,-rpath,$ORIGIN/../lib/embrasure/lib");
     if env::var_os("EMBRASURE_MOVABLE").is_some_and(|value| !value.is_empty()) {
-        // In the older of its two forms (DT_RPATH), the path is searched for libraries of libraries too: Debian's Embree has none of its own, and needs oneTBB.
+        // Unlike DT_RUNPATH, DT_RPATH also applies to libraries of libraries. Debian's Embree needs oneTBB and has no path of its own.
         println!("cargo::rustc-link-arg-bins=-Wl,--disable-new-dtags");
         return;
     }

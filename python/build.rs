@@ -17,7 +17,7 @@ fn main() {
         println!("cargo::rustc-link-arg-cdylib=-Wl,-rpath,$ORIGIN/{folder}");
     }
     if env::var_os("EMBRASURE_MOVABLE").is_some_and(|value| !value.is_empty()) {
-        // As in the renderer's build script: libraries of libraries are searched there too.
+        // DT_RPATH in place of DT_RUNPATH, as in the main crate's build script.
         println!("cargo::rustc-link-arg-cdylib=-Wl,--disable-new-dtags");
         return;
     }

@@ -2,7 +2,7 @@
 //!
 //! Path reuse evaluates a BSDF for each pair of a first vertex and an end, twice. Materials as exporters write them, a diffuse base under a coat of GGX
 //! facets or a metal, are evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no call; only the lookups of energies go
-//! lane by lane. All other BSDFs, and vertices by themselves, are evaluated by [`super::BsdfView`], to whose values these are equal but for rounding.
+//! lane by lane. The loops are compiled for AVX2 too, without FMA, so that all processors give the same bits. All other BSDFs, and vertices by themselves, are evaluated by [`super::BsdfView`], to whose values these are equal but for rounding.
 
 // One index for all arrays of a loop, which is what the compiler makes vector instructions of
 #![allow(clippy::needless_range_loop)]

@@ -142,29 +142,38 @@ uninstall: ## remove what `make install` put below PREFIX
 	scripts/install --remove $(PREFIX)
 
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
-DIST    := embrasure-$(VERSION)-$(shell uname -m)-linux
-SHIPPED  = $(call optional,oidn,HAS_OIDN) $(call optional,obvhs,HAS_OBVHS)
+# The processor that `dist`, `wheel` and `deb` build for, by the name that `uname -m` has for it; docs/guide/how-to/install.md has what another one needs.
+ARCH    ?= $(shell uname -m)
+TRIPLE  := $(ARCH)-unknown-linux-gnu
+CROSS   := $(filter-out $(shell uname -m),$(ARCH))
+DIST    := embrasure-$(VERSION)-$(ARCH)-linux
+LINKER   = CARGO_TARGET_$(shell echo $(TRIPLE) | tr a-z- A-Z_)_LINKER=$(ARCH)-linux-gnu-gcc
+BUILD    = EMBRASURE_MOVABLE=1 $(if $(CROSS),$(LINKER)) $(CARGO) build --profile dist --locked $(if $(CROSS),--target $(TRIPLE))
+BUILT   := $(TARGET)/$(if $(CROSS),$(TRIPLE)/)dist
+# scripts/setup gets Open Image Denoise for this machine's processor alone.
+HAS_SHIPPED_OIDN := $(if $(CROSS),$(if $(OIDN_DIR),true,false),$(HAS_OIDN))
+SHIPPED  = $(call optional,oidn,HAS_SHIPPED_OIDN) $(call optional,obvhs,HAS_OBVHS)
 # Licences of the crates
 NOTICES  = share/doc/embrasure/THIRD-PARTY
 
 dist: setup ## build the fastest program, which runs from any folder, and pack it with all that it needs into out/
-	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked --features "$(SHIPPED)"
+	$(BUILD) --features "$(SHIPPED)"
 	rm -rf out/$(DIST)
-	scripts/install --self-contained $(TARGET)/dist/embrasure $(CURDIR)/out/$(DIST)
-	scripts/notices "$(SHIPPED)" out/$(DIST)/$(NOTICES)
+	scripts/install --self-contained $(BUILT)/embrasure $(CURDIR)/out/$(DIST)
+	scripts/notices "$(SHIPPED)" $(TRIPLE) out/$(DIST)/$(NOTICES)
 	tar -C out -czf out/$(DIST).tar.gz $(DIST)
 	@echo "-> out/$(DIST).tar.gz"
 
 wheel: dist ## pack the same and the Python module as a wheel, which pip installs without a compiler or root, into out/
-	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked -p embrasure-python --features "$(call python,$(SHIPPED))"
-	scripts/python-package $(TARGET)/dist/libembrasure_python.so out/wheel
+	$(BUILD) -p embrasure-python --features "$(call python,$(SHIPPED))"
+	scripts/python-package $(BUILT)/libembrasure_python.so out/wheel
 	scripts/wheel out/$(DIST) $(VERSION) out/wheel/embrasure out
 
 deb: dist ## pack the same as a package for Debian and Ubuntu into out/; DEBFULLNAME and DEBEMAIL name who packs it
 	rm -rf out/deb
-	DESTDIR=$(CURDIR)/out/deb scripts/install $(TARGET)/dist/embrasure /usr
+	DESTDIR=$(CURDIR)/out/deb scripts/install $(BUILT)/embrasure /usr
 	cp out/$(DIST)/$(NOTICES) out/deb/usr/$(NOTICES)
-	scripts/deb out/deb $(VERSION) out
+	scripts/deb out/deb $(VERSION) $(ARCH) out
 
 package: setup ## pack the crates, and build each, with its documentation, from its package alone
 	scripts/package

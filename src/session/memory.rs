@@ -63,12 +63,18 @@ pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<Memo
     let bytes = Forecast::of_pixels(crop).saturating_add(channel_bytes(settings, parts));
     match MemoryLimit::refusal(limit, bytes, bytes) {
         None => Ok(()),
-        Some(refusal) => Err(Error::Failed(format!(
-            "{}x{} pixels take about {}: {refusal}\n  help: render a smaller picture (--size), or parts of it by --crop, or ask for fewer --aov",
-            crop.size().x,
-            crop.size().y,
-            in_words(bytes)
-        ))),
+        Some(refusal) => {
+            // The denoiser takes most of it.
+            let denoised = settings
+                .denoiser
+                .map_or("", |_| "leave the denoiser out (--denoise=off), ");
+            Err(Error::Failed(format!(
+                "{}x{} pixels take about {}: {refusal}\n  help: {denoised}render a smaller picture (--size), or parts of it by --crop, or ask for fewer --aov",
+                crop.size().x,
+                crop.size().y,
+                in_words(bytes)
+            )))
+        }
     }
 }
 

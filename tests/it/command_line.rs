@@ -205,6 +205,12 @@ fn mistakes_are_named_and_leave_no_files() {
             &["--noise 0", "above 0", "help:"],
         ),
         (
+            &["render", "s.toml", "--noise", "2"],
+            keep,
+            2,
+            &["--noise", "2 would be 200%; for 2% write 2%"],
+        ),
+        (
             &["render", "s.toml", "--noise", "0.1", "--spp", "100"],
             keep,
             2,
@@ -1185,6 +1191,19 @@ fn more_memory_than_allowed_is_refused() {
         let base = ["render", "many.obj", "--size", "16x16", "--spp", "1", "-o", "m.png"];
         let out = run(folder.path(), &joined(&base, &args));
         assert_eq!(code(&out), status, "{args:?}: {}", words(&out));
+    }
+    // Where the pixels are too many, a denoiser takes most of their memory.
+    for (denoise, is_named) in [("--denoise=atrous", true), ("--denoise=off", false)] {
+        let flags = "render many.obj --size 8000x4000 --spp 1 -o m.png --max-memory 1G";
+        let out = run(folder.path(), &joined(&split(flags), &[denoise]));
+        let said = words(&out);
+        assert_eq!(code(&out), 1, "{said}");
+        assert!(said.contains("8000x4000 pixels take about"), "{said}");
+        assert_eq!(
+            said.contains("leave the denoiser out (--denoise=off)"),
+            is_named,
+            "{said}"
+        );
     }
 }
 

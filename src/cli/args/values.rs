@@ -16,14 +16,17 @@ pub(in crate::cli) fn parse_duration(text: &str) -> Result<f64, String> {
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
 }
 
-/// A share such as `0.02`, or `2%`; whether it may be that large is found out later.
+/// A share such as `0.02`, or `2%`. A number of 1 or more needs the percent sign, since `2` is meant as 2 %. Whether it is too small is found out later.
 pub(in crate::cli) fn parse_level(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(percent) => (percent, 0.01),
         None => (text, 1.0),
     };
-    let level = number.trim().parse().ok().map(|n: f64| n * unit);
-    level.ok_or_else(|| "a relative error such as 0.02 or 2% is expected".into())
+    match number.trim().parse::<f64>() {
+        Ok(n) if unit == 1.0 && n >= 1.0 => Err(format!("{n} would be {}%; for {n}% write {n}%", n * 100.0)),
+        Ok(n) => Ok(n * unit),
+        Err(_) => Err("a relative error such as 0.02 or 2% is expected".into()),
+    }
 }
 
 /// `localhost:14158`; whether there is such a host is found out later.
@@ -154,5 +157,7 @@ mod tests {
             assert!((parse_level(text).unwrap() - 0.05).abs() < 1e-12, "{text}");
         }
         assert!(parse_level("%").is_err() && parse_level("5%%").is_err() && parse_level("low").is_err());
+        assert_eq!(parse_level("2"), Err("2 would be 200%; for 2% write 2%".into()));
+        assert_eq!(parse_level("150%"), Ok(1.5));
     }
 }

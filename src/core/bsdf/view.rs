@@ -40,16 +40,17 @@ impl BsdfDirection {
     /// `w` for the lobes of `bsdf`.
     #[inline(always)]
     pub fn new(bsdf: &Bsdf, w: Vec3) -> Self {
-        let mut energy = EnergyLookup::new(w);
-        let mut lobes = [DirectionTerms::default(); PLACES];
-        for (place, lobe) in bsdf.places() {
-            lobes[place] = lobe.terms(&mut energy, w);
-        }
-        Self {
+        // Filled in place: arrays that are moved into it are copied by calls, which take a few percent of a glossy sample.
+        let mut direction = Self {
             w,
-            lobes,
+            lobes: [DirectionTerms::default(); PLACES],
             passed: bsdf.passed(w).unwrap_or([1.0; PLACES]),
+        };
+        let mut energy = EnergyLookup::new(w);
+        for (place, lobe) in bsdf.places() {
+            direction.lobes[place] = lobe.terms(&mut energy, w);
         }
+        direction
     }
 }
 
@@ -57,19 +58,20 @@ impl<'a> BsdfView<'a> {
     /// `bsdf` as `wo` sees it.
     #[inline(always)]
     pub fn new(bsdf: &'a Bsdf, wo: Vec3) -> Self {
-        let wo = BsdfDirection::new(bsdf, wo);
-        let mut p = [0.0; PLACES];
+        let mut view = Self {
+            bsdf,
+            wo: BsdfDirection::new(bsdf, wo),
+            p: [0.0; PLACES],
+        };
         let mut total = 0.0;
         for (place, lobe) in bsdf.places() {
-            p[place] = lobe.albedo_with(&wo.lobes[place], wo.w).mean() * wo.passed[place];
-            total += p[place];
+            let p = lobe.albedo_with(&view.wo.lobes[place], wo).mean() * view.wo.passed[place];
+            view.p[place] = p;
+            total += p;
         }
         let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
-        Self {
-            bsdf,
-            wo,
-            p: p.map(|p| p * scale),
-        }
+        view.p = view.p.map(|p| p * scale);
+        view
     }
 
     /// The lobes, each with its place.

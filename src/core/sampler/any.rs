@@ -126,6 +126,19 @@ impl Sampler for AnySampler {
             _ => self.other_2d(dimension),
         }
     }
+
+    #[inline]
+    fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
+        match self {
+            Self::Sobol(sampler) => sampler.get_2ds(dimensions),
+            _ => dimensions.map(|dimension| self.other_2d(dimension)),
+        }
+    }
+
+    #[inline]
+    fn get_2ds_of_four(&self, key: SampleKey, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+        with!(self, sampler => sampler.get_2ds_of_four(key, dimensions))
+    }
 }
 
 // The default is what most renders draw from; the others are kept out of its way.
@@ -161,6 +174,34 @@ mod tests {
             }
             assert_ne!(whole, of(6, 2, 0..200), "{name}");
             assert_ne!(whole, of(5, 3, 0..200), "{name}");
+        }
+    }
+
+    /// Several points at once have the bits of one after the other.
+    #[test]
+    fn batches_are_single_draws() {
+        let dimensions = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
+        for (name, kind) in all() {
+            for sample in [0, 5, 63, 1 << 20, u32::MAX - 1] {
+                let mut sampler = kind.with_seed(7, 100);
+                let key = SampleKey::new(3, 4, sample);
+                sampler.start(key);
+                for depth in [0, 1, 9] {
+                    let of = dimensions.map(|what| Dimension::bounce(depth, what));
+                    assert_eq!(
+                        sampler.get_2ds(of),
+                        of.map(|one| sampler.get_2d(one)),
+                        "{name}, {sample}"
+                    );
+                }
+                let pair = [Dimension::LENS, Dimension::PIXEL];
+                for (i, found) in (0..).zip(sampler.get_2ds_of_four(key, pair)) {
+                    let sample = sample.wrapping_add(i);
+                    let mut alone = kind.with_seed(7, 100);
+                    alone.start(SampleKey { sample, ..key });
+                    assert_eq!(found, pair.map(|one| alone.get_2d(one)), "{name}, {sample}");
+                }
+            }
         }
     }
 

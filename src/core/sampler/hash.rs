@@ -15,6 +15,7 @@ pub(super) fn pixel(seed: u64, key: SampleKey) -> u64 {
 }
 
 /// The top 24 of 32 bits as a multiple of 2⁻²⁴ in [0, 1): every such value is exact in f32.
+#[inline(always)]
 pub(super) fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / (1u32 << 24) as f32)
 }

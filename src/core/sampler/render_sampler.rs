@@ -39,4 +39,22 @@ impl Sampler for RenderSampler {
             Self::PerturbedQmc(sampler) => sampler.get_2d(dimension),
         }
     }
+
+    #[inline(always)]
+    fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
+        match self {
+            Self::Plain(sampler) => sampler.get_2ds(dimensions),
+            Self::Fibonacci(sampler) => sampler.get_2ds(dimensions),
+            Self::PerturbedQmc(sampler) => sampler.get_2ds(dimensions),
+        }
+    }
+
+    #[inline(always)]
+    fn get_2ds_of_four(&self, key: SampleKey, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+        match self {
+            Self::Plain(sampler) => sampler.get_2ds_of_four(key, dimensions),
+            Self::Fibonacci(sampler) => sampler.get_2ds_of_four(key, dimensions),
+            Self::PerturbedQmc(sampler) => sampler.get_2ds_of_four(key, dimensions),
+        }
+    }
 }

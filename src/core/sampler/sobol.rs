@@ -3,6 +3,8 @@
 
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::{Vec2, hash::GOLDEN_GAMMA};
+use multiversion::multiversion;
+use std::array::from_fn;
 
 /// Sobol's (0,2)-sequence with Owen scrambling by hashes (Burley 2020, "Practical Hash-based Owen Scrambling").
 ///
@@ -31,10 +33,8 @@ impl Sobol {
     /// The place in the sequence, shuffled, and seeds for the digits of two coordinates.
     fn place(&self, dimension: Dimension) -> (u32, [u32; 2]) {
         let bits = hash::numbered(self.key, dimension.index());
-        // Not independent of the other two; it need only differ where they do
-        let order = (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32;
         // Shuffled by scrambling the index's own digits, which keeps aligned blocks together
-        let index = scramble(self.reversed, order).reverse_bits();
+        let index = scramble(self.reversed, order(bits)).reverse_bits();
         (index, [(bits >> 32) as u32, bits as u32])
     }
 }
@@ -56,12 +56,64 @@ impl Sampler for Sobol {
         let y = scramble(second_dimension(index), seed_y).reverse_bits();
         Vec2::new(hash::unit_f32(x), hash::unit_f32(y))
     }
+
+    #[inline]
+    fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
+        const { assert!(N <= 4) };
+        let mut bits = [0; 4];
+        for (bits, dimension) in bits.iter_mut().zip(dimensions) {
+            *bits = hash::numbered(self.key, dimension.index());
+        }
+        let [x, y] = points_of_four_sequences(self.reversed, bits[0], bits[1], bits[2], bits[3]);
+        from_fn(|i| Vec2::new(x[i], y[i]))
+    }
+
+    #[inline]
+    fn get_2ds_of_four(&self, key: SampleKey, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+        let pixel = hash::pixel(self.seed, key);
+        let [a, b] = dimensions.map(|dimension| hash::numbered(pixel, dimension.index()));
+        let [x, y] = points_of_two_sequences(key.sample, a, b);
+        from_fn(|i| [i, i + 4].map(|i| Vec2::new(x[i], y[i])))
+    }
+}
+
+// Vectors of several points, compiled for AVX2 too; integers give the same bits on all processors. What seeds the sequences is passed in registers: an array
+// that was written number by number has to reach memory before a vector can be read from it.
+
+/// The points at one index of four sequences, the first coordinates and the second ones.
+#[multiversion(targets("x86_64+avx2"))]
+fn points_of_four_sequences(reversed: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
+    points([reversed; 4], [a, b, c, d])
+}
+
+/// The points at four indices from `sample` on of one sequence, and then of another one.
+#[multiversion(targets("x86_64+avx2"))]
+fn points_of_two_sequences(sample: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
+    let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
+    points(reversed, [a, a, a, a, b, b, b, b])
+}
+
+/// Points whose indices have these digits in reversed order, of sequences that are scrambled by these bits: [`Sobol::get_2d`] of each.
+#[inline(always)]
+fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
+    let index: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
+    let x: [u32; N] = from_fn(|i| scramble(index[i], (bits[i] >> 32) as u32).reverse_bits());
+    let y: [u32; N] = from_fn(|i| scramble(second_dimension(index[i]), bits[i] as u32).reverse_bits());
+    [x, y].map(|digits| digits.map(hash::unit_f32))
+}
+
+/// Seed of the order of a sequence's points, of the bits that seed its scrambling: not independent of the seeds of the digits; it need only differ where
+/// they do.
+#[inline(always)]
+fn order(bits: u64) -> u32 {
+    (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32
 }
 
 /// Sobol's second coordinate of point `index`, digits in reversed order; the first one is the index itself.
 ///
 /// Its generator matrix is Pascal's triangle modulo 2, whose entry (i, j) is 1 where the digits of i are among those of j
 /// (Lucas): a sum over supersets, which is taken one digit at a time.
+#[inline(always)]
 pub(super) fn second_dimension(index: u32) -> u32 {
     let mut y = index;
     y ^= (y >> 1) & 0x5555_5555;
@@ -74,6 +126,7 @@ pub(super) fn second_dimension(index: u32) -> u32 {
 
 /// Owen scrambling of a number whose digits are in reversed order: each is flipped or not by a hash of those below it (Laine and
 /// Karras 2011; constants of Burley 2020, listing 2).
+#[inline(always)]
 pub(super) fn scramble(mut x: u32, seed: u32) -> u32 {
     x = x.wrapping_add(seed);
     x ^= x.wrapping_mul(0x6c50_b47c);

@@ -13,7 +13,7 @@ use crate::integrator::{Gathered, PathEvent, RayKind, RaySink, Sink, Strategy, W
 use crate::light::{LightId, LightSampleContext};
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2};
-use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use crate::scene::{Incident, Scene};
 
 /// The random numbers of one estimate of direct light.
@@ -23,6 +23,8 @@ pub(crate) struct LightNumbers<'a, S> {
     /// Chooses the point on it.
     pub point: Vec2,
     sampler: &'a S,
+    /// The sample whose numbers they are, where it is not the one that `sampler` was started with.
+    key: Option<SampleKey>,
     depth: u32,
 }
 
@@ -30,25 +32,54 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
     /// Draws the numbers of the vertex after `depth` scattering events.
     #[inline(always)]
     pub fn draw(sampler: &'a S, depth: u32) -> Self {
-        let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
-        Self::with_choice(sampler, depth, decisions.x)
+        let dimensions = [Bounce::Decisions, Bounce::LightPoint];
+        let [decisions, point] = sampler.get_2ds(dimensions.map(|what| Dimension::bounce(depth, what)));
+        Self::new(sampler, depth, decisions.x, point)
+    }
+
+    /// The numbers `choice` and `point`, which have been drawn.
+    #[inline(always)]
+    pub fn new(sampler: &'a S, depth: u32, choice: f32, point: Vec2) -> Self {
+        Self {
+            choice,
+            point,
+            sampler,
+            key: None,
+            depth,
+        }
+    }
+
+    /// Draws the numbers of the first vertex for four samples that follow each other, from `key` on.
+    #[inline(always)]
+    pub fn draw_four(sampler: &'a S, key: SampleKey) -> [Self; 4] {
+        let dimensions = [Bounce::Decisions, Bounce::LightPoint].map(|what| Dimension::bounce(0, what));
+        let mut next = key;
+        sampler.get_2ds_of_four(key, dimensions).map(|[decisions, point]| {
+            let key = next;
+            next.sample = next.sample.wrapping_add(1);
+            Self {
+                key: Some(key),
+                ..Self::new(sampler, 0, decisions.x, point)
+            }
+        })
     }
 
     /// Draws the other numbers, where the one that chooses the light has been drawn.
     #[inline(always)]
     pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
-        Self {
-            choice,
-            point: sampler.get_2d(Dimension::bounce(depth, Bounce::LightPoint)),
-            sampler,
-            depth,
-        }
+        let point = sampler.get_2d(Dimension::bounce(depth, Bounce::LightPoint));
+        Self::new(sampler, depth, choice, point)
     }
 
     /// Draws the point of the sample number `index`, where all lamps are sampled.
     pub fn point_of(&self, index: u32) -> Vec2 {
-        self.sampler
-            .get_2d(Dimension::bounce(self.depth, Bounce::LightPoint).nth(index))
+        let dimension = Dimension::bounce(self.depth, Bounce::LightPoint).nth(index);
+        let Some(key) = self.key else {
+            return self.sampler.get_2d(dimension);
+        };
+        let mut sampler = self.sampler.clone();
+        sampler.start(key);
+        sampler.get_2d(dimension)
     }
 }
 

@@ -334,22 +334,26 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
         let (mut radiance, mut shadow) = (R::default(), Direct::none());
         let count = self.light_samples;
-        let mut sampler = sampler.clone();
-        for i in 0..count {
-            // A single one is the path's own.
-            if count > 1 {
-                sampler.start(SampleKey {
-                    sample: key.sample.wrapping_mul(count).wrapping_add(i),
-                    ..key
-                });
-            }
-            // Each shadow ray is traced when the next sample is ready.
-            let u = LightNumbers::draw(&sampler, 0);
-            let mut next = Direct::sample(world, vertex, strategy, count, &u, out);
+        let mut sample = |u: &LightNumbers<S>| {
+            let mut next = Direct::sample(world, vertex, strategy, count, u, out);
             if is_missing {
                 next = next.into_missing();
             }
+            // Each shadow ray is traced when the next sample is ready.
             radiance += std::mem::replace(&mut shadow, next).arrives(world, out);
+        };
+        if count == 1 {
+            // It is the path's own.
+            sample(&LightNumbers::draw(sampler, 0));
+        } else {
+            for i in (0..count).step_by(4) {
+                let first = SampleKey {
+                    sample: key.sample.wrapping_mul(count).wrapping_add(i),
+                    ..key
+                };
+                let four = LightNumbers::draw_four(sampler, first);
+                four.iter().take((count - i) as usize).for_each(&mut sample);
+            }
         }
         (radiance, shadow)
     }
@@ -454,15 +458,26 @@ impl<'s, S: Sampler> VertexNumbers<'s, S> {
     /// Draws the numbers of the vertex after `depth` scattering events. Roulette that does not play at the first vertex needs none there.
     #[inline(always)]
     pub fn draw(sampler: &'s S, depth: u32, roulette: Roulette) -> Self {
-        let decisions = match depth == 0 && roulette.depth > 0 {
-            true => Vec2::ZERO,
-            false => sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)),
-        };
+        if depth == 0 {
+            let decisions = match roulette.depth > 0 {
+                true => Vec2::ZERO,
+                false => sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)),
+            };
+            return Self {
+                sampler,
+                depth,
+                light: None,
+                direction: sampler.get_2d(Dimension::bounce(depth, Bounce::Direction)),
+                roulette: decisions.y,
+            };
+        }
+        let dimensions = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
+        let [decisions, point, direction] = sampler.get_2ds(dimensions.map(|what| Dimension::bounce(depth, what)));
         Self {
             sampler,
             depth,
-            light: (depth > 0).then(|| LightNumbers::with_choice(sampler, depth, decisions.x)),
-            direction: sampler.get_2d(Dimension::bounce(depth, Bounce::Direction)),
+            light: Some(LightNumbers::new(sampler, depth, decisions.x, point)),
+            direction,
             roulette: decisions.y,
         }
     }

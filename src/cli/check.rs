@@ -108,7 +108,7 @@ impl Report {
         };
         let whole = file.whole("");
         self.note_defaults(&file);
-        let job = match Job::of_scene(&args, file) {
+        let job = match Job::to_show_scene(&args, file) {
             Ok(job) => job,
             Err(error) => {
                 self.refused("wrong-setting", &whole, error);
@@ -328,7 +328,7 @@ fn backend() -> &'static str {
 }
 
 /// Bytes of each part of a render's memory, with the default backend.
-fn parts(memory: &Forecast) -> [(&'static str, u64); 12] {
+fn parts(memory: &Forecast) -> [(&'static str, u64); 14] {
     [
         ("process", memory.process),
         ("meshes", memory.meshes),
@@ -340,7 +340,9 @@ fn parts(memory: &Forecast) -> [(&'static str, u64); 12] {
         ("building", memory.building),
         ("prepared", memory.prepared),
         ("film", memory.film),
+        ("channels", memory.channels),
         ("sampling", memory.sampling),
+        ("denoising", memory.denoising),
         ("writing", memory.writing),
     ]
 }

@@ -1,8 +1,8 @@
 //! `embrasure info`: contents of a scene.
 
-use super::args::SceneArgs;
+use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
-use super::job::{guesses, read_scene};
+use super::job::{guess_picture, guesses, read_scene};
 use super::words;
 use crate::description::{Loaded, load_scene};
 use crate::guess::CameraGuess;
@@ -26,6 +26,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         mut warnings,
         ..
     } = load_scene(&file, SceneBuilder::new())?;
+    guess_picture(&RenderArgs::default(), &mut file);
     let mut settings = Settings::of(&file);
     settings.guesses = guesses(&file, &file.options);
     let pool = thread_pool(all_threads())?;

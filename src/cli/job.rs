@@ -9,7 +9,7 @@ use crate::color::{Curve, Exposure};
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
 use crate::io::{FileError, LoadOptions, Warning};
-use crate::math::UVec2;
+use crate::math::{UVec2, Vec2};
 use crate::options::{
     IntegratorKind, IntegratorOptions, Method, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
     ToneOptions,
@@ -53,9 +53,7 @@ impl Job {
 
     /// [`Job::to_show`] for a scene file that was read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
-        if !scene.is_file() {
-            guess_picture(args, &mut scene.options);
-        }
+        guess_picture(args, &mut scene);
         let mut job = Self::of_scene(args, scene)?;
         job.settings.guesses = guesses(&job.scene, &job.options);
         job.settings.guesses.ground &= !args.ground.no_ground;
@@ -94,8 +92,12 @@ pub(super) fn guesses(scene: &SceneFile, options: &SceneOptions) -> Guesses {
     }
 }
 
-/// Sets the defaults of a picture in `options`: metered exposure, the tone curve AgX and good quality.
-fn guess_picture(args: &RenderArgs, options: &mut SceneOptions) {
+/// Sets the defaults of a picture of a bare OBJ: metered exposure, the tone curve AgX and good quality.
+pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) {
+    if scene.is_file() {
+        return;
+    }
+    let options = &mut scene.options;
     // Colours of debug views stand for numbers.
     if args.integrator.0.or(options.integrator).integrator() == IntegratorKind::Debug {
         return;
@@ -138,6 +140,14 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
     });
 
     args.camera.apply(&mut settings.camera);
+    let size = settings.resolution;
+    let is_inside = |at: &Vec2| at.cmpge(Vec2::ZERO).all() && at.cmple(size.as_vec2()).all();
+    if let Some(at) = args.camera.focus_at().filter(|at| !is_inside(at)) {
+        return Err(CliError::Usage(format!(
+            "--focus-at {},{}\n  help: choose a point inside the image, from 0,0 to {},{}",
+            at.x, at.y, size.x, size.y
+        )));
+    }
 
     // A flag for the noise is not held back by what the scene file says of samples.
     let spp = args.sampling.0.samples;

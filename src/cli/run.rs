@@ -66,6 +66,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let of_flags = [
         &job.warnings[..],
         renamed.map(|words| Warning::new("renamed-output", words)).as_slice(),
+        idle_aov(args, &files.images).as_slice(),
     ]
     .concat();
     job.shown_warnings.show_each(&of_flags);
@@ -111,6 +112,20 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
             Some(Report::new(name, &session, accels, &auditor.findings()))
         },
     )
+}
+
+/// Warns of `--aov` where pictures are written, and no file that is has channels.
+fn idle_aov(args: &RenderArgs, images: &Images) -> Option<Warning> {
+    let has_channels = images.iter().any(|(format, _)| matches!(format, Format::Exr(_)));
+    let is_written = !images.is_empty() && args.pixel.is_none();
+    let is_idle = !args.aov.is_empty() && is_written && !has_channels && args.checkpoint.is_none();
+    let text = || {
+        format!(
+            "--aov {}: a PNG file has no further channels\n  help: add -o NAME.exr",
+            args.aov.join(",")
+        )
+    };
+    is_idle.then(|| Warning::new("idle-flag", text()))
 }
 
 /// Maximum time of denoising after an interrupt.

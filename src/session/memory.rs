@@ -40,6 +40,8 @@ pub(super) fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings)
     Forecast {
         prepared: method.prepared,
         sampling: method.iteration,
+        channels: channel_bytes(settings, settings.parts_of_light(scene)),
+        denoising: denoising_bytes(settings),
         ..Forecast::new(scene, settings.crop(), largest_file)
     }
 }
@@ -60,7 +62,8 @@ fn picture_size(settings: &Settings, scene: &Scene) -> PictureSize {
 /// An error where pixels with so many parts of the light take more memory than `limit`, or than the system gives.
 pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<MemoryLimit>) -> Result<(), Error> {
     let crop = settings.crop();
-    let bytes = Forecast::of_pixels(crop).saturating_add(channel_bytes(settings, parts));
+    let of_settings = channel_bytes(settings, parts).saturating_add(denoising_bytes(settings));
+    let bytes = Forecast::of_pixels(crop).saturating_add(of_settings);
     match MemoryLimit::refusal(limit, bytes, bytes) {
         None => Ok(()),
         Some(refusal) => {
@@ -88,7 +91,7 @@ pub(super) fn within_memory(
 ) -> Result<(Scene, u64), Error> {
     let needs = |scene: &Scene| {
         let forecast = forecast(file, scene, settings);
-        let bytes = peak(settings, scene, &forecast);
+        let bytes = forecast.peak(settings.backend.name());
         let there = forecast.process + forecast.scene();
         (bytes, MemoryLimit::refusal(limit, bytes, bytes.saturating_sub(there)))
     };
@@ -110,13 +113,7 @@ pub(super) fn within_memory(
     Err(error.help(help).into())
 }
 
-/// What `forecast` says of the render, and what the settings want besides.
-pub(super) fn peak(settings: &Settings, scene: &Scene, forecast: &Forecast) -> u64 {
-    let channels = channel_bytes(settings, settings.parts_of_light(scene));
-    forecast.peak(settings.backend.name()).saturating_add(channels)
-}
-
-/// Bytes of what the settings want of each pixel besides the picture, with so many parts of the light: sums, channels, and what denoising takes.
+/// Bytes of what the settings want of each pixel besides the picture, with so many parts of the light: sums and channels.
 fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
     let crop = settings.crop();
     let features = match settings.aovs.iter().any(|aov| aov.is_of_surface()) {
@@ -128,14 +125,18 @@ fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
         false => 0,
     };
     let error_map = if settings.noise.is_some() { 4 * crop.area() } else { 0 };
-    let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
     let all = [
         features,
         alpha,
         error_map,
-        denoising,
         Film::aov_bytes(crop, &settings.aovs),
         Film::part_bytes(crop, parts),
     ];
     all.into_iter().fold(0, u64::saturating_add)
+}
+
+/// Bytes that denoising the picture takes besides.
+fn denoising_bytes(settings: &Settings) -> u64 {
+    let pixels = settings.crop().area();
+    settings.denoiser.map_or(0, |denoiser| denoiser.bytes(pixels))
 }

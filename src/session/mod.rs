@@ -41,11 +41,12 @@ use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Filter, LightPathError, LightPaths};
 use crate::guess::CameraGuess;
 use crate::integrator::{Backdrop, World};
-use crate::io::{DEFAULT_LIGHT, LoadObserver, MemoryLimit, Warning};
+use crate::io::{DEFAULT_LIGHT, Finding, LoadObserver, MemoryLimit, Warning};
+use crate::lint;
 use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
-use memory::{check_pixels, forecast_of, peak, within_memory};
+use memory::{check_pixels, forecast_of, within_memory};
 use settings::{Surveyed, Wanted};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -123,6 +124,8 @@ impl Session {
             });
         }
         method.check_ground(&scene)?;
+        let extent = lint::inspect_extent(&scene, &|message| file.whole(message));
+        warnings.extend(extent.iter().map(Finding::warning));
         warnings.extend(method_warnings(&method, &scene, &camera)?);
         Ok(Self {
             backdrop: backdrop(&settings, &description.parameters),
@@ -175,7 +178,7 @@ impl Session {
             lit_file: None,
             said_camera: settings.camera,
             files: Vec::new(),
-            memory: peak(&settings, &scene, &forecast),
+            memory: forecast.peak(settings.backend.name()),
             pool: thread_pool(settings.threads)?,
             paths: light_paths(&settings)?,
             settings,

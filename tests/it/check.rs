@@ -150,6 +150,13 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
     }
     let far = SQUARE.replace("v 0", "v 1e7").replace("v 1 ", "v 10000001 ") + "f 1 2 3 4\n";
     assert_found("far away", &far, plain, &["warning far-from-origin s.toml:0:0"]);
+    // A render says so too.
+    let folder = folder_of(&far, plain);
+    let said = words(&done(
+        folder.path(),
+        &split("render a.obj --size 8x8 --spp 1 -q -o x.png --denoise=off"),
+    ));
+    assert!(said.contains("[far-from-origin]"), "{said}");
 }
 
 /// Far from the origin an instance loses digits on the way into its own space, also in a scene that is as wide as it is far.
@@ -587,12 +594,18 @@ fn memory_is_forecast() {
             text += &format!("f {i} {} {} {}\n", i + 1, i + n + 2, i + n + 1);
         }
     }
-    let folder = folder_of(&text, "");
-    let (report, _) = check(folder.path(), "a.obj");
+    let scene = "version = 1\n[[object]]\nobj = \"a.obj\"\n";
+    let folder = folder(&[("a.obj", &text), ("s.toml", scene)]);
+    let (report, _) = check(folder.path(), "s.toml");
     assert_eq!(report["triangles"], 2 * n * n);
-    // Guesses of a bare OBJ take more.
-    let args = "render a.obj --spp 1 --stats x.json -q --env white --denoise=off -o x.exr";
-    done(folder.path(), &split(args));
+    // The picture of a bare OBJ is denoised, which takes more.
+    let (bare, _) = check(folder.path(), "a.obj");
+    assert!(bare["memory"]["denoising"].as_u64() > report["memory"]["denoising"].as_u64());
+    assert!(bare["memory"]["peak"].as_u64() > report["memory"]["peak"].as_u64());
+    done(
+        folder.path(),
+        &split("render s.toml --spp 1 --stats x.json -q -o x.exr"),
+    );
     let stats = read_json(&folder.path().join("x.json"));
     let (peak, forecast) = (
         stats["peak_rss_bytes"].as_f64().unwrap(),

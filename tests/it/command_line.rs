@@ -208,7 +208,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml", "--noise", "2"],
             keep,
             2,
-            &["--noise", "2 would be 200%; for 2% write 2%"],
+            &["--noise", "2 means 200%; for 2% write 2%"],
         ),
         (
             &["render", "s.toml", "--noise", "0.1", "--spp", "100"],
@@ -1285,6 +1285,16 @@ fn idle_flags_are_said() {
     }
     replace(folder.path(), "samples = 4", "samples = 4\nphotons = 9");
     let out = done(folder.path(), &split("render s.toml --size 8x8 --spp 1 -q -o a.png"));
+    assert_eq!(words(&out), "");
+
+    // Channels have no place in a PNG file alone.
+    let channels = "render s.toml --size 8x8 --spp 1 -q --aov P,uv -o a.png";
+    let said = words(&done(folder.path(), &split(channels)));
+    assert!(
+        said.contains("--aov P,uv: a PNG file has no further channels"),
+        "{said}"
+    );
+    let out = done(folder.path(), &split(&format!("{channels} -o a.exr")));
     assert_eq!(words(&out), "");
 }
 

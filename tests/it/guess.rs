@@ -108,6 +108,7 @@ fn objects_are_seen_from_their_front_and_above() {
     assert!((10.0..50.0).contains(&azimuth.abs()), "{azimuth}");
     assert!((10.0..30.0).contains(&elevation), "{elevation}");
     assert_eq!(vector(&camera["up"]), [0.0, 1.0, 0.0]);
+    assert!(!camera["guess"].as_str().unwrap().contains("is up"));
 }
 
 #[test]
@@ -191,6 +192,29 @@ fn rooms_are_seen_from_inside_and_level() {
     let inside = eye[0].abs() < 1.8 && (0.3..2.3).contains(&eye[1]) && eye[2].abs() < 2.8;
     assert!(inside, "{eye:.2?}");
     assert!((eye[1] - target[1]).abs() < 1e-3);
+    let guess = camera["guess"].as_str().unwrap();
+    assert!(guess.contains("+y is up (--up 0,0,1 changes that)"), "{guess}");
+}
+
+/// No camera of a list stands where one has to crawl.
+#[test]
+fn views_of_a_room_are_at_eye_height() {
+    let text = Boxes::default()
+        .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], &[])
+        .add([-2.0, 0.75, 0.0], [2.0, 2.6, 3.0])
+        .add([-0.9, 0.0, 1.0], [-0.6, 0.3, 1.3])
+        .add([0.5, 0.0, 2.0], [0.8, 0.4, 2.3])
+        .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6])
+        .text;
+    let folder = folder(&[("niche.obj", &text)]);
+    let list = json(&done(folder.path(), &["views", "niche.obj", "--json"]));
+    let height = |view: &Value| {
+        let flags = split(view["camera"].as_str().unwrap()).into_iter();
+        let position = flags.skip_while(|word| *word != "--position").nth(1).unwrap();
+        position.split(',').nth(1).unwrap().parse().unwrap()
+    };
+    let heights: Vec<f64> = list.as_array().unwrap().iter().map(height).collect();
+    assert!(heights.len() > 3 && heights.iter().all(|y| *y > 0.5), "{heights:.2?}");
 }
 
 #[test]
@@ -376,8 +400,12 @@ fn views_orbits_and_single_flags_turn_the_guess() {
         let found = along(&args);
         assert!(near(found, expected), "{args:?}: {found:.3?}");
     }
-    let (eye, target, _) = of(&["--orbit", "0,0,10"]);
-    assert!((eye[2] - target[2] - 10.0).abs() < 1e-2);
+    // At a distance that is given, cameras of all azimuths turn around one point.
+    let (eye, pivot, _) = of(&["--orbit", "0,0,10"]);
+    assert!((eye[2] - pivot[2] - 10.0).abs() < 1e-2);
+    for azimuth in [40, 75, 170] {
+        assert_eq!(of(&["--orbit", &format!("{azimuth},20,10")]).1, pivot);
+    }
     // Up alone turns the guessed camera.
     let (eye, target, up) = of(&["--up", "0,0,1"]);
     assert_eq!(up.unwrap(), [0.0, 0.0, 1.0]);
@@ -457,6 +485,10 @@ fn focus_at_a_pixel() {
     };
     assert_eq!(hash(&["--focus-at", "1,6"]), hash(&["--focus-distance", "4"]));
     assert_ne!(hash(&["--focus-distance", "4"]), hash(&[]));
+    let outside = "render wall.obj --size 8x8 --spp 1 -o x.exr --focus-at 9,6";
+    let said = refused(folder.path(), &split(outside), 2);
+    let expected = "--focus-at 9,6\n  help: choose a point inside the image, from 0,0 to 8,8";
+    assert!(said.contains(expected), "{said}");
 
     // The distance is printed, and so is the camera by `-v`.
     let lens = "--position 0,0,0 --look-at 0,0,-1 --lens-radius 0.1 --size 8x8 --spp 1 -o x.exr --stats s.json";

@@ -67,6 +67,11 @@ pub(in crate::cli) struct CameraArgs {
 }
 
 impl CameraArgs {
+    /// The point of `--focus-at`.
+    pub fn focus_at(&self) -> Option<Vec2> {
+        self.focus_at.map(Vec2::from)
+    }
+
     /// The camera of the scene file with these flags over it.
     pub fn apply(&self, camera: &mut CameraSettings) {
         // A view replaces the place of the camera, not its lens.
@@ -104,7 +109,7 @@ impl CameraArgs {
         camera.aperture_blades = self.aperture_blades.or(camera.aperture_blades);
         camera.aperture_rotation = self.aperture_rotation.or(camera.aperture_rotation);
         camera.focus_distance = self.focus_distance.or(camera.focus_distance);
-        camera.focus_at = self.focus_at.map(Vec2::from).or(camera.focus_at);
+        camera.focus_at = self.focus_at().or(camera.focus_at);
         camera.shutter = self.shutter.or(camera.shutter);
     }
 }

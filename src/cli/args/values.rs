@@ -23,7 +23,7 @@ pub(in crate::cli) fn parse_level(text: &str) -> Result<f64, String> {
         None => (text, 1.0),
     };
     match number.trim().parse::<f64>() {
-        Ok(n) if unit == 1.0 && n >= 1.0 => Err(format!("{n} would be {}%; for {n}% write {n}%", n * 100.0)),
+        Ok(n) if unit == 1.0 && n >= 1.0 => Err(format!("{n} means {:.0}%; for {n}% write {n}%", n * 100.0)),
         Ok(n) => Ok(n * unit),
         Err(_) => Err("a relative error such as 0.02 or 2% is expected".into()),
     }
@@ -157,7 +157,7 @@ mod tests {
             assert!((parse_level(text).unwrap() - 0.05).abs() < 1e-12, "{text}");
         }
         assert!(parse_level("%").is_err() && parse_level("5%%").is_err() && parse_level("low").is_err());
-        assert_eq!(parse_level("2"), Err("2 would be 200%; for 2% write 2%".into()));
+        assert_eq!(parse_level("2"), Err("2 means 200%; for 2% write 2%".into()));
         assert_eq!(parse_level("150%"), Ok(1.5));
     }
 }

@@ -51,6 +51,9 @@ pub enum DenoiseError {
     Failed(String),
 }
 
+/// Megabytes to which Open Image Denoise keeps besides the images: enough for 1920 × 1080 pixels at once. It filters larger pictures in tiles.
+const OIDN_MB: u32 = 2000;
+
 const COLOR: [&str; 3] = ["R", "G", "B"];
 const RAW: [&str; 3] = ["raw.R", "raw.G", "raw.B"];
 const ALBEDO: [&str; 3] = ["albedo.R", "albedo.G", "albedo.B"];
@@ -80,15 +83,15 @@ impl Denoiser {
         }
     }
 
-    /// Bytes that denoising so many pixels takes besides the image, at most: measured on pictures of 512² pixels, and rounded up.
+    /// Bytes that denoising so many pixels takes besides the image, at most: measured on pictures of 512² to 3840 × 2160 pixels, and rounded up
+    /// (docs/denoise.md, "Memory").
     pub fn bytes(self, pixels: u64) -> u64 {
-        let per_pixel = match self {
-            Self::Oidn => 1100,
-            Self::Atrous => 200,
-            Self::Gaussian | Self::Bilateral => 60,
-            Self::Nlm => 120,
-        };
-        per_pixel * pixels
+        match self {
+            Self::Oidn => 110 * pixels + (960 * pixels).min(u64::from(OIDN_MB) * 1_000_000),
+            Self::Atrous => 200 * pixels,
+            Self::Gaussian | Self::Bilateral => 60 * pixels,
+            Self::Nlm => 120 * pixels,
+        }
     }
 
     /// The radius in pixels of a filter that has one, where the user gives none: the standard deviation of `gaussian` and `bilateral`, half the width of the

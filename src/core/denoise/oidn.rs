@@ -3,13 +3,13 @@
 //! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`, which the library ignores, and takes no number of
 //! threads. `sys/oidn` therefore makes these calls by the crate's raw bindings. docs/denoise.md has what the filter gains.
 
-use super::DenoiseError;
+use super::{DenoiseError, OIDN_MB};
 use crate::math::Vec3;
 use embrasure_oidn::{Device, Error};
 
 /// Name and version of the library that is loaded.
 pub(super) fn version() -> Result<String, DenoiseError> {
-    Ok(format!("oidn {}", Device::new(1).map_err(failed)?.version()))
+    Ok(format!("oidn {}", Device::new(1, OIDN_MB).map_err(failed)?.version()))
 }
 
 /// The picture, row by row of `size`, without its noise: the guides albedo and normal first, each by itself, then the picture by guides that have none.
@@ -20,7 +20,7 @@ pub(super) fn denoise(
     size: [usize; 2],
 ) -> Result<Vec<Vec3>, DenoiseError> {
     let run = || {
-        let device = Device::new(rayon::current_num_threads())?;
+        let device = Device::new(rayon::current_num_threads(), OIDN_MB)?;
         let Some([albedo, normal]) = guides else {
             return device.color(&flat(color), None, size);
         };

@@ -27,6 +27,10 @@ const MAX_TRIANGLES: u64 = 1 << 23;
 const ISOMETRIC: f32 = 35.264_39;
 /// Views of an interior that stand and look alike, as a share of the scene's width and as a cosine; only one of them is a candidate.
 const ALIKE: (f32, f32) = (0.2, 0.5);
+/// Minimum height of the eye of an interior's view, as a share of that of the best one: eyes under a table or a stair are lower.
+const MIN_HEIGHT: f32 = 0.35;
+/// Maximum share of the rays of an interior's view that leave the scene, unless the best one has more.
+const MAX_MISSING: f32 = 0.5;
 /// Candidates at most.
 const MAX_CANDIDATES: usize = 12;
 /// Candidates inside of an interior at most; one view from outside fits beside them.
@@ -99,7 +103,7 @@ pub struct Orbit {
     pub azimuth: f32,
     /// Degrees above the horizon.
     pub elevation: f32,
-    /// Scene units from what is looked at; `None` where the scene fills the image.
+    /// Scene units from the target, or else from the middle of the scene's box; `None` where the scene fills the image.
     pub distance: Option<f32>,
 }
 
@@ -245,6 +249,8 @@ impl<'a> CameraFinder<'a> {
             .frame()
             .place(self.looker.scene, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
+            // One target for all azimuths, with the digits that suit the scene: the frames of a turntable do not jump.
+            target = short(self.looker.scene.bounds().center(), self.size());
             eye = target + distance * back;
         }
         if let Some(look_at) = look_at {
@@ -410,6 +416,10 @@ impl<'a> CameraFinder<'a> {
     fn distinct_views(&self) -> Vec<interior::InteriorView> {
         let mut distinct: Vec<interior::InteriorView> = Vec::new();
         for view in interior::views(&self.looker, self.horizon()) {
+            let best = distinct.first().unwrap_or(&view);
+            if view.height < MIN_HEIGHT * best.height || view.missing > MAX_MISSING.max(best.missing) {
+                continue;
+            }
             let is_like = |other: &interior::InteriorView| {
                 view.position.distance(other.position) < ALIKE.0 * self.width()
                     && view.direction.dot(other.direction) > ALIKE.1
@@ -436,11 +446,14 @@ impl<'a> CameraFinder<'a> {
         (bounds.max.x - bounds.min.x).max(bounds.max.z - bounds.min.z)
     }
 
+    /// Radius of the scene, above 0.
+    fn size(&self) -> f32 {
+        self.looker.scene.bounds().radius().max(f32::MIN_POSITIVE)
+    }
+
     /// The camera with short numbers; what was said stays as it is.
     fn guess(&self, eye: Vec3, target: Vec3, fov: f32, words: String) -> CameraGuess {
-        let scale = eye
-            .distance(target)
-            .min(self.looker.scene.bounds().radius().max(f32::MIN_POSITIVE));
+        let scale = eye.distance(target).min(self.size());
         let horizon = self.horizon();
         let up = horizon.image_up((eye - target).normalize_or_zero());
         let Asked {
@@ -459,6 +472,8 @@ impl<'a> CameraFinder<'a> {
                 let name = ["x", "y", "z"][horizon.up().abs().max_position()];
                 format!("{words}; +{name} is up (--up 0,1,0 changes that)")
             }
+            // Walls look like floors: in interiors the guess may be wrong.
+            (None, true) if self.survey.is_interior => format!("{words}; +y is up (--up 0,0,1 changes that)"),
             _ => words,
         };
         // A camera that looks along what is up has another direction at the top of its image.

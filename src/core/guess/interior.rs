@@ -30,6 +30,10 @@ pub(super) struct InteriorView {
     pub direction: Vec3,
     /// Median distance of what is seen.
     pub distance: f32,
+    /// Height of the eye above its floor; 0 where it does not stand on one.
+    pub height: f32,
+    /// Share of the rays that leave the scene.
+    pub missing: f32,
     pub score: f32,
 }
 
@@ -103,6 +107,8 @@ pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, as
             position: horizon.point(center + out * (depth + away)),
             direction: -horizon.point(out),
             distance: away + depth,
+            height: 0.0,
+            missing: 0.0,
             score: f32::INFINITY,
         })
     })
@@ -209,14 +215,16 @@ impl Panorama {
         let [normals, materials, triangles] = tally.entropies();
         let shows = normals + materials + 0.3 * triangles;
         let reaches = 1.5 * (distance / width).clamp(0.02, 1.0).log2();
-        let is_missing = (share(tally.rays - tally.hits) - 0.25).max(0.0);
+        let missing = share(tally.rays - tally.hits);
         let backs = share(tally.hits - tally.fronts);
         let turned = (column as f32 - 0.5) / COLUMNS as f32 * TAU;
         InteriorView {
             position,
             direction: horizon.direction(turned.to_degrees(), 0.0),
             distance,
-            score: shows + reaches - 6.0 * share(near) - 6.0 * is_missing - 4.0 * backs,
+            height,
+            missing,
+            score: shows + reaches - 6.0 * share(near) - 6.0 * (missing - 0.25).max(0.0) - 4.0 * backs,
         }
     }
 }

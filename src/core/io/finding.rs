@@ -74,6 +74,11 @@ impl Finding {
         }
     }
 
+    /// The finding as a warning.
+    pub fn warning(&self) -> Warning {
+        Warning::new(self.code, self.error.to_string())
+    }
+
     /// Something that is there `count` times, at the places `more` besides the first.
     pub fn repeated(mut self, count: u64, more: impl IntoIterator<Item = Position>) -> Self {
         self.count = count;
@@ -166,8 +171,7 @@ impl Findings {
     /// What a render should not keep to itself.
     pub fn warnings(&self) -> Vec<Warning> {
         let told = |f: &&Finding| f.severity == Severity::Warning || TOLD_NOTES.contains(&f.code);
-        let warning = |f: &Finding| Warning::new(f.code, f.error.to_string());
-        self.0.iter().filter(told).map(warning).collect()
+        self.0.iter().filter(told).map(Finding::warning).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! The forecast of a render's memory.
 //!
-//! The forecast adds the parts that stay and the largest of the parts that do not: building, sampling, and writing pictures. Light that methods keep,
-//! such as photons, is an estimate: paths times the vertices that paths have in plain rooms (`method/memory.rs`). docs/benchmarks.md,
+//! The forecast adds the parts that stay and the largest of the parts that do not: building, sampling, and denoising and writing pictures. Light that
+//! methods keep, such as photons, is an estimate: paths times the vertices that paths have in plain rooms (`method/memory.rs`). docs/benchmarks.md,
 //! "Forecasts of memory", compares forecasts with measured peaks.
 
 use crate::film::{Film, Rect};
@@ -58,8 +58,12 @@ pub struct Forecast {
     pub prepared: u64,
     /// Sums of the pixels.
     pub film: u64,
+    /// Further channels of the pixels: `--aov`, alpha, the error map, parts of the light.
+    pub channels: u64,
     /// Additional bytes to take samples, such as paths that carry light: an estimate.
     pub sampling: u64,
+    /// Additional bytes to denoise the picture.
+    pub denoising: u64,
     /// Additional bytes to write the pictures.
     pub writing: u64,
 }
@@ -102,7 +106,9 @@ impl Forecast {
             },
             prepared: 0,
             film: Film::bytes(crop),
+            channels: 0,
             sampling: 0,
+            denoising: 0,
             writing: WRITING_BYTES_PER_PIXEL.saturating_mul(crop.area()),
         }
     }
@@ -135,13 +141,15 @@ impl Forecast {
         found.map_or(0, |accel| accel.bytes)
     }
 
-    /// The most that there is at a time with a backend: while its structure is built, while samples are taken, or while pictures are written.
+    /// The most that there is at a time with a backend: while its structure is built, while samples are taken, or while the picture is denoised and
+    /// written.
     pub fn peak(&self, backend: &str) -> u64 {
         let stays = self.process + self.scene() + self.reading + self.guessing + self.accel(backend);
         let rendered = self
             .prepared
             .saturating_add(self.film)
-            .saturating_add(self.writing.max(self.sampling));
+            .saturating_add(self.channels)
+            .saturating_add(self.sampling.max(self.writing.saturating_add(self.denoising)));
         stays.saturating_add(self.building.max(rendered))
     }
 }

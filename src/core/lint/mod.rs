@@ -19,7 +19,7 @@ pub use inspection::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use memory::{AccelMemory, Forecast};
 pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};
 pub use profile::{DeltaDirection, LobeProfile, Profile, direction_at};
-pub use view::inspect_view;
+pub use view::{inspect_extent, inspect_view};
 
 use crate::io::{FileError, Finding, ObjFaces};
 use crate::material::Material;
@@ -36,18 +36,7 @@ pub type Whole<'a> = &'a dyn Fn(String) -> FileError;
 /// lines of their faces. `eye` is where the scene file has the camera, if it says so.
 pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<Finding> {
     let mut findings = definitions::inspect(inspection);
-    findings.extend(
-        inspection
-            .scene
-            .iter()
-            .flat_map(|scene| {
-                [
-                    view::inspect_extent(scene, whole),
-                    view::inspect_instances(scene, whole),
-                ]
-            })
-            .flatten(),
-    );
+    findings.extend(inspection.scene.iter().flat_map(|scene| inspect_extent(scene, whole)));
     // For a camera inside, walls are meant to emit inwards.
     let contains = |scene: &Scene, p: Vec3| scene.bounds().min.cmple(p).all() && scene.bounds().max.cmpge(p).all();
     let is_inside = eye

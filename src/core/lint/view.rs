@@ -17,8 +17,14 @@ const MAX_ROUNDING: f32 = 0.01;
 /// What encloses the camera on all sides nearer than this share of the scene's radius is a wall and not a room.
 const WALL_SHARE: f32 = 0.05;
 
+/// Findings about coordinates that are too large for f32.
+pub fn inspect_extent(scene: &Scene, whole: Whole) -> Vec<Finding> {
+    let findings = [inspect_bounds(scene, whole), inspect_instances(scene, whole)];
+    findings.into_iter().flatten().collect()
+}
+
 /// Whether coordinates are so much larger than the scene that f32 rounds its shapes away.
-pub(super) fn inspect_extent(scene: &Scene, whole: Whole) -> Option<Finding> {
+fn inspect_bounds(scene: &Scene, whole: Whole) -> Option<Finding> {
     let bounds = scene.bounds();
     let (size, largest) = (
         2.0 * bounds.radius(),
@@ -37,7 +43,7 @@ pub(super) fn inspect_extent(scene: &Scene, whole: Whole) -> Option<Finding> {
 }
 
 /// Whether instances are so far from the origin that the roundings of the way into their space, by which rays start off them, are a share of their size.
-pub(super) fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
+fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {
         let bounds = extents[instance.prototype as usize];

@@ -50,11 +50,14 @@ impl Error {
 pub type Size = [usize; 2];
 
 /// The CPU as a device of Open Image Denoise.
-pub struct Device(oidn::Device);
+pub struct Device {
+    device: oidn::Device,
+    max_memory_mb: u32,
+}
 
 impl Device {
-    /// With so many threads.
-    pub fn new(threads: usize) -> Result<Self, Error> {
+    /// With so many threads, whose filters keep to so many megabytes besides the images: they filter larger pictures in tiles.
+    pub fn new(threads: usize, max_memory_mb: u32) -> Result<Self, Error> {
         // SAFETY: the type is one of the header's. Null is an answer, and handled.
         let handle = unsafe { oidnNewDevice(OIDNDeviceType_OIDN_DEVICE_TYPE_CPU) };
         if handle.is_null() {
@@ -70,14 +73,14 @@ impl Device {
             oidnCommitDevice(handle);
             oidn::Device::from_raw(handle)
         };
-        let device = Self(device);
+        let device = Self { device, max_memory_mb };
         device.check()?;
         Ok(device)
     }
 
     fn raw(&self) -> OIDNDevice {
         // SAFETY: the handle is that of a live device, and nothing here releases it.
-        unsafe { self.0.raw() }
+        unsafe { self.device.raw() }
     }
 
     /// An error where a call has failed since the last check.
@@ -86,7 +89,7 @@ impl Device {
     }
 
     fn buffer(&self, contents: &[f32]) -> Result<oidn::Buffer, Error> {
-        let buffer = self.0.create_buffer(contents);
+        let buffer = self.device.create_buffer(contents);
         buffer.ok_or_else(|| Error::or(self.raw(), "no memory for a buffer"))
     }
 
@@ -143,6 +146,9 @@ impl Device {
             // SAFETY: the filter is live, and the name ends with a zero.
             unsafe { oidnSetFilterBool(filter.0, flag.as_ptr(), true) };
         }
+        let limit = i32::try_from(self.max_memory_mb).unwrap_or(i32::MAX);
+        // SAFETY: the filter is live, and the name ends with a zero.
+        unsafe { oidnSetFilterInt(filter.0, c"maxMemoryMB".as_ptr(), limit) };
         // SAFETY: the filter is live, and so is all that it refers to; it is done when the call returns.
         unsafe {
             oidnCommitFilter(filter.0);

@@ -171,6 +171,7 @@ impl Filling {
             let made = self
                 .batch
                 .par_iter_mut()
+                .with_max_len(1)
                 .map(|making| making.make(maker, seed, observer));
             statistics = statistics.merge(made.reduce(Statistics::default, Statistics::merge));
             if self.batch.iter().any(|making| making.record.is_none()) {

@@ -76,6 +76,7 @@ pub fn render_to_noise<S: Sampler>(
         let behind = film
             .tiles_mut()
             .par_iter_mut()
+            .with_max_len(1)
             .filter(|tile| tile.samples() < tile.target());
         let done = behind.map(|tile| {
             let target = tile.first_sample().saturating_add(tile.target());

@@ -31,9 +31,11 @@ pub fn render<S: Sampler>(
     let mut statistics = Statistics::default();
     let start = film.tiles().iter().map(Tile::next_sample).min().unwrap_or(end);
     for pass in passes(last_cut(start)..end) {
+        // One by one: a thread that took a run of tiles would keep them, and the others wait for it at the end of the pass.
         let behind = film
             .tiles_mut()
             .par_iter_mut()
+            .with_max_len(1)
             .filter(|tile| tile.next_sample() < pass.end);
         let done = behind.filter_map(|tile| {
             if should_leave(observer) {

@@ -52,5 +52,5 @@ pub(super) fn map_indices<T: Send>(count: usize, task: impl Fn(usize) -> Option<
 
 /// Calls `task` for each index below `count` in the current rayon pool.
 fn for_each_index(count: usize, task: &(dyn Fn(usize) + Sync)) {
-    (0..count).into_par_iter().for_each(task);
+    (0..count).into_par_iter().with_max_len(1).for_each(task);
 }

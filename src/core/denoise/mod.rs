@@ -51,7 +51,7 @@ pub enum DenoiseError {
     Failed(String),
 }
 
-/// Megabytes to which Open Image Denoise keeps besides the images: enough for 1920 × 1080 pixels at once. It filters larger pictures in tiles.
+/// Memory limit of Open Image Denoise besides the images, MiB: enough for 1920 × 1080 pixels at once. Larger pictures are filtered in tiles.
 const OIDN_MB: u32 = 2000;
 
 const COLOR: [&str; 3] = ["R", "G", "B"];
@@ -87,7 +87,7 @@ impl Denoiser {
     /// (docs/denoise.md, "Memory").
     pub fn bytes(self, pixels: u64) -> u64 {
         match self {
-            Self::Oidn => 110 * pixels + (960 * pixels).min(u64::from(OIDN_MB) * 1_000_000),
+            Self::Oidn => 140 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
             Self::Atrous => 200 * pixels,
             Self::Gaussian | Self::Bilateral => 60 * pixels,
             Self::Nlm => 120 * pixels,

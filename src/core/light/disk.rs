@@ -72,10 +72,9 @@ impl DiskLight {
             return None;
         }
         let frame = Frame::from_z(self.normal);
-        let [x, y] = [Vec3::X, Vec3::Y].map(|axis| frame.to_world(axis));
-        let corner = self.center - self.radius * (x + y);
-        SphericalRectangle::new(corner, [x, y, x.cross(y)], [2.0 * self.radius; 2], p)
-            .filter(SphericalRectangle::is_accurate)
+        let edges = [Vec3::X, Vec3::Y].map(|axis| frame.to_world(axis));
+        let corner = self.center - self.radius * (edges[0] + edges[1]);
+        SphericalRectangle::new(corner, edges, [2.0 * self.radius; 2], p).filter(SphericalRectangle::is_accurate)
     }
 
     /// Draws a point on the disk, seen from `p`; `None` from behind, and where the point lies beside the disk.

@@ -18,8 +18,6 @@ pub struct RectangleLight {
     edges: [Vec3; 2],
     /// Lengths of the edges.
     lengths: [f32; 2],
-    /// Unit vectors along the edges, and their cross product.
-    axes: [Vec3; 3],
     /// Unit normal of its front.
     normal: Vec3,
     radiance: Spectrum,
@@ -31,7 +29,6 @@ encode_fields!(RectangleLight {
     corner,
     edges,
     lengths,
-    axes,
     normal,
     radiance,
     ray_offset,
@@ -45,13 +42,10 @@ impl RectangleLight {
         let largest = corners
             .iter()
             .fold(Vec3::ZERO, |largest, corner| largest.max(corner.abs()));
-        let lengths = edges.map(Vec3::length);
-        let [along_a, along_b] = [a / lengths[0], b / lengths[1]];
         Self {
             corner,
             edges,
-            lengths,
-            axes: [along_a, along_b, along_a.cross(along_b)],
+            lengths: edges.map(Vec3::length),
             normal: edges[0].cross(edges[1]).normalize_or(Vec3::Z),
             radiance,
             // The error of a corner, and that of a way to it
@@ -90,7 +84,9 @@ impl RectangleLight {
         if p.distance_squared(self.point(Vec2::splat(0.5))) > (a + b).length_squared() {
             return None;
         }
-        SphericalRectangle::new(self.corner, self.axes, self.lengths, p).filter(SphericalRectangle::is_accurate)
+        let lengths = self.lengths;
+        SphericalRectangle::new(self.corner, [a / lengths[0], b / lengths[1]], lengths, p)
+            .filter(SphericalRectangle::is_accurate)
     }
 
     fn point(&self, u: Vec2) -> Vec3 {

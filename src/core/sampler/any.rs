@@ -136,8 +136,11 @@ impl Sampler for AnySampler {
     }
 
     #[inline]
-    fn get_2ds_of_four(&self, key: SampleKey, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
-        with!(self, sampler => sampler.get_2ds_of_four(key, dimensions))
+    fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+        match self {
+            Self::Sobol(sampler) => sampler.get_2ds_of(key, count, dimensions),
+            _ => self.other_2ds_of(key, count, dimensions),
+        }
     }
 }
 
@@ -151,6 +154,11 @@ impl AnySampler {
     #[inline(never)]
     fn other_2d(&self, dimension: Dimension) -> Vec2 {
         with!(self, sampler => sampler.get_2d(dimension))
+    }
+
+    #[inline(never)]
+    fn other_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+        with!(self, sampler => sampler.get_2ds_of(key, count, dimensions))
     }
 }
 
@@ -188,14 +196,13 @@ mod tests {
                 sampler.start(key);
                 for depth in [0, 1, 9] {
                     let of = dimensions.map(|what| Dimension::bounce(depth, what));
-                    assert_eq!(
-                        sampler.get_2ds(of),
-                        of.map(|one| sampler.get_2d(one)),
-                        "{name}, {sample}"
-                    );
+                    let alone = of.map(|one| sampler.get_2d(one));
+                    assert_eq!(sampler.get_2ds(of), alone, "{name}, {sample}");
+                    let four = sampler.get_2ds([of[1], of[0], of[2], of[1]]);
+                    assert_eq!(four, [alone[1], alone[0], alone[2], alone[1]], "{name}, {sample}");
                 }
                 let pair = [Dimension::LENS, Dimension::PIXEL];
-                for (i, found) in (0..).zip(sampler.get_2ds_of_four(key, pair)) {
+                for (i, found) in (0..3).zip(sampler.get_2ds_of(key, 3, pair)) {
                     let sample = sample.wrapping_add(i);
                     let mut alone = kind.with_seed(7, 100);
                     alone.start(SampleKey { sample, ..key });

@@ -191,15 +191,18 @@ pub trait Sampler: Clone + Send + Sync {
     /// Two variates that are well distributed together.
     fn get_2d(&self, dimension: Dimension) -> Vec2;
 
-    /// [`Sampler::get_2d`] in up to four dimensions, which takes less time than one after the other.
+    /// [`Sampler::get_2d`] in up to four dimensions. Samplers may draw them faster than one after the other.
     fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
         dimensions.map(|dimension| self.get_2d(dimension))
     }
 
-    /// [`Sampler::get_2d`] in two dimensions, of four samples that follow each other from `key` on, a pair for each.
-    fn get_2ds_of_four(&self, key: SampleKey, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+    /// [`Sampler::get_2d`] in two dimensions, a pair for each of `count` samples from `key` on, at most four. Other pairs are unspecified.
+    fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         let mut sampler = self.clone();
         std::array::from_fn(|i| {
+            if i as u32 >= count {
+                return [Vec2::ZERO; 2];
+            }
             let sample = key.sample.wrapping_add(i as u32);
             sampler.start(SampleKey { sample, ..key });
             dimensions.map(|dimension| sampler.get_2d(dimension))

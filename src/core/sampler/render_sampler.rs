@@ -50,11 +50,11 @@ impl Sampler for RenderSampler {
     }
 
     #[inline(always)]
-    fn get_2ds_of_four(&self, key: SampleKey, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+    fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         match self {
-            Self::Plain(sampler) => sampler.get_2ds_of_four(key, dimensions),
-            Self::Fibonacci(sampler) => sampler.get_2ds_of_four(key, dimensions),
-            Self::PerturbedQmc(sampler) => sampler.get_2ds_of_four(key, dimensions),
+            Self::Plain(sampler) => sampler.get_2ds_of(key, count, dimensions),
+            Self::Fibonacci(sampler) => sampler.get_2ds_of(key, count, dimensions),
+            Self::PerturbedQmc(sampler) => sampler.get_2ds_of(key, count, dimensions),
         }
     }
 }

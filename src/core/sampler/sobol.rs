@@ -69,7 +69,7 @@ impl Sampler for Sobol {
     }
 
     #[inline]
-    fn get_2ds_of_four(&self, key: SampleKey, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+    fn get_2ds_of(&self, key: SampleKey, _: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         let pixel = hash::pixel(self.seed, key);
         let [a, b] = dimensions.map(|dimension| hash::numbered(pixel, dimension.index()));
         let [x, y] = points_of_two_sequences(key.sample, a, b);
@@ -93,7 +93,7 @@ fn points_of_two_sequences(sample: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     points(reversed, [a, a, a, a, b, b, b, b])
 }
 
-/// Points whose indices have these digits in reversed order, of sequences that are scrambled by these bits: [`Sobol::get_2d`] of each.
+/// Points as [`Sobol::get_2d`] draws them: `reversed` are the digits of their indices in reversed order, and `bits` seed the scrambling of their sequences.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
     let index: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());

@@ -18,13 +18,11 @@ pub struct SphericalRectangle {
 }
 
 impl SphericalRectangle {
-    /// The rectangle with the corner `corner` and two orthogonal edges along the first two of the unit vectors `axes`, of these lengths, seen from `p`; `None` in
-    /// its plane. The third vector is the cross product of the others.
+    /// The rectangle with the corner `corner` and two orthogonal edges along unit vectors, of these lengths, seen from `p`; `None` in its plane.
     #[inline]
-    pub fn new(corner: Vec3, axes: [Vec3; 3], lengths: [f32; 2], p: Vec3) -> Option<Self> {
+    pub fn new(corner: Vec3, edges: [Vec3; 2], lengths: [f32; 2], p: Vec3) -> Option<Self> {
         let to = corner - p;
-        let [along_x, along_y, normal] = axes;
-        let edges = [along_x, along_y];
+        let normal = edges[0].cross(edges[1]);
         let height = to.dot(normal);
         let z = f64::from(-height.abs());
         let [x, y] = [0, 1].map(|i| {
@@ -51,7 +49,7 @@ impl SphericalRectangle {
         let angle = (im as f32).atan2(re as f32);
         let solid_angle = if angle < 0.0 { angle + TAU } else { angle };
         (z < 0.0 && solid_angle > 0.0).then_some(Self {
-            axes: [along_x, along_y, -normal * 1f32.copysign(height)],
+            axes: [edges[0], edges[1], -normal * 1f32.copysign(height)],
             x,
             y,
             z,
@@ -105,8 +103,7 @@ mod tests {
     const EDGES: [Vec3; 2] = [Vec3::new(0.8, 0.6, 0.0), Vec3::new(-0.9, 1.2, 0.0)];
 
     fn seen(p: Vec3) -> Option<SphericalRectangle> {
-        let [a, b] = EDGES.map(Vec3::normalize);
-        SphericalRectangle::new(CORNER, [a, b, a.cross(b)], EDGES.map(Vec3::length), p)
+        SphericalRectangle::new(CORNER, EDGES.map(Vec3::normalize), EDGES.map(Vec3::length), p)
     }
 
     /// Its solid angle is that of two triangles, from near and from afar.

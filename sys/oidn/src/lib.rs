@@ -2,7 +2,7 @@
 //!
 //! The `oidn` crate links the library and binds it. Its own safe filter (2.4.1) always has a colour image, so that guides
 //! cannot be filtered by themselves, names the parameter `cleanAux` wrongly, which the library passes over, and takes no
-//! number of threads. This crate makes the same few calls with these three.
+//! number of threads and no limit of memory. This crate makes the same few calls with these four.
 
 #![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
 
@@ -56,7 +56,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// With so many threads, whose filters keep to so many megabytes besides the images: they filter larger pictures in tiles.
+    /// A device of `threads` threads. Its filters take at most `max_memory_mb` MiB besides the images, and filter larger pictures in tiles.
     pub fn new(threads: usize, max_memory_mb: u32) -> Result<Self, Error> {
         // SAFETY: the type is one of the header's. Null is an answer, and handled.
         let handle = unsafe { oidnNewDevice(OIDNDeviceType_OIDN_DEVICE_TYPE_CPU) };

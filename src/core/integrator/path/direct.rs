@@ -49,12 +49,12 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         }
     }
 
-    /// Draws the numbers of the first vertex for four samples that follow each other, from `key` on.
+    /// Draws the numbers of the first vertex for `count` samples from `key` on, at most four. Other numbers are unspecified.
     #[inline(always)]
-    pub fn draw_four(sampler: &'a S, key: SampleKey) -> [Self; 4] {
+    pub fn draw_several(sampler: &'a S, key: SampleKey, count: u32) -> [Self; 4] {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint].map(|what| Dimension::bounce(0, what));
         let mut next = key;
-        sampler.get_2ds_of_four(key, dimensions).map(|[decisions, point]| {
+        sampler.get_2ds_of(key, count, dimensions).map(|[decisions, point]| {
             let key = next;
             next.sample = next.sample.wrapping_add(1);
             Self {

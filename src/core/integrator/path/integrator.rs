@@ -343,7 +343,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             radiance += std::mem::replace(&mut shadow, next).arrives(world, out);
         };
         if count == 1 {
-            // It is the path's own.
+            // A single sample is the path's own.
             sample(&LightNumbers::draw(sampler, 0));
         } else {
             for i in (0..count).step_by(4) {
@@ -351,8 +351,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
                     sample: key.sample.wrapping_mul(count).wrapping_add(i),
                     ..key
                 };
-                let four = LightNumbers::draw_four(sampler, first);
-                four.iter().take((count - i) as usize).for_each(&mut sample);
+                let several = (count - i).min(4);
+                let numbers = LightNumbers::draw_several(sampler, first, several);
+                numbers.iter().take(several as usize).for_each(&mut sample);
             }
         }
         (radiance, shadow)

@@ -114,7 +114,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     )
 }
 
-/// Warns of `--aov` where pictures are written, and no file that is has channels.
+/// Warns of `--aov` where no file that is written has further channels.
 fn idle_aov(args: &RenderArgs, images: &Images) -> Option<Warning> {
     let has_channels = images.iter().any(|(format, _)| matches!(format, Format::Exr(_)));
     let is_written = !images.is_empty() && args.pixel.is_none();

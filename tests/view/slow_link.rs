@@ -59,21 +59,18 @@ fn slow_links_are_served() {
     let is_rounded = |header: &serde_json::Value| header["packed"]["rounding"] == 4;
     // Of a fast render the complete picture may come without a preview.
     let is_of_move = |header: &serde_json::Value| header["preview"] == true || header["final"] == true;
-    let mut camera = home.clone();
-    // The first pictures measure the link. A fast render may be complete before: moves make more of them.
-    let is_measured = (1..=60).any(|step| {
-        camera["position"][0] = (f64::from(step) / 60.0).into();
+    let moved = |page: &mut Page, x: f64| {
+        let mut camera = home.clone();
+        camera["position"][0] = x.into();
         camera["do"] = "camera".into();
         page.send(&camera.to_string());
-        is_rounded(&page.frame_where(is_of_move).header)
-    });
-    assert!(is_measured);
+        page.frame_where(is_of_move)
+    };
+    // The first pictures measure the link. A fast render may be complete before: moves make more of them.
+    assert!((1..=60).any(|step| is_rounded(&moved(&mut page, f64::from(step) / 60.0).header)));
     let (start, mut pictures) = (Instant::now(), 0);
     for step in 1..=30 {
-        camera["position"][0] = (f64::from(step) / 30.0).into();
-        camera["do"] = "camera".into();
-        page.send(&camera.to_string());
-        let frame = page.frame_where(is_of_move);
+        let frame = moved(&mut page, f64::from(step) / 30.0);
         assert!(frame.header["packed"].is_object(), "{}", frame.header);
         pictures += 1;
     }

@@ -40,7 +40,7 @@ impl BsdfDirection {
     /// `w` for the lobes of `bsdf`.
     #[inline(always)]
     pub fn new(bsdf: &Bsdf, w: Vec3) -> Self {
-        // Filled in place: arrays that are moved into it are copied by calls, which take a few percent of a glossy sample.
+        // The terms are written in place: a move of the arrays is a call that copies them, which takes a few percent of a glossy sample.
         let mut direction = Self {
             w,
             lobes: [DirectionTerms::default(); PLACES],

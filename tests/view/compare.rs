@@ -23,13 +23,14 @@ fn two_settings_are_compared() {
     let mut page = viewer.page();
     let state = page.message("state");
     assert_eq!(state["compare"], "path+reuse=none+max_depth=3");
-    page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
     let both = |said: &serde_json::Value| said["second"].is_object();
     let early = page.message_where("errors", both);
     let [one, other] = ["first", "second"].map(|side| early[side]["seconds"].as_f64().unwrap());
     // No more than a slice apart, or what a busy machine makes of one
     assert!((one - other).abs() < 2.0, "{early}");
     assert_eq!(early["first"]["settings"], "path");
+    // Asked for now: the complete picture of a fast render may be there before the errors, and a page that waits for errors takes no pictures.
+    page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
     let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 256.0);
     page.wait_for_all();
     page.send(r#"{"do":"compare","with":"path+seed=5"}"#);
@@ -77,8 +78,8 @@ fn photons_are_compared() {
     let viewer = Viewer::start(folder.path(), &split("s.toml --spp 16 --compare path,sppm+photons=500"));
     let mut page = viewer.page();
     page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
-    let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true);
-    assert_eq!(second.header["samples"], 16.0);
+    // A page that changes its channel gets what is there without loss, also before it is complete.
+    let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 16.0);
     done(
         folder.path(),
         &split("render s.toml --spp 16 --integrator sppm --photons 500 -q -o r.exr"),

@@ -97,7 +97,7 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
         send_move(&mut page, &home, change);
         page.frame_where(|header| header["moves"] == change);
         first.push(start.elapsed());
-        page.frame_where(|h| h["moves"] == change && h["preview"] == false && h["samples"].as_f64() >= Some(1.0));
+        page.frame_where(|h| h["moves"] == change && h["width"] == 512 && h["samples"].as_f64() >= Some(1.0));
         full.push(start.elapsed());
     }
 

@@ -21,22 +21,24 @@ impl Engine<'_> {
         let channels = self.hub.channels();
         let size = state.film.crop().size().to_array();
         let whole = self.settings.resolution;
+        // It may have full size, where a sample of each pixel takes a moment.
+        let is_preview = self.moved.is_some();
         let facts = json!({
             "size": [whole.x, whole.y],
             "samples": samples_of(state),
             "moves": self.moves,
-            "preview": size != whole.to_array(),
+            "preview": is_preview,
         });
-        let groups = match self.tells_groups && size == whole.to_array() {
+        let groups = match self.tells_groups && !is_preview {
             true => renderer.session().scene().light_groups().names(),
             false => &[],
         };
-        let is_final = is_last && size == whole.to_array();
+        let is_final = is_last && !is_preview;
         let mut developed: Option<Image> = None;
         for channel in &channels {
             let values = match channel.as_str() {
                 // The moving camera is seen by one of both alone.
-                frame::RIVAL if size != whole.to_array() => Some(half_picture::light(&state.film)),
+                frame::RIVAL if is_preview => Some(half_picture::light(&state.film)),
                 frame::RIVAL => None,
                 half_picture::PICTURE => Some(half_picture::light(&state.film)),
                 frame::LIGHTS if groups.is_empty() => Some(half_picture::light(&state.film)),
@@ -50,7 +52,7 @@ impl Engine<'_> {
                 frame::DENOISED => match self.denoised(renderer, state, is_last) {
                     Some(values) => Some(values),
                     // A preview is shown at once.
-                    None if size != whole.to_array() => Some(half_picture::light(&state.film)),
+                    None if is_preview => Some(half_picture::light(&state.film)),
                     None => None,
                 },
                 half_picture::IDS => half_picture::ids(developed.get_or_insert_with(|| renderer.develop(state))),

@@ -14,9 +14,9 @@
 
 use super::fresnel;
 use super::ggx::Ggx;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, sin_cos_turns};
 use std::array::from_fn;
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::FRAC_1_PI;
 use std::sync::OnceLock;
 
 /// Nodes along roughness and along the cosine.
@@ -250,7 +250,7 @@ impl<const N: usize> EnergyTable<N> {
             rest -= share;
         }
         let r = (1.0 - cos2).max(0.0).sqrt();
-        let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+        let (sin, cos) = sin_cos_turns(u.y);
         Vec3::new(r * cos, r * sin, cos2.sqrt())
     }
 

@@ -1,6 +1,6 @@
 //! The GGX distribution of microfacets.
 
-use crate::math::{Vec2, Vec3, float::UNIT_ROUNDOFF};
+use crate::math::{Vec2, Vec3, float::UNIT_ROUNDOFF, sin_cos_turns};
 use std::f32::consts::PI;
 
 /// The smallest `α` that keeps its shape in `f32`, 2⁻¹².
@@ -106,7 +106,7 @@ impl Ggx {
         // Uniform on the part of the sphere that a mirror can reflect to
         let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
-        let (sin, cos) = (2.0 * PI * u.x).sin_cos();
+        let (sin, cos) = sin_cos_turns(u.x);
         let h = Vec3::new(r * cos, r * sin, z) + w;
         // Rounding must not turn a facet over.
         let h = Vec3::new(h.x, h.y, h.z.max(0.0));

@@ -2,9 +2,9 @@
 
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Ball, Encode, Quat, Vec2, Vec3, encode_fields, float::ALMOST_ONE};
+use crate::math::{Ball, Encode, Quat, Vec2, Vec3, atan2, encode_fields, float::ALMOST_ONE, sin_cos_turns};
 use crate::sampling::distribution::Distribution2D;
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Colours on the sphere of directions as an image of latitude and longitude.
 ///
@@ -200,16 +200,17 @@ impl EnvironmentLight {
 
 /// The direction at `st` in [0, 1)² of the image.
 fn direction(st: Vec2) -> Vec3 {
-    let (sin_phi, cos_phi) = (TAU * (st.x - 0.5)).sin_cos();
-    let (sin_theta, cos_theta) = (PI * st.y).sin_cos();
-    Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+    // The azimuth is half a turn less than this.
+    let (sin_phi, cos_phi) = sin_cos_turns(st.x);
+    let (sin_theta, cos_theta) = sin_cos_turns(0.5 * st.y);
+    Vec3::new(-sin_theta * sin_phi, cos_theta, sin_theta * cos_phi)
 }
 
 /// Place in the image, in [0, 1)², of the direction `w` of the image's frame.
 fn place(w: Vec3) -> Vec2 {
-    let s = 0.5 + w.x.atan2(-w.z) * (0.5 * FRAC_1_PI);
+    let s = 0.5 + atan2(w.x, -w.z) * (0.5 * FRAC_1_PI);
     // Near the poles this keeps the digits that an arc cosine loses.
-    let t = w.x.hypot(w.z).atan2(w.y) * FRAC_1_PI;
+    let t = atan2((w.x * w.x + w.z * w.z).sqrt(), w.y) * FRAC_1_PI;
     Vec2::new(if s >= 1.0 { 0.0 } else { s.max(0.0) }, t.min(ALMOST_ONE))
 }
 
@@ -246,6 +247,7 @@ impl LatLongImage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f32::consts::TAU;
 
     /// White where a direction's longitude lies in the image's left quarter of what is in front, black elsewhere.
     fn stripe() -> LatLongImage {

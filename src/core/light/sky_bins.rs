@@ -1,7 +1,7 @@
 use super::{ConstantLight, EnvironmentLight, Light, LightSample};
-use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
+use crate::math::{Vec2, Vec3, atan2, float::ALMOST_ONE, sin_cos_turns};
 use crate::sampling::warp::UNIFORM_SPHERE_PDF;
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -145,7 +145,7 @@ impl SkyBins {
             }
             _ => {
                 let step = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
-                let around = 0.5 + wi.x.atan2(-wi.z) * (0.5 * FRAC_1_PI);
+                let around = 0.5 + atan2(wi.x, -wi.z) * (0.5 * FRAC_1_PI);
                 (step(0.5 - 0.5 * wi.y, self.rows), step(around, self.columns))
             }
         };
@@ -224,9 +224,10 @@ impl TexelBins {
 /// The direction at `u` in [0, 1)² of a constant light's bin, uniform in solid angle.
 fn uniform_in(row: usize, column: usize, u: Vec2) -> Vec3 {
     let y = 1.0 - 2.0 * (row as f32 + u.y) / ROWS as f32;
-    let (sin, cos) = (TAU * ((column as f32 + u.x) / COLUMNS as f32 - 0.5)).sin_cos();
+    // The azimuth is half a turn less than this.
+    let (sin, cos) = sin_cos_turns((column as f32 + u.x) / COLUMNS as f32);
     let r = (1.0 - y * y).max(0.0).sqrt();
-    Vec3::new(r * sin, y, -r * cos)
+    Vec3::new(-r * sin, y, r * cos)
 }
 
 /// Where bins that end at these shares of `count` texels start, and `count`: no bin is empty.

@@ -11,6 +11,7 @@ mod lanes;
 mod list;
 mod ray;
 mod transform;
+mod trigonometry;
 
 pub use ball::Ball;
 pub use bounds::Bounds3;
@@ -27,3 +28,4 @@ pub use lanes::{LANES, Lane, Vec3Lanes};
 pub use list::{list, rounded, rounded_list, significant};
 pub use ray::Ray;
 pub use transform::{affine_from_rows, affine_from_trs, rotation_from_degrees};
+pub use trigonometry::{atan2, sin_cos_eighth_turn, sin_cos_turns};

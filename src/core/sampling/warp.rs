@@ -2,7 +2,7 @@
 //!
 //! Directions are unit vectors in a local frame whose +z is the normal; densities are per solid angle or area.
 
-use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
+use crate::math::{Vec2, Vec3, atan2, float::ALMOST_ONE, sin_cos_eighth_turn, sin_cos_turns};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
 /// Uniform point on the unit disk by the concentric map (Shirley and Chiu 1997). Density `1/π` per area.
@@ -22,16 +22,6 @@ pub fn uniform_disk(u: Vec2) -> Vec2 {
     }
 }
 
-/// Sine and cosine of `|x| ≤ π/4` by their Taylor series, to the last bit or two.
-///
-/// Unlike the system's mathematical library, it gives the same bits everywhere.
-fn sin_cos_eighth_turn(x: f32) -> (f32, f32) {
-    let x2 = x * x;
-    let sin = x * (1.0 + x2 * (-1.0 / 6.0 + x2 * (1.0 / 120.0 + x2 * (-1.0 / 5040.0 + x2 * (1.0 / 362_880.0)))));
-    let cos = 1.0 + x2 * (-0.5 + x2 * (1.0 / 24.0 + x2 * (-1.0 / 720.0 + x2 * (1.0 / 40_320.0))));
-    (sin, cos)
-}
-
 /// Cosine-weighted direction on the upper hemisphere: the disk lifted onto it (Malley's method).
 // ANCHOR: cosine
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
@@ -44,7 +34,7 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 /// Cosine-weighted direction on the upper hemisphere: that of the normal plus the point of the unit sphere that
 /// [`uniform_sphere`] maps `u` to. The sum halves the angle to the normal, so that its sine is `√u.x`.
 pub fn cosine_hemisphere_of_sphere(u: Vec2) -> Vec3 {
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     let r = u.x.sqrt();
     Vec3::new(r * cos, r * sin, (1.0 - u.x).sqrt())
 }
@@ -59,7 +49,7 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 pub fn cosine_power_hemisphere(u: Vec2, exponent: f32) -> Vec3 {
     let z = (1.0 - u.x).powf(1.0 / (exponent + 1.0)).min(1.0);
     let r = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     Vec3::new(r * cos, r * sin, z)
 }
 // ANCHOR_END: cosine_power
@@ -90,13 +80,13 @@ pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 * FRAC_1_PI;
 pub fn uniform_sphere(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;
     let r = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     Vec3::new(r * cos, r * sin, z)
 }
 
 /// The point of the unit square that [`uniform_sphere`] maps to the unit vector `w`.
 pub fn square_of_sphere(w: Vec3) -> Vec2 {
-    let azimuth = w.y.atan2(w.x) * (0.5 * FRAC_1_PI);
+    let azimuth = atan2(w.y, w.x) * (0.5 * FRAC_1_PI);
     // Roundings must not reach 1.
     let u = Vec2::new(0.5 - 0.5 * w.z, if azimuth < 0.0 { azimuth + 1.0 } else { azimuth });
     u.clamp(Vec2::ZERO, Vec2::splat(ALMOST_ONE))
@@ -117,7 +107,7 @@ pub fn uniform_cap(u: Vec2, depth: f32) -> Vec3 {
     // 1 − z, and the sine by it
     let depth = u.x * depth;
     let r = (depth * (2.0 - depth)).max(0.0).sqrt();
-    let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
+    let (sin_phi, cos_phi) = sin_cos_turns(u.y);
     Vec3::new(r * cos_phi, r * sin_phi, 1.0 - depth)
 }
 
@@ -154,19 +144,6 @@ mod tests {
     fn mean(values: impl Iterator<Item = f64>) -> f64 {
         let (sum, n) = values.fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
         sum / n
-    }
-
-    #[test]
-    fn the_series_is_as_good_as_the_library() {
-        for i in -1000..=1000 {
-            let x = FRAC_PI_4 * i as f32 / 1000.0;
-            let (sin, cos) = sin_cos_eighth_turn(x);
-            let (s, c) = (x as f64).sin_cos();
-            assert!(
-                (sin as f64 - s).abs() < 1.2e-7 && (cos as f64 - c).abs() < 1.2e-7,
-                "{x}"
-            );
-        }
     }
 
     #[test]

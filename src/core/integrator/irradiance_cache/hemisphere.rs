@@ -2,7 +2,7 @@
 
 use super::record::Gradients;
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, sin_cos_turns};
 use std::array::from_fn;
 use std::f32::consts::PI;
 
@@ -63,7 +63,7 @@ impl Strata {
     pub fn direction(&self, index: u32, u: Vec2) -> Vec3 {
         let (row, column) = (index / self.columns, index % self.columns);
         let squared = (row as f32 + u.x) / self.rows as f32;
-        let (sin, cos) = (2.0 * PI * (column as f32 + u.y) / self.columns as f32).sin_cos();
+        let (sin, cos) = sin_cos_turns((column as f32 + u.y) / self.columns as f32);
         let r = squared.sqrt();
         Vec3::new(r * cos, r * sin, (1.0 - squared).max(0.0).sqrt())
     }
@@ -141,7 +141,7 @@ impl Strata {
 
     /// The unit vector in the surface at the azimuth of `column`, so many `turns` on.
     fn tangent(&self, column: f32, turns: f32) -> Vec3 {
-        let (sin, cos) = (2.0 * PI * (column / self.columns as f32 + turns)).sin_cos();
+        let (sin, cos) = sin_cos_turns(column / self.columns as f32 + turns);
         Vec3::new(cos, sin, 0.0)
     }
 }

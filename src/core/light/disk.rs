@@ -81,14 +81,14 @@ impl DiskLight {
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let (q, wi, pdf) = match self.seen(p) {
             Some(seen) => {
-                let to = seen.sample(u);
+                let [(to, wi)] = seen.sample([u]);
                 let is_on = (p + to).distance_squared(self.center) < self.radius * self.radius;
                 let pdf = if is_on && to.dot(self.normal) < 0.0 {
                     1.0 / seen.solid_angle()
                 } else {
                     0.0
                 };
-                (p + to, to.normalize(), pdf)
+                (p + to, wi, pdf)
             }
             None => {
                 let q = self.point(u);

@@ -15,8 +15,8 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct RectangleLight {
     corner: Vec3,
-    edges: [Vec3; 2],
-    /// Lengths of the edges.
+    /// Unit vectors along the edges, and their lengths.
+    axes: [Vec3; 2],
     lengths: [f32; 2],
     /// Unit normal of its front.
     normal: Vec3,
@@ -27,7 +27,7 @@ pub struct RectangleLight {
 
 encode_fields!(RectangleLight {
     corner,
-    edges,
+    axes,
     lengths,
     normal,
     radiance,
@@ -44,7 +44,7 @@ impl RectangleLight {
             .fold(Vec3::ZERO, |largest, corner| largest.max(corner.abs()));
         Self {
             corner,
-            edges,
+            axes: edges.map(|edge| edge.normalize_or(Vec3::X)),
             lengths: edges.map(Vec3::length),
             normal: edges[0].cross(edges[1]).normalize_or(Vec3::Z),
             radiance,
@@ -63,9 +63,15 @@ impl RectangleLight {
         self.radiance
     }
 
+    /// The two edges at the corner.
+    fn edges(&self) -> [Vec3; 2] {
+        let ([a, b], [width, height]) = (self.axes, self.lengths);
+        [width * a, height * b]
+    }
+
     /// Corners, in the order of the winding.
     pub(super) fn corners(&self) -> [Vec3; 4] {
-        let ([a, b], p) = (self.edges, self.corner);
+        let ([a, b], p) = (self.edges(), self.corner);
         [p, p + a, p + a + b, p + b]
     }
 
@@ -79,44 +85,60 @@ impl RectangleLight {
 
     /// The rectangle on the sphere of directions at `p`, if that is what is sampled there: nearer to the middle than its diagonal is long. Farther away
     /// sampling it takes more time than it saves error (docs/benchmarks.md, "Rectangles").
+    #[inline(always)]
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
-        let [a, b] = self.edges;
-        if p.distance_squared(self.point(Vec2::splat(0.5))) > (a + b).length_squared() {
+        let [width, height] = self.lengths;
+        if p.distance_squared(self.point(Vec2::splat(0.5))) > width * width + height * height {
             return None;
         }
-        let lengths = self.lengths;
-        SphericalRectangle::new(self.corner, [a / lengths[0], b / lengths[1]], lengths, p)
-            .filter(SphericalRectangle::is_accurate)
+        SphericalRectangle::new(self.corner, self.axes, self.lengths, p).filter(SphericalRectangle::is_accurate)
     }
 
     fn point(&self, u: Vec2) -> Vec3 {
-        self.corner + u.x * self.edges[0] + u.y * self.edges[1]
+        self.corner + u.x * self.lengths[0] * self.axes[0] + u.y * self.lengths[1] * self.axes[1]
     }
 
     /// Draws a point on the rectangle, seen from `p`.
     #[inline(never)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let [sample] = self.draw(p, [u]);
+        sample
+    }
+
+    /// Draws four points on the rectangle, each as [`RectangleLight::sample`] does.
+    #[inline(never)]
+    pub(super) fn sample_four(&self, p: Vec3, u: [Vec2; 4]) -> [Option<LightSample>; 4] {
+        self.draw(p, u)
+    }
+
+    #[inline(always)]
+    fn draw<const N: usize>(&self, p: Vec3, u: [Vec2; N]) -> [Option<LightSample>; N] {
         if (p - self.corner).dot(self.normal) <= 0.0 {
-            return None;
+            return [None; N];
         }
-        let (q, wi, pdf) = match self.seen(p) {
-            Some(seen) => {
-                let to = seen.sample(u);
-                (p + to, to.normalize(), 1.0 / seen.solid_angle())
-            }
-            None => {
-                let q = self.point(u);
-                let wi = (q - p).try_normalize()?;
-                (q, wi, area_pdf(p, q, wi, self.normal, self.area()))
-            }
-        };
-        (pdf > 0.0).then(|| LightSample {
+        let mut samples = [None; N];
+        let sample = |q, wi, pdf| LightSample {
             wi,
             radiance: self.radiance,
             pdf,
             is_delta: false,
             target: Some(q + self.normal * self.ray_offset),
-        })
+        };
+        if let Some(seen) = self.seen(p) {
+            let pdf = 1.0 / seen.solid_angle();
+            for (drawn, (to, wi)) in samples.iter_mut().zip(seen.sample(u)) {
+                *drawn = Some(sample(p + to, wi, pdf));
+            }
+        } else {
+            let area = self.area();
+            for (drawn, u) in samples.iter_mut().zip(u) {
+                let q = self.point(u);
+                let Some(wi) = (q - p).try_normalize() else { continue };
+                let pdf = area_pdf(p, q, wi, self.normal, area);
+                *drawn = (pdf > 0.0).then(|| sample(q, wi, pdf));
+            }
+        }
+        samples
     }
 
     /// Density per solid angle at `p` of sampling the point `q` of the rectangle, in direction `wi`; 0 behind it.
@@ -144,7 +166,7 @@ impl RectangleLight {
 
     /// Bounds of the light for points far away.
     pub(super) fn bounds(&self) -> LightBounds {
-        let [a, b] = self.edges;
+        let [a, b] = self.edges();
         LightBounds {
             center: self.point(Vec2::splat(0.5)),
             radius: 0.5 * (a + b).length(),
@@ -171,7 +193,7 @@ impl RectangleLight {
 
     /// Area, in squares of scene units.
     pub(super) fn area(&self) -> f64 {
-        f64::from(self.edges[0].cross(self.edges[1]).length())
+        f64::from(self.lengths[0]) * f64::from(self.lengths[1])
     }
 
     /// `π A L`.

@@ -143,6 +143,30 @@ impl LightSelection {
         }
     }
 
+    /// [`LightSelection::sample_light`] for four lights `ids`, each by a pair of `u`.
+    #[inline(always)]
+    pub fn sample_four(
+        &self,
+        lights: &[Light],
+        ids: [Option<LightId>; 4],
+        to: (&LightSampleContext, f32),
+        u: [Vec2; 4],
+        textures: &[Texture],
+    ) -> [Option<LightSample>; 4] {
+        // Often it is one rectangle, which is seen once for all.
+        let is_one = ids.iter().all(|id| id.is_none() || *id == ids[0]);
+        match ids[0].map(|id| &lights[id.0 as usize]) {
+            Some(Light::Rectangle(light)) if is_one => light.sample_four(to.0.p, u),
+            _ => {
+                let mut samples = [None; 4];
+                for ((sample, id), u) in samples.iter_mut().zip(ids).zip(u) {
+                    *sample = id.and_then(|id| self.sample_light(lights, id, to, u, textures));
+                }
+                samples
+            }
+        }
+    }
+
     /// Factor by which [`LightSelection::sample_light`] multiplies the density with which the infinitely distant light `id` of `lights` itself draws the
     /// unit direction `wi`.
     #[inline]

@@ -10,7 +10,7 @@ use crate::geometry::Hit;
 use crate::integrator::path_record::{self, EmissionRecord, LightSampleRecord};
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, PathEvent, RayKind, RaySink, Sink, Strategy, World};
-use crate::light::{LightId, LightSampleContext};
+use crate::light::{LightId, LightSample, LightSampleContext};
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -270,6 +270,45 @@ impl<R: Gathered> Direct<R> {
         }
     }
 
+    /// Gives `add` four samples of lights for `vertex`, each as [`Direct::sample`] draws it, of `count` samples that will be summed. There are so many as `numbers`; four
+    /// at most.
+    #[inline(always)]
+    pub fn sample_four<A: Accel, S: Sampler, K: Sink<Radiance = R>>(
+        world: &World<A>,
+        vertex: &Vertex,
+        strategy: &Strategy,
+        count: u32,
+        numbers: &[LightNumbers<S>],
+        out: &mut K,
+        mut add: impl FnMut(Self, &mut K),
+    ) {
+        if !strategy.samples_lights() || vertex.bsdf.is_delta() {
+            return;
+        }
+        let (scene, selection) = (world.scene, world.scene.light_selection());
+        if selection.all().is_some() {
+            for u in numbers {
+                add(Self::sample(world, vertex, strategy, count, u, out), out);
+            }
+            return;
+        }
+        let (context, time) = (vertex.light_context(), vertex.point.time);
+        let (mut ids, mut pmfs, mut points) = ([None; 4], [0.0; 4], [Vec2::ZERO; 4]);
+        for (i, u) in numbers.iter().enumerate().take(4) {
+            points[i] = u.point;
+            if let Some((id, pmf)) = selection.sample(scene.lights(), &context, u.choice) {
+                (ids[i], pmfs[i]) = (Some(id), pmf);
+            }
+        }
+        let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
+        for i in 0..4 {
+            if let (Some(id), Some(light)) = (ids[i], &lights[i]) {
+                let of = (id, count as f32 * pmfs[i]);
+                add(Self::of_sample(world, vertex, strategy, of, light, out), out);
+            }
+        }
+    }
+
     /// Samples the light `id`, of which `expected` samples are expected at the vertex.
     #[inline(always)]
     fn of_light<A: Accel>(
@@ -281,15 +320,27 @@ impl<R: Gathered> Direct<R> {
         out: &mut impl RaySink,
     ) -> Self {
         let scene = world.scene;
-        // A direction towards the light
         let to = (&vertex.light_context(), vertex.point.time);
         let light = scene
             .light_selection()
             .sample_light(scene.lights(), id, to, u, scene.textures());
-        let Some(light) = light else {
-            return Self::none();
-        };
+        match light {
+            Some(light) => Self::of_sample(world, vertex, strategy, (id, expected), &light, out),
+            None => Self::none(),
+        }
+    }
 
+    /// The sample `light` of the light `id`, of which `expected` samples are expected at the vertex.
+    #[inline(always)]
+    fn of_sample<A: Accel>(
+        world: &World<A>,
+        vertex: &Vertex,
+        strategy: &Strategy,
+        (id, expected): (LightId, f32),
+        light: &LightSample,
+        out: &mut impl RaySink,
+    ) -> Self {
+        let scene = world.scene;
         // The scattered light; where it is black no shadow ray is needed.
         let wi = vertex.frame.to_local(light.wi);
         let (f, scattering_pdf) = strategy.directions.eval_pdf(vertex, wi);

@@ -334,8 +334,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
         let (mut radiance, mut shadow) = (R::default(), Direct::none());
         let count = self.light_samples;
-        let mut sample = |u: &LightNumbers<S>| {
-            let mut next = Direct::sample(world, vertex, strategy, count, u, out);
+        let mut add = |mut next: Direct<R>, out: &mut _| {
             if is_missing {
                 next = next.into_missing();
             }
@@ -344,7 +343,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         };
         if count == 1 {
             // A single sample is the path's own.
-            sample(&LightNumbers::draw(sampler, 0));
+            let u = LightNumbers::draw(sampler, 0);
+            add(Direct::sample(world, vertex, strategy, 1, &u, out), out);
         } else {
             for i in (0..count).step_by(4) {
                 let first = SampleKey {
@@ -353,7 +353,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 };
                 let several = (count - i).min(4);
                 let numbers = LightNumbers::draw_several(sampler, first, several);
-                numbers.iter().take(several as usize).for_each(&mut sample);
+                let numbers = &numbers[..several as usize];
+                Direct::sample_four(world, vertex, strategy, count, numbers, out, &mut add);
             }
         }
         (radiance, shadow)

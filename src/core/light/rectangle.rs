@@ -201,3 +201,24 @@ impl RectangleLight {
         PI * self.area() * f64::from(self.radiance.luminance())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From near, where it is sampled by solid angle, from afar, and from behind.
+    #[test]
+    fn four_points_have_the_bits_of_single_ones() {
+        let edges = [Vec3::new(0.8, 0.6, 0.0), Vec3::new(-0.9, 1.2, 0.0)];
+        let light = RectangleLight::new(Vec3::new(-0.4, 0.3, 1.5), edges, Spectrum::ONE);
+        let u = [[0.1, 0.2], [0.9, 0.3], [0.0, 0.999], [0.5, 0.5]].map(Vec2::from);
+        for (height, expected) in [(2.0, 4), (40.0, 4), (1.0, 0)] {
+            let p = Vec3::new(0.1, 0.9, height);
+            let four = light.sample_four(p, u);
+            assert_eq!(four.iter().flatten().count(), expected, "{height}");
+            for (of_four, u) in four.iter().zip(u) {
+                assert_eq!(format!("{of_four:?}"), format!("{:?}", light.sample(p, u)));
+            }
+        }
+    }
+}

@@ -270,8 +270,7 @@ impl<R: Gathered> Direct<R> {
         }
     }
 
-    /// Gives `add` four samples of lights for `vertex`, each as [`Direct::sample`] draws it, of `count` samples that will be summed. There are so many as `numbers`; four
-    /// at most.
+    /// Gives `add` a light sample of `vertex` for each of `numbers`, at most four, as [`Direct::sample`] draws it; `count` samples will be summed.
     #[inline(always)]
     pub fn sample_four<A: Accel, S: Sampler, K: Sink<Radiance = R>>(
         world: &World<A>,
@@ -292,6 +291,7 @@ impl<R: Gathered> Direct<R> {
             }
             return;
         }
+        // The light of each sample
         let (context, time) = (vertex.light_context(), vertex.point.time);
         let (mut ids, mut pmfs, mut points) = ([None; 4], [0.0; 4], [Vec2::ZERO; 4]);
         for (i, u) in numbers.iter().enumerate().take(4) {
@@ -300,6 +300,7 @@ impl<R: Gathered> Direct<R> {
                 (ids[i], pmfs[i]) = (Some(id), pmf);
             }
         }
+        // Directions towards them, and what arrives from there
         let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
         for i in 0..4 {
             if let (Some(id), Some(light)) = (ids[i], &lights[i]) {
@@ -320,6 +321,7 @@ impl<R: Gathered> Direct<R> {
         out: &mut impl RaySink,
     ) -> Self {
         let scene = world.scene;
+        // A direction towards the light
         let to = (&vertex.light_context(), vertex.point.time);
         let light = scene
             .light_selection()

@@ -65,7 +65,7 @@ mod tests {
         let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
-            "081ee90270178439e15941d1bbdc354d1c441446e8a87deebbad12a04512dab6"
+            "f0b9fb95f06f3c677803173954f0a2911c44765713cb7e026ff03c912ebeb3aa"
         );
     }
 

@@ -29,7 +29,7 @@ fn two_settings_are_compared() {
     // No more than a slice apart, or what a busy machine makes of one
     assert!((one - other).abs() < 2.0, "{early}");
     assert_eq!(early["first"]["settings"], "path");
-    // Asked for now: the complete picture of a fast render may be there before the errors, and a page that waits for errors takes no pictures.
+    // The channel is requested only here: the last picture of a fast render may arrive before the errors, and `message_where` drops pictures.
     page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
     let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 256.0);
     page.wait_for_all();
@@ -78,7 +78,7 @@ fn photons_are_compared() {
     let viewer = Viewer::start(folder.path(), &split("s.toml --spp 16 --compare path,sppm+photons=500"));
     let mut page = viewer.page();
     page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
-    // A page that changes its channel gets what is there without loss, also before it is complete.
+    // A page that changes its channel is sent the samples so far as a final picture.
     let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 16.0);
     done(
         folder.path(),

@@ -77,7 +77,7 @@ fn slow_links_are_served() {
     assert!(rate > 2.0, "{rate} pictures a second");
 
     page.look(&home);
-    // The complete picture of a move before may still be on its way.
+    // The complete picture of an earlier move may still be on its way.
     let moves = measuring.expect("no picture was rounded") + timed + 1;
     let whole = page.frame_where(|h| h["moves"] == moves && h["final"] == true && h["samples"] == 8.0);
     assert_eq!(whole.header["packed"]["rounding"], 0);

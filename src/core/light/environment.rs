@@ -200,7 +200,7 @@ impl EnvironmentLight {
 
 /// The direction at `st` in [0, 1)² of the image.
 fn direction(st: Vec2) -> Vec3 {
-    // The azimuth is half a turn less than this.
+    // The azimuth is half a turn smaller, which flips the signs of both.
     let (sin_phi, cos_phi) = sin_cos_turns(st.x);
     let (sin_theta, cos_theta) = sin_cos_turns(0.5 * st.y);
     Vec3::new(-sin_theta * sin_phi, cos_theta, sin_theta * cos_phi)

@@ -15,8 +15,9 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct RectangleLight {
     corner: Vec3,
-    /// Unit vectors along the edges, and their lengths.
+    /// Unit vectors along the edges.
     axes: [Vec3; 2],
+    /// Lengths of the edges.
     lengths: [f32; 2],
     /// Unit normal of its front.
     normal: Vec3,

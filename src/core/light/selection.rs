@@ -143,7 +143,7 @@ impl LightSelection {
         }
     }
 
-    /// [`LightSelection::sample_light`] for four lights `ids`, each by a pair of `u`.
+    /// Calls [`LightSelection::sample_light`] for each of the lights `ids` and the pair of `u` beside it.
     #[inline(always)]
     pub fn sample_four(
         &self,
@@ -153,7 +153,7 @@ impl LightSelection {
         u: [Vec2; 4],
         textures: &[Texture],
     ) -> [Option<LightSample>; 4] {
-        // Often it is one rectangle, which is seen once for all.
+        // Samples of the same rectangle share its solid angle.
         let is_one = ids.iter().all(|id| id.is_none() || *id == ids[0]);
         match ids[0].map(|id| &lights[id.0 as usize]) {
             Some(Light::Rectangle(light)) if is_one => light.sample_four(to.0.p, u),

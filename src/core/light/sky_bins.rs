@@ -224,7 +224,7 @@ impl TexelBins {
 /// The direction at `u` in [0, 1)² of a constant light's bin, uniform in solid angle.
 fn uniform_in(row: usize, column: usize, u: Vec2) -> Vec3 {
     let y = 1.0 - 2.0 * (row as f32 + u.y) / ROWS as f32;
-    // The azimuth is half a turn less than this.
+    // The azimuth is half a turn smaller, which flips the signs of both.
     let (sin, cos) = sin_cos_turns((column as f32 + u.x) / COLUMNS as f32);
     let r = (1.0 - y * y).max(0.0).sqrt();
     Vec3::new(-r * sin, y, r * cos)

@@ -1,7 +1,7 @@
-//! Sines, cosines and arc tangents of `f32` from arithmetic alone, by Taylor series over short intervals.
+//! Sine, cosine and arc tangent of `f32` by Taylor series over short intervals.
 //!
-//! The system's mathematical library is slower where random angles come in, since it branches on them, and its last bits differ from machine to machine; these have the same
-//! bits everywhere.
+//! The series are bit-identical on all machines; the last bits of the system's mathematical library are not. The series also avoid branches, which the processor
+//! cannot predict for random angles.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_8, PI};
 
@@ -23,7 +23,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     let quarters = 4.0 * turns;
     let shifted = quarters + WHOLE;
     let (sin, cos) = sin_cos_eighth_turn(FRAC_PI_2 * (quarters - (shifted - WHOLE)));
-    // A quarter of a turn maps (cos, sin) to (−sin, cos). No branches, since which quarter it is is random
+    // A quarter of a turn maps (cos, sin) to (−sin, cos).
     let quarter = shifted.to_bits();
     let (sin, cos) = (sin.to_bits(), cos.to_bits());
     let swapped = (sin ^ cos) & (quarter & 1).wrapping_neg();
@@ -33,7 +33,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
 }
 
 /// Angle of the point `(x, y)` from the x axis, in [−π, π], as `f32::atan2` gives it for finite numbers; errors are below 4e-7, and below 2e-7 of angles under π/8.
-/// It is 0 or π at the origin.
+/// The angle of the origin is 0.
 #[inline(always)]
 pub fn atan2(y: f32, x: f32) -> f32 {
     /// Tangents of π/16, π/8 and 3π/16.
@@ -47,7 +47,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     let t2 = t * t;
     let series = 1.0 + t2 * (-1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (-1.0 / 7.0 + t2 * (1.0 / 9.0))));
     let angle = t * series + FRAC_PI_8 * eighths as f32;
-    // Mirrored where it is past an eighth of a turn, and where past a quarter; without branches
+    // Mirror the angle if it is past an eighth of a turn, then if it is past a quarter.
     let mirrored = |angle: f32, is_past: bool, whole: f32| {
         let sign = u32::from(is_past) << 31;
         [0.0, whole][usize::from(is_past)] + f32::from_bits(angle.to_bits() ^ sign)

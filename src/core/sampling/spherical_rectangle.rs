@@ -12,9 +12,9 @@ pub struct SphericalRectangle {
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
-    /// A complex number whose argument is the sum of the two interior angles at the left edge, and its modulus over the distances of the point from the lines
-    /// of the lower and of the upper edge.
+    /// A complex number whose argument is the sum of the two interior angles at the left edge.
     left: [f64; 2],
+    /// Modulus of `left`, divided by the distances of the point from the lines of the lower and the upper edge.
     left_modulus: f64,
     solid_angle: f32,
 }
@@ -75,7 +75,7 @@ impl SphericalRectangle {
 
     /// Vectors from the point to places of the rectangle, and their directions, unit vectors, which are uniform over the solid angle.
     ///
-    /// Several take little more time than one: each step waits for the one before, and is done for all at once.
+    /// Several samples take little more time than one, because they share the latency of each step.
     #[inline(always)]
     pub fn sample<const N: usize>(&self, u: [Vec2; N]) -> [(Vec3, Vec3); N] {
         let ([x0, x1], [y0, y1]) = (self.x, self.y);
@@ -98,7 +98,7 @@ impl SphericalRectangle {
             let f = c * y0 + self.left_modulus * y1 * lower;
             let b = self.z * s;
             let below = larger((f - b) * (f + b), f64::MIN_POSITIVE);
-            // No branch, since the side is random
+            // A lookup in place of a branch: the side is random.
             let side = -f * s;
             let max_x = [x0, x1][usize::from(side > 0.0)];
             let x_squared = smaller(b * b * lower / below, max_x * max_x);
@@ -124,13 +124,13 @@ impl SphericalRectangle {
     }
 }
 
-/// The larger number, `b` in place of NaN. It is one instruction, which `f64::max` is not.
+/// The larger number, and `b` if `a` is NaN. Compiles to one instruction, unlike `f64::max`.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller number, `b` in place of NaN.
+/// The smaller number, and `b` if `a` is NaN.
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

@@ -21,7 +21,7 @@ impl Engine<'_> {
         let channels = self.hub.channels();
         let size = state.film.crop().size().to_array();
         let whole = self.settings.resolution;
-        // It may have full size, where a sample of each pixel takes a moment.
+        // A preview has full size where a sample of each pixel takes only a moment.
         let is_preview = self.moved.is_some();
         let facts = json!({
             "size": [whole.x, whole.y],

@@ -300,7 +300,7 @@ impl<R: Gathered> Direct<R> {
                 (ids[i], pmfs[i]) = (Some(id), pmf);
             }
         }
-        // Directions towards them, and what arrives from there
+        // Directions towards these lights, and the radiance from there
         let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
         for i in 0..4 {
             if let (Some(id), Some(light)) = (ids[i], &lights[i]) {
@@ -332,7 +332,7 @@ impl<R: Gathered> Direct<R> {
         }
     }
 
-    /// The sample `light` of the light `id`, of which `expected` samples are expected at the vertex.
+    /// Weighs the sample `light` of the light `id`, of which `expected` samples are expected at the vertex.
     #[inline(always)]
     fn of_sample<A: Accel>(
         world: &World<A>,

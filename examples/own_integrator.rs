@@ -26,7 +26,7 @@ impl SampleTracer for SkyVisibility {
         // A direction by the cosine, on the viewer's side; numbers are named, so that none shifts another
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
-        let open = world.transmittance(&vertex.ray_along(wi), out).color();
+        let open = world.transmittance(&world.ray_along(&vertex, wi), out).color();
         let color: Spectrum = open * vertex.bsdf.albedo();
         out.radiance(color.into());
     }

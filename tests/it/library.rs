@@ -97,7 +97,7 @@ impl SampleTracer for Openness {
         };
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
-        let open = world.transmittance(&vertex.ray_along(wi), out).color();
+        let open = world.transmittance(&world.ray_along(&vertex, wi), out).color();
         out.radiance(open.into());
     }
 }

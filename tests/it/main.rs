@@ -14,6 +14,7 @@ mod aovs;
 mod awkward_obj;
 mod backends;
 mod background;
+mod bent_normals;
 mod bidirectional;
 mod bodies;
 mod bsdf;

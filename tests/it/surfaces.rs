@@ -11,7 +11,6 @@ use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::fs;
-use std::path::Path;
 
 fn holed(diffuse: f32, opacity: f32) -> Material {
     Material {
@@ -119,6 +118,7 @@ fn textured(mtl: &str, smooth_normals: &str) -> Film {
     let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     write_png(
         &folder.path().join("four.png"),
+        2,
         &[[255, 0, 0], [0, 255, 0], [0, 0, 255], [188, 188, 188]],
     );
     file("s.mtl", mtl);
@@ -141,13 +141,6 @@ fn textured(mtl: &str, smooth_normals: &str) -> Film {
         };
         film_of(&path, UVec2::splat(8), 16, 0)
     })
-}
-
-fn write_png(path: &Path, texels: &[[u8; 3]; 4]) {
-    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), 2, 2);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().unwrap();
-    writer.write_image_data(texels.as_flattened()).unwrap();
 }
 
 /// Of each quarter's middle, row by row from the top.
@@ -321,7 +314,7 @@ fn bumps_turn_normals_away_from_where_they_rise() {
     let normals = |mtl: &str| {
         let folder = tempfile::tempdir().unwrap();
         // The right column is the higher one.
-        write_png(&folder.path().join("h.png"), &[[0; 3], [255; 3], [0; 3], [255; 3]]);
+        write_png(&folder.path().join("h.png"), 2, &[[0; 3], [255; 3], [0; 3], [255; 3]]);
         fs::write(folder.path().join("s.mtl"), mtl).unwrap();
         let obj = "mtllib s.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3 4/4\n";
         fs::write(folder.path().join("s.obj"), obj).unwrap();

@@ -357,6 +357,15 @@ pub fn film_error(film: &Film, c: usize) -> f64 {
     v.iter().sum::<f64>().sqrt() / v.len() as f64
 }
 
+/// Writes an RGB picture of 8 bits, `width` texels wide.
+pub fn write_png(path: &Path, width: u32, texels: &[[u8; 3]]) {
+    let file = std::fs::File::create(path).unwrap();
+    let mut encoder = png::Encoder::new(file, width, texels.len() as u32 / width);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(texels.as_flattened()).unwrap();
+}
+
 /// A channel of an EXR file.
 pub fn read_channel(path: &Path, name: &str) -> Vec<f32> {
     use exr::prelude::*;

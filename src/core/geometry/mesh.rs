@@ -4,8 +4,8 @@
 //!
 //! - A viewer may see the back of the shading normal on the front of the facet: black rims. `SurfacePoint::seen_from` bends the shading normal until
 //!   the mirror direction is outside (Keller et al. 2017).
-//! - Facets would cast shadows on each other where light grazes them, the shadow terminator. Rays start as far off a facet as the curved surface is
-//!   (Hanika 2021), as a height along the geometric normal for either side.
+//! - Facets would cast shadows on each other where light grazes them, the shadow terminator. Rays beyond a facet's horizon start as far off it as the
+//!   curved surface is (Hanika 2021), as a height along the geometric normal for either side.
 //! - A direction may be in front of the surface by one normal and behind it by the other. It scatters as the shading normal says, and the ray starts
 //!   on that side: what is there, such as the wall itself, is in its way. Refusing such directions is the usual cure against leaks; it left whole
 //!   facets black at the terminator of a coarse sphere (`tests/it/surfaces.rs`).
@@ -51,8 +51,8 @@ pub struct SurfacePoint {
     pub time: f32,
     /// Ray offset along the normal from `p`: a bound on rounding errors.
     pub ray_offset: f32,
-    /// What rays to the front and to the back add to that where the triangle stands for a curved surface, which passes before or
-    /// behind it.
+    /// Height of the curved surface that the triangle stands for, before and behind it; rays that
+    /// leave beyond the facet's horizon add it to `ray_offset`.
     pub curvature_offset: [f32; 2],
     /// Unit geometric normal, by the winding.
     pub ng: Vec3,

@@ -11,6 +11,13 @@
 //! The second part is needed on planes through the origin, where the first one vanishes: an intersector that includes t = 0 finds the surface again
 //! from a start on the plane itself.
 //!
+//! A triangle that stands for a curved surface has a second offset, the height of that surface
+//! (`SurfacePoint::curvature_offset`). Only directions that the two normals put on different sides
+//! need it: they pass beyond the facet's horizon, which the curved surface does not reach. For all
+//! other directions no neighbouring facet of a convex surface is in the way, and points of a ray are
+//! those of the mesh, to rounding, for every method. `integrator/world.rs` keeps the raised start out
+//! of other objects.
+//!
 //! A shadow ray has the whole way as its direction and ends at t = 1 − γ₁₆. The light's point is moved off its own surface by the same rule.
 
 use super::SurfacePoint;
@@ -33,16 +40,47 @@ impl Side {
     }
 }
 
-/// Moves a point off its surface along the normal, to one side, just beyond its rounding error; where the triangle stands for a curved surface, off that.
+impl SurfacePoint {
+    /// Returns true if the unit direction `w` is on the same side by the shading normal and by the
+    /// geometric normal. If not, `w` points beyond the horizon of one of the two: light from there is
+    /// found by paths from the camera alone, since a path from a light hits the other side.
+    #[inline(always)]
+    pub fn sides_agree(&self, w: Vec3) -> bool {
+        Side::of(w.dot(self.ns)) == Side::of(w.dot(self.ng))
+    }
+
+    /// Returns true if the unit direction `w` points to `side` by the geometric normal too.
+    #[inline(always)]
+    pub fn is_above(&self, side: Side, w: Vec3) -> bool {
+        Side::of(w.dot(self.ng)) == side
+    }
+
+    /// Height of the curved surface over the facet, on `side`: 0 if the triangle is flat.
+    #[inline(always)]
+    pub fn height(&self, side: Side) -> f32 {
+        match side {
+            Side::Front => self.curvature_offset[0],
+            Side::Back => self.curvature_offset[1],
+        }
+    }
+
+    /// The point raised by `height` above its ray offset, on `side`.
+    #[inline(always)]
+    pub fn raised(&self, side: Side, height: f32) -> Vec3 {
+        match side {
+            Side::Front => self.p + self.ng * (self.ray_offset + height),
+            Side::Back => self.p - self.ng * (self.ray_offset + height),
+        }
+    }
+}
+
+/// Moves a point off its surface along the normal, to one side, just beyond its rounding error.
 ///
 /// A ray that starts there, to that side, cannot meet the surface it left, and skips nothing wider than the rounding error
 /// (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
 #[inline(always)]
 pub fn offset_to(s: &SurfacePoint, side: Side) -> Vec3 {
-    match side {
-        Side::Front => s.p + s.ng * (s.ray_offset + s.curvature_offset[0]),
-        Side::Back => s.p - s.ng * (s.ray_offset + s.curvature_offset[1]),
-    }
+    s.raised(side, 0.0)
 }
 
 /// Ray origin offset to the side that `w` points to.

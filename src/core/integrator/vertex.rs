@@ -2,10 +2,10 @@
 
 use crate::bsdf::{Bsdf, BsdfSample, BsdfView, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
-use crate::geometry::{Side, SurfacePoint, offset_to};
+use crate::geometry::SurfacePoint;
 use crate::light::LightSampleContext;
 use crate::material::BsdfSlot;
-use crate::math::{Frame, Ray, Vec2, Vec3};
+use crate::math::{Frame, Vec2, Vec3};
 
 /// A surface point with the local frame and the scattering that hold there.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct Vertex<'a> {
     pub view: Option<&'a BsdfView<'a>>,
     /// Whether the shading normal was bent towards the viewer.
     pub is_bent: bool,
-    /// The body behind the surface, as in [`Ray::body`].
+    /// The body behind the surface, as in [`Ray::body`](crate::math::Ray::body).
     pub body: u32,
 }
 
@@ -80,23 +80,15 @@ impl<'a> Vertex<'a> {
         LightSampleContext { p: self.point.p, n }
     }
 
-    /// The ray that goes on in direction `wi` (local frame).
-    #[inline(always)]
-    pub fn ray_along(&self, wi: Vec3) -> Ray {
-        let ray = Ray::new(self.origin(wi), self.frame.to_world(wi));
-        ray.when(self.point.time).within(self.body_towards(wi))
+    /// Returns true if the shading normal and the geometric normal put the unit direction `w` (world
+    /// frame) on different sides: photons and light paths bring no light from there.
+    pub fn is_one_way(&self, w: Vec3) -> bool {
+        !self.point.sides_agree(w)
     }
 
-    /// The body, as in [`Ray::body`], in which rays in direction `wi` (local frame) start.
+    /// The body, as in [`Ray::body`](crate::math::Ray::body), in which rays in direction `wi` (local frame) start.
     #[inline(always)]
     pub fn body_towards(&self, wi: Vec3) -> u32 {
         if wi.z < 0.0 { self.body } else { 0 }
-    }
-
-    /// Where rays in direction `wi` (local frame) start: on the side that it has by the shading normal. By the geometric one it may be another;
-    /// then the ray meets the surface, or what is behind a curved one's rim, but never starts behind a wall.
-    #[inline(always)]
-    pub fn origin(&self, wi: Vec3) -> Vec3 {
-        offset_to(&self.point, Side::of(wi.z))
     }
 }

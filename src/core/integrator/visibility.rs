@@ -11,7 +11,7 @@ use super::vertex::Vertex;
 use super::{RayKind, RaySink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::{Side, SurfacePoint, offset_to};
+use crate::geometry::{Side, SurfacePoint};
 use crate::light::{Light, RAYS_A_CLUSTER, SelectionMode, VisibilityGrid, VisibilityTarget};
 use crate::material::BsdfSlot;
 use crate::math::{Vec2, Vec3};
@@ -181,7 +181,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
                 return;
             }
             is_delta = sample.is_delta();
-            ray = vertex.ray_along(sample.wi);
+            ray = self.world.ray_along(&vertex, sample.wi);
             kind = RayKind::Bounce;
         }
     }
@@ -324,7 +324,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             site.faces(sample.wi).then_some((site, sample))
         })?;
         let side = Side::of(sample.wi.dot(site.point.ns));
-        let ray = sample.shadow_ray(offset_to(&site.point, side)).when(site.point.time);
+        let ray = sample
+            .shadow_ray(self.world.origin_on(&site.point, side, sample.wi))
+            .when(site.point.time);
         Some(self.world.transmittance(&ray, out).color().mean())
     }
 }

@@ -17,10 +17,10 @@ use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::color::Spectrum;
 use crate::film::{Filter, LightPaths};
-use crate::geometry::{Hit, SurfacePoint};
+use crate::geometry::{Hit, Side, SurfacePoint, offset_to, segment};
 use crate::light::{Emission, LightId};
 use crate::material::BsdfSlot;
-use crate::math::{Frame, Ray, Vec2};
+use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::sampling::Wavelength;
 use crate::scene::Scene;
@@ -337,6 +337,46 @@ impl<'a, A: Accel> World<'a, A> {
             point,
             is_bent: false,
             body: self.scene.body_behind(hit),
+        }
+    }
+
+    /// The ray that leaves `vertex` in direction `wi` (local frame).
+    #[inline(always)]
+    pub fn ray_along(&self, vertex: &Vertex, wi: Vec3) -> Ray {
+        let w = vertex.frame.to_world(wi);
+        let ray = Ray::new(self.origin_on(&vertex.point, Side::of(wi.z), w), w);
+        ray.when(vertex.point.time).within(vertex.body_towards(wi))
+    }
+
+    /// Origin of rays that leave `vertex` in the unit direction `w` (world frame), which is `wi` in
+    /// the local frame.
+    #[inline(always)]
+    pub fn origin(&self, vertex: &Vertex, wi: Vec3, w: Vec3) -> Vec3 {
+        self.origin_on(&vertex.point, Side::of(wi.z), w)
+    }
+
+    /// Origin of rays that leave `point` in the unit direction `w`, which is on `side` by the shading
+    /// normal.
+    ///
+    /// By the geometric normal `w` may be on the other side. Then the ray starts on `side` too, so it
+    /// never starts behind a wall, and hits the surface itself or passes a curved surface's rim.
+    #[inline(always)]
+    pub fn origin_on(&self, point: &SurfacePoint, side: Side, w: Vec3) -> Vec3 {
+        let height = point.height(side);
+        if height == 0.0 || point.is_above(side, w) {
+            return offset_to(point, side);
+        }
+        self.raised_origin(point, side, height)
+    }
+
+    /// Origin raised to the curved surface, unless another surface is in between: a raised origin
+    /// within another object would see no light.
+    #[inline(never)]
+    fn raised_origin(&self, point: &SurfacePoint, side: Side, height: f32) -> Vec3 {
+        let (low, high) = (offset_to(point, side), point.raised(side, height));
+        match self.accel.occluded(&segment(low, high).when(point.time)) {
+            true => low,
+            false => high,
         }
     }
 

@@ -5,7 +5,7 @@ use super::record::Record;
 use super::{MAX_MIRRORS, layer};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::{Side, SurfacePoint, offset_to};
+use crate::geometry::{Side, SurfacePoint};
 use crate::integrator::path::integrator::PathStart;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{PathIntegrator, RayKind, Sink};
@@ -102,7 +102,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             if !sample.is_delta() {
                 return None;
             }
-            ray = vertex.ray_along(sample.wi);
+            ray = self.path.world.ray_along(&vertex, sample.wi);
         }
         None
     }
@@ -122,7 +122,6 @@ impl<A: Accel> RecordMaker<'_, A> {
             true => Side::Back,
             false => Side::Front,
         };
-        let origin = offset_to(&place.point, side);
 
         // What comes from everywhere
         let mut dropped = 0;
@@ -137,6 +136,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             sampler.start(key);
             let u = sampler.get_2d(Dimension::bounce(place.depth, Bounce::Direction));
             let direction = frame.to_world(strata.direction(index, u));
+            let origin = self.path.world.origin_on(&place.point, side, direction);
             let ray = Ray::new(origin, direction).when(place.point.time);
             let mut seen = self.look((key, sampler), &ray, place.depth + 1, out);
             // Surfaces nearer than that change within the pixel.

@@ -204,7 +204,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
                 return;
             };
             beta *= factor;
-            ray = vertex.ray_along(sample.wi);
+            ray = world.ray_along(&vertex, sample.wi);
         }
     }
 }

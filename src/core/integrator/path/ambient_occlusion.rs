@@ -37,7 +37,7 @@ impl<A: Accel> AmbientOcclusion<'_, A> {
             let vertex = world.vertex(&hit, &ray, &slot);
             let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
             wi.z = wi.z.copysign(vertex.wo.z);
-            let next = world.accel.intersect(&vertex.ray_along(wi));
+            let next = world.accel.intersect(&world.ray_along(&vertex, wi));
             free.push(next.map_or(f32::INFINITY, |hit| hit.t));
         }
         free.sort_by(f32::total_cmp);
@@ -65,7 +65,7 @@ impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
         wi.z = wi.z.copysign(vertex.wo.z);
         let probe = Ray {
             t_max: self.distance,
-            ..vertex.ray_along(wi)
+            ..self.world.ray_along(&vertex, wi)
         };
         let open = self.world.transmittance(&probe, out).color();
         out.radiance(open.into());

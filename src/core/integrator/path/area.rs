@@ -105,7 +105,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         if u_lobe >= smooth {
             let sample = vertex.sample(u_lobe, u)?;
             return Some(Next {
-                ray: vertex.ray_along(sample.wi),
+                ray: self.world.ray_along(vertex, sample.wi),
                 weight: sample.weight,
                 pdf: sample.pdf,
                 target: None,
@@ -130,7 +130,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         let (f, _) = vertex.eval_pdf(wi);
         let cos = point.ng.dot(direction).abs();
         let weight = f * (wi.z.abs() * cos / (distance_squared * pdf * smooth));
-        let origin = vertex.origin(wi);
+        let origin = self.world.origin(vertex, wi, direction);
         let towards = (point.p - origin).try_normalize()?;
         (!weight.is_black()).then(|| Next {
             ray: Ray::new(origin, towards).when(time).within(vertex.body_towards(wi)),

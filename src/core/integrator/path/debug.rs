@@ -148,7 +148,9 @@ impl<A: Accel> DebugIntegrator<'_, A> {
             if wi.z * vertex.wo.z <= 0.0 {
                 continue;
             }
-            let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+            let ray = light
+                .shadow_ray(self.world.origin(vertex, wi, light.wi))
+                .when(vertex.point.time);
             count += u32::from(!self.world.transmittance(&ray, out).is_blocked());
         }
         count

@@ -366,7 +366,9 @@ impl<R: Gathered> Direct<R> {
                 transmittance: None,
             }));
         }
-        let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+        let ray = light
+            .shadow_ray(world.origin(vertex, wi, light.wi))
+            .when(vertex.point.time);
         let ray = ray.within(vertex.body_towards(wi));
         let radiance = R::of_light(f * light.radiance * (weight / pdf), id, scene);
         Self::Unless(ray, radiance.scattered(|| vertex.event(wi, false), world.paths))

@@ -40,7 +40,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                     continue;
                 };
                 let child = Branch {
-                    ray: vertex.ray_along(sample.wi),
+                    ray: self.world.ray_along(vertex, sample.wi),
                     depth: branch.depth + 1,
                     node,
                     beta: beta * sample.weight / self.branching as f32,

@@ -310,7 +310,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         };
         path_record::scatter(depth, vertex, &sample, factor, out);
         path.beta *= factor;
-        path.ray = vertex.ray_along(sample.wi);
+        path.ray = self.world.ray_along(vertex, sample.wi);
         let light_samples = if depth == 0 { self.light_samples } else { 1 };
         path.prev = Some(PrevVertex::new(vertex, &sample, light_samples));
         Some(sample)

@@ -167,7 +167,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             };
             path_record::scatter(depth, &vertex, &sample, factor, out);
             beta *= factor;
-            ray = vertex.ray_along(sample.wi);
+            ray = world.ray_along(&vertex, sample.wi);
             // ANCHOR_END: reflect
         }
     }

@@ -45,7 +45,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
                 }
                 path_record::scatter(branch.depth, vertex, &sample, sample.pdf, out);
                 let child = Branch {
-                    ray: vertex.ray_along(sample.wi),
+                    ray: self.world.ray_along(vertex, sample.wi),
                     depth: branch.depth + 1,
                     node: branch.node.wrapping_mul(4).wrapping_add(i as u32 + 1),
                     beta,

@@ -48,10 +48,11 @@ impl<'v, R: Gathered> Density<'v, R> {
         is_one_surface(photon.ng(), self.vertex.point.ng)
     }
 
-    /// Adds the light of `photon`, if it is one of the surface. Light that has come to the other side counts where the surface lets it pass.
+    /// Adds the light of `photon`, if it is one of the surface. Light that has come to the other side counts if the surface lets it pass. Light from
+    /// beyond the horizon of one of the normals is left to paths from the camera ([`Vertex::is_one_way`]).
     // ANCHOR: estimate
     pub fn add(&mut self, photon: &Photon) {
-        if !self.is_of_surface(photon) {
+        if !self.is_of_surface(photon) || self.vertex.is_one_way(photon.wi()) {
             return;
         }
         let wi = self.vertex.frame.to_local(photon.wi());

@@ -250,8 +250,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         // On, by several rays the first time
         let parts = gathered.is_none() && vertex.bsdf.is_wide() && segment.branch == 0;
         let rays = if parts { self.gather_rays } else { 1 };
-        for ray in 0..rays {
-            let branch = if parts { 1 + ray } else { segment.branch };
+        for index in 0..rays {
+            let branch = if parts { 1 + index } else { segment.branch };
             let numbers = if parts { branch << 6 | block } else { block };
             let u_lobe = sampler.get_1d(Dimension::bounce(numbers, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(numbers, Bounce::Direction));
@@ -259,7 +259,11 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 continue;
             };
             let was_gathering = matches!(segment.purpose, Purpose::Gather { .. });
+            // No photon has brought light from beyond the horizon: the path goes on, as if the camera had seen the vertex.
+            let ray = world.ray_along(vertex, sample.wi);
+            let is_one_way = !sample.is_delta() && vertex.is_one_way(ray.direction);
             let purpose = match (gathered, sample.is_delta()) {
+                _ if is_one_way => Purpose::See,
                 (Some(length), true) => Purpose::Gather {
                     length,
                     after_delta: true,
@@ -288,13 +292,14 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             };
             path_record::scatter(depth, vertex, &sample, factor / rays as f32, out);
             segments.push(QueuedRay {
-                ray: vertex.ray_along(sample.wi),
+                ray,
                 purpose,
                 depth: depth + 1,
                 branch,
                 beta: beta * factor,
                 roulette_scale: roulette_scale * if parts { rays as f32 } else { 1.0 },
-                prev: Some(PrevVertex::new(vertex, &sample, 1)),
+                // Lights are not sampled where photons are gathered.
+                prev: (gathered.is_none() || !is_one_way).then(|| PrevVertex::new(vertex, &sample, 1)),
             });
         }
         radiance

@@ -43,7 +43,8 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 ///   direction, weighed by MIS;
 /// - light that comes to the last vertex after having been scattered once or more, and leaves it by other than delta lobes, is that of photons, which
 ///   are kept from their first scattering on;
-/// - light that leaves the last vertex by delta lobes is found by going on, since photons are not asked for that part.
+/// - light that leaves the last vertex by delta lobes, or comes there from beyond the horizon of its shading or geometric normal, is found by going on:
+///   no photon brings it.
 #[derive(Debug)]
 pub struct ProgressivePhotonIntegrator<'a, A> {
     /// The scene and the camera.
@@ -213,9 +214,9 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 break;
             };
             beta *= sample.weight;
-            ray = vertex.ray_along(sample.wi);
+            ray = world.ray_along(vertex, sample.wi);
             let from = PrevVertex::new(vertex, &sample, 1);
-            if is_last && !sample.is_delta() {
+            if is_last && !sample.is_delta() && !vertex.is_one_way(ray.direction) {
                 // The other half of the estimate of direct light
                 if strategy.meets_lights() && !beta.is_black() {
                     path_record::scatter(depth, vertex, &sample, 1.0, out);

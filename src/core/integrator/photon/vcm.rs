@@ -189,7 +189,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
                     return;
                 };
                 let wi = arrived.back;
-                let f = surface.scattered(scene, surface.back, wi) * (1.0 / wi.dot(end.ng).abs());
+                let f = surface.scattered_arrival(scene, surface.back, wi) * (1.0 / wi.dot(end.ng).abs());
                 let radiance = last.beta * f * end.beta * (density * arrived.over_opacity(scene));
                 if is_one_surface(last.ng, end.ng) && radiance.is_valid() && !radiance.is_black() {
                     let weight = connector.merging_weight(&camera[..t], before, prepared.time);

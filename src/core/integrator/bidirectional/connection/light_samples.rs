@@ -53,6 +53,7 @@ impl<'a> Sampled<'a> {
             forward: self.scene.emission_selection().pmf(self.id) * start,
             reverse: 0.0,
             is_delta: false,
+            is_one_way: false,
             others: 0.0,
             event: None,
         }

@@ -357,7 +357,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 }
                 let ray = sampled
                     .sample
-                    .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
+                    .shadow_ray(surface.origin_towards_light(self.world, surface.back, wi))
                     .when(time)
                     .within(surface.body_towards(wi));
                 let transmittance = self.world.transmittance(&ray, out).color();
@@ -470,13 +470,13 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let w = a.direction_to(b);
         let scene = self.world.scene;
         let geometry = w.dot(b.ng).abs() / a.p.distance_squared(b.p);
-        let f = at_a.scattered(scene, at_a.back, w) * at_b.adjoint_throughput(scene, -w, at_b.back);
+        let f = at_a.scattered_arrival(scene, at_a.back, w) * at_b.adjoint_throughput(scene, -w, at_b.back);
         let radiance = a.beta * f * b.beta * geometry;
         if radiance.is_black() {
             return;
         }
         let ends = (
-            at_a.origin_towards_light(scene, at_a.back, w),
+            at_a.origin_towards_light(self.world, at_a.back, w),
             at_b.origin_towards_camera(-w),
         );
         let body = match at_a.body_towards(w) {

@@ -81,10 +81,11 @@ impl<A: Accel> Connector<'_, '_, A> {
         // Strategies that join on the camera's side of this connection, each over that of a connection here
         let mut on_camera_side = 0.0;
         if let Some((previous, _)) = before.split_last() {
-            let mut others = one_if(!previous.is_delta);
-            if s == 0 {
-                others *= self.raised(densities.direct, densities.end);
-            }
+            let mut others = match s {
+                // A light sample, which is no connection
+                0 => one_if(!previous.is_delta) * self.raised(densities.direct, densities.end),
+                _ => one_if(!previous.is_delta && !previous.is_one_way),
+            };
             others += self.merges(previous, densities.previous, time);
             if t > 2 {
                 others += self.beyond(densities.previous, previous.forward, previous.others);
@@ -147,16 +148,21 @@ impl<A: Accel> Connector<'_, '_, A> {
             return ConnectionDensities::default();
         };
         let back = end.surface().map(|surface| surface.back);
+        let w = end.direction_to(other);
+        // Light from there does not come to the end.
+        let is_one_way = end.surface().is_some_and(|surface| surface.is_one_way(surface.back, w));
         // A merged vertex may follow a delta lobe, and then came by no other.
         let by_delta = is_merged && other.is_delta;
         ConnectionDensities {
             end: match by_delta {
+                _ if is_one_way => 0.0,
                 true => other.density_at(1.0, end),
                 false => self.pdf_from_light(rest.last(), other, end, time),
             },
-            previous: before
-                .last()
-                .map_or(0.0, |previous| self.pdf_from_light(Some(other), end, previous, time)),
+            previous: match before.last() {
+                Some(previous) if !previous.is_one_way => self.pdf_from_light(Some(other), end, previous, time),
+                _ => 0.0,
+            },
             other: self.pdf_from_camera(back, end, other, time),
             next: match rest.last() {
                 Some(next) if by_delta => next.reverse,
@@ -187,7 +193,10 @@ impl<A: Accel> Connector<'_, '_, A> {
         let [own, onwards] = emission_pdfs(scene, (met.light, end.is_infinite()), end.ng, w, time);
         ConnectionDensities {
             end: scene.emission_selection().pmf(met.light) * own,
-            previous: end.density_at(onwards, previous),
+            previous: match previous.is_one_way {
+                true => 0.0,
+                false => end.density_at(onwards, previous),
+            },
             direct: met.direct,
             ..ConnectionDensities::default()
         }
@@ -232,7 +241,7 @@ impl<A: Accel> Connector<'_, '_, A> {
     /// `own` from this one. Past a vertex that no other strategy makes there is none, whatever densities say.
     fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
         match self.raised(other, own) {
-            0.0 => 0.0,
+            ratio if ratio == 0.0 || others == 0.0 => 0.0,
             ratio => ratio * others,
         }
     }
@@ -281,9 +290,9 @@ fn one_if(condition: bool) -> f64 {
     f64::from(u8::from(condition))
 }
 
-/// 1 where both neighbours can be connected, else 0.
+/// 1 if `a`, from which the subpath goes on to `b`, and `b` can be connected, else 0.
 fn connects(a: &PathVertex, b: &PathVertex) -> f64 {
-    one_if(!a.is_delta && !b.is_delta)
+    one_if(!a.is_delta && !a.is_one_way && !b.is_delta)
 }
 
 /// Densities of the vertices about a connection with which the other end would have drawn them; 0 where there is no such vertex.

@@ -11,8 +11,9 @@
 //!   starts on the side of the facet from which it is seen.
 //! - A light path does not know its viewer. It draws some directions about the normal of the facet (`Surface::facet_share`): where the shading normal
 //!   is far from it, light leaves in directions that a lobe about the shading normal never draws.
-//! - A camera ray that starts above a facet in a direction below it meets the same facet again (`Surface::is_met_again`). No other strategy can make
-//!   such a vertex; its density is infinite in all weights.
+//! - A camera path may leave a vertex beyond the horizon of its facet, or of its shading normal (`Surface::is_one_way`). The ray hits the same facet
+//!   again, or what is behind the rim of a curved surface. Light from that direction hits the other side of the facet: no path from a light comes here
+//!   by it, and no connection goes there. Light samples do.
 //!
 //! Densities of directions that delta lobes give leave out the delta distribution and the probability of the lobe, which both ends have in common. They
 //! keep the geometry of the segment and the Jacobian of the one direction by the other (`delta_jacobian`): a strategy whose densities lack these is
@@ -116,18 +117,12 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 forward: 0.0,
                 reverse: 0.0,
                 is_delta: false,
+                is_one_way: false,
                 others: 0.0,
                 event: None,
             };
             let before = path.len() - 1;
-            let is_met_again = match (path[before].surface(), vertex.surface()) {
-                (Some(left), Some(met)) => met.is_met_again(left),
-                _ => false,
-            };
-            vertex.forward = match is_met_again {
-                true => f32::INFINITY,
-                false => path[before].density_at(pdf, &vertex),
-            };
+            vertex.forward = path[before].density_at(pdf, &vertex);
             if let Some(surface) = vertex.surface().filter(|_| out.records()) {
                 out.record(PathEvent::Vertex {
                     depth,
@@ -155,7 +150,11 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             let Some(next) = next else { break };
             path[before + 1].is_delta = next.is_delta;
             path[before + 1].event = next.event;
-            path[before].reverse = path[before + 1].density_at(next.reverse_pdf, &path[before]);
+            path[before + 1].is_one_way = next.is_one_way;
+            path[before].reverse = match path[before].is_one_way {
+                true => 0.0,
+                false => path[before + 1].density_at(next.reverse_pdf, &path[before]),
+            };
             beta *= next.weight;
             roulette_scale *= next.eta * next.eta;
             let u = sampler.get_2d(Dimension::bounce(block, Bounce::Decisions)).y;
@@ -194,7 +193,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let w = frame.to_world(sample.wi);
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,
-            (false, true) => sample.weight * surface.point.adjoint_factor(back, w),
+            (false, true) => sample.weight * surface.adjoint_delta(w, back),
             // By the normal that the camera will see
             (false, false) => surface.adjoint_throughput(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
         };
@@ -207,9 +206,10 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             (false, false) => (sample.pdf, surface.pdf_from_camera(scene, w, back)),
         };
         Some(Onwards {
-            ray: surface.ray_onwards(scene, back, w, self.mode),
+            ray: surface.ray_onwards(self.world, back, w, self.mode),
             weight,
             is_delta: sample.is_delta(),
+            is_one_way: is_from_camera && surface.goes_one_way(back, w, sample.is_delta()),
             event: self.world.paths.map(|_| {
                 let (wo, wi) = if is_from_camera { (back, w) } else { (w, back) };
                 surface.event(scene, wo, wi, sample.is_delta())
@@ -235,6 +235,8 @@ struct Onwards {
     ray: Ray,
     weight: Spectrum,
     is_delta: bool,
+    /// As in [`PathVertex::is_one_way`].
+    is_one_way: bool,
     /// Where paths are distinguished.
     event: Option<ScatteringEvent>,
     /// Per solid angle; 1 for a delta lobe.

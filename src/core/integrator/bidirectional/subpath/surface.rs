@@ -4,7 +4,7 @@ use crate::accel::Accel;
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::geometry::{Hit, Side, SurfacePoint, offset_origin, offset_to};
+use crate::geometry::{Hit, Side, SurfacePoint, offset_origin};
 use crate::integrator::World;
 use crate::integrator::vertex::Vertex;
 use crate::light::LightSampleContext;
@@ -82,7 +82,7 @@ impl<'a> Surface<'a> {
 
     /// Point and frame with the shading normal as it is for a viewer in the direction `wo`.
     fn seen_from(&self, scene: &Scene, wo: Vec3) -> (SurfacePoint, Frame) {
-        if !self.is_detailed || !self.point.bends_for(wo) {
+        if !self.bends_for(wo) {
             return (self.point, self.frame);
         }
         let point = self.point.seen_from(wo);
@@ -97,11 +97,39 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Whether a ray that left `other` has met the triangle that it left: by a shading normal that is bent far away light comes from beyond the facet's
-    /// horizon, and a ray that looks for it there finds the facet itself. Nothing but a path from the camera can make such a pair of points.
-    pub fn is_met_again(&self, other: &Self) -> bool {
-        let triangle = |hit: &Hit| (hit.prim, hit.geom, hit.inst);
-        triangle(&self.hit) == triangle(&other.hit)
+    /// Returns true if only a path from the camera, which leaves in the direction `wo` to its previous
+    /// vertex, can go on here in the direction `wi`: by the shading normal, as `wo` sees it, `wi` is on
+    /// another side than by the geometric normal. Light from `wi` hits the other side of the facet.
+    pub fn is_one_way(&self, wo: Vec3, wi: Vec3) -> bool {
+        self.is_detailed && !self.point.seen_from(wo).sides_agree(wi)
+    }
+
+    /// [`Surface::is_one_way`] for a direction `wi` that was sampled. A delta lobe about a normal that was bent to `wo` is a path's from the camera too.
+    pub fn goes_one_way(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> bool {
+        is_delta && self.bends_for(wo) || self.is_one_way(wo, wi)
+    }
+
+    /// Returns true if the shading normal is another one for a viewer in the direction `wo`.
+    fn bends_for(&self, wo: Vec3) -> bool {
+        self.is_detailed && self.point.bends_for(wo)
+    }
+
+    /// [`Surface::scattered`] for light that a path from a light has brought here from the direction `wi`: zero beyond the horizon of one of the
+    /// normals ([`Surface::is_one_way`]).
+    pub fn scattered_arrival(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
+        match self.is_one_way(wo, wi) {
+            true => Spectrum::ZERO,
+            false => self.scattered(scene, wo, wi),
+        }
+    }
+
+    /// What radiance is multiplied by at a delta lobe that takes light from the direction `wi` to the direction `wo` on a path from a light, besides the
+    /// weight of the lobe; 0 if a path from the camera would not go the same way back.
+    pub fn adjoint_delta(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self.goes_one_way(wo, wi, true) {
+            true => 0.0,
+            false => self.point.adjoint_factor(wi, wo),
+        }
     }
 
     /// Light from the direction `wi` that leaves in the direction `wo` to the camera: `f |cos|` by the shading normal, which is what radiance per solid
@@ -151,9 +179,9 @@ impl<'a> Surface<'a> {
     }
 
     /// The ray on which a path that comes from the direction `back` goes on in direction `w`.
-    pub fn ray_onwards(&self, scene: &Scene, back: Vec3, w: Vec3, mode: TransportMode) -> Ray {
+    pub fn ray_onwards<A: Accel>(&self, world: &World<A>, back: Vec3, w: Vec3, mode: TransportMode) -> Ray {
         let origin = match mode {
-            TransportMode::Radiance => self.origin_towards_light(scene, back, w),
+            TransportMode::Radiance => self.origin_towards_light(world, back, w),
             TransportMode::Importance => self.origin_towards_camera(w),
         };
         Ray::new(origin, w).when(self.point.time).within(self.body_towards(w))
@@ -208,10 +236,10 @@ impl<'a> Surface<'a> {
     }
 
     /// Where rays start that go on in direction `wi` to find the light which is scattered to `wo`: on the side that it has by the shading normal, as
-    /// [`Vertex::origin`] says.
-    pub fn origin_towards_light(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Vec3 {
-        let (point, _) = self.seen_from(scene, wo);
-        offset_to(&point, Side::of(wi.dot(point.ns)))
+    /// [`World::origin_on`] says.
+    pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, wo: Vec3, wi: Vec3) -> Vec3 {
+        let (point, _) = self.seen_from(world.scene, wo);
+        world.origin_on(&point, Side::of(wi.dot(point.ns)), wi)
     }
 
     /// Where rays start that carry light away in direction `wo`: on the side from which it is seen there.
@@ -268,7 +296,7 @@ impl<'a> Surface<'a> {
     pub fn adjoint_throughput(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let factor = 1.0 / wi.dot(self.point.ng).abs();
         match factor.is_finite() {
-            true => self.scattered(scene, wo, wi) * factor,
+            true => self.scattered_arrival(scene, wo, wi) * factor,
             false => Spectrum::ZERO,
         }
     }

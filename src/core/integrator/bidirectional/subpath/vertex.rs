@@ -21,12 +21,14 @@ pub(crate) struct PathVertex<'a> {
     pub ng: Vec3,
     /// What the vertex counts, over the density of the subpath so far.
     pub beta: Spectrum,
-    /// Density with which the subpath has made the vertex: infinite where it has met the triangle that it left, as no other strategy can.
+    /// Density with which the subpath has made the vertex.
     pub forward: f32,
     /// The one with which a path from the other end would have, coming along the same vertices; set when the subpath goes on.
     pub reverse: f32,
     /// Whether the subpath goes on by a delta lobe.
     pub is_delta: bool,
+    /// True if the subpath is the camera's, and goes on in a direction from which no light path can come.
+    pub is_one_way: bool,
     /// Densities of all strategies that join the path between its end and this vertex, raised by the MIS heuristic, over that of a connection of this vertex
     /// with the one before it. `Connector::sum_camera` and `Connector::sum_light` compute it.
     pub others: f64,
@@ -68,6 +70,7 @@ impl<'a> PathVertex<'a> {
             forward: 1.0 / world.camera.lens_area(),
             reverse: 0.0,
             is_delta: false,
+            is_one_way: false,
             others: 0.0,
             event: None,
         }
@@ -91,6 +94,7 @@ impl<'a> PathVertex<'a> {
             forward: pmf * pdf,
             reverse: 0.0,
             is_delta: false,
+            is_one_way: false,
             others: 0.0,
             event: None,
         }
@@ -111,6 +115,7 @@ impl<'a> PathVertex<'a> {
             forward: pdf,
             reverse: 0.0,
             is_delta: false,
+            is_one_way: false,
             others: 0.0,
             event: None,
         }

@@ -49,7 +49,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         let [out, into] = [wo, wi].map(|w| w.dot(surface.point.ng).abs() as f64);
         let towards_camera = out / into;
         Factors {
-            value: surface.scattered(scene, wo, wi),
+            value: surface.scattered_arrival(scene, wo, wi),
             camera: surface.pdf_from_camera(scene, wo, wi) as f64,
             light: surface.pdf_from_light(wi, wo) as f64 / towards_camera,
             towards_camera,
@@ -65,9 +65,9 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         };
         let camera = single(wo, wi, TransportMode::Radiance)?;
         let light = single(wi, wo, TransportMode::Importance)?;
-        let adjoint = surface.point.adjoint_factor(wi, wo);
+        let adjoint = surface.adjoint_delta(wo, wi);
         let towards_camera = (light.flux.luminance() * adjoint) as f64 / camera.flux.luminance() as f64;
-        Some(Factors {
+        (towards_camera > 0.0).then(|| Factors {
             value: camera.flux,
             camera: camera.probability as f64,
             light: light.probability as f64 / towards_camera,

@@ -1,13 +1,13 @@
 //! Paths of the chains and their vertices.
 
+use crate::accel::Accel;
 use crate::bsdf::{Bsdf, TransportMode};
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
 use crate::integrator::opacity::Transmittance;
-use crate::integrator::{PathEvent, RaySink};
+use crate::integrator::{PathEvent, RaySink, World};
 use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
-use crate::scene::Scene;
 use std::rc::Rc;
 
 /// A whole path x0 … xk: x0 is on the lens and xk on a light.
@@ -198,8 +198,8 @@ impl<'a> Vertex<'a> {
 
     /// Whether a ray that left `other` has met the triangle that it left. Such points are one and the same to all that is computed of a path's vertices.
     pub fn is_met_again(&self, other: &Self) -> bool {
-        let surfaces = self.surface().zip(other.surface());
-        surfaces.is_some_and(|(own, other)| own.is_met_again(other))
+        let triangle = |vertex: &Self| vertex.surface().map(|s| (s.hit.prim, s.hit.geom, s.hit.inst));
+        triangle(self).is_some_and(|own| triangle(other) == Some(own))
     }
 
     /// Whether the vertex is infinitely far away.
@@ -221,12 +221,12 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Where rays start that go on in direction `w` to find light, on the path that comes from the camera by `before`; where that is not known, on the
+    /// Where rays start that go on in direction `w` to find light, on the path that comes from the camera by `before`; if that is not known, on the
     /// side that `w` points to.
-    pub fn origin_towards_light(&self, scene: &Scene, before: Option<&Self>, w: Vec3) -> Vec3 {
+    pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, before: Option<&Self>, w: Vec3) -> Vec3 {
         match (&self.kind, before) {
             (VertexKind::Surface(surface), Some(before)) => {
-                surface.origin_towards_light(scene, self.direction_to(before), w)
+                surface.origin_towards_light(world, self.direction_to(before), w)
             }
             _ => self.origin_towards_camera(w),
         }

@@ -167,7 +167,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
                 let neighbours = [&x.vertices[i - 1], old, &x.vertices[i + 1]];
                 let turn = |w| turn(w, numbers);
                 let w = self.onwards(&camera, neighbours, TransportMode::Radiance, turn)?;
-                let origin = camera[i].origin_towards_light(self.space.world.scene, Some(&camera[i - 1]), w);
+                let origin = camera[i].origin_towards_light(self.space.world, Some(&camera[i - 1]), w);
                 ray = Ray::new(origin, w).when(sample.time);
             }
         }

@@ -225,7 +225,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let frame = surface.frame_for(self.world.scene, back, mode);
         let sample = surface.sample((back, frame.to_local(back)), u_lobe, u, mode)?;
         let wi = (!sample.is_delta()).then_some(sample.wi)?;
-        let ray = surface.ray_onwards(self.world.scene, back, frame.to_world(wi), mode);
+        let ray = surface.ray_onwards(self.world, back, frame.to_world(wi), mode);
         last.is_delta = false;
         Some(ray)
     }
@@ -249,7 +249,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let sides = [true, false].map(|is_reflected| Single::of(&surface.bsdf, local, is_reflected, mode));
         let weights = sides.map(|side| side.map_or(0.0, |side| side.probability as f64));
         let direction = sides[numbers.choose(weights.into_iter())?]?.direction;
-        let ray = surface.ray_onwards(self.world.scene, back, frame.to_world(direction), mode);
+        let ray = surface.ray_onwards(self.world, back, frame.to_world(direction), mode);
         last.is_delta = true;
         Some(ray)
     }
@@ -288,7 +288,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         out: &mut impl RaySink,
     ) -> Transmittance {
         let w = a.direction_to(b);
-        let origin = a.origin_towards_light(self.world.scene, before, w);
+        let origin = a.origin_towards_light(self.world, before, w);
         let ray = match b.is_infinite() {
             true => Ray::new(origin, w),
             false => segment(origin, b.origin_towards_camera(-w)),

@@ -20,6 +20,11 @@ use crate::math::Vec3;
 /// which is never more than what the pixel's own path gives. `S` is the density of ends at `y`, and `p̄` that of directions there: the end scatters as the
 /// mean of its viewers would. Where lights are sampled at `y`, their density stands in place of `p̄`, and the two are weighed against each other as at
 /// any other vertex. Light that is emitted at `y`, and light that arrives by a delta lobe, stays with the path that found it.
+///
+/// A first vertex finds `y` by a connection only if `y` lies in front of it by its shading normal and by its geometric normal, or behind it by both.
+/// Beyond the horizon of one of them a ray may hit the surface that it has left, at a point that no other vertex can connect to: such an end
+/// belongs to its owner alone, and counts for the owner as if there were no reuse. Whether `y` is shared depends on the pair of points alone, not on
+/// the path that found it, so the densities of the others are right.
 pub(super) struct End<'v> {
     /// The vertex as its owner, the path that found it, sees it.
     pub(super) vertex: Vertex<'v>,

@@ -34,6 +34,8 @@ pub(super) struct Firsts<'f, 'v> {
     p: Vec3Lanes,
     /// Shading normals.
     ns: Vec3Lanes,
+    /// Unit geometric normals.
+    ng: Vec3Lanes,
     /// `cos θ` of the direction to the viewer.
     wo_z: Lane,
     /// Where rays to the front start, and rays to the back.
@@ -54,7 +56,8 @@ pub(super) struct Look {
     pub w: Vec3Lanes,
     /// `cos θ` of these directions by the shading normals.
     cos: Lane,
-    /// Geometry term without visibility and without the cosine at the first vertex. What is not above 0 looks from behind.
+    /// Geometry term without visibility and without the cosine at the first vertex. If it is not above
+    /// 0, the vertex sees the end from behind, or beyond the horizon of one of its own normals.
     geometry: Lane,
     /// Throughput from the end to the camera, per area at the end, by channel.
     beta: [Lane; 3],
@@ -71,6 +74,7 @@ impl<'f, 'v> Firsts<'f, 'v> {
             directions,
             p: Vec3Lanes::ZERO,
             ns: Vec3Lanes::splat(Vec3::Z),
+            ng: Vec3Lanes::splat(Vec3::Z),
             wo_z: [0.0; LANES],
             starts: [[Vec3::ZERO; LANES]; 2],
             beta_f: [[0.0; LANES]; 3],
@@ -85,6 +89,7 @@ impl<'f, 'v> Firsts<'f, 'v> {
             };
             firsts.p.set(i, vertex.point.p);
             firsts.ns.set(i, vertex.frame.normal());
+            firsts.ng.set(i, vertex.point.ng);
             firsts.wo_z[i] = vertex.wo.z;
             firsts.starts[0][i] = offset_to(&vertex.point, Side::Front);
             firsts.starts[1][i] = offset_to(&vertex.point, Side::Back);
@@ -136,10 +141,12 @@ impl<'f, 'v> Firsts<'f, 'v> {
         }
         w.scale(&inverse);
         let cos = w.dot(&self.ns);
+        let cos_facet = w.dot(&self.ng);
         let cos_end = w.dot(&Vec3Lanes::splat(end.n));
         let mut geometry = [0.0; LANES];
         for i in 0..LANES {
-            geometry[i] = -cos_end[i] / squared[i];
+            let g = -cos_end[i] / squared[i];
+            geometry[i] = if cos[i] * cos_facet[i] > 0.0 { g } else { 0.0 };
         }
         // Densities of matte vertices
         let mut pdf = [0.0; LANES];

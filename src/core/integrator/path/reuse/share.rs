@@ -190,7 +190,9 @@ impl<'v> End<'v> {
         if light.radiance.is_black() || (wi.z * vertex.wo.z <= 0.0 && !vertex.bsdf.is_transmitting()) {
             return None;
         }
-        let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+        let ray = light
+            .shadow_ray(world.origin(vertex, wi, light.wi))
+            .when(vertex.point.time);
         let ray = ray.within(vertex.body_towards(wi));
         let arrives = world.transmittance(&ray, out);
         (!arrives.is_blocked()).then(|| (light, wi, light.radiance * arrives.color()))
@@ -215,7 +217,7 @@ impl<'v> End<'v> {
         let next = PathStart {
             key: start.key,
             sampler: start.sampler,
-            ray: self.vertex.ray_along(sample.wi),
+            ray: path.world.ray_along(&self.vertex, sample.wi),
             hit: None,
             tint: Spectrum::ONE,
             depth: self.depth + 1,

@@ -38,6 +38,17 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// The first vertex of the path `owner`, if no connection finds `end`. The throughput is that of
+    /// the path, which contains the density already: it is 1 here.
+    fn alone(end: &End, owner: usize) -> Self {
+        Self {
+            index: owner,
+            beta: end.beta,
+            pdf: 1.0,
+            w: -end.vertex.frame.to_world(end.vertex.wo),
+        }
+    }
+
     /// Direction from `end` to the first vertex, local frame of the end.
     #[inline(always)]
     fn wo(&self, end: &End) -> Vec3 {
@@ -108,28 +119,36 @@ impl<'f, 'v> Workspace<'f, 'v> {
         }
     }
 
-    /// Collects the first vertices that could have found `end`, the one of `owner` first; gives their number.
+    /// Collects the first vertices that could have found `end`, the one of `owner` first; returns
+    /// their number. The owner is alone, and `true` is returned, if a connection could not have found
+    /// the end from its own vertex.
     #[inline(always)]
-    fn find_candidates(&mut self, end: &End, owner: usize) -> usize {
+    fn find_candidates(&mut self, end: &End, owner: usize) -> (usize, bool) {
         self.firsts.look_at(end, &mut self.look);
-        let mut count = 0;
-        for i in 0..SAMPLES_AT_ONCE {
-            let index = match i {
-                0 => owner,
-                _ if i <= owner => i - 1,
-                _ => i,
-            };
-            let Some((beta, pdf)) = self.look.get(index) else {
-                continue;
-            };
-            let w = self.look.w.get(index);
-            if end.curved.is_some_and(|point| point.bends_for(-w)) {
-                continue;
+        let Some(own) = self.candidate(end, owner) else {
+            let alone = Candidate::alone(end, owner);
+            self.look.w.set(owner, alone.w);
+            self.candidates[0] = alone;
+            return (1, true);
+        };
+        self.candidates[0] = own;
+        let mut count = 1;
+        for index in (0..SAMPLES_AT_ONCE).filter(|index| *index != owner) {
+            if let Some(candidate) = self.candidate(end, index) {
+                self.candidates[count] = candidate;
+                count += 1;
             }
-            self.candidates[count] = Candidate { index, beta, pdf, w };
-            count += 1;
         }
-        count
+        (count, false)
+    }
+
+    /// The first vertex `index`, if a connection finds `end` from there, visibility aside.
+    #[inline(always)]
+    fn candidate(&self, end: &End, index: usize) -> Option<Candidate> {
+        let (beta, pdf) = self.look.get(index)?;
+        let w = self.look.w.get(index);
+        let bends = end.curved.is_some_and(|point| point.bends_for(-w));
+        (!bends).then_some(Candidate { index, beta, pdf, w })
     }
 
     /// Makes the BSDF of `end`, as the first `count` candidates see it.
@@ -161,11 +180,12 @@ impl Viewers {
         out: &mut [impl Sink],
     ) -> Self {
         // Vertices that could have found it, the owner's first. That this one sees it is known.
-        let count = work.find_candidates(end, owner);
+        let (count, is_alone) = work.find_candidates(end, owner);
         let candidates = &mut work.candidates[..count];
-        let passes = world.scene.lets_light_pass();
-        let absorbs = world.scene.has_absorption();
-        let is_known = candidates.first().is_some_and(|first| first.index == owner) && !passes && !absorbs;
+        // The throughput of an owner that is alone contains the transmittance.
+        let passes = !is_alone && world.scene.lets_light_pass();
+        let absorbs = !is_alone && world.scene.has_absorption();
+        let is_known = !passes && !absorbs;
         let traced = usize::from(is_known)..count;
 
         // Visibility of the others

@@ -11,7 +11,7 @@ use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::film::Film;
 use crate::geometry::InstanceId;
-use crate::io::FileError;
+use crate::io::{FileError, read_text};
 use crate::math::{Ray, list};
 use crate::options::{Backend, Denoising, SamplingOptions};
 use crate::render::{Outcome, Statistics, StopCondition};
@@ -251,7 +251,7 @@ impl Audit<'_> {
 }
 
 fn read_replay(path: &Path) -> Result<Replay, FileError> {
-    let text = std::fs::read_to_string(path).map_err(|e| FileError::system(path, "cannot read the report", &e))?;
+    let text = read_text(path, "the report")?;
     serde_json::from_str(&text).map_err(|e| {
         let error = FileError::new(path, format!("not a report of an audit: {e}"));
         error.help("give the JSON that `embrasure audit` wrote")

@@ -7,5 +7,6 @@ mod support;
 mod long_renders;
 mod outputs;
 mod packages;
+mod replaced;
 mod shells;
 mod tev;

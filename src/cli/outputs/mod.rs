@@ -8,15 +8,20 @@ mod images;
 pub(super) use images::{Images, images_of_render};
 
 use super::error::CliError;
+use super::words;
 use crate::io::{FileId, Output};
 use std::path::Path;
 
 /// Files to write, by the flags that name them.
 #[derive(Default)]
-pub(super) struct Outputs(Vec<(&'static str, String, FileId)>);
+pub(super) struct Outputs {
+    files: Vec<(&'static str, String, FileId)>,
+    /// Files of whose other names the user was warned.
+    warned: Vec<FileId>,
+}
 
 impl Outputs {
-    /// Checks that the file `path`, which `flag` names, can be written, and takes it in.
+    /// Checks that the file `path`, which `flag` names, can be written, and takes it in. Warns of other names of it.
     ///
     /// # Errors
     ///
@@ -24,7 +29,23 @@ impl Outputs {
     pub fn prepare(&mut self, flag: &'static str, path: &Path) -> Result<Output, CliError> {
         let output = Output::prepare(path)?;
         self.add(flag, &output)?;
+        self.warn_of_other_names(flag, &output);
         Ok(output)
+    }
+
+    /// Warns once of other names of a file that will be replaced.
+    fn warn_of_other_names(&mut self, flag: &str, output: &Output) {
+        let Some(id) = output
+            .id()
+            .filter(|id| output.other_names() > 0 && !self.warned.contains(id))
+        else {
+            return;
+        };
+        self.warned.push(id);
+        let name = output.path().display();
+        words::warning(format_args!(
+            "{flag} {name}: other names of this file (hard links) keep its old contents"
+        ));
     }
 
     /// Takes in `output`, which `flag` names.
@@ -36,25 +57,25 @@ impl Outputs {
         let (name, Some(id)) = (output.path().display().to_string(), output.id()) else {
             return Ok(());
         };
-        if let Some((other_flag, other, _)) = self.0.iter().find(|(.., other)| *other == id) {
+        if let Some((other_flag, other, _)) = self.files.iter().find(|(.., other)| *other == id) {
             return Err(CliError::Usage(format!(
                 "{flag} {name} is the same file as {other_flag} {other}\n  help: give each output a name of its own"
             )));
         }
-        self.0.push((flag, name, id));
+        self.files.push((flag, name, id));
         Ok(())
     }
 
     /// Forgets the outputs that `flag` names.
     pub fn forget(&mut self, flag: &str) {
-        self.0.retain(|(other, ..)| *other != flag);
+        self.files.retain(|(other, ..)| *other != flag);
     }
 
     /// Refuses outputs that are among the files `read`, by whatever name.
     pub fn spare<'a>(&self, read: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
         for path in read {
             let id = FileId::of(path);
-            if let Some((flag, name, _)) = self.0.iter().find(|(.., output)| Some(output) == id.as_ref()) {
+            if let Some((flag, name, _)) = self.files.iter().find(|(.., output)| Some(output) == id.as_ref()) {
                 return Err(CliError::Usage(format!(
                     "{flag} {name} would overwrite {}, which this command reads\n  help: give the output another name",
                     path.display()

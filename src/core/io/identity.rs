@@ -1,11 +1,16 @@
 //! Identity of files: device and inode, or for a file that does not exist yet its folder's and its name.
 //!
+//! Outputs follow no link of a stranger in a sticky folder such as `/tmp`: it could lead to any file of the user. Linux has the same rule
+//! (`fs.protected_symlinks`), but only for the last name of a path and if it is switched on.
+//!
 //! `cli/outputs` compares all outputs with each other and with the scene file before anything is read, and with `Session::files` before the
 //! acceleration structure is built. No flag overwrites inputs.
 
 use std::ffi::OsString;
 use std::fs::{self, Metadata};
 use std::io;
+#[cfg(unix)]
+use std::path::Component;
 use std::path::{Path, PathBuf};
 
 /// Symbolic links that a name may lead through: as many as Linux follows.
@@ -75,9 +80,111 @@ pub(super) fn follow_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
+/// The first link on the way to `path` that a stranger has put into a sticky folder: the link belongs to
+/// neither the user nor the folder's owner.
+#[cfg(unix)]
+pub(super) fn untrusted_link(path: &Path) -> io::Result<Option<PathBuf>> {
+    let user = rustix::process::geteuid().as_raw();
+    let mut folder = std::env::current_dir()?;
+    let mut rest: Vec<OsString> = names_reversed(path);
+    let mut links = 0;
+    while let Some(name) = rest.pop() {
+        match Path::new(&name).components().next() {
+            Some(Component::ParentDir) => drop(folder.pop()),
+            Some(Component::Normal(_)) => {
+                let here = folder.join(&name);
+                match fs::symlink_metadata(&here) {
+                    Ok(link) if link.is_symlink() => {
+                        links += 1;
+                        if links > MAX_LINKS {
+                            return Err(io::Error::other("too many symbolic links"));
+                        }
+                        if !is_trusted(&link, &fs::metadata(&folder)?, user) {
+                            return Ok(Some(here));
+                        }
+                        rest.extend(names_reversed(&fs::read_link(&here)?));
+                    }
+                    _ => folder = here,
+                }
+            }
+            // A root takes the place of all before it.
+            _ => folder.push(&name),
+        }
+    }
+    Ok(None)
+}
+
+/// The parts of a path, the last one first.
+#[cfg(unix)]
+fn names_reversed(path: &Path) -> Vec<OsString> {
+    let names = path.components().filter(|part| *part != Component::CurDir);
+    names.rev().map(|part| part.as_os_str().to_owned()).collect()
+}
+
+/// Returns true if `user` may follow `link` in `folder`.
+#[cfg(unix)]
+fn is_trusted(link: &Metadata, folder: &Metadata, user: u32) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    const STICKY: u32 = 0o1000;
+    folder.mode() & STICKY == 0 || link.uid() == user || link.uid() == folder.uid()
+}
+
+#[cfg(not(unix))]
+pub(super) fn untrusted_link(_: &Path) -> io::Result<Option<PathBuf>> {
+    Ok(None)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Links of a stranger need another user: root can give links away. Others see the rule alone.
+    #[cfg(unix)]
+    #[test]
+    fn strangers_link_in_a_sticky_folder_is_not_trusted() {
+        use std::os::unix::fs::{MetadataExt, PermissionsExt, lchown, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("home")).unwrap();
+        fs::create_dir(path("tmp")).unwrap();
+        fs::set_permissions(path("tmp"), fs::Permissions::from_mode(0o1777)).unwrap();
+        symlink("../home/x.exr", path("tmp/x.exr")).unwrap();
+        symlink("../home", path("tmp/sub")).unwrap();
+        symlink("tmp/sub", path("own")).unwrap();
+        for name in [
+            "tmp/x.exr",
+            "tmp/./sub/x.exr",
+            "own/x.exr",
+            "tmp/../tmp/sub/new/x.exr",
+            "gone/x.exr",
+        ] {
+            assert_eq!(untrusted_link(&path(name)).unwrap(), None, "{name}");
+        }
+        let [link, sticky, plain] = ["tmp/x.exr", "tmp", "home"].map(|name| fs::symlink_metadata(path(name)).unwrap());
+        let stranger = link.uid() + 1;
+        assert!(is_trusted(&link, &sticky, link.uid()) && is_trusted(&link, &plain, stranger));
+        assert!(
+            is_trusted(&link, &sticky, stranger),
+            "the folder's owner has made the link"
+        );
+
+        let give = |name: &str| lchown(path(name), Some(65534), None);
+        if give("tmp/x.exr").is_err() {
+            return;
+        }
+        give("tmp/sub").unwrap();
+        for (name, link) in [
+            ("tmp/x.exr", "tmp/x.exr"),
+            ("tmp/./sub/x.exr", "tmp/sub"),
+            ("own/x.exr", "tmp/sub"),
+            ("home/../tmp/sub/new/x.exr", "tmp/sub"),
+        ] {
+            let found = untrusted_link(&path(name)).unwrap().unwrap();
+            assert!(found.ends_with(link), "{name}: {}", found.display());
+        }
+        fs::set_permissions(path("tmp"), fs::Permissions::from_mode(0o777)).unwrap();
+        assert_eq!(untrusted_link(&path("tmp/x.exr")).unwrap(), None);
+    }
 
     #[test]
     fn files_are_known_by_any_name() {

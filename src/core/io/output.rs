@@ -1,6 +1,7 @@
 //! Output files, replaced atomically.
 //!
-//! A file is written beside its place, synced and renamed, and its folder is synced: after a kill, the previous file is there. `Output::write` is the
+//! A file is written beside its place, synced and renamed, and its folder is synced: after a kill, the previous file is there. The new file has the
+//! permissions of the previous one. Other names (hard links) of the previous file keep its contents: `Output::other_names`. `Output::write` is the
 //! boundary around each output: an error or a panic within it is an error of that file, and the other outputs are written. Where neither an EXR file
 //! nor a checkpoint could be written, `Renderer::rescue` writes `R G B` and all sums, without names and further channels, to a new file.
 //!
@@ -8,12 +9,15 @@
 //! by `LD_PRELOAD`).
 
 use super::guard::guarded;
-use super::identity::{folder_of, follow_links};
-use super::temporary::{sweep, temporary};
+use super::identity::{folder_of, follow_links, untrusted_link};
+use super::input::read_bytes;
+use super::temporary::{check_unlocked, sweep, temporary};
 use super::{FileError, FileId, OutputLock};
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tempfile::NamedTempFile;
 
 /// Maximum number of rescued files of one name.
@@ -26,11 +30,14 @@ pub struct Output {
     path: PathBuf,
     /// Where the bytes go: `path` with symbolic links followed, so that a link stays a link, in a folder by its full name.
     target: PathBuf,
+    /// True while this output holds the lock.
+    is_locked: Arc<AtomicBool>,
 }
 
 impl Output {
     /// Checks that `path` can be written, by writing beside it, and removes what killed runs have left there. A link is followed, also one whose
-    /// target is not there yet.
+    /// target is not there yet, unless another user has put it into a sticky folder such as `/tmp`. A file that another process has locked is
+    /// refused.
     pub fn prepare(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
         let refused = |what: &str| FileError::new(path, format!("cannot write: {what}"));
@@ -39,6 +46,11 @@ impl Output {
         };
         if path.is_dir() || names_a_folder(path) {
             return Err(refused("this is a directory").help("give a file name"));
+        }
+        if let Some(link) = untrusted_link(path).map_err(unusable)? {
+            let link = link.display();
+            return Err(refused(&format!("{link} is a link of another user in a sticky folder"))
+                .help("remove the link, or give the name of the file that it leads to"));
         }
         let target = follow_links(path).map_err(unusable)?;
         if names_a_folder(&target) {
@@ -60,10 +72,12 @@ impl Output {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(unusable(error)),
             _ => {}
         }
+        check_unlocked(path, &target)?;
         sweep(&target);
         let output = Self {
             path: path.to_path_buf(),
             target,
+            is_locked: Arc::default(),
         };
         output.temporary()?;
         Ok(output)
@@ -79,18 +93,60 @@ impl Output {
         FileId::of(&self.target)
     }
 
-    /// Keeps other runs of the program from locking the same output.
+    /// Number of other names (hard links) of the file that will be replaced. They keep its contents.
+    pub fn other_names(&self) -> u64 {
+        #[cfg(unix)]
+        {
+            let data = fs::symlink_metadata(&self.target);
+            data.map_or(0, |data| std::os::unix::fs::MetadataExt::nlink(&data).saturating_sub(1))
+        }
+        #[cfg(not(unix))]
+        {
+            0
+        }
+    }
+
+    /// Keeps other outputs, of this process and others, from locking or replacing the same file.
     ///
     /// # Errors
     ///
     /// Another run has locked it.
     pub fn lock(&self) -> Result<OutputLock, FileError> {
-        OutputLock::take(&self.path, &self.target)
+        OutputLock::take(&self.path, &self.target, &self.is_locked)
     }
 
     /// Writes with `content` to a temporary file beside the target, syncs it, renames it over the target and syncs the folder. A panic of `content` is
-    /// an error.
+    /// an error, and so is a target that another process has locked.
     pub fn write(&self, content: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), FileError> {
+        self.write_if(|| Ok(true), content).map(drop)
+    }
+
+    /// Writes as [`Output::write`] does if the file still consists of the bytes `old`. Returns the metadata of the new
+    /// file, or `None` if the file has other contents, which stay.
+    ///
+    /// The contents are compared before the rename, but not in one step: hold the [lock](Output::lock) against other
+    /// processes that do the same.
+    pub fn replace(
+        &self,
+        old: &[u8],
+        content: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+    ) -> Result<Option<Metadata>, FileError> {
+        let is_old = || {
+            let now = read_bytes(&self.target, "the file");
+            now.map(|now| now == old).map_err(|error| FileError {
+                file: self.path.clone(),
+                ..error
+            })
+        };
+        self.write_if(is_old, content)
+    }
+
+    /// Writes the file, and replaces the target by it if `is_wanted` then.
+    fn write_if(
+        &self,
+        is_wanted: impl FnOnce() -> Result<bool, FileError>,
+        content: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+    ) -> Result<Option<Metadata>, FileError> {
         let failed = |error: io::Error| FileError::system(&self.path, "cannot write", &error);
         let mut temporary = self.temporary()?;
         let mut writer = BufWriter::new(temporary.as_file_mut());
@@ -105,6 +161,13 @@ impl Output {
             }
         }
         temporary.as_file().sync_all().map_err(failed)?;
+        let written = temporary.as_file().metadata().map_err(failed)?;
+        if !self.is_locked.load(Ordering::SeqCst) {
+            check_unlocked(&self.path, &self.target)?;
+        }
+        if !is_wanted()? {
+            return Ok(None);
+        }
         // The system's rename by the standard library: injected faults of the tests reach it, and not that of tempfile.
         let (_file, path) = temporary.into_parts();
         fs::rename(&path, &self.target).map_err(failed)?;
@@ -113,7 +176,8 @@ impl Output {
         sync_folder(folder_of(&self.target)).map_err(|error| {
             let what = "written, but a power failure may lose it: cannot sync its folder";
             FileError::system(&self.path, what, &error)
-        })
+        })?;
+        Ok(Some(written))
     }
 
     /// An output beside this one that replaces nothing, for what can be saved of it: `NAME.rescue.exr`.
@@ -226,5 +290,66 @@ mod tests {
         Output::prepare(&link).unwrap().write(|w| w.write_all(b"new")).unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&real).unwrap(), b"new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn replaced_file_keeps_its_permissions() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.exr");
+        let mode = || fs::metadata(&path).unwrap().permissions().mode() & 0o777;
+        let output = Output::prepare(&path).unwrap();
+        output.write(|w| w.write_all(b"new")).unwrap();
+        let usual = mode();
+        fs::set_permissions(&path, PermissionsExt::from_mode(0o600)).unwrap();
+        output.write(|w| w.write_all(b"private")).unwrap();
+        assert_eq!(mode(), 0o600);
+        fs::remove_file(&path).unwrap();
+        output.write(|w| w.write_all(b"new again")).unwrap();
+        assert_eq!(mode(), usual);
+        fs::hard_link(&path, folder.path().join("y.exr")).unwrap();
+        assert_eq!(output.other_names(), 1);
+        output.write(|w| w.write_all(b"of one name")).unwrap();
+        assert_eq!(output.other_names(), 0);
+        assert_eq!(fs::read(folder.path().join("y.exr")).unwrap(), b"new again");
+    }
+
+    #[test]
+    fn changed_file_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        fs::write(&path, "old").unwrap();
+        let output = Output::prepare(&path).unwrap();
+        let written = output.replace(b"old", |w| w.write_all(b"new")).unwrap().unwrap();
+        let now = fs::metadata(&path).unwrap();
+        assert_eq!(written.modified().unwrap(), now.modified().unwrap());
+        assert_eq!(written.len(), now.len());
+        assert!(output.replace(b"old", |w| w.write_all(b"lost")).unwrap().is_none());
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        fs::remove_file(&path).unwrap();
+        let error = output.replace(b"new", |w| w.write_all(b"lost")).unwrap_err();
+        assert!(error.message.contains("no such file") && error.file == path, "{error}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn locked_file_is_replaced_by_its_owner_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("c.exr");
+        let (owner, other) = (Output::prepare(&path).unwrap(), Output::prepare(&path).unwrap());
+        let lock = owner.lock().unwrap();
+        owner.clone().write(|w| w.write_all(b"checkpoint")).unwrap();
+        for error in [
+            other.write(|w| w.write_all(b"picture")).unwrap_err(),
+            Output::prepare(&path).unwrap_err(),
+        ] {
+            assert!(error.message.contains("is writing this file"), "{error}");
+        }
+        assert_eq!(fs::read(&path).unwrap(), b"checkpoint");
+        drop(lock);
+        other.write(|w| w.write_all(b"picture")).unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

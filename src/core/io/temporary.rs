@@ -4,16 +4,35 @@
 //! those that no process has locked: killed runs left them.
 //!
 //! A checkpoint has a lock file beside it for as long as a run may write it. Its owner removes it; a lock file that a kill leaves is not locked, and
-//! the next run takes it over. The checkpoint itself cannot hold the lock, because each write replaces it.
+//! the next run takes it over. The checkpoint itself cannot hold the lock, because each write replaces it. No other output replaces a locked file.
+//!
+//! The names of these files can be guessed, so others may put something else there. Pipes, links and devices are not opened, and nothing is written
+//! into a file that has a second name.
 
 use super::FileError;
 use super::identity::folder_of;
 use sha2::{Digest, Sha256};
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
+#[cfg(unix)]
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 use tempfile::NamedTempFile;
 
+/// Time between two attempts to take a lock, and their number: saving a scene file locks it for a moment.
+const LOCK_PAUSE: Duration = Duration::from_millis(20);
+const LOCK_ATTEMPTS: usize = 50;
+/// Maximum number of digits of a process id.
+const MAX_DIGITS: u64 = 10;
+/// Error of the system for a link that must not be followed.
+#[cfg(unix)]
+const LINK_REFUSED: i32 = rustix::io::Errno::LOOP.raw_os_error();
+#[cfg(not(unix))]
+const LINK_REFUSED: i32 = i32::MIN;
 /// Attempts to make a file that another run removes before it is locked.
 const MAX_TRIES: usize = 100;
 /// Ends the names of temporary files.
@@ -27,24 +46,75 @@ fn prefix(target: &Path) -> String {
     format!(".embrasure-{digits}-")
 }
 
-/// A new file in the folder of `target`, which vanishes unless it is persisted. It is locked while it is open: other runs see that it is in use.
+/// A new file in the folder of `target`, which vanishes unless it is persisted. It is locked while it is open: other
+/// runs see that it is in use. It has owner, group and permissions of the file at `target`; without one, those of new
+/// files.
 pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
+    let replaced = fs::symlink_metadata(target).ok().filter(Metadata::is_file);
     let prefix = prefix(target);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(SUFFIX);
-    // Temporary files are private by default; this one becomes the user's picture, under the user's umask.
+    // New files have the user's umask; others are private until their permissions are set.
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.permissions(PermissionsExt::from_mode(if replaced.is_some() {
+        0o600
+    } else {
+        0o666
+    }));
     for _ in 0..MAX_TRIES {
         let file = builder.tempfile_in(folder_of(target))?;
         // Another run may have come before the lock, and removed the file.
         match try_lock(file.as_file())? {
-            Lock::Taken if is_at(file.as_file(), file.path()) => return Ok(file),
-            Lock::Unknown => return Ok(file),
-            Lock::Taken | Lock::Refused => {}
+            Lock::Taken if !is_at(file.as_file(), file.path()) => continue,
+            Lock::Refused => continue,
+            Lock::Taken | Lock::Unknown => {}
         }
+        if let Some(replaced) = &replaced {
+            take_permissions(file.as_file(), replaced);
+        }
+        return Ok(file);
     }
     Err(io::Error::other("another program removes temporary files"))
+}
+
+/// Gives `file` owner, group and permissions of the file `replaced`, as far as the system permits. Never gives more
+/// permissions: a group that cannot be kept has those of all others.
+#[cfg(unix)]
+fn take_permissions(file: &File, replaced: &Metadata) {
+    use std::os::unix::fs::fchown;
+    let Ok(own) = file.metadata() else { return };
+    let mut mode = replaced.mode() & 0o777;
+    if own.gid() != replaced.gid() && fchown(file, None, Some(replaced.gid())).is_err() {
+        mode = (mode & !0o070) | ((mode & 0o007) << 3);
+    }
+    if own.uid() != replaced.uid() {
+        let _ = fchown(file, Some(replaced.uid()), None);
+    }
+    // Where permissions cannot be set, the file stays private.
+    let _ = file.set_permissions(PermissionsExt::from_mode(mode));
+}
+
+#[cfg(not(unix))]
+fn take_permissions(_: &File, _: &Metadata) {}
+
+/// Opens a file of the program by its name, which others can guess. Never waits, and follows no link.
+fn open_own(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY;
+        std::os::unix::fs::OpenOptionsExt::custom_flags(options, flags.bits() as i32);
+    }
+    let not_regular = || io::Error::other("not a regular file");
+    let file = options.open(path).map_err(|error| match error.raw_os_error() {
+        // What systems say of a link that they must not follow does not name it.
+        Some(code) if code == LINK_REFUSED => not_regular(),
+        _ => error,
+    })?;
+    match file.metadata()?.is_file() {
+        true => Ok(file),
+        false => Err(not_regular()),
+    }
 }
 
 /// Removes temporary files of `target` that killed runs have left: those which no process has locked. What cannot be removed stays.
@@ -55,7 +125,8 @@ pub(super) fn sweep(target: &Path) {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         let is_own = name.starts_with(&prefix) && name.ends_with(SUFFIX);
-        if is_own && File::open(entry.path()).is_ok_and(|file| matches!(try_lock(&file), Ok(Lock::Taken))) {
+        let open = || open_own(OpenOptions::new().read(true), &entry.path());
+        if is_own && open().is_ok_and(|file| matches!(try_lock(&file), Ok(Lock::Taken))) {
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -66,47 +137,99 @@ pub(super) fn sweep(target: &Path) {
 pub struct OutputLock {
     /// `None` where the file system has no locks.
     held: Option<(File, PathBuf)>,
+    /// True while the lock is held.
+    is_held: Arc<AtomicBool>,
+}
+
+/// The file that holds the lock of the output `target`.
+fn lock_path(target: &Path) -> PathBuf {
+    folder_of(target).join(prefix(target) + "lock")
+}
+
+/// The error that the process which wrote `lock` is writing the output `path`.
+fn in_use(path: &Path, lock: &File) -> FileError {
+    let mut owner = String::new();
+    let _ = lock.take(MAX_DIGITS).read_to_string(&mut owner);
+    let owner = match owner.trim().parse::<u32>() {
+        Ok(id) => format!("process {id}"),
+        Err(_) => "another process".into(),
+    };
+    let error = FileError::new(path, format!("{owner} is writing this file"));
+    error.help("wait until it ends, or give another name")
+}
+
+/// Checks that no run has locked the output `target`, which the user calls `path`.
+pub(super) fn check_unlocked(path: &Path, target: &Path) -> Result<(), FileError> {
+    let lock = lock_path(target);
+    for attempt in 1..=LOCK_ATTEMPTS {
+        let file = match open_own(OpenOptions::new().read(true), &lock) {
+            Ok(file) => file,
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+                let what = format!(
+                    "cannot tell whether another process writes this file: {}",
+                    lock.display()
+                );
+                let error = FileError::system(path, &what, &error);
+                return Err(error.help("remove the lock if no process writes, or give another name"));
+            }
+            Err(_) => return Ok(()),
+        };
+        match try_shared_lock(&file) {
+            Ok(Lock::Refused) if attempt == LOCK_ATTEMPTS => return Err(in_use(path, &file)),
+            Ok(Lock::Refused) => thread::sleep(LOCK_PAUSE),
+            _ => break,
+        }
+    }
+    Ok(())
 }
 
 impl OutputLock {
-    /// Locks the output `target`, which the user calls `path`.
-    pub(super) fn take(path: &Path, target: &Path) -> Result<Self, FileError> {
-        let lock = folder_of(target).join(prefix(target) + "lock");
-        let failed = |error: io::Error| FileError::system(path, "cannot lock this file", &error);
-        for _ in 0..MAX_TRIES {
-            let mut options = File::options();
-            let mut file = options
-                .read(true)
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .open(&lock)
-                .map_err(failed)?;
+    /// Locks the output `target`, which the user calls `path`. `is_held` is true for as long as it is locked.
+    pub(super) fn take(path: &Path, target: &Path, is_held: &Arc<AtomicBool>) -> Result<Self, FileError> {
+        let lock = lock_path(target);
+        let failed = |error: io::Error| {
+            let what = format!("cannot lock this file: {}", lock.display());
+            FileError::system(path, &what, &error).help("remove the lock, or give another name")
+        };
+        let (mut attempts, mut tries) = (0, 0);
+        while tries < MAX_TRIES {
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create(true).truncate(false);
+            let mut file = open_own(&mut options, &lock).map_err(failed)?;
             match try_lock(&file).map_err(failed)? {
-                Lock::Unknown => return Ok(Self { held: None }),
+                Lock::Unknown => return Ok(Self::new(None, is_held)),
                 Lock::Refused => {
-                    let mut owner = String::new();
-                    let _ = file.read_to_string(&mut owner);
-                    let message = format!("process {} is writing this file", owner.trim());
-                    return Err(FileError::new(path, message).help("wait until it ends, or give another name"));
+                    attempts += 1;
+                    if attempts == LOCK_ATTEMPTS {
+                        return Err(in_use(path, &file));
+                    }
+                    thread::sleep(LOCK_PAUSE);
                 }
                 // The run before may have removed the file before it let it go.
-                Lock::Taken if !is_at(&file, &lock) => {}
+                Lock::Taken if !is_at(&file, &lock) => tries += 1,
+                Lock::Taken if has_other_names(&file) => {
+                    return Err(failed(io::Error::other("this file has a second name")));
+                }
                 Lock::Taken => {
                     // For the words of others; the lock holds without them.
                     let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
-                    return Ok(Self {
-                        held: Some((file, lock)),
-                    });
+                    return Ok(Self::new(Some((file, lock)), is_held));
                 }
             }
         }
-        Err(failed(io::Error::other("another program removes its lock")))
+        Err(failed(io::Error::other("another program removes it")))
+    }
+
+    fn new(held: Option<(File, PathBuf)>, is_held: &Arc<AtomicBool>) -> Self {
+        is_held.store(true, Ordering::SeqCst);
+        let is_held = is_held.clone();
+        Self { held, is_held }
     }
 }
 
 impl Drop for OutputLock {
     fn drop(&mut self) {
+        self.is_held.store(false, Ordering::SeqCst);
         if let Some((file, path)) = &self.held {
             // While it is locked, so that no other process's file is removed.
             if is_at(file, path) {
@@ -127,10 +250,20 @@ enum Lock {
 
 #[cfg(unix)]
 fn try_lock(file: &File) -> io::Result<Lock> {
-    use rustix::fs::{FlockOperation, flock};
+    lock_by(file, rustix::fs::FlockOperation::NonBlockingLockExclusive)
+}
+
+/// Locks a file that others may lock so, too.
+#[cfg(unix)]
+fn try_shared_lock(file: &File) -> io::Result<Lock> {
+    lock_by(file, rustix::fs::FlockOperation::NonBlockingLockShared)
+}
+
+#[cfg(unix)]
+fn lock_by(file: &File, operation: rustix::fs::FlockOperation) -> io::Result<Lock> {
     use rustix::io::Errno;
     loop {
-        return match flock(file, FlockOperation::NonBlockingLockExclusive) {
+        return match rustix::fs::flock(file, operation) {
             Ok(()) => Ok(Lock::Taken),
             Err(Errno::WOULDBLOCK) => Ok(Lock::Refused),
             Err(Errno::INTR) => continue,
@@ -145,11 +278,26 @@ fn try_lock(_: &File) -> io::Result<Lock> {
     Ok(Lock::Unknown)
 }
 
+#[cfg(not(unix))]
+fn try_shared_lock(_: &File) -> io::Result<Lock> {
+    Ok(Lock::Unknown)
+}
+
+/// Returns true if the file has several names (hard links).
+#[cfg(unix)]
+fn has_other_names(file: &File) -> bool {
+    file.metadata().is_ok_and(|data| data.nlink() > 1)
+}
+
+#[cfg(not(unix))]
+fn has_other_names(_: &File) -> bool {
+    false
+}
+
 /// Whether `file` is still called `path`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let inode = |data: fs::Metadata| (data.dev(), data.ino());
+    let inode = |data: Metadata| (data.dev(), data.ino());
     match (file.metadata(), fs::symlink_metadata(path)) {
         (Ok(open), Ok(named)) => inode(open) == inode(named),
         _ => false,
@@ -188,16 +336,85 @@ mod tests {
     fn an_output_has_one_writer() {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("c.exr");
-        let take = || OutputLock::take(&target, &target);
+        let take = || OutputLock::take(&target, &target, &Arc::default());
         let first = take().unwrap();
-        let error = take().unwrap_err();
-        assert!(error.message.contains(&std::process::id().to_string()), "{error}");
-        assert!(error.help.is_some());
+        for error in [take().unwrap_err(), check_unlocked(&target, &target).unwrap_err()] {
+            assert!(error.message.contains(&std::process::id().to_string()), "{error}");
+            assert!(error.help.is_some());
+        }
         drop(first);
+        check_unlocked(&target, &target).unwrap();
         assert_eq!(names(folder.path()), 0);
         // What a killed run leaves is no lock.
         fs::write(folder.path().join(prefix(&target) + "lock"), "1\n").unwrap();
         drop(take().unwrap());
         assert_eq!(names(folder.path()), 0);
+    }
+
+    /// Calls `work`, which may wait for a pipe: the test fails then, and does not hang.
+    fn within_a_minute<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        thread::spawn(move || sender.send(work()));
+        receiver.recv_timeout(Duration::from_secs(60)).expect("hangs or panics")
+    }
+
+    #[test]
+    fn pipe_with_a_name_of_the_program_is_not_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("x.exr");
+        let pipe = |name: String| {
+            let path = folder.path().join(name);
+            let made = std::process::Command::new("mkfifo").arg(&path).status();
+            assert!(made.unwrap().success());
+            path
+        };
+        let left = pipe(prefix(&target) + "x.tmp");
+        let lock = pipe(prefix(&target) + "lock");
+        let file = target.clone();
+        let error = within_a_minute(move || {
+            sweep(&file);
+            check_unlocked(&file, &file).unwrap();
+            OutputLock::take(&file, &file, &Arc::default()).unwrap_err()
+        });
+        assert!(
+            error.message.contains("not a regular file") && error.help.is_some(),
+            "{error}"
+        );
+        assert!(left.exists() && lock.exists());
+    }
+
+    /// Others may put links under the name of the lock.
+    #[test]
+    fn lock_writes_into_no_other_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let target = path("x.exr");
+        fs::write(path("notes"), "notes").unwrap();
+        let lock = lock_path(&target);
+        std::os::unix::fs::symlink("notes", &lock).unwrap();
+        OutputLock::take(&target, &target, &Arc::default()).unwrap_err();
+        fs::remove_file(&lock).unwrap();
+        fs::hard_link(path("notes"), &lock).unwrap();
+        let error = OutputLock::take(&target, &target, &Arc::default()).unwrap_err();
+        assert!(error.message.contains("second name"), "{error}");
+        assert_eq!(fs::read(path("notes")).unwrap(), b"notes");
+    }
+
+    #[test]
+    fn replacing_file_has_permissions_of_the_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("x.exr");
+        fs::write(&target, "").unwrap();
+        for mode in [0o600, 0o640, 0o666, 0o755] {
+            fs::set_permissions(&target, PermissionsExt::from_mode(mode)).unwrap();
+            let file = temporary(&target).unwrap();
+            assert_eq!(file.as_file().metadata().unwrap().mode() & 0o7777, mode, "{mode:o}");
+        }
+        // Only root can give files away.
+        let give = |uid, gid| std::os::unix::fs::chown(&target, Some(uid), Some(gid));
+        if give(65533, 65534).is_ok() {
+            let data = temporary(&target).unwrap().as_file().metadata().unwrap();
+            assert_eq!((data.uid(), data.gid(), data.mode() & 0o777), (65533, 65534, 0o755));
+        }
     }
 }

@@ -41,8 +41,8 @@ use std::time::Duration;
 pub(crate) struct Options {
     /// Address to listen on.
     pub listen: IpAddr,
-    /// Port; `None` for a free one.
-    pub port: Option<u16>,
+    /// Port; 0 for a free one.
+    pub port: u16,
     /// Whether to end when the last page is closed.
     pub exit_when_closed: bool,
     /// What is rendered, and what beside it: each `KEY=VALUE` or an integrator, joined by `+`.

@@ -15,8 +15,11 @@ use std::thread::{self, Scope};
 use std::time::{Duration, Instant};
 use tungstenite::handshake::derive_accept_key;
 
-/// Connections at a time; more are refused.
-const MAX_CONNECTIONS: usize = 32;
+/// Maximum number of connections that have shown the token; more are refused.
+const MAX_KNOWN: usize = 32;
+/// Maximum number of connections that have not; of more, the oldest is closed. A page sends its request at once, but
+/// other users of this machine may open connections and send nothing.
+const MAX_STRANGERS: usize = 32;
 /// Between two looks for a connection.
 const LOOK: Duration = Duration::from_millis(15);
 /// How long pages may take to be told of the end.
@@ -30,8 +33,56 @@ pub(super) struct Server {
     address: SocketAddr,
     /// Random digits that a link has, so that others of this machine cannot guess it.
     token: String,
-    /// Connections that are open, by their numbers.
-    open: Mutex<BTreeMap<u64, TcpStream>>,
+    /// Connections that are open.
+    open: Mutex<Connections>,
+}
+
+/// Open connections by their numbers, which increase with time.
+#[derive(Default)]
+struct Connections {
+    /// Those that have not shown the token.
+    strangers: BTreeMap<u64, TcpStream>,
+    /// Those that have.
+    known: BTreeMap<u64, TcpStream>,
+}
+
+impl Connections {
+    /// Adds a connection that has not shown the token, and closes the oldest of too many.
+    fn add(&mut self, id: u64, stream: TcpStream) {
+        self.strangers.insert(id, stream);
+        while self.strangers.len() > MAX_STRANGERS {
+            if let Some((_, oldest)) = self.strangers.pop_first() {
+                let _ = oldest.shutdown(Shutdown::Both);
+            }
+        }
+    }
+
+    /// Notes that a connection has shown the token. Returns false if there are too many of those.
+    fn admit(&mut self, id: u64) -> bool {
+        if self.known.len() >= MAX_KNOWN {
+            return false;
+        }
+        // One that was closed meanwhile ends by itself.
+        self.known.extend(self.strangers.remove_entry(&id));
+        true
+    }
+
+    /// Removes a connection that has ended.
+    fn remove(&mut self, id: u64) {
+        self.strangers.remove(&id);
+        self.known.remove(&id);
+    }
+
+    fn is_empty(&self) -> bool {
+        self.strangers.is_empty() && self.known.is_empty()
+    }
+
+    /// Closes all connections.
+    fn close(&self) {
+        for stream in self.strangers.values().chain(self.known.values()) {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
 }
 
 impl Server {
@@ -41,7 +92,7 @@ impl Server {
     ///
     /// An address or a port that cannot be had.
     pub fn bind(options: &Options) -> Result<Self, Error> {
-        let wanted = SocketAddr::new(options.listen, options.port.unwrap_or(0));
+        let wanted = SocketAddr::new(options.listen, options.port);
         let failed = |error: io::Error| {
             let help = match error.kind() {
                 ErrorKind::AddrInUse => "use another --port, or none for a free one",
@@ -82,7 +133,7 @@ impl Server {
     }
 
     /// Connections that are open.
-    fn open(&self) -> MutexGuard<'_, BTreeMap<u64, TcpStream>> {
+    fn open(&self) -> MutexGuard<'_, Connections> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -94,15 +145,13 @@ impl Server {
             thread::sleep(LOOK);
         }
         // Threads that wait for a page to read, or to ask, wait no longer.
-        for stream in self.open().values() {
-            let _ = stream.shutdown(Shutdown::Both);
-        }
+        self.open().close();
     }
 
     /// Accepts connections until the hub is over.
     fn accept<'s>(&'s self, scope: &'s Scope<'s, '_>, hub: &'s Hub) {
         for id in 0.. {
-            let Some(mut stream) = self.next_connection(hub) else {
+            let Some(stream) = self.next_connection(hub) else {
                 return;
             };
             let ready = stream
@@ -112,21 +161,14 @@ impl Server {
             let Ok(copy) = ready.and_then(|()| stream.try_clone()) else {
                 continue;
             };
-            if self.open().len() >= MAX_CONNECTIONS {
-                let _ = refuse(
-                    &mut stream,
-                    &(503, "Service Unavailable", "too many connections; close a page".into()),
-                );
-                continue;
-            }
-            self.open().insert(id, copy);
+            self.open().add(id, copy);
             let serve = move || {
-                self.serve(stream, hub);
-                self.open().remove(&id);
+                self.serve(id, stream, hub);
+                self.open().remove(id);
             };
             let thread = thread::Builder::new().name("page".into());
             if thread.spawn_scoped(scope, serve).is_err() {
-                self.open().remove(&id);
+                self.open().remove(id);
             }
         }
     }
@@ -142,8 +184,8 @@ impl Server {
         None
     }
 
-    /// Serves one connection.
-    fn serve(&self, mut stream: TcpStream, hub: &Hub) {
+    /// Serves the connection with number `id`.
+    fn serve(&self, id: u64, mut stream: TcpStream, hub: &Hub) {
         let request = match read_request(&mut stream) {
             Ok(request) => request,
             Err(refusal) => {
@@ -151,7 +193,7 @@ impl Server {
                 return;
             }
         };
-        match self.route(&request) {
+        match self.route(&request).and_then(|route| self.admitted(id, route)) {
             Err(refusal) => drop(refuse(&mut stream, &refusal)),
             Ok(Route::File(kind, text)) => {
                 drop(answer(&mut stream, (200, "OK"), kind, "", text.as_bytes()));
@@ -176,6 +218,14 @@ impl Server {
                     socket::serve(stream, hub);
                 }
             }
+        }
+    }
+
+    /// The `route` of a request with the token, unless there are too many.
+    fn admitted(&self, id: u64, route: Route) -> Result<Route, Refusal> {
+        match self.open().admit(id) {
+            true => Ok(route),
+            false => Err((503, "Service Unavailable", "too many connections; close a page".into())),
         }
     }
 

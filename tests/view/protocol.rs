@@ -1,10 +1,11 @@
 //! The server of `embrasure view` without a browser: pictures, bits, refusals, files, ends.
 
-use super::{Page, Viewer};
+use super::{PATIENCE, Page, Viewer};
 use crate::support::program::{assert_same_bits, code, done, folder, json, lit_floor, run, split, words};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::thread;
@@ -203,6 +204,47 @@ fn strangers_are_refused() {
     let post = format!("POST /{token}/ HTTP/1.1\r\nHost: {address}\r\n\r\n");
     assert_eq!(viewer.request(&post).0, 405);
     assert_eq!(viewer.get("main.js").0, 200);
+}
+
+/// Connections that never show the token cannot keep a page from the server: the oldest of them are closed.
+#[test]
+fn half_open_connections_block_no_page() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let mut page = viewer.page();
+    let connect = || TcpStream::connect(&viewer.address).unwrap();
+    let mut idle: Vec<TcpStream> = (0..40).map(|_| connect()).collect();
+    assert_eq!(viewer.get("").0, 200);
+    let mut other = viewer.page();
+    // A request without its end
+    for stream in &mut idle {
+        let _ = stream.write_all(b"GET / HTTP/1.1\r\n");
+    }
+    idle.extend((0..40).map(|_| connect()));
+    assert_eq!(viewer.get("main.js").0, 200);
+    idle[0].set_read_timeout(Some(PATIENCE)).unwrap();
+    let read = idle[0].read_to_end(&mut Vec::new());
+    let is_open = read.is_err_and(|error| [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()));
+    assert!(!is_open, "the oldest connection is open");
+    // Pages that were open stay so.
+    for page in [&mut page, &mut other] {
+        page.send(r#"{"do":"restart"}"#);
+        page.wait_for_all();
+    }
+    // Connections with the token have a limit of their own.
+    let pages: Vec<Page> = (0..30).map(|_| viewer.page()).collect();
+    assert!(Page::open(&viewer).is_err());
+    drop((pages, idle));
+}
+
+/// The link has the port that was found.
+#[test]
+fn port_0_is_a_free_one() {
+    let folder = lit_floor();
+    let viewers = [0, 1].map(|_| Viewer::start(folder.path(), &split("s.toml --port 0")));
+    let [one, other] = viewers.each_ref().map(|viewer| viewer.address.clone());
+    assert!(one != other && !one.ends_with(":0"), "{one} {other}");
+    assert_eq!(viewers[0].get("").0, 200);
 }
 
 /// Ten thousand invalid messages: each is answered or its page closed, and the render goes on.
@@ -461,7 +503,7 @@ fn wrong_flags_are_refused() {
         assert!(words(&out).contains(part), "{line}: {}", words(&out));
     };
     refused("view none.toml --no-open", "none.toml");
-    refused("view s.toml --port 0", "--port");
+    refused("view s.toml --port 65536", "--port");
     refused("view s.toml --listen nowhere", "--listen");
     let scene = lit_floor();
     let viewer = Viewer::start(scene.path(), &["s.toml"]);

@@ -30,9 +30,9 @@ pub(in crate::cli) struct ViewArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Port of the page [default: a free one]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub port: Option<u16>,
+    /// Port of the page; 0 for a free one [default: 0]
+    #[arg(long, value_name = "N", hide_default_value = true, default_value_t = 0)]
+    pub port: u16,
 
     /// Print the link, but open no browser
     #[arg(long)]

@@ -191,7 +191,17 @@ pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliE
         SceneKind::Toml => SceneFile::load_with(path, &args.set),
         SceneKind::Obj => SceneFile::of_obj_with(path, &args.set),
     };
-    let mut scene = scene?;
+    with_flags(scene?, args)
+}
+
+/// The scene file `path` if it had the contents `text`, to be read as `args` and itself say.
+#[cfg(feature = "view")]
+pub(super) fn scene_of_text(path: &Path, text: &str, args: &LoadArgs) -> Result<SceneFile, CliError> {
+    with_flags(SceneFile::of_text(path, text.into(), &args.set)?, args)
+}
+
+/// A scene that was read, with the flags `args` besides those that set keys.
+fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliError> {
     scene.patch_materials(&args.patches)?;
     set_load(&mut scene, args);
     Ok(scene)

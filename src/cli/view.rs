@@ -1,8 +1,8 @@
 //! `embrasure view`: what the command line does for the viewer (`crate::view`), which serves the page and renders.
 
-use super::args::{RenderArgs, ViewArgs};
+use super::args::{LoadArgs, RenderArgs, ViewArgs};
 use super::error::CliError;
-use super::job::{Job, read_scene};
+use super::job::{Job, read_scene, scene_of_text};
 use super::paths;
 use super::progress::{Heeding, Loading, is_interrupted};
 use super::summary::print_choices;
@@ -10,7 +10,7 @@ use super::warnings::ShownWarnings;
 use super::words;
 use crate::io::read_exr;
 use crate::session::{Renderer, Session};
-use crate::view::{FileLight, Host, LightEdit, Options, SceneChanges, SceneRequest, serve};
+use crate::view::{FileLight, Host, LightEdit, Options, SavedPart, SceneChanges, SceneRequest, serve};
 use serde_json::Value;
 use std::env;
 #[cfg(unix)]
@@ -23,11 +23,12 @@ use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::OnceLock;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 use tempfile::NamedTempFile;
 
 /// Serves the render of a scene until an interrupt.
 pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
+    let started = SystemTime::now();
     let render = render_args(args);
     let (job, lights) = job(&render, &SceneChanges::default())?;
     job.shown_warnings.show_each(&job.warnings);
@@ -37,6 +38,7 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
         exit_when_closed: args.exit_when_closed,
         compare: args.compare.as_deref().map(two_settings).transpose()?,
         reference: args.reference.as_deref().map(read_exr).transpose()?,
+        started,
     };
     if !args.listen.is_loopback() {
         words::warning(format_args!(
@@ -115,6 +117,34 @@ fn job(render: &RenderArgs, changes: &SceneChanges) -> Result<(Job, Vec<FileLigh
     Ok((Job::to_show_scene(render, scene)?, lights))
 }
 
+/// Reads the scene as if its file had the contents `text`, as `render` does with `args`.
+fn check_text(args: &RenderArgs, text: &str, part: SavedPart) -> Result<(), CliError> {
+    let scene = scene_of_text(&args.scene, text, &args.load)?;
+    let job = Job::to_show_scene(args, scene)?;
+    match part {
+        SavedPart::Camera => {
+            let checked = job.settings.camera.check(job.settings.resolution);
+            checked.map_err(|error| CliError::Failed(error.to_string()))?;
+        }
+        SavedPart::Changes => drop(Session::load(&job.scene, job.settings, &())?),
+    }
+    Ok(())
+}
+
+/// `args` without flags that change the scene: how files are read and found stays.
+fn without_changes(args: &RenderArgs) -> RenderArgs {
+    RenderArgs {
+        scene: args.scene.clone(),
+        threads: args.threads,
+        load: LoadArgs {
+            set: Vec::new(),
+            patches: Vec::new(),
+            ..args.load.clone()
+        },
+        ..RenderArgs::default()
+    }
+}
+
 /// What the viewer is to know of a job.
 fn request(job: Job, lights: Vec<FileLight>, render: &RenderArgs) -> Result<SceneRequest, CliError> {
     Ok(SceneRequest {
@@ -142,6 +172,18 @@ impl Host for Commands<'_> {
             request(job, lights, self.render)
         };
         read().map_err(|error: CliError| error.to_string())
+    }
+
+    fn check(&self, text: &str, before: &str, part: SavedPart) -> Result<(), String> {
+        let plain = without_changes(self.render);
+        let Err(error) = check_text(&plain, text, part) else {
+            return Ok(());
+        };
+        let needs_flags = check_text(&plain, before, part).is_err();
+        match needs_flags {
+            true => check_text(self.render, text, part).map_err(|error| error.to_string()),
+            false => Err(error.to_string()),
+        }
     }
 
     fn inspect(&self, renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<Value, String> {

@@ -202,6 +202,15 @@ impl CameraSettings {
         Ok(0.5 * focal_length / f_stop)
     }
 
+    /// Checks a camera whose place does not depend on the scene; others are not checked.
+    #[cfg(feature = "view")]
+    pub(crate) fn check(&self, resolution: UVec2) -> Result<(), CameraError> {
+        match self.position.is_some() && self.look_at.is_some() {
+            true => self.found(None, resolution).map(drop),
+            false => Ok(()),
+        }
+    }
+
     /// The camera for an image of `resolution` pixels.
     pub(super) fn found(&self, finder: Option<&CameraFinder>, resolution: UVec2) -> Result<FoundCamera, CameraError> {
         let (description, guess) = self.describe(finder, resolution)?;

@@ -35,7 +35,7 @@ use std::net::IpAddr;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// How the pages are served.
 pub(crate) struct Options {
@@ -49,6 +49,17 @@ pub(crate) struct Options {
     pub compare: Option<[String; 2]>,
     /// The picture against which errors count.
     pub reference: Option<RgbImage>,
+    /// A time before the scene's files were read.
+    pub started: SystemTime,
+}
+
+/// A part of the scene that is saved in its file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SavedPart {
+    /// Place and lens of the camera.
+    Camera,
+    /// Changes of materials and lights.
+    Changes,
 }
 
 /// A patch of the material `name`.
@@ -118,6 +129,14 @@ pub(crate) trait Host: Sync {
     ///
     /// What is wrong with the file, in words.
     fn read(&self, changes: &SceneChanges) -> Result<SceneRequest, String>;
+
+    /// Checks the contents `text` of the scene file, which have another `part` than those `before`: `render` must read
+    /// them. If it needs the flags of the viewer to read those before, it may need them for `text` too.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with `text`.
+    fn check(&self, text: &str, before: &str, part: SavedPart) -> Result<(), String>;
 
     /// The numbers of a sample of a pixel, as `render --pixel X,Y --sample K --json` prints them.
     ///

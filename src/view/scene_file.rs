@@ -1,30 +1,55 @@
-//! Writes a camera, and changes of materials and lights, into a scene file, whose comments and order stay (`toml_edit`).
+//! Writes a camera, and changes of materials and lights, into the text of a scene file, whose comments and order stay
+//! (`toml_edit`), and saves that text.
 
 use super::protocol::PageCamera;
 use super::{FileLight, LightEdit, MaterialEdit};
 use crate::description::glob_of_name;
 use crate::io::{FileError, Output};
-use std::fs;
+use std::fs::Metadata;
 use std::io::Write;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
-/// Replaces what the `[camera]` of the scene file at `path` says of place and lens.
+/// Begins files of some editors.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// Returns the scene file `text` with another place and lens of its `[camera]`.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or written, or is none; it is as before then.
-pub(super) fn save_camera(path: &Path, camera: &PageCamera) -> Result<(), FileError> {
-    edit(path, |document| set_camera(document, camera))
+/// A text that is not TOML, or has another kind of camera.
+pub(super) fn with_camera(text: &str, camera: &PageCamera) -> Result<String, String> {
+    changed(text, |document| set_camera(document, camera))
 }
 
-/// Sets keys of materials as patches in the scene file at `path`, and keys of lights.
+/// Returns the scene file `text` with keys of materials set as patches, and keys of lights.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or written, or has no such light; it is as before then.
-pub(super) fn save_changes(path: &Path, materials: &[MaterialEdit], lights: &[LightEdit]) -> Result<(), FileError> {
-    edit(path, |document| set_changes(document, materials, lights))
+/// A text that is not TOML, or has no such light.
+pub(super) fn with_changes(text: &str, materials: &[MaterialEdit], lights: &[LightEdit]) -> Result<String, String> {
+    changed(text, |document| set_changes(document, materials, lights))
+}
+
+/// A file that was saved.
+pub(super) struct Saved {
+    /// From before it had its name.
+    pub metadata: Metadata,
+    /// Number of other names (hard links) of the file before, which keep its contents.
+    pub other_names: u64,
+}
+
+/// Replaces the contents `old` of the file at `path` by `new`. Returns `None` if the file has other contents, which stay.
+///
+/// # Errors
+///
+/// A file that cannot be read or written, or that another process keeps locked; it is as before then.
+pub(super) fn save(path: &Path, old: &str, new: &str) -> Result<Option<Saved>, FileError> {
+    let output = Output::prepare(path)?;
+    let _lock = output.lock()?;
+    let other_names = output.other_names();
+    let written = output.replace(old.as_bytes(), |writer| writer.write_all(new.as_bytes()))?;
+    Ok(written.map(|metadata| Saved { metadata, other_names }))
 }
 
 /// The sections that changes of materials add to a scene file.
@@ -47,19 +72,21 @@ pub(super) fn light_sections(lights: &[FileLight], edits: &[LightEdit]) -> Strin
     sections.join("\n")
 }
 
-/// Changes the file at `path`.
-fn edit(path: &Path, change: impl FnOnce(&mut DocumentMut) -> Result<(), String>) -> Result<(), FileError> {
-    let text = fs::read_to_string(path).map_err(|error| FileError::system(path, "cannot be read", &error))?;
-    let text = changed(&text, change).map_err(|message| FileError::new(path, message))?;
-    let output = Output::prepare(path)?;
-    output.write(|writer| writer.write_all(text.as_bytes()))
-}
-
-/// `text` after a change.
+/// `text` after a change. A byte-order mark stays, and so do line breaks of Windows if most lines have them.
 fn changed(text: &str, change: impl FnOnce(&mut DocumentMut) -> Result<(), String>) -> Result<String, String> {
-    let mut document: DocumentMut = text.parse().map_err(|error| format!("not TOML: {error}"))?;
+    let (mark, content) = match text.strip_prefix(BYTE_ORDER_MARK) {
+        Some(content) => (BYTE_ORDER_MARK.to_string(), content),
+        None => (String::new(), text),
+    };
+    let content = content.replace("\r\n", "\n");
+    let is_windows = 2 * text.matches("\r\n").count() > text.matches('\n').count();
+    let mut document: DocumentMut = content.parse().map_err(|error| format!("not TOML: {error}"))?;
     change(&mut document)?;
-    Ok(document.to_string())
+    let content = document.to_string();
+    Ok(match is_windows {
+        true => mark + &content.replace('\n', "\r\n"),
+        false => mark + &content,
+    })
 }
 
 fn set_changes(document: &mut DocumentMut, materials: &[MaterialEdit], lights: &[LightEdit]) -> Result<(), String> {
@@ -154,6 +181,7 @@ mod tests {
     use super::*;
     use crate::description::{LightSection, SceneFile};
     use crate::session::{CameraSettings, Settings};
+    use std::fs;
 
     const VIEW: PageCamera = PageCamera {
         position: [0.1, -2.0, 3.5],
@@ -163,10 +191,6 @@ mod tests {
         lens_radius: 0.05,
         focus_distance: 3.9,
     };
-
-    fn with_camera(text: &str, camera: &PageCamera) -> Result<String, String> {
-        changed(text, |document| set_camera(document, camera))
-    }
 
     fn material(name: &str, key: &str, value: &str) -> MaterialEdit {
         let [name, key, value] = [name, key, value].map(String::from);
@@ -220,7 +244,7 @@ mod tests {
             material("c.d", "model", "glass"),
         ];
         let lights = [light(1, "angle", "30.5"), light(0, "intensity", "[1, 2, 3]")];
-        let written = changed(text, |document| set_changes(document, &materials, &lights)).unwrap();
+        let written = with_changes(text, &materials, &lights).unwrap();
         for part in [
             "roughness = 0.25 # dull",
             "[patch.\"c.d\"]\ndiffuse = [0.5, 0.5, 0.5]\nmodel = \"glass\"\n",
@@ -231,12 +255,8 @@ mod tests {
         }
         assert!(written.parse::<DocumentMut>().is_ok(), "{written}");
         let none = [light(2, "angle", "1")];
-        assert!(
-            changed(text, |document| set_changes(document, &[], &none))
-                .unwrap_err()
-                .contains("number 3")
-        );
-        assert!(changed("patch = 3", |document| set_changes(document, &materials, &[])).is_err());
+        assert!(with_changes(text, &[], &none).unwrap_err().contains("number 3"));
+        assert!(with_changes("patch = 3", &materials, &[]).is_err());
     }
 
     #[test]
@@ -262,8 +282,14 @@ mod tests {
     fn a_saved_camera_is_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
-        fs::write(&path, "version = 1\n[[object]]\nobj = \"a.obj\"\n").unwrap();
-        save_camera(&path, &VIEW).unwrap();
+        let text = "version = 1\n[[object]]\nobj = \"a.obj\"\n";
+        fs::write(&path, text).unwrap();
+        let new = with_camera(text, &VIEW).unwrap();
+        assert!(
+            save(&path, &new, text).unwrap().is_none(),
+            "the file has other contents"
+        );
+        save(&path, text, &new).unwrap().unwrap();
         let camera: CameraSettings = Settings::of(&SceneFile::load(&path).unwrap()).camera;
         assert_eq!(camera.position, Some(VIEW.parameters().position));
         assert_eq!(camera.look_at, Some(VIEW.parameters().look_at));
@@ -271,6 +297,27 @@ mod tests {
         assert_eq!(camera.vertical_fov, Some(39.3077));
         assert_eq!(camera.lens_radius, Some(0.05));
         assert_eq!(camera.focus_distance, Some(3.9));
-        assert!(save_camera(&folder.path().join("none.toml"), &VIEW).is_err());
+        assert!(save(&folder.path().join("none.toml"), text, &new).is_err());
+    }
+
+    #[test]
+    fn byte_order_mark_and_line_breaks_stay() {
+        let text = "\u{feff}version = 1\r\n# À gauche\r\n[camera] # here\r\nview = 'iso'\r\n";
+        let written = with_camera(text, &VIEW).unwrap();
+        assert!(
+            written.starts_with("\u{feff}version = 1\r\n# À gauche\r\n[camera] # here\r\nposition"),
+            "{written:?}"
+        );
+        assert_eq!(
+            written.matches('\n').count(),
+            written.matches("\r\n").count(),
+            "{written:?}"
+        );
+        let unix = text.replace('\r', "").replace('\u{feff}', "");
+        let unix = with_camera(&unix, &VIEW).unwrap();
+        assert_eq!(written, format!("\u{feff}{}", unix.replace('\n', "\r\n")));
+        // A single line of Windows in a file of others
+        let mixed = format!("# mixed\r\n{}", text.replace('\r', "").replace('\u{feff}', ""));
+        assert_eq!(with_camera(&mixed, &VIEW).unwrap(), format!("# mixed\n{unix}"));
     }
 }

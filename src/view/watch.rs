@@ -1,38 +1,110 @@
-//! Notices that files change, by their times and lengths, which every file system has.
+//! Notices that files change, by their times, lengths and inodes.
+//!
+//! A file that changes while it is read may have been read before the change or after it. Therefore the stamps that
+//! count are those from before the reading. A file that is read for the first time has none: it counts as changed if
+//! its time is later than the start of the reading. After the viewer has written a file, the stamp of what it wrote
+//! counts, not that of what is there now.
 
+use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Between two looks at the files.
+/// Time between two looks at the files.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// What tells a file from itself before a change.
-type Stamp = Option<(SystemTime, u64)>;
+/// Time, length and inode of a file. Files with the same stamp count as the same contents; `None` if there is no file.
+type Stamp = Option<(SystemTime, u64, u64)>;
 
-/// Files that are watched.
-pub(super) struct Watch {
-    files: Vec<(PathBuf, Stamp)>,
-    looked: Instant,
-    /// What was seen last, where files are changing: editors write in several steps.
-    changing: Option<Vec<Stamp>>,
+fn stamp_of(data: &Metadata) -> Stamp {
+    #[cfg(unix)]
+    let inode = std::os::unix::fs::MetadataExt::ino(data);
+    #[cfg(not(unix))]
+    let inode = 0;
+    Some((data.modified().ok()?, data.len(), inode))
 }
 
 fn stamp(path: &Path) -> Stamp {
-    let data = path.metadata().ok()?;
-    Some((data.modified().ok()?, data.len()))
+    stamp_of(&path.metadata().ok()?)
+}
+
+/// Files that are watched.
+pub(super) struct Watch {
+    files: Vec<Watched>,
+    looked: Instant,
+    /// Stamps of the last look if files were changing: editors write in several steps.
+    changing: Option<Vec<Stamp>>,
+}
+
+struct Watched {
+    path: PathBuf,
+    /// Stamp of the contents that the viewer has; `None` if it may have read others.
+    known: Option<Stamp>,
+}
+
+/// Files as they are before they are read.
+pub(super) struct Reading {
+    since: SystemTime,
+    before: Vec<(PathBuf, Stamp)>,
+}
+
+impl Reading {
+    /// First reading of all files, which began after `since`.
+    pub fn first(since: SystemTime) -> Self {
+        let before = Vec::new();
+        Self { since, before }
+    }
+
+    /// Stamp of the contents of `path` that were read; `None` if it may have changed meanwhile.
+    fn stamp_of(&self, path: &Path) -> Option<Stamp> {
+        if let Some((_, stamp)) = self.before.iter().find(|(known, _)| known == path) {
+            return Some(*stamp);
+        }
+        let now = stamp(path);
+        let is_new = now.is_some_and(|(modified, ..)| modified > self.since);
+        (!is_new).then_some(now)
+    }
 }
 
 impl Watch {
-    /// Watches `files` from now on.
-    pub fn new(files: impl IntoIterator<Item = PathBuf>) -> Self {
+    /// Watches no files.
+    pub fn new() -> Self {
         Self {
-            files: files.into_iter().map(|file| (file.clone(), stamp(&file))).collect(),
+            files: Vec::new(),
             looked: Instant::now(),
             changing: None,
         }
     }
 
-    /// Whether a file has changed since the last time, and rests since the last look.
+    /// Begins to read the files again. If the reading fails, the stamps from before it still count.
+    pub fn begin(&self) -> Reading {
+        Reading {
+            since: SystemTime::now(),
+            before: self
+                .files
+                .iter()
+                .map(|file| (file.path.clone(), stamp(&file.path)))
+                .collect(),
+        }
+    }
+
+    /// Watches `files`, which were read in `reading`.
+    pub fn finish(&mut self, reading: &Reading, files: impl IntoIterator<Item = PathBuf>) {
+        let watched = |path: PathBuf| Watched {
+            known: reading.stamp_of(&path),
+            path,
+        };
+        self.files = files.into_iter().map(watched).collect();
+        self.changing = None;
+    }
+
+    /// Notes that the viewer has written the file `path`; `data` is from before it had that name.
+    pub fn wrote(&mut self, path: &Path, data: &Metadata) {
+        for file in self.files.iter_mut().filter(|file| file.path == path) {
+            file.known = Some(stamp_of(data));
+        }
+    }
+
+    /// Returns true if a file has changed since it was read, and has not changed since the last look.
     pub fn has_changed(&mut self) -> bool {
         if self.looked.elapsed() < LOOK {
             return false;
@@ -42,8 +114,9 @@ impl Watch {
     }
 
     fn look(&mut self) -> bool {
-        let now: Vec<Stamp> = self.files.iter().map(|(file, _)| stamp(file)).collect();
-        if self.files.iter().zip(&now).all(|((_, before), now)| before == now) {
+        let now: Vec<Stamp> = self.files.iter().map(|file| stamp(&file.path)).collect();
+        let is_known = |(file, now): (&Watched, &Stamp)| file.known == Some(*now);
+        if self.files.iter().zip(&now).all(is_known) {
             self.changing = None;
             return false;
         }
@@ -51,16 +124,12 @@ impl Watch {
             self.changing = Some(now);
             return false;
         }
-        self.accept();
-        true
-    }
-
-    /// Takes the files as they are now.
-    pub fn accept(&mut self) {
-        for (file, known) in &mut self.files {
-            *known = stamp(file);
+        // Known even if they cannot be read: the error is told once.
+        for (file, now) in self.files.iter_mut().zip(now) {
+            file.known = Some(now);
         }
         self.changing = None;
+        true
     }
 }
 
@@ -68,13 +137,25 @@ impl Watch {
 mod tests {
     use super::*;
     use std::fs;
+    use std::fs::File;
+    use tempfile::TempDir;
 
-    #[test]
-    fn changes_are_noticed_once_files_rest() {
+    /// A folder with the file `a.mtl`, and its watch.
+    fn watched() -> (TempDir, PathBuf, Watch) {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.mtl");
         fs::write(&file, "a").unwrap();
-        let mut watch = Watch::new([file.clone()]);
+        let mut watch = Watch::new();
+        watch.finish(
+            &Reading::first(SystemTime::now() + Duration::from_secs(60)),
+            [file.clone()],
+        );
+        (folder, file, watch)
+    }
+
+    #[test]
+    fn changes_are_noticed_once_files_rest() {
+        let (_folder, file, mut watch) = watched();
         assert!(!watch.look());
         fs::write(&file, "ab").unwrap();
         assert!(!watch.look(), "the file may still be written");
@@ -83,5 +164,45 @@ mod tests {
         fs::remove_file(&file).unwrap();
         assert!(!watch.look());
         assert!(watch.look(), "a file that is gone has changed");
+    }
+
+    #[test]
+    fn file_changed_while_it_is_read_has_changed() {
+        let (folder, file, mut watch) = watched();
+        let reading = watch.begin();
+        fs::write(&file, "abc").unwrap();
+        let new = folder.path().join("new.png");
+        fs::write(&new, "").unwrap();
+        let after = SystemTime::now() + Duration::from_secs(60);
+        File::open(&new).unwrap().set_modified(after).unwrap();
+        watch.finish(&reading, [file, new]);
+        assert!(watch.files.iter().all(|file| file.known != Some(stamp(&file.path))));
+        assert!(!watch.look());
+        assert!(watch.look());
+        let reading = watch.begin();
+        let files = watch.files.iter().map(|file| file.path.clone()).collect::<Vec<_>>();
+        watch.finish(&reading, files);
+        assert!(!watch.look(), "nothing has changed since");
+    }
+
+    /// An editor saves the scene file right after the viewer, and another file just before it.
+    #[test]
+    fn only_what_the_viewer_wrote_is_known_after_a_save() {
+        let (folder, mtl, mut watch) = watched();
+        let scene = folder.path().join("s.toml");
+        fs::write(&scene, "version = 1").unwrap();
+        watch.finish(&watch.begin(), [mtl.clone(), scene.clone()]);
+        let data = |path: &Path| fs::metadata(path).unwrap();
+        watch.wrote(&scene, &data(&scene));
+        assert!(!watch.look());
+
+        fs::write(&mtl, "by an editor").unwrap();
+        watch.wrote(&scene, &data(&scene));
+        assert!(!watch.look() && watch.look(), "the other file has changed");
+
+        let written = data(&scene);
+        fs::write(&scene, "version = 1 # by an editor").unwrap();
+        watch.wrote(&scene, &written);
+        assert!(!watch.look() && watch.look(), "the editor's file is another one");
     }
 }

@@ -13,6 +13,7 @@ mod desktop;
 mod figures;
 mod lights;
 mod protocol;
+mod saving;
 mod slow_link;
 
 use crate::support::program::{PROGRAM, signal};

@@ -91,7 +91,12 @@ impl SceneFile {
     /// Those of [`SceneFile::load`]. An error of a key that is set names it.
     pub fn load_with(path: impl AsRef<Path>, set: &[String]) -> Result<Self, FileError> {
         let path = path.as_ref();
-        let text = read(path)?;
+        Self::of_text(path, read(path)?, set)
+    }
+
+    /// Parses `text` as the contents of the scene file `path`, with keys set as in [`SceneFile::load_with`]. The file
+    /// itself is not read.
+    pub(crate) fn of_text(path: &Path, text: String, set: &[String]) -> Result<Self, FileError> {
         let overrides = read_overrides(path, set, &text)?;
         Self::parse(path, text, &overrides)
     }
@@ -287,6 +292,12 @@ impl SceneFile {
     /// The scene file itself; `None` for a bare OBJ.
     pub fn path(&self) -> Option<&Path> {
         self.source.path()
+    }
+
+    /// The contents of the scene file; empty for a bare OBJ.
+    #[cfg(feature = "view")]
+    pub(crate) fn text(&self) -> &str {
+        self.source.text()
     }
 
     /// An error at bytes `span` of the file.

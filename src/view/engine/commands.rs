@@ -1,5 +1,6 @@
 //! What pages ask for, and what is done about it.
 
+use super::saving::is_save;
 use super::{Change, Engine, Job, samples_of};
 use crate::camera::CameraDescription;
 use crate::color::Spectrum;
@@ -7,7 +8,7 @@ use crate::io::{Format, Output};
 use crate::session::{RenderState, Renderer};
 use crate::view::hub::{Mail, PageId, SaveFormat};
 use crate::view::protocol::{Command, PageCamera};
-use crate::view::{FileLight, LightEdit, MaterialEdit, parameters, scene_file, scene_keys};
+use crate::view::{FileLight, LightEdit, MaterialEdit, SavedPart, parameters, scene_keys};
 use serde_json::{Value, json};
 use std::fs;
 use std::time::{Duration, Instant};
@@ -17,15 +18,20 @@ const SEARCH: Duration = Duration::from_secs(2);
 const BRIGHTEST: usize = 8;
 
 impl Engine<'_> {
-    /// Reads all mail, which is waited for so long at most, and gives what has changed.
+    /// Reads mail, and waits for some for `patience`. Returns what has changed. Mail from a save on is held if the
+    /// scene must be loaded first.
     pub(super) fn read_mail(&mut self, patience: Duration) -> Change {
         let mut change = std::mem::replace(&mut self.pending, Change::Nothing);
-        let patience = if change == Change::Nothing {
-            patience
-        } else {
-            Duration::ZERO
-        };
-        for mail in self.hub.take_mail(patience) {
+        if self.held.is_empty() {
+            let is_idle = change == Change::Nothing;
+            let patience = if is_idle { patience } else { Duration::ZERO };
+            self.held.extend(self.hub.take_mail(patience));
+        }
+        while let Some(mail) = self.held.pop_front() {
+            if change == Change::Scene && is_save(&mail) {
+                self.held.push_front(mail);
+                break;
+            }
             let next = match mail {
                 Mail::Save(format, reply) => {
                     self.jobs.push(Job::Save(format, reply));
@@ -79,7 +85,7 @@ impl Engine<'_> {
             Command::Inspect { x, y, sample } => self.jobs.push(Job::Inspect(page, [x, y], sample)),
             Command::Brightest { x, y } => self.jobs.push(Job::Brightest(page, [x, y])),
             Command::Views {} => self.jobs.push(Job::Views(page)),
-            Command::SaveCamera {} => self.save_camera(page),
+            Command::SaveCamera {} => return self.save(page, SavedPart::Camera, command),
             Command::Material { name, key, value } => {
                 if let Err(words) = scene_keys::check_material(&key) {
                     self.tell_error(Some(page), &words);
@@ -113,7 +119,7 @@ impl Engine<'_> {
                 self.edits.lights.clear();
                 return Change::Scene;
             }
-            Command::SaveChanges {} => self.save_changes(page),
+            Command::SaveChanges {} => return self.save(page, SavedPart::Changes, command),
             Command::Compare { with } => match self.change_compare(with) {
                 Ok(change) => return change,
                 Err(words) => self.tell_error(Some(page), &words),
@@ -220,60 +226,5 @@ impl Engine<'_> {
             "of": end - first,
             "samples": order.iter().take(BRIGHTEST).map(entry).collect::<Vec<_>>(),
         }))
-    }
-
-    /// Says that a bare OBJ has no place for `what`. Gives whether it is one.
-    fn refuses_bare_obj(&self, page: PageId, what: &str) -> bool {
-        let name = self.path.display();
-        if !self.file.is_file() {
-            let words = format!(
-                "{name} is a bare OBJ, which cannot store {what}\n  help: make a scene file with `embrasure init {name}`, or copy what the page shows"
-            );
-            self.tell_error(Some(page), &words);
-        }
-        !self.file.is_file()
-    }
-
-    /// Says that `what` was saved.
-    fn note_saved(&mut self, page: PageId, what: &str) {
-        // The file is as it is known to be.
-        self.watch.accept();
-        let text = format!("{what} saved in {}.", self.path.display());
-        let note = json!({ "type": "note", "text": text }).to_string();
-        self.hub.tell(Some(page), &note);
-        self.tell_state();
-    }
-
-    /// Writes the camera into the scene file.
-    fn save_camera(&mut self, page: PageId) {
-        if self.refuses_bare_obj(page, "a camera") {
-            return;
-        }
-        match scene_file::save_camera(&self.path, &PageCamera::of(&self.camera)) {
-            Ok(()) => {
-                self.home = self.camera;
-                self.note_saved(page, "The camera is");
-            }
-            Err(error) => self.tell_error(Some(page), &error.to_string()),
-        }
-    }
-
-    /// Writes the changes of materials and lights into the scene file.
-    fn save_changes(&mut self, page: PageId) {
-        if self.refuses_bare_obj(page, "materials and lights") {
-            return;
-        }
-        match scene_file::save_changes(&self.path, &self.edits.materials, &self.edits.lights) {
-            Ok(()) => {
-                self.edits.materials.clear();
-                self.edits.lights.clear();
-                // A later edit that fails must not bring them back.
-                if let Some(good) = &mut self.good {
-                    good.edits = self.edits.clone();
-                }
-                self.note_saved(page, "The changes are");
-            }
-            Err(error) => self.tell_error(Some(page), &error.to_string()),
-        }
     }
 }

@@ -9,11 +9,12 @@ mod commands;
 mod groups;
 mod preview;
 mod rival;
+mod saving;
 mod telling;
 
-use super::hub::{Hub, PageId, SaveFormat};
+use super::hub::{Hub, Mail, PageId, SaveFormat};
 use super::protocol::PageCamera;
-use super::watch::Watch;
+use super::watch::{Reading, Watch};
 use super::{FileLight, Host, Options, SceneChanges, SceneRequest, parameters};
 use crate::camera::CameraDescription;
 use crate::description::{SceneFile, SceneOptions};
@@ -23,11 +24,11 @@ use crate::render::{Observer, Outcome};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
 use rival::{Rival, Turns};
 use serde_json::json;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// How long the camera rests before the whole picture is rendered.
 const REST: Duration = Duration::from_millis(150);
@@ -84,6 +85,8 @@ pub(super) struct Engine<'a> {
     file: SceneFile,
     lights: Vec<FileLight>,
     path: PathBuf,
+    /// Contents of the scene file that were loaded, or saved since then.
+    text: String,
     exr: ExrFormat,
     options: SceneOptions,
     /// Of the picture.
@@ -111,6 +114,8 @@ pub(super) struct Engine<'a> {
     rival: Option<Rival>,
     reference: Option<RgbImage>,
     watch: Watch,
+    /// A time before the files were read first.
+    started: SystemTime,
     is_paused: bool,
     /// Moves of the camera that pages have asked for.
     moves: u64,
@@ -119,6 +124,10 @@ pub(super) struct Engine<'a> {
     jobs: Vec<Job>,
     /// Requests by mail that were not handled yet.
     pending: Change,
+    /// Mail that was not read yet: a save, which waits for the scene, and what came after it.
+    held: VecDeque<Mail>,
+    /// Number of times that the scene was loaded for the save at hand.
+    loads_of_save: u32,
     /// Samples a second, of all pixels.
     rate: f64,
     /// Whether a page shows another channel than before.
@@ -205,6 +214,7 @@ impl<'a> Engine<'a> {
             closed_since: None,
             good: None,
             asked_aovs: settings.aovs.clone(),
+            text: request.file.text().into(),
             file: request.file,
             lights: request.lights,
             path: request.path,
@@ -222,12 +232,15 @@ impl<'a> Engine<'a> {
             compare: None,
             rival: None,
             reference: view.reference,
-            watch: Watch::new([]),
+            watch: Watch::new(),
+            started: view.started,
             is_paused: false,
             moves: 0,
             moved: None,
             jobs: Vec::new(),
             pending: Change::Nothing,
+            held: VecDeque::new(),
+            loads_of_save: 0,
             rate: 0.0,
             has_new_channel: false,
             shown: Shown {
@@ -255,7 +268,7 @@ impl<'a> Engine<'a> {
     /// Those of the first acceleration structure; later ones are told to the pages.
     pub fn run(mut self, mut session: Session) -> Result<(), Error> {
         session.keep_accel()?;
-        self.watch = Watch::new(self.files(&session));
+        self.watch.finish(&Reading::first(self.started), self.files(&session));
         self.greet(&session);
         let mut state = None;
         loop {
@@ -289,6 +302,9 @@ impl<'a> Engine<'a> {
     /// Tells the pages what is wrong, and goes back to what was rendered last.
     fn retreat(&mut self, words: &str) {
         self.tell_error(None, words);
+        self.refuse_saves(words);
+        // Without a good one, no edit has been shown.
+        self.edits = SceneChanges::default();
         if let Some(good) = &self.good {
             (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
             (self.changes, self.edits) = (good.changes.clone(), good.edits.clone());
@@ -313,6 +329,7 @@ impl<'a> Engine<'a> {
     /// Loads the scene from its files. Where that fails, the old one stays.
     fn load(&mut self, session: &mut Session) -> Result<(), String> {
         self.tell(&json!({ "type": "status", "phase": "loading" }));
+        let reading = self.watch.begin();
         let mut request = self.host.read(&self.edits)?;
         // What pages have set counts more than the file.
         for (key, value) in &self.changes {
@@ -334,13 +351,14 @@ impl<'a> Engine<'a> {
         if !self.edits.groups.is_empty() {
             request.lights.iter_mut().for_each(|light| light.section.group = None);
         }
+        self.text = request.file.text().into();
         (self.file, self.lights, self.options) = (request.file, request.lights, request.options);
         self.settings = session.settings().clone();
         self.home = found;
         if !has_moved {
             self.camera = found;
         }
-        self.watch = Watch::new(self.files(session));
+        self.watch.finish(&reading, self.files(session));
         self.greet(session);
         self.tell(&json!({ "type": "note", "text": "The scene was reloaded.", "kept_structure": is_same_shape }));
         Ok(())

@@ -1,0 +1,147 @@
+//! Saves the camera, and changes of materials and lights, in the scene file.
+//!
+//! Only what has been loaded is saved: a save after an edit waits until the scene with the edit has been loaded, and is
+//! refused if it cannot be. The new contents are checked as `render` would read them, and replace the file under a lock
+//! if it still has the contents that were loaded. A file that others have changed is loaded first.
+
+use super::{Change, Engine};
+use crate::io::{FileError, read_text};
+use crate::view::SavedPart;
+use crate::view::hub::{Mail, PageId};
+use crate::view::protocol::{Command, PageCamera};
+use crate::view::scene_file::{self, Saved};
+use serde_json::json;
+
+/// Maximum number of times that the file is loaded for one save.
+const MAX_LOADS: u32 = 3;
+
+impl SavedPart {
+    /// Begins sentences about the part.
+    fn subject(self) -> &'static str {
+        match self {
+            Self::Camera => "The camera is",
+            Self::Changes => "The changes are",
+        }
+    }
+}
+
+/// The part that mail asks to save, and the page that asks.
+fn saved_by(mail: &Mail) -> Option<(PageId, SavedPart)> {
+    match mail {
+        Mail::Command(page, Command::SaveCamera {}) => Some((*page, SavedPart::Camera)),
+        Mail::Command(page, Command::SaveChanges {}) => Some((*page, SavedPart::Changes)),
+        _ => None,
+    }
+}
+
+/// Returns true if mail asks for a save.
+pub(super) fn is_save(mail: &Mail) -> bool {
+    saved_by(mail).is_some()
+}
+
+impl Engine<'_> {
+    /// Saves `part`. A file that others have changed is loaded before, and the `command` is obeyed after that.
+    pub(super) fn save(&mut self, page: PageId, part: SavedPart, command: Command) -> Change {
+        if self.refuses_bare_obj(page, part) {
+            return Change::Nothing;
+        }
+        let edits = &self.edits;
+        if part == SavedPart::Changes && edits.materials.is_empty() && edits.lights.is_empty() {
+            self.refuse(page, part, "no change has been loaded");
+            return Change::Nothing;
+        }
+        match self.write(part) {
+            Ok(Some(saved)) => self.note_saved(page, part, &saved),
+            Ok(None) if self.loads_of_save < MAX_LOADS => {
+                self.loads_of_save += 1;
+                self.held.push_front(Mail::Command(page, command));
+                return Change::Scene;
+            }
+            Ok(None) => self.refuse(page, part, &self.unsteady().to_string()),
+            Err(words) => self.refuse(page, part, &words),
+        }
+        self.loads_of_save = 0;
+        Change::Nothing
+    }
+
+    /// Refuses the saves that wait for a scene, which could not be loaded because of `words`.
+    pub(super) fn refuse_saves(&mut self, words: &str) {
+        while let Some((page, part)) = self.held.front().and_then(saved_by) {
+            self.held.pop_front();
+            self.refuse(page, part, words);
+        }
+        self.loads_of_save = 0;
+    }
+
+    /// Replaces the scene file by one with another `part`. Returns `None` if the file has other contents than were
+    /// loaded.
+    fn write(&mut self, part: SavedPart) -> Result<Option<Saved>, String> {
+        let words = |error: FileError| error.to_string();
+        let text = match part {
+            SavedPart::Camera => scene_file::with_camera(&self.text, &PageCamera::of(&self.camera)),
+            SavedPart::Changes => scene_file::with_changes(&self.text, &self.edits.materials, &self.edits.lights),
+        };
+        let text = text.map_err(|message| words(FileError::new(&self.path, message)))?;
+        // The check may take long, and is in vain if the file has changed.
+        if read_text(&self.path, "the scene file").map_err(words)? != self.text {
+            return Ok(None);
+        }
+        self.host.check(&text, &self.text, part)?;
+        let saved = scene_file::save(&self.path, &self.text, &text).map_err(words)?;
+        if let Some(saved) = &saved {
+            self.text = text;
+            self.watch.wrote(&self.path, &saved.metadata);
+        }
+        Ok(saved)
+    }
+
+    /// The error of a file that others change again and again.
+    fn unsteady(&self) -> FileError {
+        let error = FileError::new(&self.path, "the file changes while it is saved");
+        error.help("save again when no other program writes it")
+    }
+
+    /// Tells that a bare OBJ cannot store `part`. Returns true if the scene is one.
+    fn refuses_bare_obj(&self, page: PageId, part: SavedPart) -> bool {
+        if self.file.is_file() {
+            return false;
+        }
+        let name = self.path.display();
+        let what = match part {
+            SavedPart::Camera => "a camera",
+            SavedPart::Changes => "materials and lights",
+        };
+        let words = format!(
+            "{name} is a bare OBJ, which cannot store {what}\n  help: make a scene file with `embrasure init {name}`, or copy what the page shows"
+        );
+        self.tell_error(Some(page), &words);
+        true
+    }
+
+    /// Tells the page that `part` was not saved.
+    fn refuse(&self, page: PageId, part: SavedPart, words: &str) {
+        self.tell_error(Some(page), &format!("{} not saved: {words}", part.subject()));
+    }
+
+    /// Tells the page that `part` was saved: it belongs to the scene file from now on.
+    fn note_saved(&mut self, page: PageId, part: SavedPart, saved: &Saved) {
+        match part {
+            SavedPart::Camera => self.home = self.camera,
+            SavedPart::Changes => {
+                self.edits.materials.clear();
+                self.edits.lights.clear();
+                // A later edit that fails must not bring them back.
+                if let Some(good) = &mut self.good {
+                    good.edits = self.edits.clone();
+                }
+            }
+        }
+        let mut text = format!("{} saved in {}.", part.subject(), self.path.display());
+        if saved.other_names > 0 {
+            text += " Other names of this file (hard links) keep the old contents.";
+        }
+        let note = json!({ "type": "note", "text": text }).to_string();
+        self.hub.tell(Some(page), &note);
+        self.tell_state();
+    }
+}

@@ -1,6 +1,6 @@
 //! Files and sizes that would hang the program, take all memory or lose what they hold: each is an error that says what to do.
 
-use crate::support::program::{code, command, done, folder, printed, run, split, words};
+use crate::support::program::{assert_same_bits, code, command, done, folder, printed, run, split, words};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -317,6 +317,43 @@ fn long_scene_files_are_read_in_time() {
         assert!(words(&out).contains("99900 other materials"), "{}", words(&out));
     }
     refused(at, "render g.toml --spp 1 --size 8x8 -o o.exr", &["light groups"]);
+}
+
+/// Bytes that follow the image of a part or a checkpoint may be the second of two files in one.
+#[test]
+fn bytes_behind_sums_are_refused() {
+    let folder = scene();
+    let at = folder.path();
+    let render = "render s.toml --size 8x8 --spp 128 -q";
+    done(at, &split(&format!("{render} --samples 0..64 -o 1.exr")));
+    done(at, &split(&format!("{render} --samples 64..128 -o 2.exr")));
+    done(at, &split(&format!("{render} --samples 0..64 --checkpoint c.exr")));
+    let [first, second, checkpoint] = ["1.exr", "2.exr", "c.exr"].map(|name| fs::read(at.join(name)).unwrap());
+    done(at, &split("merge 1.exr 2.exr -q -o whole.exr"));
+
+    let end = |file: &[u8]| format!("the end of its image at byte {}", file.len());
+    for (more, words) in [
+        (&b"x"[..], "1 byte follows"),
+        (&[0; 100], "100 bytes follow"),
+        (&second, &format!("{} bytes follow", second.len())),
+    ] {
+        fs::write(at.join("1.exr"), [&first, more].concat()).unwrap();
+        refused(
+            at,
+            "merge 1.exr 2.exr -o m.exr",
+            &["1.exr: ", words, &end(&first), "head -c"],
+        );
+        fs::write(at.join("c.exr"), [&checkpoint, more].concat()).unwrap();
+        let resume = format!("{render} --samples 0..64 --checkpoint c.exr --resume");
+        refused(at, &resume, &["c.exr: ", words, &end(&checkpoint), "head -c"]);
+    }
+    assert!(!at.join("m.exr").exists());
+
+    // The remedy of the error
+    let cut = fs::read(at.join("1.exr")).unwrap();
+    fs::write(at.join("1.exr"), &cut[..first.len()]).unwrap();
+    done(at, &split("merge 1.exr 2.exr -q -o m.exr"));
+    assert_same_bits(&at.join("m.exr"), &at.join("whole.exr"));
 }
 
 #[test]

@@ -8,7 +8,7 @@
 use super::exr::{Header, RowChannel, write_rows};
 use super::exr_text::text_attribute;
 use super::header_limits::check_exr;
-use super::input::{Input, ReadFailure};
+use super::input::{Counted, Input, Position, ReadFailure};
 use super::memory::Allowance;
 use super::{FileError, Metadata, Output};
 use crate::film::{Accumulator, Film, MAX_PARTS, Rect, StateLayout};
@@ -204,7 +204,11 @@ fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
 
 /// A file whose header was read.
 struct Opened {
-    reader: block::reader::Reader<BufReader<Input>>,
+    reader: block::reader::Reader<Counted<BufReader<Input>>>,
+    /// Bytes of the file.
+    length: u64,
+    /// Position of the reader.
+    position: Position,
     failure: ReadFailure,
     resolution: UVec2,
     crop: Rect,
@@ -220,7 +224,9 @@ impl Opened {
     fn new(path: &Path) -> Result<Self, FileError> {
         let input = Input::open(path, "the file").map_err(|error| error.help_if_none("check the path"))?;
         let (length, failure) = (input.length(), input.failure());
-        let reader = block::read(input.buffered(path)?, false);
+        let counted = Counted::new(input.buffered(path)?);
+        let position = counted.position();
+        let reader = block::read(counted, false);
         let reader = reader.map_err(|e| failure.or(path, damaged(path, &e)))?;
         check_exr(path, length, reader.meta_data())?;
         let header = reader
@@ -269,6 +275,8 @@ impl Opened {
             statistics,
             digest,
             reader,
+            length,
+            position,
             failure,
         })
     }
@@ -315,6 +323,7 @@ impl Opened {
                 }
             }
         }
+        check_end(path, self.position.get(), self.length)?;
         let state = State {
             film: &film,
             statistics: &self.statistics,
@@ -333,6 +342,23 @@ impl Opened {
             statistics: self.statistics,
         })
     }
+}
+
+/// An error if bytes follow the `end` of the last chunk: two files in one, of which the second would be lost, or an interrupted copy over a longer file.
+fn check_end(path: &Path, end: u64, length: u64) -> Result<(), FileError> {
+    let more = length.saturating_sub(end);
+    if more == 0 {
+        return Ok(());
+    }
+    let bytes = if more == 1 {
+        "1 byte follows"
+    } else {
+        &format!("{more} bytes follow")
+    };
+    let message = format!("this file is damaged: {bytes} the end of its image at byte {end}");
+    Err(FileError::new(path, message).help(format!(
+        "copy it again; if it is two files in one, separate them: the first has {end} bytes (head -c {end})"
+    )))
 }
 
 /// Size of the image, and the part of it that the layer holds.

@@ -8,6 +8,7 @@ use std::ffi::OsStr;
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// A regular file that is open for reading. It remembers when the system fails to read it, whatever a decoder makes of that.
@@ -108,6 +109,52 @@ impl Input {
                 .unreadable());
         }
         Ok(bytes)
+    }
+}
+
+/// A reader that counts the bytes that a decoder has taken.
+pub(crate) struct Counted<R> {
+    reader: R,
+    position: Position,
+}
+
+/// Position of a [`Counted`] reader, bytes from the start of the file; clones share it.
+#[derive(Clone, Default)]
+pub(crate) struct Position(Arc<AtomicU64>);
+
+impl Position {
+    /// Bytes before the next one to be read.
+    pub fn get(&self) -> u64 {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl<R> Counted<R> {
+    /// Counts from the start of a file.
+    pub fn new(reader: R) -> Self {
+        let position = Position::default();
+        Self { reader, position }
+    }
+
+    /// Position, for after a decoder has taken the reader.
+    pub fn position(&self) -> Position {
+        self.position.clone()
+    }
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.reader.read(buffer)?;
+        self.position.0.fetch_add(read as u64, Ordering::Relaxed);
+        Ok(read)
+    }
+}
+
+impl<R: Seek> Seek for Counted<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let position = self.reader.seek(to)?;
+        self.position.0.store(position, Ordering::Relaxed);
+        Ok(position)
     }
 }
 

@@ -45,7 +45,7 @@ impl Session {
     ///
     /// Those of building an acceleration structure.
     pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
-        let accel = self.accel()?;
+        let accel = self.accel_for_guesses()?;
         let free = CameraSettings {
             up: self.said_camera.up,
             ..CameraSettings::default()

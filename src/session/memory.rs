@@ -29,7 +29,7 @@ pub(crate) fn forecast(file: &SceneFile, scene: &Scene, settings: &Settings) -> 
     let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
     let forecast = forecast_of(scene, sizes.max().unwrap_or(0), settings);
     match settings.camera.needs_scene() || may_want_ground(file, settings, scene) {
-        true => forecast.after_guess(settings.backend.name()),
+        true => forecast.after_guess(settings.backend.for_guesses().name()),
         false => forecast,
     }
 }

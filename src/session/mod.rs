@@ -215,6 +215,14 @@ impl Session {
         }
     }
 
+    /// The acceleration structure for guesses: the one that is kept, or a new one.
+    fn accel_for_guesses(&self) -> Result<AnyAccel<'_>, Error> {
+        match &self.kept {
+            Some(accel) => Ok(accel.clone()),
+            None => self.settings.backend.for_guesses().build(&self.scene, &self.pool),
+        }
+    }
+
     /// What the render is to be.
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -267,7 +275,7 @@ impl Session {
     ///
     /// Those of building an acceleration structure.
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
-        let accel = self.accel()?;
+        let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
         let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
         Ok(self.pool.install(|| finder().candidates()))

@@ -339,7 +339,7 @@ impl Settings {
     ) -> Result<(FoundCamera, Option<Surveyed>), Error> {
         // Guesses trace rays.
         let accel = match wanted.survey || wanted.light || self.camera.needs_scene() {
-            true => Some(self.backend.build(scene, pool)?),
+            true => Some(self.backend.for_guesses().build(scene, pool)?),
             false => None,
         };
         let accel = accel.as_ref().map(AnyAccel::as_dyn);

@@ -356,6 +356,51 @@ fn bytes_behind_sums_are_refused() {
     assert_same_bits(&at.join("m.exr"), &at.join("whole.exr"));
 }
 
+/// By brute force the guess of the camera would take minutes before the first sample.
+#[test]
+fn guess_under_brute_force_is_that_of_a_fast_backend() {
+    use embrasure::Backend;
+    let fast = Backend::Brute.for_guesses();
+    if fast == Backend::Brute {
+        // Nothing else is built in.
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("ball.obj"), ball(200)).unwrap();
+    let guess = |backend: &str| {
+        let line = format!(
+            "render ball.obj --backend {backend} --size 4x4 --spp 1 --max-depth 1 --time-limit 1s -o {backend}.exr"
+        );
+        let out = run_soon(at, &split(&line));
+        assert!([0, 1].contains(&code(&out)), "{}", words(&out));
+        let said = words(&out);
+        let camera = said.lines().find(|line| line.starts_with("camera: ")).map(String::from);
+        camera.unwrap_or_else(|| panic!("{said}"))
+    };
+    assert_eq!(guess("brute"), guess(fast.name()));
+}
+
+/// A sphere of 2 `rows`² quadrilaterals.
+fn ball(rows: u32) -> String {
+    let columns = 2 * rows;
+    let angle = |i: u32| std::f64::consts::PI * f64::from(i) / f64::from(rows);
+    let mut text = String::new();
+    for (row, column) in (0..=rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        let (polar, azimuth) = (angle(row), angle(column));
+        let (x, z) = (polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin());
+        text += &format!("v {x:.6} {:.6} {z:.6}\n", polar.cos());
+    }
+    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        let next = (column + 1) % columns;
+        let corner = |row: u32, column: u32| row * columns + column + 1;
+        let corners = [(row, column), (row, next), (row + 1, next), (row + 1, column)];
+        let corners = corners.map(|(row, column)| corner(row, column).to_string());
+        text += &format!("f {}\n", corners.join(" "));
+    }
+    text
+}
+
 #[test]
 fn utf16_is_read() {
     let folder = scene();

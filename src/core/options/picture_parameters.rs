@@ -150,6 +150,15 @@ impl Backend {
     pub fn name(self) -> &'static str {
         super::name_of(Self::NAMES, self)
     }
+
+    /// The backend for rays that guesses of camera and light trace. Brute force would take minutes
+    /// before the first sample; guesses agree between backends.
+    pub fn for_guesses(self) -> Self {
+        match self {
+            Self::Brute => Self::ALL[0],
+            fast => fast,
+        }
+    }
 }
 
 named! {

@@ -108,16 +108,23 @@ pub(super) fn remember(written: io::Result<()>) {
     }
 }
 
-/// `text` without control characters, which names may hold and terminals obey: `\u001b`, as JSON escapes them. Lines and tabs stay.
+/// `text` without control characters, which names may hold and terminals obey: `\u001b`, as JSON
+/// escapes them. Lines and tabs stay.
 pub(super) fn escaped(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        match c.is_control() && c != '\n' && c != '\t' {
+        match (c.is_control() || is_bidi_control(c)) && c != '\n' && c != '\t' {
             true => shown += &format!("\\u{:04x}", c as u32),
             false => shown.push(c),
         }
     }
     shown
+}
+
+/// Returns true for characters that reverse the text after them on a terminal, and hide what a name is
+/// (Boucher and Anderson 2021, "Trojan Source").
+fn is_bidi_control(c: char) -> bool {
+    matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Says why a command ends early.
@@ -167,5 +174,6 @@ mod tests {
             "a\\u001b[31mb\\u000d\\u009b2J\\u007f"
         );
         assert_eq!(escaped("Küche 木\n\tnext"), "Küche 木\n\tnext");
+        assert_eq!(escaped("\u{202e}gpj.obj\u{2069}"), "\\u202egpj.obj\\u2069");
     }
 }

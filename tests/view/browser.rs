@@ -31,6 +31,59 @@ fn cornell_box() -> TempDir {
 
 const FLAGS: &str = "cornell-box.toml --size 128x128 --spp 16";
 
+/// Names from files are text in the page, whatever they hold.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
+fn names_with_markup_are_text_in_the_page() {
+    const MARK: &str = "<img src=x onerror=document.title=1>";
+    const NAMES: [&str; 4] = [
+        MARK,
+        "</script><script>document.title=1</script>",
+        "'\"><svg/onload=document.title=1>",
+        "${document.title=1}",
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let library: String = NAMES
+        .iter()
+        .map(|name| format!("newmtl {name}\nKd 0.5 0.5 0.5\n"))
+        .collect();
+    let object = |(i, name)| format!("o {name}\nusemtl {name}\nv {i} 0 0\nv {i}.9 0 0\nv {i} 0.9 0\nf -3 -2 -1\n");
+    let objects: String = NAMES.iter().enumerate().map(object).collect();
+    fs::write(at("a.mtl"), library).unwrap();
+    fs::write(at("a.obj"), format!("mtllib a.mtl\n{objects}")).unwrap();
+    let camera = "[camera]\nposition = [0.3, 0.3, 3.0]\nlook_at = [0.3, 0.3, 0.0]\n";
+    let scene = format!("{MARK}.toml");
+    fs::write(
+        at(&scene),
+        format!("version = 1\n{camera}[[object]]\nobj = \"a.obj\"\n"),
+    )
+    .unwrap();
+
+    let flags = ["--size", "64x64", "--spp", "16"];
+    let viewer = Viewer::start(folder.path(), &[&[&*scene], &flags[..]].concat());
+    let mut browser = Browser::start();
+    let tab = browser.open(&viewer.link(), [1280, 720]);
+    browser.wait(&tab, COMPLETE);
+    browser.value(&tab, "embrasure.inspector.ask([32, 32])");
+    browser.wait(
+        &tab,
+        "document.getElementById('found').textContent.includes('Material')",
+    );
+    let names = browser.value(
+        &tab,
+        "[...document.getElementById('material').options].map((o) => o.text)",
+    );
+    assert_eq!(names, json!(NAMES));
+    assert_eq!(
+        browser.value(&tab, "document.getElementById('scene').textContent"),
+        *scene
+    );
+    let made = "document.querySelectorAll('img[src=x], svg[onload], body script:not([src])').length";
+    assert_eq!(browser.value(&tab, made), 0);
+    assert_ne!(browser.value(&tab, "document.title"), "1");
+}
+
 /// What people do: look, orbit, walk, undo, inspect, change looks and materials, keep the camera; with a second page, and to the end of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]

@@ -29,14 +29,34 @@ const COLORS: usize = 65;
 pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Result<()> {
     let data = data(comparison)?.to_string();
     let title = format!("Estimators compared: {}", comparison.scene);
-    let page = include_str!("page/page.html")
-        .replace("{{style}}", include_str!("page/page.css").trim_end())
-        .replace("{{script}}", include_str!("page/page.js").trim_end())
-        .replace("{{curves}}", curves::svg(comparison, Place::Page).trim_end())
-        .replace("{{title}}", &plot::escaped(&title))
+    let curves = curves::svg(comparison, Place::Page);
+    let values = [
+        ("style", include_str!("page/page.css").trim_end()),
+        ("script", include_str!("page/page.js").trim_end()),
+        ("curves", curves.trim_end()),
+        ("title", &plot::escaped(&title)),
         // No tag can end the script within it.
-        .replace("{{data}}", &data.replace('<', "\\u003c"));
-    writer.write_all(page.as_bytes())
+        ("data", &data.replace('<', "\\u003c")),
+    ];
+    writer.write_all(filled(include_str!("page/page.html"), &values).as_bytes())
+}
+
+/// `template` with the value of `name` in place of each `{{name}}`. Values are not searched: names of
+/// files may have such marks.
+fn filled(template: &str, values: &[(&str, &str)]) -> String {
+    let mut pieces = template.split("{{");
+    let mut page = pieces.next().unwrap_or_default().to_string();
+    for piece in pieces {
+        let known = |name: &str| values.iter().find(|(known, _)| *known == name);
+        let found = piece
+            .split_once("}}")
+            .and_then(|(name, rest)| Some((known(name)?.1, rest)));
+        match found {
+            Some((value, rest)) => page.extend([value, rest]),
+            None => page.extend(["{{", piece]),
+        }
+    }
+    page
 }
 
 /// All that the script of the page shows.
@@ -187,6 +207,16 @@ mod tests {
         let half = image.averaged(2, |v| v);
         assert_eq!((half.width, half.height, half.pixels), (1, 1, vec![[3.0, 0.0, -3.0]]));
         assert_eq!(image.averaged(1, |v| v), image);
+    }
+
+    #[test]
+    fn marks_in_values_of_a_template_stay() {
+        let values = [("title", "{{data}} {{title}}"), ("data", "{{title}}")];
+        assert_eq!(
+            filled("a{{title}}b {{ {{data}} {{other}} {{", &values),
+            "a{{data}} {{title}}b {{ {{title}} {{other}} {{"
+        );
+        assert_eq!(filled("", &values), "");
     }
 
     #[test]

@@ -26,7 +26,10 @@ impl Checkpointer {
         // No thread writes it from here on.
         let lock = output.lock()?;
         let path = output.path();
-        let is_there = path.exists();
+        // A file system that fails to answer must not pass for one without the file.
+        let is_there = path.try_exists().map_err(|error| {
+            FileError::system(path, "cannot look for this checkpoint", &error).help("check the disk or the network")
+        })?;
         if is_there && !args.resume {
             return Err(CliError::Usage(format!(
                 "--checkpoint {} already exists\n  help: add --resume to continue from it, or delete it to start again",

@@ -26,7 +26,8 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
         Some(path) => path.clone(),
         None => PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("toml"),
     };
-    if path.exists() && !args.force {
+    // A file system that fails to answer must not pass for one without the file.
+    if path.try_exists().unwrap_or(true) && !args.force {
         return Err(CliError::Usage(format!(
             "{} already exists\n  help: give another name with -o, or replace it with --force",
             path.display()

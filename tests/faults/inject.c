@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -108,4 +109,9 @@ void *mmap(void *at, size_t length, int protection, int flags, int fd, off_t off
 void *mmap64(void *at, size_t length, int protection, int flags, int fd, off64_t offset) {
     int is_of_file = fd >= 0 && !(flags & MAP_ANONYMOUS);
     return is_of_file && fails("mmap", NULL, fd) ? MAP_FAILED : REAL(mmap64)(at, length, protection, flags, fd, offset);
+}
+int statx(int at, const char *path, int flags, unsigned mask, struct statx *data) {
+    int is_of_file = !path || !path[0];
+    if (is_of_file ? fails("stat", NULL, at) : fails("stat", path, -1)) return -1;
+    return REAL(statx)(at, path, flags, mask, data);
 }

@@ -592,6 +592,31 @@ fn checkpoints_survive_faults_of_the_system() {
     }
 }
 
+/// A file system that fails to answer must not pass for one without the file: an older checkpoint was
+/// replaced then.
+#[test]
+fn checkpoint_that_cannot_be_looked_for_is_kept() {
+    let folder = scene();
+    let line = "render s.toml -q --threads 1 --spp 3 --checkpoint c.exr -o x.png";
+    let Some(faulty) = Faulty::new(folder, line, &["c.exr", "x.png"]) else {
+        return;
+    };
+    let checkpoint = faulty.folder.path().join("c.exr");
+    let kept = fs::read(&checkpoint).unwrap();
+    let mut failed = 0;
+    for nth in 1.. {
+        faulty.restore();
+        fs::write(&checkpoint, &kept).unwrap();
+        let Some(out) = faulty.run("stat", nth) else { break };
+        let what = format!("stat {nth}: {}", words(&out));
+        assert_ne!(code(&out), 0, "{what}");
+        assert!(!words(&out).contains("does not exist"), "{what}");
+        assert!(fs::read(&checkpoint).unwrap() == kept, "{what}");
+        failed += u32::from(code(&out) == 1);
+    }
+    assert!(failed > 0, "no failing stat made the run fail");
+}
+
 #[test]
 fn merges_and_comparisons_survive_faults_of_the_system() {
     let folder = scene();

@@ -6,7 +6,7 @@
 use crate::io::FileId;
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Bytes of a picture in which the name of the program that wrote it is looked for.
@@ -67,7 +67,11 @@ fn why_not(path: &Path, read: &[FileId]) -> Option<String> {
     if FileId::of(path).is_some_and(|id| read.contains(&id)) {
         return Some(format!("{name} is a file that this scene reads"));
     }
-    let is_foreign = path.metadata().is_ok_and(|data| data.is_file() && data.len() > 0) && !is_own(path);
+    let is_foreign = match path.metadata() {
+        Ok(data) => data.is_file() && data.len() > 0 && !is_own(path),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
+        Err(error) => return Some(format!("the system does not say whether {name} exists ({error})")),
+    };
     is_foreign.then(|| format!("{name} exists and was not written by this program"))
 }
 

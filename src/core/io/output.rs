@@ -57,10 +57,14 @@ impl Output {
             return Err(refused("this is a link to a directory").help("give a file name"));
         }
         let folder = folder_of(&target);
-        if !folder.is_dir() {
-            let folder = folder.display();
-            return Err(refused(&format!("folder {folder} does not exist"))
-                .help(format!("create it (mkdir -p {folder}), or give another path")));
+        match fs::metadata(folder) {
+            Ok(_) => {}
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let folder = folder.display();
+                return Err(refused(&format!("folder {folder} does not exist"))
+                    .help(format!("create it (mkdir -p {folder}), or give another path")));
+            }
+            Err(error) => return Err(unusable(error)),
         }
         let folder = fs::canonicalize(folder).map_err(unusable)?;
         let target = folder.join(target.file_name().unwrap_or_default());
@@ -188,7 +192,9 @@ impl Output {
             n => format!("{stem}.rescue-{n}.exr"),
         };
         let paths = (1..=MAX_RESCUES).map(|n| self.path.with_file_name(name(n)));
-        let mut free = paths.filter(|path| fs::symlink_metadata(path).is_err());
+        let is_free =
+            |path: &PathBuf| fs::symlink_metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+        let mut free = paths.filter(is_free);
         let Some(path) = free.next() else {
             let message = format!("cannot write {}: {MAX_RESCUES} such files exist", name(1));
             return Err(FileError::new(&self.path, message).help("remove old ones"));
@@ -200,8 +206,16 @@ impl Output {
     fn temporary(&self) -> Result<NamedTempFile, FileError> {
         temporary(&self.target).map_err(|error| {
             let folder = folder_of(&self.target).display();
-            FileError::new(&self.path, format!("cannot write in folder {folder}: {}", error.kind()))
-                .help("make the folder writable, or give another path")
+            let what = format!("cannot write in folder {folder}");
+            let help = match error.kind() {
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                    "free some space there, or give another path"
+                }
+                _ => "make the folder writable, or give another path",
+            };
+            // The crate tempfile adds the name of the temporary file.
+            let cause = error.get_ref().and_then(|named| named.source()?.downcast_ref());
+            FileError::system(&self.path, &what, cause.unwrap_or(&error)).help(help)
         })
     }
 }

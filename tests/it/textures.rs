@@ -404,6 +404,33 @@ fn depth_is_a_channel_of_exr() {
     assert!(load("8-3.png").unwrap_err().message.contains("no depth"));
 }
 
+/// Files with several values for each pixel are told from damaged ones.
+#[test]
+fn deep_exr_is_an_error_with_its_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deep.exr");
+    exr::write_rgb_file(&path, 2, 2, |_, _| (1.0f32, 0.5f32, 0.25f32)).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    // Bit 11 of the version field, and the attribute `type` ("OpenEXR File Layout")
+    bytes[5] |= 0x08;
+    let name = b"type\0string\0";
+    let start = bytes.windows(name.len()).position(|window| window == name);
+    let old = start.map_or(8..8, |start| start..start + name.len() + 4 + "scanlineimage".len());
+    let new = [&name[..], b"\x0c\0\0\0deepscanline"].concat();
+    bytes.splice(old, new);
+    std::fs::write(&path, bytes).unwrap();
+    let errors = [
+        load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap_err(),
+        embrasure::io::read_exr(&path).unwrap_err(),
+        embrasure::io::read_layers(&path).unwrap_err(),
+        embrasure::io::read_rendering(&path).unwrap_err(),
+    ];
+    for error in errors {
+        assert!(error.message.contains("deep data"), "{error}");
+        assert!(error.help.as_ref().unwrap().contains("flatten"), "{error}");
+    }
+}
+
 /// Missing files, files that are no pictures, and pictures of the wrong kind have messages.
 #[test]
 fn errors_say_what_to_do() {

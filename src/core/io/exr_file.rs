@@ -34,7 +34,7 @@ impl ExrFile {
         failed: &dyn Fn(&dyn std::fmt::Display) -> FileError,
     ) -> Result<Self, FileError> {
         let meta = exr::MetaData::read_from_buffered(&mut reader, false);
-        let meta = meta.map_err(|e| failure.or(path, failed(&e)))?;
+        let meta = meta.map_err(|e| failure.or(path, decoding_error(path, &e, failed)))?;
         check_exr(path, length, &meta)?;
         let rewound = reader.rewind();
         rewound.map_err(|e| FileError::system(path, "cannot read it", &e))?;
@@ -55,8 +55,30 @@ impl ExrFile {
             .all_attributes()
             .non_parallel()
             .from_buffered(self.reader)
-            .map_err(|e| self.failure.or(path, failed(&e)))
+            .map_err(|e| self.failure.or(path, decoding_error(path, &e, failed)))
     }
+}
+
+/// Error of the decoder: a kind of file that is not supported, or else by `failed` a wrong file.
+pub(super) fn decoding_error(
+    path: &Path,
+    error: &::exr::error::Error,
+    failed: &dyn Fn(&dyn std::fmt::Display) -> FileError,
+) -> FileError {
+    let ::exr::error::Error::NotSupported(reason) = error else {
+        return failed(error);
+    };
+    let (message, help) = match reason.contains("deep") {
+        true => (
+            "this EXR file has deep data, with several values for each pixel".into(),
+            "flatten it to one value for each pixel, as by `oiiotool IN.exr --flatten -o OUT.exr`",
+        ),
+        false => (
+            format!("this kind of EXR file is not supported: {reason}"),
+            "write it again, as scan lines with ZIP compression",
+        ),
+    };
+    FileError::new(path, message).help(help)
 }
 
 /// Where the pixels of a layer lie in the display window, from whose corner coordinates count. Pixels outside of it are left out.

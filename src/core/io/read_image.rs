@@ -1,5 +1,5 @@
 use super::FileError;
-use super::exr_file::ExrFile;
+use super::exr_file::{ExrFile, decoding_error};
 use super::memory::Allowance;
 use crate::film::RgbImage;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
@@ -38,7 +38,7 @@ pub(super) fn read_exr_within(path: &Path, allowance: Allowance) -> Result<RgbIm
         .first_valid_layer()
         .all_attributes()
         .from_buffered(reader);
-    let image = image.map_err(|e| failure.or(path, failed(&e)))?;
+    let image = image.map_err(|e| failure.or(path, decoding_error(path, &e, &failed)))?;
     Ok(image.layer_data.channel_data.pixels)
 }
 

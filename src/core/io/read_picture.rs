@@ -3,7 +3,7 @@
 //! The header of a file is believed as far as its length allows (`check_size`), and what decoders are known to fail on is refused first (`check_tga`,
 //! `check_exr`). Six million randomly damaged files ended in errors or pictures, within 16 MB of memory.
 
-use super::exr_file::ExrFile;
+use super::exr_file::{ExrFile, decoding_error};
 use super::guard::guarded;
 use super::header_limits::check_size;
 use super::input::{Input, ReadFailure};
@@ -294,7 +294,7 @@ fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileE
         .all_attributes()
         .non_parallel()
         .from_buffered(reader)
-        .map_err(|e| failure.or(path, damaged(path, &e)))?;
+        .map_err(|e| failure.or(path, decoding_error(path, &e, &|e| damaged(path, e))))?;
     let Channels {
         width,
         height,

@@ -2,6 +2,7 @@
 
 use super::exact_list::numbers;
 use crate::guess::{Orbit, View};
+use crate::math::excerpt;
 use crate::options::{join_names, name_of};
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize, Serializer};
@@ -67,7 +68,7 @@ impl<'de> Deserialize<'de> for NamedView {
         let names = || join_names(View::NAMES);
         found
             .map(|(_, view)| Self(*view))
-            .ok_or_else(|| Error::custom(format!("unknown view `{name}`; choose from {}", names())))
+            .ok_or_else(|| Error::custom(format!("unknown view `{}`; choose from {}", excerpt(&name), names())))
     }
 }
 

@@ -1,6 +1,7 @@
 use super::FileError;
 use super::source::Source;
 use crate::light::{LightGroupId, LightGroups};
+use crate::math::excerpt;
 use crate::scene::{BuildError, SceneBuilder};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -31,7 +32,7 @@ impl LightGroupSection {
         }
         for material in self.materials.get_ref() {
             if groups.insert(material.get_ref().clone(), group).is_some() {
-                let message = format!("material `{}` is in a light group already", material.get_ref());
+                let message = format!("material `{}` is in a light group already", excerpt(material.get_ref()));
                 return Err(file.error(material.span(), message).help("name each material once"));
             }
         }

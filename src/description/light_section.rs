@@ -8,7 +8,7 @@ use super::memory::Allowance;
 use super::source::Source;
 use crate::light::STUDIO_SIZE;
 use crate::light::sky::{DEFAULT_TURBIDITY, SKY_SIZE};
-use crate::math::{Quat, Vec3, rotation_from_degrees};
+use crate::math::{Quat, Vec3, excerpt, excerpt_of_path, rotation_from_degrees};
 use crate::scene::{
     BuildError, DiskParameters, RectangleParameters, SceneBuilder, SkyParameters, SphereParameters, StudioParameters,
 };
@@ -268,7 +268,7 @@ impl LightSection {
                 })
             }
             other => {
-                let error = file.error(self.kind.span(), format!("unknown type of light `{other}`"));
+                let error = file.error(self.kind.span(), format!("unknown type of light `{}`", excerpt(other)));
                 let [types @ .., last] = Self::TYPES;
                 return Err(error.help(format!("choose from {} and {last}", types.join(", "))));
             }

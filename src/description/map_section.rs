@@ -5,7 +5,7 @@ use super::exact_list::numbers;
 use super::mtl::MapRequest;
 use super::mtl::{MapSlot, MapStatement};
 use super::source::Source;
-use crate::math::list;
+use crate::math::{excerpt, list};
 use crate::texture::{Channel, Mapping, Wrap};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
@@ -144,7 +144,11 @@ impl MapSection {
         let pairs = [&map.scale, &map.offset].into_iter().flatten();
         let pairs = pairs.map(|pair| (pair.span(), pair.get_ref().to_vec()));
         if let Some((span, values)) = numbers.chain(pairs).find(|(_, v)| !v.iter().all(|n| n.is_finite())) {
-            let message = format!("material `{name}`: a number of a texture is {}", list(&values));
+            let message = format!(
+                "material `{}`: a number of a texture is {}",
+                excerpt(name),
+                list(&values)
+            );
             return Err(file.error(span, message).help("write finite numbers"));
         }
         let default = Mapping::default();
@@ -181,7 +185,11 @@ fn named<T: Copy>(
     match names.iter().find(|(name, _)| name == word.get_ref()) {
         Some(&(_, value)) => Ok(Some(value)),
         None => {
-            let message = format!("material `{material}`: unknown {key} `{}`", word.get_ref());
+            let message = format!(
+                "material `{}`: unknown {key} `{}`",
+                excerpt(material),
+                excerpt(word.get_ref())
+            );
             let all: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
             Err(file
                 .error(word.span(), message)

@@ -4,6 +4,7 @@ use super::scene_options::AnyGroup;
 use super::source::Source;
 use super::unknown_key::unknown_key;
 use super::{FileError, InOrder};
+use crate::math::excerpt;
 use crate::options::{Entry, Input, InvalidOption};
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
@@ -122,7 +123,7 @@ impl OptionSection {
                     value: written, help, ..
                 })) => {
                     let span = value.span();
-                    let error = file.error(span.clone(), format!("{} = {written}", key.get_ref()));
+                    let error = file.error(span.clone(), format!("{} = {}", key.get_ref(), excerpt(&written)));
                     return Err((error.help(help), span.start));
                 }
                 None => {

@@ -4,7 +4,7 @@ use super::input::read_text;
 use super::statements::uncommented;
 use super::{FileError, Instances, ObjectSection, Position, Scale, SceneFile, TransformSection};
 use crate::geometry::Placement;
-use crate::math::{Affine3A, Quat, Vec3, affine_from_rows, affine_from_trs};
+use crate::math::{Affine3A, Quat, Vec3, affine_from_rows, affine_from_trs, excerpt};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -258,7 +258,7 @@ fn parse_instances(path: &Path, text: &str) -> Result<Vec<Affine3A>, FileError> 
         {
             let number = word
                 .parse::<f32>()
-                .map_err(|_| wrong(format!("`{word}` is not a number")))?;
+                .map_err(|_| wrong(format!("`{}` is not a number", excerpt(word))))?;
             if let Some(place) = rows.as_flattened_mut().get_mut(count) {
                 *place = number;
             }

@@ -1,12 +1,16 @@
 //! Errors for names that are not there: keys that a section of a scene file does not have, and names of materials, with the nearest that there are.
 
+use crate::math::excerpt;
 use crate::options::nearest;
 
 const REFERENCE: &str = "`embrasure help scene` lists every key of a scene file";
 
 /// Message and help for an unknown `key` of `[section]`, whose keys are `known`.
 pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator<Item = &'a str>) -> (String, String) {
-    (format!("unknown key `{key}` in [{section}]"), help(key, known))
+    (
+        format!("unknown key `{}` in [{section}]", excerpt(key)),
+        help(key, known),
+    )
 }
 
 /// Message and help for an error of the TOML parser: an unknown key is told as by [`unknown_key`], a value of the wrong type in the
@@ -24,7 +28,7 @@ pub(super) fn parser_error(message: &str) -> (String, String) {
     };
     let mut names = rest.split('`').skip(1).step_by(2);
     let key = names.next().unwrap_or_default();
-    (format!("unknown key `{key}`"), help(key, names))
+    (format!("unknown key `{}`", excerpt(key)), help(key, names))
 }
 
 /// serde's "invalid type: FOUND, expected WANTED", "invalid length N, expected WANTED" and "missing field `KEY`" without words of Rust; others as they are.
@@ -61,6 +65,8 @@ fn plain(message: &str) -> String {
         "sequence" => "a list",
         _ => kinds.iter().find_map(|kind| found.strip_prefix(kind)).unwrap_or(found),
     };
+    let string = found.strip_prefix('"').and_then(|found| found.strip_suffix('"'));
+    let found = string.map_or(found.into(), |string| format!("\"{}\"", excerpt(string)));
     format!("expected {wanted}, found {found}")
 }
 

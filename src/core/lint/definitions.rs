@@ -1,5 +1,6 @@
 use super::Inspection;
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
+use crate::math::excerpt;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
@@ -32,7 +33,8 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
             let is_new = seen.insert((library, line));
             if let Some((file, first)) = defined.insert(name, (library, line)).filter(|_| is_new) {
                 let message = format!(
-                    "material `{name}` is defined again; this one counts, not that of {}:{first}",
+                    "material `{}` is defined again; this one counts, not that of {}:{first}",
+                    excerpt(name),
                     file.display()
                 );
                 let error = FileError::new(library, message).at(Position::line(line));

@@ -8,7 +8,7 @@ use crate::bsdf::Fresnel;
 use crate::geometry::{Mesh, Placement, triangle_area};
 use crate::light::LightGroups;
 use crate::material::{Gloss, Material};
-use crate::math::{Affine3A, Bounds3, Vec3, list};
+use crate::math::{Affine3A, Bounds3, Vec3, excerpt, list};
 use thiserror::Error;
 
 /// Letters of a light group's name at most: its channels, `light_NAME.R`, then keep to the 31 bytes that all readers of EXR know.
@@ -240,7 +240,7 @@ pub(super) fn check_group_name(name: &str) -> Result<(), BuildError> {
         return Ok(());
     };
     Err(BuildError::BadLightGroup {
-        name: name.escape_debug().to_string(),
+        name: excerpt(name).escape_debug().to_string(),
         rule,
     })
 }
@@ -294,7 +294,7 @@ pub(super) fn check_reach(instance: usize, placement: &Placement, largest: f32) 
 /// Checks that there is a surface of these values.
 pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
     let bad = |key, value: String, rule| BuildError::BadMaterial {
-        material: material.name.clone(),
+        material: excerpt(&material.name).into_owned(),
         key,
         value,
         rule,

@@ -7,6 +7,7 @@ use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
 use crate::description::{FileError, Position, Severity};
 use crate::material::MaterialId;
+use crate::math::excerpt;
 use std::path::Path;
 use toml::Spanned;
 
@@ -43,10 +44,14 @@ impl Loader<'_> {
                     let found = FileMaterial::default_of(name);
                     if let Some(name) = &group.material {
                         let message = format!(
-                            "material `{name}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` (diffuse {:.1})",
+                            "material `{}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` (diffuse {:.1})",
+                            excerpt(name),
                             found.material.diffuse.max_component(),
                         );
-                        let help = format!("define it in the MTL file, or as [material.\"{name}\"] in a scene file");
+                        let help = format!(
+                            "define it in the MTL file, or as [material.\"{}\"] in a scene file",
+                            excerpt(name)
+                        );
                         let error = FileError::new(path, message);
                         // A mesh that is made in code has no line.
                         let error = match group.line {
@@ -118,11 +123,14 @@ impl Loader<'_> {
         unused.extend(patches.map(|patch| (patch.span.clone(), patch.written.to_string(), patch.glob.literal())));
         let idle = idle_members(&file.light_group, &self.emits);
         for (span, written, literal) in unused.iter().take(MAX_NAMED) {
-            let warning = file.error(span.clone(), format!("no face uses the material `{written}`"));
+            let warning = file.error(
+                span.clone(),
+                format!("no face uses the material `{}`", excerpt(written)),
+            );
             let names = self.materials.iter().map(|material| material.name.as_str());
             let nearest: Vec<String> = nearest_names(literal, names)
                 .into_iter()
-                .map(|name| format!("`{name}`"))
+                .map(|name| format!("`{}`", excerpt(name)))
                 .collect();
             let help = match nearest.as_slice() {
                 [] => "use a name from a `usemtl` line".to_string(),
@@ -133,7 +141,7 @@ impl Loader<'_> {
         }
         self.warn_of_more("unused-material", "no face uses", unused.len());
         for (name, why) in idle.iter().take(MAX_NAMED) {
-            let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
+            let message = format!("material `{}` is in a light group, but {why}", excerpt(name.get_ref()));
             let warning = file.error(name.span(), message);
             self.warn("idle-light-group", warning.help("correct or remove the name"));
         }

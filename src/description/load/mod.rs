@@ -19,6 +19,7 @@ use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLim
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
+use crate::math::excerpt;
 use crate::scene::{BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -351,7 +352,8 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
     for (name, largest) in &report.scaled_materials {
         let message = format!(
-            "material `{name}` reflects more light than it receives: {largest} times, in some channel; scaled to 1"
+            "material `{}` reflects more light than it receives: {largest} times, in some channel; scaled to 1",
+            excerpt(name)
         );
         let error = match places.get(name.as_str()) {
             Some(Some((path, position))) => FileError::new(path, message).at(*position),

@@ -8,7 +8,7 @@ use crate::description::object_section::{Instances, ObjectSection};
 use crate::description::placement::{ObjectPlacement, place};
 use crate::geometry::Mesh;
 use crate::material::MaterialId;
-use crate::math::Affine3A;
+use crate::math::{Affine3A, excerpt};
 use crate::scene::BuildError;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -95,7 +95,7 @@ impl Loader<'_> {
             }
         };
         self.builder.add_mesh(group.mesh, material).map_err(|error| {
-            let error = self.file.whole(format!("object `{}`: {error}", object.name));
+            let error = self.file.whole(format!("object `{}`: {error}", excerpt(&object.name)));
             error.help("correct its arrays")
         })
     }

@@ -4,7 +4,7 @@ use super::{ColorValue, Material, MaterialSection};
 use crate::color::Spectrum;
 use crate::description::FileError;
 use crate::description::source::Source;
-use crate::math::list;
+use crate::math::{excerpt, list};
 use std::ops::Range;
 use toml::Spanned;
 
@@ -113,11 +113,11 @@ impl Named<'_> {
 
     pub fn exponent_of(&self, model: &str, place: Range<usize>) -> FileError {
         let help = "leave it out, or use model = \"phong\" or \"blinn\"";
-        self.error(place, &format!("model \"{model}\" has no exponent"), help)
+        self.error(place, &format!("model \"{}\" has no exponent", excerpt(model)), help)
     }
 
     pub fn unknown_model(&self, model: &str, place: Range<usize>) -> FileError {
-        let message = format!("unknown model `{model}`");
+        let message = format!("unknown model `{}`", excerpt(model));
         self.error(place, &message, "choose among phong, blinn, ggx, mirror")
     }
 
@@ -141,7 +141,7 @@ pub(super) struct Named<'a> {
 
 impl Named<'_> {
     pub fn error(&self, span: Range<usize>, message: &str, help: &str) -> FileError {
-        let message = format!("material `{}`: {message}", self.name);
+        let message = format!("material `{}`: {message}", excerpt(self.name));
         self.file.error(span, message).help(help)
     }
 

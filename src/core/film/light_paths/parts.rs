@@ -3,6 +3,7 @@
 use super::error::LightPathError;
 use super::positions::Positions;
 use super::syntax::parse;
+use crate::math::excerpt;
 
 /// Parts with a name, and their expressions.
 const NAMED: [(&str, &str); 9] = [
@@ -166,7 +167,7 @@ impl PathPart {
         if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_letter) {
             let help = format!("use 1 to {MAX_NAME} letters, digits and _");
             return Err(LightPathError::new(
-                format!("`{}` is not a layer name", name.escape_default()),
+                format!("`{}` is not a layer name", excerpt(name).escape_default()),
                 help,
             ));
         }
@@ -186,7 +187,7 @@ fn bounces(text: &str) -> Result<u32, LightPathError> {
     let count = text.parse().ok().filter(|&count| count <= MAX_BOUNCES);
     count.ok_or_else(|| {
         LightPathError::new(
-            format!("`{}` is not a number of bounces", text.escape_default()),
+            format!("`{}` is not a number of bounces", excerpt(text).escape_default()),
             format!("use 0 to {MAX_BOUNCES}"),
         )
     })

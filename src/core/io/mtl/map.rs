@@ -1,6 +1,6 @@
 //! Texture statements of MTL (`map_Kd`, `map_Bump` and others): keywords, options and file names.
 
-use crate::math::Vec2;
+use crate::math::{Vec2, excerpt};
 use crate::texture::{Channel, Mapping, Wrap};
 
 /// What a texture of an MTL file is for.
@@ -142,7 +142,7 @@ impl MapStatement {
                     words.next();
                     map.ignored.push("-colorspace");
                 }
-                _ => return Err(format!("unknown texture option `{option}`")),
+                _ => return Err(format!("unknown texture option `{}`", excerpt(option))),
             }
         }
         map.file = words.0.trim().to_string();
@@ -179,7 +179,7 @@ impl<'a> Words<'a> {
     fn number(&mut self, option: &str) -> Result<f32, String> {
         let word = self.next().unwrap_or("");
         let number = word.parse().ok().filter(|n: &f32| n.is_finite());
-        number.ok_or_else(|| format!("`{option} {word}` should be a finite number"))
+        number.ok_or_else(|| format!("`{option} {}` should be a finite number", excerpt(word)))
     }
 
     /// One to three numbers, of which textures have two; those that are missing are `default`.
@@ -204,7 +204,10 @@ impl<'a> Words<'a> {
         match self.next() {
             Some("on") => Ok(true),
             Some("off") => Ok(false),
-            other => Err(format!("`{option} {}` should be `on` or `off`", other.unwrap_or(""))),
+            other => Err(format!(
+                "`{option} {}` should be `on` or `off`",
+                excerpt(other.unwrap_or(""))
+            )),
         }
     }
 
@@ -212,7 +215,7 @@ impl<'a> Words<'a> {
         let word = self.next().unwrap_or("");
         let found = Channel::NAMES.iter().find(|(name, _)| *name == word);
         let channel = found.map(|(_, channel)| *channel);
-        channel.ok_or_else(|| format!("`{option} {word}` should be r, g, b, m, l or z"))
+        channel.ok_or_else(|| format!("`{option} {}` should be r, g, b, m, l or z", excerpt(word)))
     }
 }
 

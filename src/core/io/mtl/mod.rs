@@ -15,6 +15,7 @@ use super::statements::{place_of, split_keyword, statements};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::material::Material;
+use crate::math::{excerpt, excerpt_of_path};
 pub use dialect::MtlDialect;
 pub use map::{MapSlot, MapStatement};
 pub(super) use section::{Complaint, Section};
@@ -80,7 +81,7 @@ pub struct MapRequest {
 impl MapRequest {
     /// Says of the texture what is worth a warning.
     pub fn remark(&self, words: &str) -> FileError {
-        let message = format!("texture `{}` {words}", self.statement.file);
+        let message = format!("texture `{}` {words}", excerpt_of_path(&self.statement.file));
         FileError {
             message,
             ..self.place.clone()
@@ -183,7 +184,7 @@ impl Library {
                 Err((message, help)) => {
                     wrong_count += 1;
                     if wrong_count <= MAX_WRONG {
-                        let error = FileError::new(path, format!("material `{}`: {message}", section.name));
+                        let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&section.name)));
                         let error = error.at(place_of(text, line, suspect(key, rest))).help(help);
                         findings.add(Severity::Error, "wrong-statement", error);
                     }
@@ -192,7 +193,7 @@ impl Library {
         }
         findings.add_untold(path, wrong_count.saturating_sub(MAX_WRONG));
         if let Some((first, line)) = skipped.first() {
-            let keys: Vec<&str> = skipped.iter().map(|(key, _)| key.as_str()).collect();
+            let keys: Vec<_> = skipped.iter().map(|(key, _)| excerpt(key)).collect();
             let message = format!("no effect: {}; the first is here", keys.join(", "));
             let error = FileError::new(path, message).at(place_of(text, *line, first));
             let others = skipped.iter().skip(1).map(|&(_, line)| Position::line(line));
@@ -221,7 +222,7 @@ impl Library {
             }
             is_read_otherwise |= by_letter != (material.clone(), slots(&section));
             for remark in remarks.into_iter().chain(section.assumed()) {
-                let message = format!("material `{}`: {}", section.name, remark.words);
+                let message = format!("material `{}`: {}", excerpt(&section.name), remark.words);
                 let error = FileError::new(path, message);
                 let error = match section.line_of(remark.key) {
                     // A reader without line numbers

@@ -11,7 +11,7 @@ use crate::color::Spectrum;
 use crate::io::Severity;
 use crate::material::{Gloss, Material};
 #[cfg(feature = "tobj")]
-use crate::math::list;
+use crate::math::{excerpt, list};
 #[cfg(feature = "tobj")]
 use std::collections::BTreeMap;
 
@@ -115,7 +115,7 @@ impl Section {
                 self.clearcoat = number(key, rest, |n| n >= 0.0, help)?;
                 if self.clearcoat > self.max_clearcoat {
                     self.clearcoat = 0.0;
-                    return Err((format!("{key} is `{rest}`"), help));
+                    return Err((format!("{key} is `{}`", excerpt(rest)), help));
                 }
             }
             "pcr" => self.clearcoat_roughness = number(key, rest, is_share, "write a number from 0 to 1")?,
@@ -128,7 +128,7 @@ impl Section {
                 let model = rest.parse().ok().filter(|&n: &u32| n <= 10);
                 let complaint = || {
                     (
-                        format!("unknown illumination model `{rest}`"),
+                        format!("unknown illumination model `{}`", excerpt(rest)),
                         "write a number from 0 to 10",
                     )
                 };
@@ -417,7 +417,7 @@ fn is_share(n: f32) -> bool {
 fn number(key: &str, rest: &str, is_good: fn(f32) -> bool, help: &'static str) -> Result<f32, Complaint> {
     let value: Option<f32> = rest.split_whitespace().next_back().and_then(|word| word.parse().ok());
     let good = value.filter(|&n| n.is_finite() && is_good(n));
-    good.ok_or_else(|| (format!("{key} is `{rest}`"), help))
+    good.ok_or_else(|| (format!("{key} is `{}`", excerpt(rest)), help))
 }
 
 /// One number for a grey, or three.
@@ -430,5 +430,5 @@ fn color(key: &str, rest: &str) -> Result<Spectrum, Complaint> {
     };
     let help = "write one number or three, finite and 0 or more";
     let good = color.filter(|c| c.is_valid());
-    good.ok_or_else(|| (format!("{key}: `{rest}` is not a colour"), help))
+    good.ok_or_else(|| (format!("{key}: `{}` is not a colour", excerpt(rest)), help))
 }

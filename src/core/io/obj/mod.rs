@@ -18,6 +18,7 @@ use super::memory::Allowance;
 use super::mtl::{FileMaterial, library_path, load_mtl};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
+use crate::math::excerpt_of_path;
 pub use faces::{Face, FaceMaterial, ObjFaces};
 use outline::Outline;
 use parse::Chunks;
@@ -150,7 +151,7 @@ fn load_libraries(
             let Some(path) = find_file(folder, &name) else {
                 let missing = remark(format!(
                     "material library `{}` is missing",
-                    library_path(obj, &name).display()
+                    excerpt_of_path(&library_path(obj, &name).to_string_lossy())
                 ));
                 let help = "put the file there; until then the default material replaces its materials";
                 findings.add(options.severity_of_lack(), "missing-library", missing.help(help));
@@ -162,13 +163,18 @@ fn load_libraries(
                     n => format!(", the first of {n} files whose names differ by case"),
                 };
                 let other_case = remark(format!(
-                    "the file of material library `{name}` is called `{}`{others}",
+                    "the file of material library `{}` is called `{}`{others}",
+                    excerpt_of_path(&name),
                     path.display()
                 ));
                 let help = "write the name exactly as the file is called; other systems may not find it";
                 findings.add(Severity::Warning, "other-case", other_case.help(help));
             } else if name.contains('\\') {
-                let error = remark(format!("material library `{name}` is found as `{}`", path.display()));
+                let error = remark(format!(
+                    "material library `{}` is found as `{}`",
+                    excerpt_of_path(&name),
+                    path.display()
+                ));
                 findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
             materials.extend(load_mtl(&path, options.parameters.mtl_dialect(), findings));

@@ -8,14 +8,10 @@ use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};
 use crate::io::statements::{chunks, place_of, split_keyword, statements};
 use crate::io::{FileError, MAX_WRONG, Position};
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, excerpt};
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::path::Path;
 use std::str;
-
-/// Characters of a word that an error shows.
-const MAX_SHOWN: usize = 60;
 
 /// A text cut into chunks whose statements have been counted: each knows its line and what indices mean in it.
 pub(super) struct Chunks<'a> {
@@ -260,7 +256,7 @@ impl<'a> Chunk<'a> {
             "mtllib" => self.libraries.push((rest.into(), line)),
             // Names, lines and points, and how other programs should show the mesh
             "" | "usemtl" | "o" | "g" | "mg" | "l" | "p" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
-            _ => self.remarks.add_unknown(&shown(keyword), line),
+            _ => self.remarks.add_unknown(&excerpt(keyword), line),
         }
         Ok(())
     }
@@ -295,7 +291,7 @@ impl<'a> Chunk<'a> {
         // As bytes: words are too short for what searches a string.
         for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
             let Some(slot) = corner.get_mut(kind) else {
-                let message = format!("`{}` has too many parts", shown(word));
+                let message = format!("`{}` has too many parts", excerpt(word));
                 return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
             };
             if !part.is_empty() || kind == 0 {
@@ -308,7 +304,7 @@ impl<'a> Chunk<'a> {
     /// The index, counted from 0, of a part of the corner `word`.
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
-            let message = format!("`{}` is not a face corner", shown(word));
+            let message = format!("`{}` is not a face corner", excerpt(word));
             return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
         };
         let so_far = (self.before.elements[kind] + self.vertices.counts()[kind]) as i64;
@@ -320,7 +316,7 @@ impl<'a> Chunk<'a> {
             return Ok((so_far + index) as u32);
         }
 
-        let (name, keyword, shown) = (NAMES[kind], KEYWORDS[kind], shown(word));
+        let (name, keyword, shown) = (NAMES[kind], KEYWORDS[kind], excerpt(word));
         if index == 0 {
             let message = format!("{name} index 0 in `{shown}`");
             return Err(Fault::new(word, message, "OBJ indices start at 1"));
@@ -356,7 +352,7 @@ fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result
         count += 1;
     }
     if count < needed {
-        let message = format!("{needed} numbers expected: `{}`", shown(statement));
+        let message = format!("{needed} numbers expected: `{}`", excerpt(statement));
         return Err(Fault::new(split_keyword(statement).0, message, "complete the line"));
     }
     Ok(numbers)
@@ -370,7 +366,7 @@ fn number(word: &str) -> Result<f32, Fault> {
     if word.contains(".#") || word.contains("nan(") {
         return Ok(f32::NAN);
     }
-    let message = format!("`{}` is not a number", shown(word));
+    let message = format!("`{}` is not a number", excerpt(word));
     Err(Fault::new(word, message, "write a decimal number"))
 }
 
@@ -379,19 +375,6 @@ fn not_finite(rest: &str) -> Fault {
     let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
     let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));
     let word = word.unwrap_or(rest);
-    let message = format!("`{}` is not a finite number", shown(word));
+    let message = format!("`{}` is not a finite number", excerpt(word));
     Fault::new(word, message, "write a finite coordinate")
-}
-
-/// Text of the file as an error may show it: not too long, and without what would upset a terminal.
-fn shown(text: &str) -> Cow<'_, str> {
-    if text.len() <= MAX_SHOWN && !text.contains(char::is_control) {
-        return Cow::Borrowed(text);
-    }
-    let visible = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-    let mut start: String = text.chars().take(MAX_SHOWN).map(visible).collect();
-    if text.chars().nth(MAX_SHOWN).is_some() {
-        start.push('…');
-    }
-    Cow::Owned(start)
 }

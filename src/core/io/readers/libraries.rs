@@ -7,6 +7,7 @@ use crate::io::mtl::{Library, Section, library_path};
 use crate::io::obj::split_names;
 use crate::io::tobj_reader::{Materials, read_library, sections};
 use crate::io::{Findings, LoadOptions};
+use crate::math::excerpt;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -144,7 +145,11 @@ fn compare_sections(own: &[Section], read: &[Section], wrong: &Wrong, report: &m
     let ends = own.iter().skip(1).map(|section| section.line).chain([usize::MAX]);
     for ((own, read), end) in own.iter().zip(read).zip(ends) {
         if own.name != read.name && !(own.name.is_empty() && read.name.starts_with(NAMELESS)) {
-            let message = format!("the material is called `{}` and by tobj `{}`", own.name, read.name);
+            let message = format!(
+                "the material is called `{}` and by tobj `{}`",
+                excerpt(&own.name),
+                excerpt(&read.name)
+            );
             report.differs(own.line, message);
         }
         let (values, by_tobj) = (own.values(), read.values());
@@ -162,7 +167,7 @@ fn compare_sections(own: &[Section], read: &[Section], wrong: &Wrong, report: &m
                 continue;
             }
             let [a, b] = [a, b].map(|value| value.map_or("missing", String::as_str));
-            let message = format!("material `{}`: {key} is {a} and by tobj {b}", own.name);
+            let message = format!("material `{}`: {key} is {a} and by tobj {b}", excerpt(&own.name));
             report.differs(line, message);
         }
     }

@@ -6,7 +6,7 @@ use crate::geometry::{Mesh, triangle_normal};
 use crate::io::area_vector;
 use crate::io::obj::{Face, ObjFaces, ObjFile};
 use crate::io::tobj_reader::Part;
-use crate::math::{DVec3, Vec2, Vec3, list};
+use crate::math::{DVec3, Vec2, Vec3, excerpt, list};
 
 /// Share of a polygon's extent squared that the areas of two cuts may differ by, by roundings of f64.
 const ROUNDING: f64 = 1e-9;
@@ -119,7 +119,7 @@ impl Shape<'_> {
                 let more = group.mesh.triangles.len() - cursor;
                 report.differs(
                     group.line,
-                    format!("the own mesh of `{name}` has {more} triangles of no face"),
+                    format!("the own mesh of `{}` has {more} triangles of no face", excerpt(name)),
                 );
             }
         }
@@ -158,7 +158,8 @@ impl Shape<'_> {
                 Some(_) => {}
             }
         }
-        let [own, of_tobj] = [own, of_tobj].map(|name| name.map_or("none".into(), |name| format!("`{name}`")));
+        let [own, of_tobj] =
+            [own, of_tobj].map(|name| name.map_or("none".into(), |name| format!("`{}`", excerpt(name))));
         report.differs(
             face.line,
             format!("the material of the face is {own} and by tobj {of_tobj}"),

@@ -3,6 +3,7 @@
 use super::super::mtl::{FileMaterial, Library, MtlDialect, Section, read_library};
 use super::super::statements::{split_keyword, statements};
 use super::super::{FileError, Findings, Position, Severity};
+use crate::math::excerpt;
 use std::path::Path;
 
 /// The materials of a library that tobj has read. The file is read once more for what tobj leaves out: comments, which name the writer, and lines.
@@ -37,7 +38,7 @@ pub(in crate::io) fn sections(
         for (key, value) in statements_of(material) {
             let place = FileError::new(path, "").at(Position::line(line));
             if let Err((message, help)) = library.read(&mut section, [&key, &value], place) {
-                let error = FileError::new(path, format!("material `{}`: {message}", material.name));
+                let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&material.name)));
                 let error = error.at(Position::line(line)).help(help);
                 findings.add(Severity::Error, "wrong-statement", error);
             }

@@ -1,0 +1,58 @@
+//! Text of input files as errors quote it.
+
+use std::borrow::Cow;
+
+/// Maximum number of characters that an error quotes of a file.
+const MAX_CHARS: usize = 40;
+
+/// Text of an input file as an error may quote it: 40 characters at most, without control characters.
+///
+/// A scene may name any file that the user can read. Errors then must not print the file.
+pub fn excerpt(text: &str) -> Cow<'_, str> {
+    let end = text.char_indices().nth(MAX_CHARS);
+    if end.is_none() && !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let mut start: String = text.chars().take(MAX_CHARS).map(visible).collect();
+    if end.is_some() {
+        start.push('…');
+    }
+    Cow::Owned(start)
+}
+
+/// Maximum number of characters that an error quotes of a file name in a file.
+const MAX_PATH_CHARS: usize = 120;
+
+/// A file name in an input file as an error may quote it: its last 120 characters at most.
+pub fn excerpt_of_path(text: &str) -> Cow<'_, str> {
+    let count = text.chars().count();
+    if count <= MAX_PATH_CHARS && !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let cut = count.saturating_sub(MAX_PATH_CHARS);
+    let end = text.chars().skip(cut).map(visible);
+    Cow::Owned((cut > 0).then_some('…').into_iter().chain(end).collect())
+}
+
+/// Replaces control characters.
+fn visible(c: char) -> char {
+    if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn excerpts_are_short_and_visible() {
+        let forty = "ä".repeat(40);
+        assert_eq!(excerpt(&forty), forty);
+        assert_eq!(excerpt(&"ä".repeat(41)), format!("{forty}…"));
+        assert_eq!(
+            excerpt_of_path(&format!("x{}", "ä".repeat(120))),
+            format!("…{}", "ä".repeat(120))
+        );
+        assert_eq!(excerpt_of_path("a/\n.png"), "a/\u{fffd}.png");
+        assert_eq!(excerpt("a\u{1b}[2Jb\0"), "a\u{fffd}[2Jb\u{fffd}");
+    }
+}

@@ -87,10 +87,14 @@ impl Report {
         });
         let Inspection { scene, findings, .. } = inspection;
         // The sum adds nothing to a list of single faces.
-        let names_faces = linted
-            .iter()
-            .any(|f| matches!(f.code, "degenerate-face" | "repeated-vertex"));
-        let told = |f: &Finding| !(names_faces && f.code == "degenerate-triangles");
+        let names = |codes: &[&str]| linted.iter().any(|f| codes.contains(&f.code));
+        let names_degenerate = names(&["degenerate-face", "repeated-vertex"]);
+        let names_repeated = names(&["duplicate-face"]);
+        let told = |f: &Finding| match f.code {
+            "degenerate-triangles" => !names_degenerate,
+            "repeated-triangles" => !names_repeated,
+            _ => true,
+        };
         // Of a bare OBJ the command `render` chooses the light.
         let is_bare = matches!(kind_of(&args.scene), Ok(SceneKind::Obj));
         let reworded = |mut f: Finding| {

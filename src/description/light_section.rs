@@ -1,11 +1,11 @@
 //! `[[light]]`: its keys, and the light that they make.
 
-use super::FileError;
-use super::environment::{BYTES_OF_A_NEW_TEXEL, environment_bytes, read_environment};
+use super::environment::{BYTES_OF_A_NEW_TEXEL, Environment, environment_bytes, read_environment};
 use super::exact_list::numbers;
 use super::light_group_section::light_group;
 use super::memory::Allowance;
 use super::source::Source;
+use super::{FileError, Findings, Severity};
 use crate::light::STUDIO_SIZE;
 use crate::light::sky::{DEFAULT_TURBIDITY, SKY_SIZE};
 use crate::math::{Quat, Vec3, excerpt, excerpt_of_path, rotation_from_degrees};
@@ -163,6 +163,7 @@ impl LightSection {
         builder: &mut SceneBuilder,
         file: &Source,
         allowance: &mut Allowance,
+        findings: &mut Findings,
     ) -> Result<(), FileError> {
         let name = self.group.as_ref();
         let group = name.map(|name| light_group(builder, file, name)).transpose()?;
@@ -211,13 +212,21 @@ impl LightSection {
                     return Err(self.missing(file, "image", "\"FILE.hdr\""));
                 };
                 let path = file.resolve(name.get_ref());
-                let image = read_environment(&path, *allowance).map_err(|error| {
-                    let message = format!("environment {}: {}", path.display(), error.message);
+                let Environment { image, repairs } = read_environment(&path, *allowance).map_err(|error| {
+                    let message = format!(
+                        "environment {}: {}",
+                        excerpt_of_path(&path.to_string_lossy()),
+                        error.message
+                    );
                     let place = file.error(name.span(), message);
                     let help =
                         "name a picture of latitude and longitude, .hdr or .exr; the path is relative to this file";
                     place.help(error.help.as_deref().unwrap_or(help))
                 })?;
+                for repair in repairs {
+                    let message = format!("environment {}: {repair}", path.display());
+                    findings.add(Severity::Warning, "bad-texels", file.error(name.span(), message));
+                }
                 allowance.kept += environment_bytes(image.texels.len() as u64);
                 builder.add_environment(image, self.factor(), self.rotation())
             }

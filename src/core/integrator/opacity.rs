@@ -168,6 +168,11 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
         }
     }
 
+    /// Ends the walk at the ray parameter `t`.
+    pub fn end_at(&mut self, t: f32) {
+        self.ray.t_max = self.ray.t_max.min(t);
+    }
+
     /// Whether the walk ended at [`MAX_LAYERS`], with surfaces behind.
     pub fn is_cut(&self) -> bool {
         self.is_cut

@@ -23,7 +23,7 @@ use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::sampling::Wavelength;
-use crate::scene::Scene;
+use crate::scene::{HullHit, Scene};
 
 /// Width of a sample, in pixels.
 ///
@@ -238,7 +238,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// The first surface along `ray` that is opaque where the ray meets it, and the tint of the glass before it; `first` is the ray's closest hit. A
     /// surface of opacity α stops the share α of all rays, by [`stops`]. Thin glass lets rays pass by `u`, which is uniform in [0, 1), or by a hash. The
-    /// ground stops no camera ray from below.
+    /// ground stops no camera ray from below. Surfaces between a lamp and its hull are in front of the lamp.
     #[inline(never)]
     pub(super) fn first_opaque(
         &self,
@@ -254,30 +254,41 @@ impl<'a, A: Accel> World<'a, A> {
         };
         let has_thin_surfaces = self.scene.has_thin_surfaces();
         let mut passing = Passing::new(u);
-        let mut stops = |hit: &Hit, tint: &mut Spectrum| {
-            let is_absent = is_below(hit) || self.scene.misses_lamp(hit, &ray);
-            let stops = !is_absent
-                && stops(hit, &ray, self.scene.opacity(hit))
-                && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
+        // The ray parameter at which the surface stops the ray
+        let mut stop = |hit: &Hit, tint: &mut Spectrum| {
+            let stop = match self.scene.hull_hit(hit, &ray) {
+                HullHit::Misses => None,
+                HullHit::Enters(t) => Some(t),
+                HullHit::NoHull => {
+                    let stops = !is_below(hit)
+                        && stops(hit, &ray, self.scene.opacity(hit))
+                        && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
+                    stops.then_some(hit.t)
+                }
+            };
             *tint = passing.tint;
-            stops
+            stop
         };
         let mut tint = Spectrum::ONE;
         let Some(mut hit) = first else {
             return (None, tint);
         };
-        // Most surfaces are opaque, and no walk begins.
-        if stops(&hit, &mut tint) {
-            return (Some(hit), tint);
-        }
         let mut walk = OpacityWalk::behind(self.accel, ray, &hit);
-        while let Some(next) = walk.next(kind, out) {
-            hit = next;
-            if stops(&hit, &mut tint) {
-                return (Some(hit), tint);
+        let mut lamp: Option<Hit> = None;
+        loop {
+            match stop(&hit, &mut tint) {
+                Some(t) if t > hit.t => {
+                    lamp = lamp.filter(|lamp| lamp.t <= t).or(Some(Hit { t, ..hit }));
+                    walk.end_at(t);
+                }
+                Some(_) => return (Some(hit), tint),
+                None => {}
+            }
+            match walk.next(kind, out) {
+                Some(next) => hit = next,
+                None => return (lamp.or(walk.is_cut().then_some(hit)), tint),
             }
         }
-        (walk.is_cut().then_some(hit), tint)
     }
 
     /// Transmittance along `ray`: clear or blocked, unless it crosses thin glass or surfaces of an opacity below 1, or lies in a body that absorbs.

@@ -1,4 +1,8 @@
 //! Environment maps: pictures of latitude and longitude (Radiance, EXR) for infinitely distant light.
+//!
+//! Resampling and conversions of colour leave small negative values, and a sun above 65504 is
+//! infinite in 16-bit files. Such channels are replaced, with a warning: negative ones and NaN by 0,
+//! infinite ones by 65504. A larger value would be a guess, and 0 would lose the sun.
 
 use super::FileError;
 use super::header_limits::check_size;
@@ -8,7 +12,6 @@ pub use super::read_image::BYTES_OF_A_NEW_TEXEL;
 use super::read_image::read_exr_within;
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
-use crate::math::list;
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};
 use std::path::Path;
@@ -21,10 +24,22 @@ pub fn environment_bytes(texels: u64) -> u64 {
     texels * BYTES_OF_A_TEXEL
 }
 
+/// Value of infinite channels: the largest 16-bit float.
+const LARGEST_HALF: f32 = 65504.0;
+
+/// An environment map, and descriptions of what was replaced in it.
+#[derive(Debug)]
+pub struct Environment {
+    /// The picture; all channels are finite and 0 or more.
+    pub image: LatLongImage,
+    /// Replaced channels.
+    pub repairs: Vec<String>,
+}
+
 /// Reads a Radiance `.hdr` or an `.exr` picture of latitude and longitude, linear Rec.709.
-pub fn read_environment(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError> {
+pub fn read_environment(path: &Path, allowance: Allowance) -> Result<Environment, FileError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let image = match extension.as_deref() {
+    let mut image = match extension.as_deref() {
         Some("hdr" | "pic") => read_hdr(path, allowance)?,
         Some("exr") => {
             let image = read_exr_within(path, allowance)?;
@@ -41,12 +56,79 @@ pub fn read_environment(path: &Path, allowance: Allowance) -> Result<LatLongImag
     if image.texels.is_empty() {
         return Err(FileError::new(path, "the image has no pixels"));
     }
-    if let Some(i) = image.texels.iter().position(|t| !t.is_valid()) {
-        let (x, y, value) = (i % image.width, i / image.width, list(&image.texels[i].to_array()));
-        let message = format!("column {x}, row {y} is {value}; radiance must be finite and 0 or more");
-        return Err(FileError::new(path, message));
+    let repairs = repair(&mut image);
+    Ok(Environment { image, repairs })
+}
+
+/// Channels of a kind that were replaced.
+#[derive(Clone, Copy, Default)]
+struct Replaced {
+    /// Number of texels with such channels.
+    texels: usize,
+    /// Index of the texel with the largest one, and its value.
+    largest: Option<(usize, f32)>,
+}
+
+impl Replaced {
+    /// Counts the channel values of the texel `index` that are of this kind.
+    fn count(&mut self, index: usize, values: impl Iterator<Item = f32>) {
+        let mut found = false;
+        for value in values {
+            found = true;
+            if self.largest.is_none_or(|(_, largest)| value.abs() > largest.abs()) {
+                self.largest = Some((index, value));
+            }
+        }
+        self.texels += usize::from(found);
     }
-    Ok(image)
+
+    /// A sentence, if there are any.
+    fn sentence(&self, width: usize, what: &str, instead: &str) -> Option<String> {
+        let (index, value) = self.largest?;
+        let (noun, counts) = if self.texels == 1 {
+            ("texel", "counts")
+        } else {
+            ("texels", "count")
+        };
+        let place = format!("column {}, row {}", index % width, index / width);
+        let has_size = !value.is_nan() && value != f32::INFINITY;
+        let place = match (self.texels, has_size) {
+            (1, true) => format!("{value} at {place}"),
+            (1, false) => format!("at {place}"),
+            (_, true) => format!("the largest is {value} at {place}"),
+            (_, false) => format!("the first at {place}"),
+        };
+        Some(format!(
+            "{} {noun} with {what} channels ({place}), which {counts} as {instead}",
+            self.texels
+        ))
+    }
+}
+
+/// Replaces channels that are negative, infinite or NaN, and describes them.
+fn repair(image: &mut LatLongImage) -> Vec<String> {
+    let [mut negative, mut infinite, mut nan] = [Replaced::default(); 3];
+    for (index, texel) in image.texels.iter_mut().enumerate() {
+        if texel.is_valid() {
+            continue;
+        }
+        let values = texel.to_array();
+        let of = |is: fn(f32) -> bool| values.into_iter().filter(move |value| is(*value));
+        negative.count(index, of(|value| value < 0.0));
+        infinite.count(index, of(|value| value == f32::INFINITY));
+        nan.count(index, of(f32::is_nan));
+        *texel = Spectrum::from(values.map(|value| match value {
+            f32::INFINITY => LARGEST_HALF,
+            _ if value > 0.0 => value,
+            _ => 0.0,
+        }));
+    }
+    let sentences = [
+        negative.sentence(image.width, "negative", "0"),
+        nan.sentence(image.width, "NaN", "0"),
+        infinite.sentence(image.width, "infinite", "65504, the largest 16-bit float"),
+    ];
+    sentences.into_iter().flatten().collect()
 }
 
 fn read_hdr(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError> {
@@ -74,7 +156,7 @@ mod tests {
     use super::*;
 
     fn read_environment(path: &Path) -> Result<LatLongImage, FileError> {
-        super::read_environment(path, Allowance::default())
+        super::read_environment(path, Allowance::default()).map(|environment| environment.image)
     }
 
     #[test]
@@ -118,13 +200,37 @@ mod tests {
                 .message
                 .contains("no such")
         );
-        let negative = folder.path().join("n.exr");
-        ::exr::prelude::write_rgb_file(&negative, 1, 1, |_, _| (-1.0f32, 0.0f32, 0.0f32)).unwrap();
-        assert!(
-            read_environment(&negative)
-                .unwrap_err()
-                .message
-                .contains("column 0, row 0")
+    }
+
+    #[test]
+    fn channels_that_are_no_radiance_are_replaced_and_described() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("n.exr");
+        let texels = [
+            [-1e-5, 2.0, 3.0],
+            [1.0, -0.25, -0.5],
+            [f32::NAN, 1.0, 1.0],
+            [f32::INFINITY, 70000.0, f32::NEG_INFINITY],
+        ];
+        ::exr::prelude::write_rgb_file(&path, 4, 1, |x, _| <(f32, f32, f32)>::from(texels[x])).unwrap();
+        let Environment { image, repairs } = super::read_environment(&path, Allowance::default()).unwrap();
+        let read: Vec<[f32; 3]> = image.texels.iter().map(|texel| texel.to_array()).collect();
+        assert_eq!(
+            read,
+            [
+                [0.0, 2.0, 3.0],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 1.0],
+                [65504.0, 70000.0, 0.0]
+            ]
+        );
+        assert_eq!(
+            repairs,
+            [
+                "3 texels with negative channels (the largest is -inf at column 3, row 0), which count as 0",
+                "1 texel with NaN channels (at column 2, row 0), which counts as 0",
+                "1 texel with infinite channels (at column 3, row 0), which counts as 65504, the largest 16-bit float",
+            ]
         );
     }
 }

@@ -1,6 +1,7 @@
 //! Finding files whose names come from other systems.
 
-use std::ffi::OsStr;
+use std::collections::HashMap;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -9,18 +10,62 @@ use std::path::{Component, Path, PathBuf};
 /// Names from other systems are understood: where no file has the very name, `\` separates folders like `/`, and
 /// letters may be of the other case. Of several such files or folders the first in the order of their names is taken.
 pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
-    let exact = folder.join(name);
-    if is_there(&exact) {
-        return Some(exact);
+    FileFinder::default().find(folder, name)
+}
+
+/// Finds files by [`find_file`], and lists each folder once.
+#[derive(Debug, Default)]
+pub(crate) struct FileFinder {
+    /// First entry of each folder by its name in lower case.
+    listings: HashMap<PathBuf, HashMap<String, OsString>>,
+}
+
+impl FileFinder {
+    /// The file that another one, in `folder`, calls `name`.
+    pub fn find(&mut self, folder: &Path, name: &str) -> Option<PathBuf> {
+        let exact = folder.join(name);
+        if is_there(&exact) {
+            return Some(exact);
+        }
+        let mut path = folder.to_path_buf();
+        for component in Path::new(&with_slashes(name)).components() {
+            path = match component {
+                Component::Normal(part) => self.find_entry(&path, part)?,
+                other => path.join(other),
+            };
+        }
+        is_there(&path).then_some(path)
     }
-    let mut path = folder.to_path_buf();
-    for component in Path::new(&with_slashes(name)).components() {
-        path = match component {
-            Component::Normal(part) => find_entry(&path, part)?,
-            other => path.join(other),
-        };
+
+    /// The entry of a folder that has this name, in whatever case.
+    fn find_entry(&mut self, folder: &Path, name: &OsStr) -> Option<PathBuf> {
+        let exact = folder.join(name);
+        if exact.exists() {
+            return Some(exact);
+        }
+        if !self.listings.contains_key(folder) {
+            self.listings.insert(folder.to_path_buf(), listing(folder));
+        }
+        let found = self.listings.get(folder)?.get(&lowercase(name))?;
+        Some(folder.join(found))
     }
-    is_there(&path).then_some(path)
+}
+
+/// First entry of a folder by its name in lower case; empty if the folder cannot be read.
+fn listing(folder: &Path) -> HashMap<String, OsString> {
+    let mut entries: HashMap<String, OsString> = HashMap::new();
+    for entry in fs::read_dir(listed(folder)).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let first = entries.entry(lowercase(&name)).or_insert_with(|| name.clone());
+        if name < *first {
+            *first = name;
+        }
+    }
+    entries
+}
+
+fn lowercase(name: &OsStr) -> String {
+    name.to_string_lossy().to_lowercase()
 }
 
 /// Whether there is something other than a folder; whether it can be read shows when it is opened.
@@ -35,7 +80,6 @@ pub fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
 
 /// Number of files of its folder that have the name of `found`, in whatever case.
 pub(crate) fn count_alike(found: &Path) -> usize {
-    let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
     let Some(wanted) = found.file_name().map(lowercase) else {
         return 0;
     };
@@ -58,21 +102,6 @@ fn listed(folder: &Path) -> &Path {
 
 fn with_slashes(name: &str) -> String {
     name.replace('\\', "/")
-}
-
-/// The entry of a folder that has this name, in whatever case.
-fn find_entry(folder: &Path, name: &OsStr) -> Option<PathBuf> {
-    let exact = folder.join(name);
-    if exact.exists() {
-        return Some(exact);
-    }
-    let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
-    let wanted = lowercase(name);
-    let names = fs::read_dir(listed(folder))
-        .ok()?
-        .filter_map(|entry| Some(entry.ok()?.file_name()));
-    let found = names.filter(|name| lowercase(name) == wanted).min()?;
-    Some(folder.join(found))
 }
 
 #[cfg(test)]

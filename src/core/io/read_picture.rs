@@ -23,6 +23,8 @@ pub(super) struct Picture {
     /// Samples of a texel: grey, grey and alpha, colours, or colours and alpha, which is not multiplied into them.
     pub channels: usize,
     pub samples: Samples,
+    /// Orientation in EXIF metadata, 1 to 8; 1: as stored.
+    pub orientation: u8,
 }
 
 /// Samples by their type: shares of the largest number, or linear values.
@@ -88,9 +90,13 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) ->
     allowance.check(path, opened.size(wanted).reading_bytes())?;
     let picture = match opened {
         Opened::Exr(file) => read_exr(path, *file, wanted)?,
-        Opened::Other(decoder, failure) => {
+        Opened::Other(mut decoder, failure) => {
+            // Damaged metadata has no orientation.
+            let orientation = guarded(|| decoder.orientation());
+            let orientation = orientation.ok().and_then(Result::ok).map_or(1, |o| o.to_exif());
             let image = decoded(path, || DynamicImage::from_decoder(decoder)).map_err(|e| failure.or(path, e))?;
-            unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
+            let picture = unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?;
+            Picture { orientation, ..picture }
         }
     };
     if picture.width == 0 || picture.height == 0 {
@@ -225,7 +231,22 @@ fn unpack(image: DynamicImage) -> Option<Picture> {
         height,
         channels,
         samples,
+        orientation: 1,
     })
+}
+
+/// Encoding exponent of a PNG file, the value of its chunk gAMA; 1/2.2 or so is that of sRGB. `None` if a
+/// chunk of higher priority is there (sRGB, iCCP, cICP; PNG 3, §4.3), or for other files.
+pub(super) fn png_gamma(path: &Path) -> Option<f32> {
+    let reader = Input::open(path, "the picture").ok()?.buffered(path).ok()?;
+    let read = guarded(|| png::Decoder::new(reader).read_info().ok());
+    let read = read.ok()??;
+    let info = read.info();
+    let is_overruled =
+        info.srgb.is_some() || info.icc_profile.is_some() || info.coding_independent_code_points.is_some();
+    info.gama_chunk
+        .filter(|_| !is_overruled)
+        .map(|gamma| gamma.into_value())
 }
 
 /// An error where the header has a palette that its pixels do not use and whose colours have another size than these: the image
@@ -331,6 +352,7 @@ fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileE
         height,
         channels,
         samples: Samples::Floats(samples),
+        orientation: 1,
     })
 }
 

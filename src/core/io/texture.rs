@@ -2,7 +2,7 @@
 //! has.
 
 use super::memory::Allowance;
-use super::read_picture::{Picture, PictureHeader, Samples, Wanted, picture_size, read_picture};
+use super::read_picture::{Picture, PictureHeader, Samples, Wanted, picture_size, png_gamma, read_picture};
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
 use crate::texture::{Channel, Curve, Texels, Texture, TextureId, Wrap};
@@ -41,6 +41,8 @@ pub struct LoadedTextures {
     pub ids: Vec<Result<TextureId, FileError>>,
     /// Repairs.
     pub warnings: Vec<FileError>,
+    /// Metadata of pictures that is ignored.
+    pub ignored: Vec<FileError>,
 }
 
 impl LoadedTextures {
@@ -57,6 +59,7 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
         textures: Vec::new(),
         ids: vec![Err(error); requests.len()],
         warnings: Vec::new(),
+        ignored: Vec::new(),
     })
 }
 
@@ -88,12 +91,13 @@ pub fn load_textures_within(
         observer.advance(1);
         texture
     };
-    let results: Vec<Result<Texture, FileError>> = distinct.par_iter().map(load).collect();
+    let results: Vec<Result<(Texture, Vec<FileError>), FileError>> = distinct.par_iter().map(load).collect();
 
-    let (mut textures, mut warnings) = (Vec::new(), Vec::new());
+    let (mut textures, mut warnings, mut ignored) = (Vec::new(), Vec::new(), Vec::new());
     let mut ids = Vec::with_capacity(results.len());
     for (result, request) in results.into_iter().zip(&distinct) {
-        ids.push(result.map(|texture| {
+        ids.push(result.map(|(texture, remarks)| {
+            ignored.extend(remarks);
             if texture.replaced_texels() > 0 {
                 let count = texture.replaced_texels();
                 let message = match count {
@@ -110,6 +114,7 @@ pub fn load_textures_within(
         textures,
         ids: places.into_iter().map(|place| ids[place].clone()).collect(),
         warnings,
+        ignored,
     })
 }
 
@@ -176,10 +181,35 @@ fn wanted_for(kind: TextureKind) -> Wanted {
 ///
 /// Pictures are taken as they are stored: without a look at gamma chunks, colour profiles or the camera's orientation.
 pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Texture, FileError> {
-    load_texture_within(path, kind, wrap, Allowance::of_system())
+    load_texture_within(path, kind, wrap, Allowance::of_system()).map(|(texture, _)| texture)
 }
 
-fn load_texture_within(path: &Path, kind: TextureKind, wrap: Wrap, allowance: Allowance) -> Result<Texture, FileError> {
+/// Encoding exponent of sRGB in a chunk gAMA (PNG 3, §11.3.2.2).
+const SRGB_GAMMA: f32 = 0.45455;
+
+/// Metadata of the picture at `path` that changes how other programs show it, and that is ignored.
+fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<FileError> {
+    let mut ignored = Vec::new();
+    if orientation != 1 {
+        let message =
+            format!("EXIF orientation {orientation} is ignored: the texture has the pixels as they are stored");
+        ignored.push(FileError::new(path, message).help("rotate the pixels, and save the picture without orientation"));
+    }
+    let gamma = (kind == TextureKind::Color).then(|| png_gamma(path)).flatten();
+    if let Some(gamma) = gamma.filter(|gamma| (gamma / SRGB_GAMMA - 1.0).abs() > 0.02) {
+        let message = format!("the exponent {gamma} in gAMA is ignored: colours are decoded by the sRGB curve");
+        ignored.push(FileError::new(path, message).help("convert the picture to sRGB, and save it without gAMA"));
+    }
+    ignored
+}
+
+/// Reads a texture, and describes metadata that is ignored.
+fn load_texture_within(
+    path: &Path,
+    kind: TextureKind,
+    wrap: Wrap,
+    allowance: Allowance,
+) -> Result<(Texture, Vec<FileError>), FileError> {
     let picture = read_picture(path, wanted_for(kind), allowance)?;
     if kind == TextureKind::Normal && picture.channels < 3 {
         let error = FileError::new(path, "a normal map has red, green and blue, but this picture is grey");
@@ -190,7 +220,9 @@ fn load_texture_within(path: &Path, kind: TextureKind, wrap: Wrap, allowance: Al
         height,
         channels,
         samples,
+        orientation,
     } = picture;
+    let ignored = ignored_metadata(path, kind, orientation);
     let (channels, texels) = match samples {
         Samples::Bytes(samples) => {
             let curve = if kind == TextureKind::Color {
@@ -219,7 +251,8 @@ fn load_texture_within(path: &Path, kind: TextureKind, wrap: Wrap, allowance: Al
             format!("a picture of {width}x{height} texels cannot be a texture"),
         )
     };
-    Texture::new(width, height, channels, texels, wrap).ok_or_else(refused)
+    let texture = Texture::new(width, height, channels, texels, wrap).ok_or_else(refused)?;
+    Ok((texture, ignored))
 }
 
 /// A number of a picture.

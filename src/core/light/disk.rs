@@ -43,8 +43,18 @@ impl DiskLight {
         }
     }
 
+    /// Centre of the disk.
+    pub(crate) fn center(&self) -> Vec3 {
+        self.center
+    }
+
+    /// Radius of the disk, scene units.
+    pub(crate) fn radius(&self) -> f32 {
+        self.radius
+    }
+
     /// Unit normal of its front.
-    pub(super) fn normal(&self) -> Vec3 {
+    pub(crate) fn normal(&self) -> Vec3 {
         self.normal
     }
 

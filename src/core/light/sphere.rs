@@ -20,6 +20,17 @@ pub struct SphereLight {
     radiance: Spectrum,
 }
 
+/// Point at which a ray enters a sphere.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereEntry {
+    /// Ray parameter, in lengths of the ray's direction.
+    pub t: f32,
+    /// Point of the sphere.
+    pub p: Vec3,
+    /// Unit normal there.
+    pub n: Vec3,
+}
+
 encode_fields!(SphereLight {
     center,
     radius,
@@ -34,6 +45,16 @@ impl SphereLight {
             radius,
             radiance,
         }
+    }
+
+    /// Centre of the sphere.
+    pub(crate) fn center(&self) -> Vec3 {
+        self.center
+    }
+
+    /// Radius of the sphere, scene units.
+    pub(crate) fn radius(&self) -> f32 {
+        self.radius
     }
 
     /// Radiance that arrives at `p` from the sphere: none inside.
@@ -110,8 +131,8 @@ impl SphereLight {
         self.approach(ray).1 >= 1.0
     }
 
-    /// Where `ray`, which starts outside, enters the sphere, and the normal there; `None` where it does not.
-    pub fn entry(&self, ray: &Ray) -> Option<(Vec3, Vec3)> {
+    /// Point at which `ray` enters the sphere; `None` if the ray starts inside or misses.
+    pub(crate) fn entry(&self, ray: &Ray) -> Option<SphereEntry> {
         let (t, squared) = self.approach(ray);
         self.depth(ray.origin).filter(|_| squared < 1.0)?;
         let d = ray.direction.as_dvec3();
@@ -119,7 +140,11 @@ impl SphereLight {
         let n: DVec3 = ray.origin.as_dvec3() + t * d - half_chord * d.normalize() - self.center.as_dvec3();
         let n = n.try_normalize()?;
         let q = self.center.as_dvec3() + f64::from(self.radius) * n;
-        Some((q.as_vec3a(), n.as_vec3a()))
+        Some(SphereEntry {
+            t: (t - half_chord / d.length()) as f32,
+            p: q.as_vec3a(),
+            n: n.as_vec3a(),
+        })
     }
 
     /// Ray offset at its points.

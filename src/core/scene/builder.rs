@@ -1,5 +1,6 @@
 //! The builder of scenes, which validates all parts. `freeze.rs` makes the scene of them.
 
+use super::duplicates::{CoincidentEmitters, remove_repeated_triangles};
 use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
 use super::panes::Panes;
@@ -26,6 +27,16 @@ pub struct SceneReport {
     pub scaled_materials: Vec<(String, f32)>,
     /// Whether nothing emitted, so that a constant environment of radiance 1 was added.
     pub default_light: bool,
+    /// Triangles that repeat another one of their mesh, left out.
+    pub repeated_triangles: u64,
+    /// Instances that repeat another one, left out.
+    pub repeated_instances: u64,
+    /// Emitting triangles that lie on others.
+    pub coincident_emitters: CoincidentEmitters,
+    /// Triangles without area whose material emits, left out.
+    pub degenerate_emitters: u64,
+    /// Whether the scene has lights, or had emitting triangles, and nothing emits.
+    pub is_dark: bool,
     /// Panes of glass that became thin dielectrics; those of a prototype once.
     pub panes: u64,
     /// Number of rectangles among emitting triangles that became one light each.
@@ -93,14 +104,20 @@ impl SceneBuilder {
         Ok(MaterialId(self.materials.len() as u32 - 1))
     }
 
-    /// Adds triangles of one material that stand in the world. Triangles without area are left out and reported.
+    /// Adds triangles of one material that stand in the world. Triangles without area, and triangles that repeat
+    /// another one, are left out and reported.
     pub fn add_mesh(&mut self, mesh: Mesh, material: MaterialId) -> Result<(), BuildError> {
-        let mesh = self.checked(mesh)?;
+        let mesh = self.checked(mesh, material)?;
+        self.add_checked_mesh(mesh, material);
+        Ok(())
+    }
+
+    /// Adds a mesh that needs no checks.
+    pub(super) fn add_checked_mesh(&mut self, mesh: Mesh, material: MaterialId) {
         if !mesh.triangles.is_empty() {
             self.meshes.push((mesh, material));
             self.mesh_objects.push(self.object());
         }
-        Ok(())
     }
 
     /// Names what is added from now on, until the next call. Names of objects are made different where they are not.
@@ -131,7 +148,7 @@ impl SceneBuilder {
     pub fn add_prototype(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<PrototypeId, BuildError> {
         let mut checked = Vec::with_capacity(meshes.len());
         for (mesh, material) in meshes {
-            let mesh = self.checked(mesh)?;
+            let mesh = self.checked(mesh, material)?;
             if !mesh.triangles.is_empty() {
                 checked.push((mesh, material));
             }
@@ -153,10 +170,16 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// The mesh without triangles that have no area at any time.
-    fn checked(&mut self, mut mesh: Mesh) -> Result<Mesh, BuildError> {
+    /// The mesh without triangles that have no area at any time, and without repeated ones.
+    fn checked(&mut self, mut mesh: Mesh, material: MaterialId) -> Result<Mesh, BuildError> {
         check_mesh(&mut mesh)?;
-        self.report.degenerate_triangles += remove_degenerate(&mut mesh);
+        let removed = remove_degenerate(&mut mesh);
+        self.report.degenerate_triangles += removed;
+        self.report.repeated_triangles += remove_repeated_triangles(&mut mesh);
+        let material = self.materials.get(material.0 as usize);
+        if material.is_some_and(|material| !material.emission_factor().is_black()) {
+            self.report.degenerate_emitters += removed;
+        }
         Ok(mesh)
     }
 

@@ -1,6 +1,7 @@
 //! Makes the frozen scene of the parts of the builder: arrays of meshes, and lights of emitting surfaces.
 
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
+use super::duplicates::remove_repeated_instances;
 use super::ground::Ground;
 use super::panes::{FlatPanes, Panes, max_thickness};
 use super::rectangles::{self, Part};
@@ -27,7 +28,8 @@ const BYTES_OF_A_LIGHT: u64 = 3 * size_of::<Light>() as u64 + 100;
 type LightsOfMaterials<'a> = (&'a HashMap<MaterialId, LightGroupId>, &'a HashMap<MaterialId, Light>);
 
 impl SceneBuilder {
-    /// Freezes the scene. One in which nothing emits is lit by a constant environment of radiance 1.
+    /// Freezes the scene. A scene without lights and without emitting surfaces gets a constant
+    /// environment of radiance 1. A scene whose lights emit nothing stays dark.
     pub fn build(mut self) -> Result<(Scene, SceneReport), BuildError> {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
@@ -41,6 +43,10 @@ impl SceneBuilder {
         if count >= u32::MAX as usize {
             return Err(BuildError::TooMany("meshes"));
         }
+        let objects = &mut self.instance_objects;
+        self.report.repeated_instances =
+            remove_repeated_instances(&mut self.instances, objects, |prototype| prototype.0);
+        self.widen_hulls();
         let bounds = self.bounds();
         check_extent("the scene", bounds)?;
         if self.panes == Panes::Straight {
@@ -149,11 +155,15 @@ impl SceneBuilder {
         let moves = |i: &Instance| i.placement.is_moving();
         scene.is_moving = scene.instances.iter().any(moves) || scene.meshes.iter().any(Mesh::deforms);
         scene.add_lights_of_meshes(self.triangle_sampling, (&self.material_groups, &self.lamps));
+        let is_meant_to_shine =
+            !self.lights.is_empty() || !self.lamps.is_empty() || self.report.degenerate_emitters > 0;
         for (light, group) in self.lights {
             scene.lights.push(light);
             scene.light_groups.push(group, 1);
         }
-        if scene.lights.iter().all(|light| light.power(1.0) == 0.0) {
+        let is_dark = scene.lights.iter().all(|light| light.power(1.0) == 0.0);
+        self.report.is_dark = is_dark && is_meant_to_shine;
+        if is_dark && !is_meant_to_shine {
             self.report.default_light = true;
             scene.lights.push(Light::Constant(ConstantLight {
                 radiance: Spectrum::ONE,
@@ -184,6 +194,7 @@ impl SceneBuilder {
         self.report.rectangles = merged
             .map(|numbers| numbers.windows(2).filter(|n| n[0] == n[1]).count() as u64)
             .sum();
+        self.report.coincident_emitters = scene.coincident_emitters();
         if let Some((plane, _)) = ground {
             scene.ground = Some(Ground::new(ground_geom, plane, &scene.lights)?);
         }
@@ -250,7 +261,7 @@ impl SceneBuilder {
     }
 
     /// Box around all that is ever in the world.
-    fn bounds(&self) -> Bounds3 {
+    pub(super) fn bounds(&self) -> Bounds3 {
         let standing = self.meshes.iter().flat_map(|(m, _)| used_positions(m));
         let mut bounds: Bounds3 = standing.collect();
         let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();

@@ -1,30 +1,98 @@
-//! Lamps that are round: meshes around them, and the rays that miss the lamp within.
+//! Hull meshes of round lamps, and the rays that miss the lamp inside its hull.
 //!
-//! Backends know triangles alone, so a sphere is in the world as a polyhedron around it and a disk as a square. A ray that meets such a hull and not the
-//! lamp goes on, as at a surface of opacity 0 (`integrator/opacity.rs`): the lamp is round to the last bit for all backends.
+//! Backends support only triangles, so a sphere is a polyhedron around it and a disk is a square
+//! around it. A ray that hits a hull and misses the lamp continues, as at a surface of opacity 0
+//! (`integrator/opacity.rs`). Hits on a sphere are moved from the hull to the sphere, in f64:
+//! surfaces between the hull and the sphere are nearer (`World::first_opaque`).
+//!
+//! Hulls are wider than their lamps by bounds on rounding errors, so lamps of every size and place
+//! have a hull with area. With the unit roundoff u, the largest coordinate c of the lamp, and the
+//! largest coordinate s of the scene ([`margin`]):
+//!
+//! - γ₃₂ (c + s): an intersector subtracts the origin of the ray, and then makes some roundings of
+//!   that distance. It finds the edges of a hull displaced by γ₁₆ (c + s) or less. Vertices have
+//!   one rounding per coordinate, √3 u c. Neighbouring vertices of a polyhedron are 8 u c apart or
+//!   more, so roundings do not turn its faces over.
+//! - 2⁻¹³ c for disks: roundings of the corners tilt a square by 10⁻³ or less. Rays that hit the
+//!   disk at a larger angle to its plane hit the square.
+//!
+//! A camera far outside the scene has larger errors. They reach the lamp if it is seen under an
+//! angle of some roundings, which directions of rays in f32 do not resolve.
+//!
+//! Rays that start between the hull and a sphere hit the hull behind the sphere. A surface in that
+//! gap hides the sphere. The gap is 2 % of the radius, and the margin.
 
+use super::builder::SceneBuilder;
 use super::{LightNumbering, Scene};
 use crate::geometry::{Hit, Mesh, SurfacePoint};
-use crate::light::{Light, LightId};
+use crate::light::{DiskLight, Light, LightId, SphereLight};
+use crate::math::float::gamma;
 use crate::math::{DVec3, Frame, Ray, Vec3};
 use std::collections::HashMap;
 
-/// Margin of a hull: roundings of its vertices do not reach the lamp.
-const SLACK: f64 = 1.0 + 1e-5;
+/// Margin of a disk's square, per largest coordinate.
+const TILT_MARGIN: f64 = 1.0 / 8192.0;
+
+/// Width of the gap between a lamp with coordinates up to `size` and its hull, in a scene with
+/// coordinates up to `reach`.
+fn margin(size: f64, reach: f32) -> f64 {
+    f64::from(gamma(32)) * (size + f64::from(reach))
+}
+
+impl SceneBuilder {
+    /// Widens the hulls of lamps for rays that start anywhere in the scene.
+    pub(super) fn widen_hulls(&mut self) {
+        if self.lamps.is_empty() {
+            return;
+        }
+        let bounds = self.bounds();
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        for (mesh, material) in &mut self.meshes {
+            match self.lamps.get(material) {
+                Some(Light::Sphere(light)) => *mesh = around_sphere(light, reach),
+                Some(Light::Disk(light)) => *mesh = around_disk(light, reach),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// What a ray does at a hit that may be on a hull.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum HullHit {
+    /// The surface is not a hull.
+    NoHull,
+    /// The ray misses the lamp.
+    Misses,
+    /// The ray hits the lamp at this parameter, in lengths of its direction.
+    Enters(f32),
+}
 
 impl Scene {
-    /// Whether `ray`, which meets a triangle at `hit`, misses the lamp of which that is the hull.
+    /// Returns true if `hit` is on the hull of a lamp that `ray` misses.
     #[inline(always)]
     pub fn misses_lamp(&self, hit: &Hit, ray: &Ray) -> bool {
-        self.has_lamp_hulls && self.misses_hull(hit, ray)
+        self.has_lamp_hulls && self.at_hull(hit, ray) == HullHit::Misses
+    }
+
+    /// What `ray` does at `hit`, if that is on a hull.
+    #[inline(always)]
+    pub(crate) fn hull_hit(&self, hit: &Hit, ray: &Ray) -> HullHit {
+        match self.has_lamp_hulls {
+            true => self.at_hull(hit, ray),
+            false => HullHit::NoHull,
+        }
     }
 
     #[inline(never)]
-    fn misses_hull(&self, hit: &Hit, ray: &Ray) -> bool {
+    fn at_hull(&self, hit: &Hit, ray: &Ray) -> HullHit {
         match self.lamp_of(hit) {
-            Some(Light::Sphere(light)) => light.is_missed(ray),
-            Some(Light::Disk(light)) => light.is_missed(ray),
-            _ => false,
+            Some(Light::Sphere(light)) if light.is_missed(ray) => HullHit::Misses,
+            Some(Light::Disk(light)) if light.is_missed(ray) => HullHit::Misses,
+            Some(Light::Sphere(light)) => HullHit::Enters(light.entry(ray).map_or(hit.t, |entry| entry.t)),
+            // The square lies in the plane of the disk.
+            Some(Light::Disk(_)) => HullHit::Enters(hit.t),
+            _ => HullHit::NoHull,
         }
     }
 
@@ -42,10 +110,10 @@ impl Scene {
             return point;
         }
         match self.lamp_of(hit) {
-            Some(Light::Sphere(light)) => light.entry(ray).map_or(point, |(p, n)| SurfacePoint {
-                p,
-                ng: n,
-                ns: n,
+            Some(Light::Sphere(light)) => light.entry(ray).map_or(point, |entry| SurfacePoint {
+                p: entry.p,
+                ng: entry.n,
+                ns: entry.n,
                 ray_offset: light.ray_offset(),
                 curvature_offset: [0.0; 2],
                 ..point
@@ -55,8 +123,10 @@ impl Scene {
     }
 }
 
-/// A polyhedron of 320 faces around the sphere about `center` of that radius: an icosahedron, whose faces are cut into four twice.
-pub(super) fn around_sphere(center: Vec3, radius: f32) -> Mesh {
+/// A polyhedron of 320 faces around a sphere: an icosahedron whose faces are split into four twice.
+/// Scenes have coordinates up to `reach`.
+pub(super) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
+    let (center, radius) = (light.center().as_dvec3(), f64::from(light.radius()));
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let mut corners = Vec::new();
     for (a, b) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
@@ -96,25 +166,25 @@ pub(super) fn around_sphere(center: Vec3, radius: f32) -> Mesh {
         a.dot((b - a).cross(c - a).normalize())
     };
     let min = faces.iter().map(distance).fold(1.0, f64::min);
-    let size = f64::from(radius) * SLACK / min;
+    let farthest = center.abs().max_element() + radius;
+    let size = (radius + margin(farthest, reach)) / min;
     Mesh {
-        positions: points
-            .iter()
-            .map(|p| (center.as_dvec3() + size * p).as_vec3a())
-            .collect(),
+        positions: points.iter().map(|p| (center + size * p).as_vec3a()).collect(),
         triangles: faces.iter().map(|face| face.map(|i| i as u32)).collect(),
         ..Mesh::default()
     }
 }
 
-/// A square around the disk about `center` of that radius, its front along the unit vector `normal`.
-pub(super) fn around_disk(center: Vec3, normal: Vec3, radius: f32) -> Mesh {
-    let (frame, size) = (Frame::from_z(normal), (f64::from(radius) * SLACK) as f32);
+/// A square around a disk, in its plane. Scenes have coordinates up to `reach`.
+pub(super) fn around_disk(light: &DiskLight, reach: f32) -> Mesh {
+    let (center, radius) = (light.center().as_dvec3(), f64::from(light.radius()));
+    let farthest = center.abs().max_element() + radius;
+    let size = radius + margin(farthest, reach) + TILT_MARGIN * farthest;
+    let frame = Frame::from_z(light.normal());
+    let [right, up] = [Vec3::X, Vec3::Y].map(|axis| size * frame.to_world(axis).as_dvec3());
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     Mesh {
-        positions: corners
-            .map(|[x, y]| center + frame.to_world(size * Vec3::new(x, y, 0.0)))
-            .to_vec(),
+        positions: corners.map(|[x, y]| (center + x * right + y * up).as_vec3a()).to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
     }
@@ -123,26 +193,104 @@ pub(super) fn around_disk(center: Vec3, normal: Vec3, radius: f32) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accel::Accel;
+    use crate::accel::brute::BruteForce;
+    use crate::color::Spectrum;
     use crate::geometry::PrimId;
+    use crate::math::hash::{mix, unit_f32};
 
-    /// Each face of the hull lies off the sphere, and looks outwards.
+    /// Centres and radii: of common lamps, and of lamps below the roundings of their place.
+    const LAMPS: [([f32; 3], f32); 8] = [
+        ([0.0, 0.0, 0.0], 1.0),
+        ([300.0, -20.0, 5.0], 0.25),
+        ([1.0, 0.0, 0.0], 1e4),
+        ([70.0, 70.0, 0.0], 1e-6),
+        ([70.0, 70.0, 0.0], 1e-12),
+        ([0.0, 0.0, 0.0], 1e-6),
+        ([1e10, -3e9, 0.1], 1e-9),
+        ([8388607.0, 0.0, -8388609.0], 0.3),
+    ];
+
+    fn sphere((center, radius): ([f32; 3], f32)) -> SphereLight {
+        SphereLight::new(center.into(), radius, Spectrum::ONE)
+    }
+
     #[test]
-    fn hulls_are_around() {
-        for (center, radius) in [
-            (Vec3::ZERO, 1.0f32),
-            (Vec3::new(300.0, -20.0, 5.0), 0.25),
-            (Vec3::X, 1e4),
-        ] {
-            let mesh = around_sphere(center, radius);
+    fn hull_of_sphere_surrounds_it_at_every_size_and_place() {
+        for (lamp, reach) in LAMPS
+            .into_iter()
+            .flat_map(|lamp| [0.0, 100.0].map(|reach| (lamp, reach)))
+        {
+            let light = sphere(lamp);
+            let mesh = around_sphere(&light, reach);
             assert_eq!((mesh.triangles.len(), mesh.positions.len()), (320, 162));
+            let size = margin(f64::from(lamp.1) + light.center().as_dvec3().abs().max_element(), reach);
             for prim in 0..320 {
-                let [a, b, c] = mesh.corners(PrimId(prim)).map(|p| (p - center).as_dvec3());
-                let distance = a.dot((b - a).cross(c - a).normalize()) / f64::from(radius);
-                assert!((1.0..1.06).contains(&distance), "{center} {radius}: {distance}");
+                let corners = mesh.corners(PrimId(prim));
+                let [a, b, c] = corners.map(|p| p.as_dvec3() - light.center().as_dvec3());
+                let distance = a.dot((b - a).cross(c - a).normalize());
+                // A half of the margin is left for intersectors.
+                let [min, max] = [0.5 * size, 0.03 * f64::from(lamp.1) + 1.2 * size];
+                let gap = distance - f64::from(lamp.1);
+                assert!((min..max).contains(&gap), "{lamp:?} {reach}: {gap} {min} {max}");
             }
         }
-        let disk = around_disk(Vec3::ONE, Vec3::NEG_Y, 2.0);
-        let [a, b, c] = disk.corners(PrimId(1));
-        assert!((b - a).cross(c - a).normalize().distance(Vec3::NEG_Y) < 1e-6);
+    }
+
+    #[test]
+    fn hull_of_disk_surrounds_it_at_every_size_and_place() {
+        for (center, radius) in LAMPS {
+            for normal in [
+                Vec3::NEG_Y,
+                Vec3::new(0.6, -0.0, 0.8),
+                Vec3::new(-0.3, 0.5, 0.4).normalize(),
+            ] {
+                let light = DiskLight::new(center.into(), normal, radius, Spectrum::ONE);
+                let mesh = around_disk(&light, 100.0);
+                for prim in 0..2 {
+                    let [a, b, c] = mesh.corners(PrimId(prim)).map(Vec3::as_dvec3);
+                    let tilted = (b - a).cross(c - a).normalize();
+                    assert!(
+                        tilted.distance(normal.as_dvec3()) < 1e-3,
+                        "{center:?} {radius}: {tilted}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Rays from the scene to points inside the lamp hit its hull, and hit the lamp there.
+    #[test]
+    fn rays_towards_lamps_hit_their_hulls() {
+        let u = |i: u64| 2.0 * unit_f32(mix(i)) - 1.0;
+        for lamp in LAMPS {
+            let mut builder = SceneBuilder::new();
+            let size = lamp.1 + Vec3::from(lamp.0).abs().max_element();
+            let [position, radiance] = [lamp.0.into(), Vec3::ONE];
+            let radiance = Spectrum::from(radiance.to_array());
+            builder
+                .add_sphere(&super::super::SphereParameters {
+                    position,
+                    radius: lamp.1,
+                    radiance,
+                })
+                .unwrap();
+            let (scene, report) = builder.build().unwrap();
+            assert_eq!((report.degenerate_triangles, report.default_light), (0, false));
+            let accel = BruteForce::new(&scene);
+            let mut hits = 0;
+            for i in 0..500 {
+                let origin = position + 2.0 * size * Vec3::new(u(4 * i), u(4 * i + 1), u(4 * i + 2));
+                let ray = Ray::new(origin, (position - origin).normalize_or(Vec3::X));
+                if origin.distance(position) <= lamp.1 || sphere(lamp).is_missed(&ray) {
+                    continue;
+                }
+                let hit = accel.intersect(&ray).expect("a hull around the lamp");
+                assert!(matches!(scene.hull_hit(&hit, &ray), HullHit::Enters(_)), "{lamp:?}");
+                hits += 1;
+            }
+            // Directions in f32 miss the smallest lamps.
+            assert!(hits > 100 || lamp.1 < 1e-5 * size, "{lamp:?}: {hits}");
+        }
     }
 }

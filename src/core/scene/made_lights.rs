@@ -5,7 +5,7 @@ use super::lamp_hulls::{around_disk, around_sphere};
 use super::light_checks::{bad_light, check_angle, check_environment, check_light, check_number, unit, unit_of};
 use super::validate::{BuildError, MAX_COORDINATE};
 use crate::color::Spectrum;
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, triangle_area};
 use crate::light::sky::{Sky, TURBIDITIES};
 use crate::light::{
     DiskLight, EnvironmentKind, EnvironmentLight, LatLongImage, Light, RectangleLight, SphereLight, SunLight,
@@ -180,6 +180,14 @@ impl SceneBuilder {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             ..Mesh::default()
         };
+        let has_area = |[a, b, c]: &[u32; 3]| {
+            let [a, b, c] = [a, b, c].map(|i| corners[*i as usize]);
+            triangle_area(a, b, c) > 0.0
+        };
+        if !mesh.triangles.iter().all(has_area) {
+            let rule = "is too small for 32-bit floats at this position; enlarge it, or use a point light";
+            return Err(bad_light(NAME, "size", list(&rectangle.size), rule));
+        }
         let light = RectangleLight::new(corners[0], [2.0 * right, 2.0 * up], rectangle.radiance);
         self.add_lamp(RECTANGLE_NAME, Light::Rectangle(light), rectangle.radiance, mesh)
     }
@@ -191,7 +199,7 @@ impl SceneBuilder {
         check_light(NAME, "radiance", sphere.radiance)?;
         check_place(NAME, sphere.position, sphere.radius)?;
         let light = SphereLight::new(sphere.position, sphere.radius, sphere.radiance);
-        let hull = around_sphere(sphere.position, sphere.radius);
+        let hull = around_sphere(&light, 0.0);
         self.add_lamp(SPHERE_NAME, Light::Sphere(light), sphere.radiance, hull)
     }
 
@@ -203,7 +211,7 @@ impl SceneBuilder {
         check_light(NAME, "radiance", disk.radiance)?;
         check_place(NAME, disk.position, disk.radius)?;
         let light = DiskLight::new(disk.position, normal, disk.radius, disk.radiance);
-        let hull = around_disk(disk.position, normal, disk.radius);
+        let hull = around_disk(&light, 0.0);
         self.add_lamp(DISK_NAME, Light::Disk(light), disk.radiance, hull)
     }
 
@@ -219,7 +227,8 @@ impl SceneBuilder {
         }
         self.lamps.insert(material, light);
         self.begin_object(name);
-        self.add_mesh(mesh, material)
+        self.add_checked_mesh(mesh, material);
+        Ok(())
     }
 }
 

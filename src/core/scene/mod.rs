@@ -7,6 +7,7 @@
 mod absorption;
 mod builder;
 mod components;
+mod duplicates;
 mod freeze;
 mod ground;
 mod lamp_hulls;
@@ -18,7 +19,9 @@ mod rectangles;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
+pub use duplicates::CoincidentEmitters;
 pub use ground::{Ground, GroundPlane};
+pub(crate) use lamp_hulls::HullHit;
 pub use made_lights::{
     DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
     StudioParameters,

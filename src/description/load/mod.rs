@@ -183,6 +183,9 @@ impl<'a> Loader<'a> {
             Ok((scene, mut report)) => {
                 // Where files are missing, nothing is known of lights.
                 report.default_light &= scene.triangle_count() > 0 || findings.first_error().is_none();
+                // A light with an error is none of the scene.
+                report.default_light &= self.file.light.is_empty();
+                report.is_dark &= findings.first_error().is_none();
                 report_findings(self.file, &report, &inspection.materials, findings);
                 inspection.scene = Some(scene);
             }
@@ -261,7 +264,12 @@ impl<'a> Loader<'a> {
         for light in &self.file.light {
             let image = light.image.as_ref().map(|image| self.file.resolve(image.get_ref()));
             self.files.extend(image);
-            if let Err(error) = light.add_to(&mut self.builder, &self.file.source, &mut self.allowance) {
+            if let Err(error) = light.add_to(
+                &mut self.builder,
+                &self.file.source,
+                &mut self.allowance,
+                &mut self.findings,
+            ) {
                 self.wrong("wrong-light", error);
             }
             // A lamp with a shape brings its material.
@@ -343,6 +351,33 @@ fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
     })
 }
 
+/// Reports what stands twice at one place.
+fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Findings) {
+    for (code, noun, count) in [
+        ("repeated-triangles", "triangles", report.repeated_triangles),
+        ("repeated-instances", "instances", report.repeated_instances),
+    ] {
+        if count > 0 {
+            let error = file.whole(format!("{noun} that repeat others at the same place, skipped: {count}"));
+            findings.push(Finding::new(Severity::Warning, code, error).repeated(count, []));
+        }
+    }
+    let emitters = report.coincident_emitters;
+    if emitters.triangles > 0 {
+        let noun = if emitters.triangles == 1 {
+            "triangle lies"
+        } else {
+            "triangles lie"
+        };
+        let message = format!(
+            "{} emitting {noun} on others: light sampling counts all of them, up to {} at one place, and rays find one",
+            emitters.triangles, emitters.most
+        );
+        let error = file.whole(message).help("delete all but one of them");
+        findings.add(Severity::Warning, "coincident-emitters", error);
+    }
+}
+
 fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {
     if report.degenerate_triangles > 0 {
         let count = report.degenerate_triangles;
@@ -383,6 +418,22 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
             .whole(message)
             .help("`triangle_sampling = \"solid-angle\"` in [render] samples their triangles");
         findings.add(Severity::Note, "rectangle-lights", error);
+    }
+    report_repetitions(file, report, findings);
+    if report.degenerate_emitters > 0 {
+        let noun = match report.degenerate_emitters {
+            1 => "1 emitting triangle has".into(),
+            count => format!("{count} emitting triangles have"),
+        };
+        let error = file.whole(format!("{noun} no area in 32-bit floats, and gives no light"));
+        let error = error.help("scale them up, move them closer to the origin, or use a sphere light");
+        findings.add(Severity::Warning, "lost-emitter", error);
+    }
+    if report.is_dark {
+        let error = file.whole("no light of the scene emits: the picture is black");
+        let error =
+            error.help("set their radiance, intensity or irradiance above 0, or remove them for the default light");
+        findings.add(Severity::Warning, "no-light", error);
     }
     if report.default_light {
         let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";

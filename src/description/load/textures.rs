@@ -101,6 +101,9 @@ impl Loader<'_> {
         for warning in loaded.warnings {
             self.warn("bad-texels", warning);
         }
+        for warning in loaded.ignored {
+            self.warn("ignored-metadata", warning);
+        }
         let mut ids = Vec::with_capacity(loaded.ids.len());
         for ((result, request), file) in loaded.ids.into_iter().zip(&self.asked).zip(&self.textures) {
             // Ids are given in the order of the first requests.

@@ -12,7 +12,7 @@ mod polygon;
 mod remarks;
 mod smoothing;
 
-use super::find_file::{case_differs, count_alike, find_file};
+use super::find_file::{FileFinder, case_differs, count_alike};
 use super::input;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, library_path, load_mtl};
@@ -137,9 +137,10 @@ fn load_libraries(
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut seen = HashSet::new();
     let (mut materials, mut files) = (Vec::new(), Vec::new());
+    let mut finder = FileFinder::default();
     for (named, line) in libraries {
         // One name with blanks, or several names.
-        let names = match find_file(folder, named) {
+        let names = match finder.find(folder, named) {
             Some(_) => vec![named.clone()],
             None => split_names(named),
         };
@@ -148,7 +149,7 @@ fn load_libraries(
                 continue;
             }
             let remark = |message: String| FileError::new(obj, message).at(Position::line(*line));
-            let Some(path) = find_file(folder, &name) else {
+            let Some(path) = finder.find(folder, &name) else {
                 let missing = remark(format!(
                     "material library `{}` is missing",
                     excerpt_of_path(&library_path(obj, &name).to_string_lossy())

@@ -1,0 +1,252 @@
+//! Triangles and instances that repeat others to the last bit.
+//!
+//! A ray that hits one of n equal triangles is tested with all of them, so a render of n rays takes n² tests. Light
+//! sampling counts each of n equal emitters, and a ray finds one. The builder therefore keeps the first of equal
+//! triangles of a mesh, and of equal instances. Triangles that differ in winding are different.
+//!
+//! Hashes go through a set of bits first, 2 to 4 bytes per item. Only items whose bit is set before are compared.
+
+use super::{LightNumbering, Scene};
+use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId};
+use crate::math::hash::mix;
+use crate::math::{Affine3A, Vec3};
+use std::collections::{HashMap, HashSet};
+
+/// Corners of a triangle at shutter open and close, from the corner with the smallest bits on.
+type TriangleKey = [[u32; 9]; 2];
+
+/// Removes triangles that repeat others of the mesh. Returns their number.
+pub(super) fn remove_repeated_triangles(mesh: &mut Mesh) -> u64 {
+    let before = mesh.triangles.len();
+    let Mesh {
+        positions,
+        positions_close,
+        triangles,
+        ..
+    } = mesh;
+    let (positions, positions_close) = (&*positions, &*positions_close);
+    let key = |corners: &[u32; 3]| -> TriangleKey {
+        let of = |positions: &[Vec3]| corners.map(|i| positions[i as usize]);
+        let close = if positions_close.is_empty() {
+            [Vec3::ZERO; 3]
+        } else {
+            of(positions_close)
+        };
+        triangle_key(of(positions), close)
+    };
+    let hash = |key: &TriangleKey| hash_of(key.as_flattened());
+    let repeated = repeated(triangles.iter().map(|corners| hash(&key(corners))), before);
+    if repeated.is_empty() {
+        return 0;
+    }
+    let mut known = HashSet::new();
+    triangles.retain(|corners| {
+        let key = key(corners);
+        !repeated.contains(&hash(&key)) || known.insert(key)
+    });
+    (before - triangles.len()) as u64
+}
+
+/// Removes instances that repeat others, and their `objects`. Returns their number. `id` is the number of a prototype.
+pub(super) fn remove_repeated_instances<P>(
+    instances: &mut Vec<(P, Placement)>,
+    objects: &mut Vec<u32>,
+    id: impl Fn(&P) -> u32,
+) -> u64 {
+    let before = instances.len();
+    let key = |(prototype, placement): &(P, Placement)| -> Vec<u32> {
+        // A still placement has one step, a motion has two or more.
+        let steps = placement.steps().iter().flat_map(Affine3A::to_cols_array);
+        std::iter::once(id(prototype)).chain(steps.map(bits)).collect()
+    };
+    let repeated = repeated(instances.iter().map(|instance| hash_of(&key(instance))), before);
+    if repeated.is_empty() {
+        return 0;
+    }
+    let mut known = HashSet::new();
+    let all = std::mem::take(instances).into_iter().zip(std::mem::take(objects));
+    let kept = all.filter(|(instance, _)| {
+        let key = key(instance);
+        !repeated.contains(&hash_of(&key)) || known.insert(key)
+    });
+    (*instances, *objects) = kept.unzip();
+    (before - instances.len()) as u64
+}
+
+/// Emitting triangles that lie on others with the same front, of another mesh or instance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CoincidentEmitters {
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Largest number of triangles at one place.
+    pub most: u64,
+}
+
+impl Scene {
+    /// Emitting triangles that lie on others at shutter open, to the last bit.
+    pub(super) fn coincident_emitters(&self) -> CoincidentEmitters {
+        let keys = || {
+            self.emitters()
+                .map(|(geom, prim, inst)| self.key_at_open(geom, prim, inst))
+        };
+        let hash = |key: &TriangleKey| hash_of(key.as_flattened());
+        let repeated = repeated(keys().map(|key| hash(&key)), self.lights.len());
+        let mut counts: HashMap<TriangleKey, u64> = HashMap::new();
+        for key in keys().filter(|key| repeated.contains(&hash(key))) {
+            *counts.entry(key).or_insert(0) += 1;
+        }
+        let several = || counts.values().filter(|count| **count > 1);
+        CoincidentEmitters {
+            triangles: several().map(|count| count - 1).sum(),
+            most: several().copied().max().unwrap_or(0),
+        }
+    }
+
+    /// Triangles that emit, in the world and in instances. Sphere and disk lights have none.
+    fn emitters(&self) -> impl Iterator<Item = (GeomId, PrimId, InstanceId)> {
+        let standing = self.standing().map(|geom| (geom, InstanceId::NONE));
+        let placed = (0..).zip(&self.instances).flat_map(move |(inst, instance)| {
+            let meshes = self.prototypes[instance.prototype as usize].clone();
+            meshes.map(move |geom| (geom, InstanceId(inst)))
+        });
+        standing.chain(placed).flat_map(move |(geom, inst)| {
+            let shape = self.shape(GeomId(geom));
+            let emits = shape.first_light.is_some() && shape.numbering != LightNumbering::One;
+            let count = if emits {
+                self.mesh(GeomId(geom)).triangles.len() as u32
+            } else {
+                0
+            };
+            (0..count).map(move |prim| (GeomId(geom), PrimId(prim), inst))
+        })
+    }
+
+    fn key_at_open(&self, geom: GeomId, prim: PrimId, inst: InstanceId) -> TriangleKey {
+        let hit = Hit {
+            t: 0.0,
+            b1: 0.0,
+            b2: 0.0,
+            prim,
+            geom,
+            inst,
+        };
+        triangle_key(self.placed(&hit, 0.0).corners, [Vec3::ZERO; 3])
+    }
+}
+
+/// Bits of a number; both zeros are one.
+fn bits(value: f32) -> u32 {
+    (value + 0.0).to_bits()
+}
+
+fn triangle_key(open: [Vec3; 3], close: [Vec3; 3]) -> TriangleKey {
+    let corners = open.map(|p| p.to_array().map(bits));
+    let first = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+    let key = |corners: [[u32; 3]; 3]| {
+        let mut key = [0; 9];
+        for (i, corner) in key.chunks_exact_mut(3).enumerate() {
+            corner.copy_from_slice(&corners[(first + i) % 3]);
+        }
+        key
+    };
+    [key(corners), key(close.map(|p| p.to_array().map(bits)))]
+}
+
+fn hash_of(words: &[u32]) -> u64 {
+    words.chunks(2).fold(0, |hash, pair| {
+        let pair = pair.iter().fold(0, |pair, &word| (pair << 32) | u64::from(word));
+        mix(hash ^ pair)
+    })
+}
+
+/// The hashes that occur more than once, and a few that occur once. `count` is the number of hashes.
+fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
+    let mut repeated = HashSet::new();
+    if count < 2 {
+        return repeated;
+    }
+    let bits = (16 * count as u64).next_power_of_two();
+    let mut seen = vec![0u64; (bits / 64).max(1) as usize];
+    for hash in hashes {
+        let bit = hash & (bits - 1);
+        let (word, mask) = (&mut seen[(bit / 64) as usize], 1 << (bit % 64));
+        if *word & mask != 0 {
+            repeated.insert(hash);
+        }
+        *word |= mask;
+    }
+    repeated
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SceneBuilder;
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::material::Material;
+
+    fn quad(copies: usize) -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y, Vec3::ZERO],
+            triangles: [[0, 1, 2], [4, 2, 3]].repeat(copies),
+            ..Mesh::default()
+        }
+    }
+
+    fn emitting(builder: &mut SceneBuilder, radiance: f32) -> crate::material::MaterialId {
+        let material = Material {
+            emission: Spectrum::splat(radiance),
+            ..Material::default()
+        };
+        builder.add_material(material).unwrap()
+    }
+
+    #[test]
+    fn first_of_equal_triangles_stays() {
+        let mut mesh = quad(10_000);
+        // Another first corner, the other winding, another motion
+        mesh.triangles.extend([[2, 0, 1], [0, 2, 1]]);
+        assert_eq!(remove_repeated_triangles(&mut mesh), 19_999);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [4, 2, 3], [0, 2, 1]]);
+        let mut moving = Mesh {
+            positions_close: (0..5).map(|i| Vec3::Z * i as f32).collect(),
+            ..quad(2)
+        };
+        moving.triangles.push([4, 1, 2]);
+        assert_eq!(remove_repeated_triangles(&mut moving), 2);
+        assert_eq!(moving.triangles.len(), 3);
+        assert_eq!(remove_repeated_triangles(&mut quad(1)), 0);
+    }
+
+    #[test]
+    fn first_of_equal_instances_stays() {
+        let mut builder = SceneBuilder::new();
+        let lamp = emitting(&mut builder, 2.0);
+        let prototypes = [1, 1].map(|n| builder.add_prototype(vec![(quad(n), lamp)]).unwrap());
+        let still = |x: f32| Placement::Still(Affine3A::from_translation((Vec3::X * x).into()));
+        for _ in 0..5000 {
+            builder.add_instance(prototypes[0], still(0.0)).unwrap();
+        }
+        builder.add_instance(prototypes[0], still(2.0)).unwrap();
+        let (scene, report) = builder.build().unwrap();
+        assert_eq!((scene.instances().len(), report.repeated_instances), (2, 4999));
+        assert_eq!(scene.lights().len(), 4);
+        assert_eq!(report.coincident_emitters, CoincidentEmitters::default());
+    }
+
+    #[test]
+    fn coincident_emitters_of_other_meshes_are_counted() {
+        let mut builder = SceneBuilder::new();
+        let lamps = [1.0, 2.0, 3.0].map(|radiance| emitting(&mut builder, radiance));
+        for lamp in lamps {
+            builder.add_mesh(quad(1), lamp).unwrap();
+        }
+        // Back to back
+        let mut back = quad(1);
+        back.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        builder.add_mesh(back, lamps[0]).unwrap();
+        let (_, report) = builder.build().unwrap();
+        let CoincidentEmitters { triangles, most } = report.coincident_emitters;
+        assert_eq!((triangles, most, report.repeated_triangles), (4, 3, 0));
+    }
+}

@@ -1,0 +1,278 @@
+//! What errors quote of input files, and what is repaired or ignored in them: pictures, repeated geometry, libraries.
+
+use crate::support::program::{code, done, folder, json, printed, run, split, words};
+use crate::support::read_rgb;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+const SCENE: &str = "version = 1\n[[object]]\nobj = 'a.obj'\n";
+
+/// A scene may name any file. Errors quote 40 characters of it, and 120 of a file name.
+#[test]
+fn errors_quote_short_parts_of_input_files() {
+    let long = "Q".repeat(300);
+    let obj = |line: &str| (SCENE.to_string(), format!("{TRIANGLE}{line}\nf 1 2 3\n"), String::new());
+    let mtl = |line: &str| {
+        let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\n");
+        (SCENE.to_string(), obj, format!("newmtl a\n{line}\n"))
+    };
+    let toml = |lines: &str| {
+        let obj = format!("{TRIANGLE}usemtl a\nf 1 2 3\n");
+        (format!("{SCENE}{lines}\n"), obj, String::new())
+    };
+    let mut cases = vec![toml("instances = 'i.txt'"), toml(&format!("instances = '{long}'"))];
+    for keyword in [
+        "v", "v 0 0", "vt", "vn", "f", "f 1 2", "usemtl", "mtllib", "s", "call", "g", "o",
+    ] {
+        cases.push(obj(&format!("{keyword} {long}")));
+    }
+    cases.push(obj(&long));
+    cases.push(obj(&format!("f 1 2 {}", "9".repeat(300))));
+    for key in [
+        "Kd",
+        "Kd 1 1",
+        "Ns",
+        "illum",
+        "d",
+        "Tr",
+        "Pr",
+        "map_Kd",
+        "map_Kd -o",
+        "map_Kd -clamp",
+        "map_Kd -imfchan",
+        "bump",
+        "newmtl",
+        "Kd spectral",
+    ] {
+        cases.push(mtl(&format!("{key} {long} a")));
+        cases.push(mtl(&format!("{key} {long}")));
+    }
+    cases.push(mtl(&long));
+    cases.push(mtl(&format!("map_Kd -{long} x.png")));
+    cases.push(mtl(&format!("newmtl {long}\nKd 2 2 2\nNs x")));
+    for lines in [
+        "Q = 1",
+        "width = 'Q'",
+        "[Q]\nx = 1",
+        "[camera]\nposition = 'Q'",
+        "[camera]\nQ = 1",
+        "[camera]\nview = 'Q'",
+        "[render]\nintegrator = 'Q'",
+        "[render]\nQ = 1",
+        "[image]\nwidth = 'Q'",
+        "[material.Q]\ndiffuse = 1",
+        "[material.a]\nQ = 1",
+        "[material.a]\nmodel = 'Q'",
+        "[material.a]\ndiffuse = 'Q'",
+        "[material.a]\ndiffuse = { texture = 'a.png', Q = 1 }",
+        "[material.a]\ndiffuse = { texture = 'a.png', channel = 'Q' }",
+        "[[light]]\ntype = 'Q'",
+        "[[light]]\ntype = 'sky'\nQ = 1",
+        "[[light]]\ntype = 'sky'\ngroup = 'Q'",
+        "[[light]]\ntype = 'environment'\nimage = 'Q'",
+        "[[light_group]]\nname = 'Q'\nmaterials = ['a']",
+        "[[light_group]]\nname = 'a'\nmaterials = ['Q']",
+        "[patch.'Q']\ndiffuse = 1",
+        "[ground]\nQ = 1",
+    ] {
+        cases.push(toml(&lines.replace('Q', &long)));
+    }
+    for (toml, obj, mtl) in &cases {
+        let folder = folder(&[
+            ("s.toml", toml),
+            ("a.obj", obj),
+            ("a.mtl", mtl),
+            ("i.txt", &format!("{long} {long}\n")),
+        ]);
+        for command in [
+            "check s.toml",
+            "info s.toml --json",
+            "render s.toml --size 2x2 --spp 1 -q -o x.exr",
+        ] {
+            let output = run(folder.path(), &split(command));
+            assert!(matches!(code(&output), 0..=2), "{command}: {}", words(&output));
+            // The names in `info` are those of the files.
+            let text = if command.starts_with("info") {
+                words(&output)
+            } else {
+                words(&output) + &printed(&output)
+            };
+            for longest in ["Q", "9"].map(|letter| letter.repeat(121)) {
+                assert!(!text.contains(&longest), "{command} {toml} {obj} {mtl}: {text}");
+            }
+            let is_name = text.contains("missing") || text.contains("environment") || text.contains("no such");
+            for longest in ["Q", "9"].map(|letter| letter.repeat(41)) {
+                assert!(
+                    is_name || !text.contains(&longest),
+                    "{command} {toml} {obj} {mtl}: {text}"
+                );
+            }
+        }
+    }
+}
+
+fn write_environment(folder: &Path, texel: [f32; 3]) {
+    let color = |x: usize, y: usize| if (x, y) == (3, 1) { texel } else { [0.5; 3] };
+    exr::prelude::write_rgb_file(folder.join("sky.exr"), 8, 4, |x, y| {
+        <(f32, f32, f32)>::from(color(x, y))
+    })
+    .unwrap();
+}
+
+#[test]
+fn environment_with_bad_texels_is_repaired_with_a_warning() {
+    let toml = format!(
+        "{SCENE}[camera]\nposition = [0, 0, 3]\nlook_at = [0, 0, 0]\nvertical_fov = 20\n\
+         [image]\nwidth = 8\nheight = 8\n[[light]]\ntype = 'environment'\nimage = 'sky.exr'\n"
+    );
+    let folder = folder(&[("s.toml", &toml), ("a.obj", &format!("{TRIANGLE}f 1 2 3\n"))]);
+    let picture = |texel: [f32; 3]| {
+        write_environment(folder.path(), texel);
+        let output = done(folder.path(), &split("render s.toml --spp 4 -o x.exr"));
+        (words(&output), read_rgb(&folder.path().join("x.exr")))
+    };
+    let (_, black) = picture([0.0; 3]);
+    let (_, bright) = picture([65504.0; 3]);
+    for (texel, right, told) in [
+        (
+            [-1e-5; 3],
+            &black,
+            "1 texel with negative channels (-0.00001 at column 3, row 1), which counts as 0",
+        ),
+        (
+            [f32::NAN; 3],
+            &black,
+            "1 texel with NaN channels (at column 3, row 1), which counts as 0",
+        ),
+        (
+            [f32::NEG_INFINITY; 3],
+            &black,
+            "1 texel with negative channels (-inf at column 3, row 1), which counts as 0",
+        ),
+        (
+            [f32::INFINITY; 3],
+            &bright,
+            "1 texel with infinite channels (at column 3, row 1), which counts as 65504, the largest 16-bit float",
+        ),
+    ] {
+        let (text, found) = picture(texel);
+        assert!(text.contains(told), "{texel:?}: {text}");
+        assert_eq!(&found, right, "{texel:?}");
+        let check = printed(&done(folder.path(), &split("check s.toml")));
+        assert!(
+            check.contains("[bad-texels]") && check.contains("0 errors, 1 warning"),
+            "{check}"
+        );
+    }
+}
+
+/// A JPEG file of 8 × 8 pixels with an EXIF orientation.
+fn write_jpeg(path: &Path, orientation: u8) {
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new(&mut bytes);
+    image::ImageEncoder::write_image(encoder, &[128; 192], 8, 8, image::ExtendedColorType::Rgb8).unwrap();
+    let mut exif = b"\xff\xe1\0\x22Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
+    exif.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
+    drop(bytes.splice(2..2, exif));
+    fs::write(path, bytes).unwrap();
+}
+
+fn write_png(path: &Path, gamma: Option<f32>) {
+    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    if let Some(gamma) = gamma {
+        encoder.set_source_gamma(png::ScaledFloat::new(gamma));
+    }
+    encoder.write_header().unwrap().write_image_data(&[128; 3]).unwrap();
+}
+
+#[test]
+fn metadata_that_textures_ignore_is_reported() {
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}vt 0 0\nusemtl a\nf 1/1 2/1 3/1\n");
+    let folder = folder(&[("s.toml", SCENE), ("a.obj", &obj), ("a.mtl", "")]);
+    let told = |key: &str, file: &str| {
+        fs::write(
+            folder.path().join("a.mtl"),
+            format!("newmtl a\nKd 1 1 1\n{key} {file}\n"),
+        )
+        .unwrap();
+        let check = printed(&done(folder.path(), &split("check s.toml")));
+        let render = words(&done(
+            folder.path(),
+            &split("render s.toml --size 2x2 --spp 1 -o x.exr"),
+        ));
+        let count = |text: &str| text.matches(" is ignored: ").count();
+        assert_eq!(count(&check), count(&render), "{check} {render}");
+        assert_eq!(check.matches("[ignored-metadata]").count(), count(&check), "{check}");
+        check
+    };
+    write_jpeg(&folder.path().join("turned.jpg"), 6);
+    write_jpeg(&folder.path().join("upright.jpg"), 1);
+    write_png(&folder.path().join("linear.png"), Some(1.0));
+    write_png(&folder.path().join("srgb.png"), Some(0.45455));
+    write_png(&folder.path().join("plain.png"), None);
+    assert!(told("map_Kd", "turned.jpg").contains("EXIF orientation 6 is ignored"));
+    assert!(told("map_Kd", "linear.png").contains("the exponent 1 in gAMA is ignored"));
+    for (key, file) in [
+        ("map_Kd", "upright.jpg"),
+        ("map_Kd", "srgb.png"),
+        ("map_Kd", "plain.png"),
+        // Numbers are stored as they are meant.
+        ("map_Pr", "linear.png"),
+    ] {
+        assert!(!told(key, file).contains("ignored"), "{key} {file}");
+    }
+}
+
+#[test]
+fn repeated_geometry_is_left_out_and_reported() {
+    let mut obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl a\n");
+    (0..20_000).for_each(|_| obj += "f 1 2 3\n");
+    let toml = format!("{SCENE}instances = 'i.txt'\n");
+    let folder = folder(&[
+        ("s.toml", SCENE),
+        ("i.toml", &toml),
+        ("i.txt", &"1 0 0 0 0 1 0 0 0 0 1 0\n".repeat(20_000)),
+        ("a.obj", &obj),
+        ("a.mtl", "newmtl a\nKd 0.5 0.5 0.5\nKe 1 1 1\n"),
+    ]);
+    let info = json(&done(folder.path(), &split("info s.toml --json")));
+    assert_eq!([&info["triangles"], &info["lights"]["triangle"]], [1, 1], "{info}");
+    let render = words(&done(
+        folder.path(),
+        &split("render i.toml --size 4x4 --spp 1 -o x.exr"),
+    ));
+    for told in [
+        "triangles that repeat others at the same place, skipped: 19999",
+        "instances that repeat others at the same place, skipped: 19999",
+    ] {
+        assert!(render.contains(told), "{told}: {render}");
+    }
+}
+
+/// Two lamps at one place, of different materials.
+#[test]
+fn coincident_lamps_are_reported() {
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
+    let mtl = "newmtl a\nKe 1 1 1\nnewmtl b\nKe 2 2 2\n";
+    let folder = folder(&[("s.toml", SCENE), ("a.obj", &obj), ("a.mtl", mtl)]);
+    let check = printed(&done(folder.path(), &split("check s.toml")));
+    let told = "1 emitting triangle lies on others: light sampling counts all of them, up to 2 at one place";
+    assert!(
+        check.contains(told) && check.contains("[coincident-emitters]"),
+        "{check}"
+    );
+}
+
+#[test]
+fn many_missing_libraries_are_one_warning() {
+    let mut obj = String::new();
+    (0..20_000).for_each(|i| writeln!(obj, "mtllib missing{i}.mtl").unwrap());
+    obj += TRIANGLE;
+    obj += "f 1 2 3\n";
+    let folder = folder(&[("s.toml", SCENE), ("a.obj", &obj)]);
+    let check = printed(&done(folder.path(), &split("check s.toml")));
+    assert!(check.contains("and 19999 more findings of this kind"), "{check}");
+}

@@ -51,7 +51,11 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
     for (library, mut materials) in unused {
         materials.sort_by_key(|&(_, line)| line);
         materials.dedup();
-        let names: Vec<&str> = materials.iter().map(|&(name, _)| name).take(1 + MAX_PLACES).collect();
+        let names: Vec<_> = materials
+            .iter()
+            .map(|&(name, _)| excerpt(name))
+            .take(1 + MAX_PLACES)
+            .collect();
         let rest = if materials.len() > names.len() { ", …" } else { "" };
         let mut places = materials.iter().map(|&(_, line)| Position::line(line));
         let Some(first) = places.next() else { continue };

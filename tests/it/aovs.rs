@@ -44,6 +44,38 @@ fn at(path: &Path, channel: &str, x: usize, y: usize) -> f32 {
     read_channel(path, channel)[y * WIDTH + x]
 }
 
+/// In a white sky the light of a lone surface is its reflectance.
+#[test]
+fn albedo_layer_is_the_picture_in_a_white_furnace() {
+    let gold = "specular = 1.0\neta = [0.2, 0.4, 1.4]\nk = [3.9, 2.4, 1.6]\n";
+    let materials = [
+        (format!("{gold}model = \"mirror\""), [0.952, 0.793, 0.327]),
+        (format!("{gold}roughness = 0.3"), [0.951, 0.791, 0.326]),
+        ("specular = 1.0\nmodel = \"mirror\"\nior = 1.5".into(), [0.04; 3]),
+        ("diffuse = 0.2\nclearcoat = 1.0".into(), [0.232; 3]),
+    ];
+    for (material, expected) in materials {
+        let scene = format!(
+            "version = 1\n[camera]\nposition = [0, 0, 40]\nlook_at = [0, 0, 0]\nvertical_fov = 2\n\
+             [image]\nwidth = 8\nheight = 8\n[[object]]\nobj = \"o.obj\"\n[material.m]\n{material}\n\
+             [[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n"
+        );
+        let quad = "v -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\nusemtl m\nf 1 2 3 4\n";
+        let folder = folder(&[("o.obj", quad), ("s.toml", &scene)]);
+        done(folder.path(), &split("render s.toml -q --spp 256 -o a.exr"));
+        let file = folder.path().join("a.exr");
+        let mean = |name: &str| {
+            let values = read_channel(&file, name);
+            values.iter().sum::<f32>() / values.len() as f32
+        };
+        for (c, channel) in ["R", "G", "B"].into_iter().enumerate() {
+            let (light, albedo) = (mean(channel), mean(&format!("albedo.{channel}")));
+            assert!((albedo - expected[c]).abs() < 2e-3, "{material}: {albedo}");
+            assert!((light - albedo).abs() < 5e-3, "{material}: {light}, albedo {albedo}");
+        }
+    }
+}
+
 #[test]
 fn channels_say_what_is_there() {
     let folder = scene();

@@ -1,3 +1,4 @@
+use super::exponent_energy::blinn_reflected;
 use super::{Fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -32,6 +33,12 @@ impl Blinn {
             self.reflectance * self.fresnel.reflectance(cos_oh) * (d * g / (4.0 * cos_i * cos_o)),
             cosine_power_hemisphere_pdf(cos_h, self.exponent + 1.0) / (4.0 * cos_oh),
         )
+    }
+
+    /// Share of uniform light that is reflected to `wo`, by channel.
+    pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
+        let [all, grazing] = blinn_reflected(self.exponent, wo.z.abs());
+        self.reflectance * self.fresnel.mean_reflectance(all, grazing)
     }
 
     /// Draws a facet and reflects `wo` by it; what falls below the horizon carries nothing.

@@ -16,6 +16,13 @@ pub struct Dielectric {
 }
 
 impl Dielectric {
+    /// Share of the flux of uniform light that is reflected or refracted to `wo`, by channel.
+    pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
+        let eta = if wo.z > 0.0 { self.ior } else { 1.0 / self.ior };
+        let (r, _) = fresnel::dielectric(wo.z.abs(), eta);
+        self.reflectance * r + self.transmittance * (1.0 - r)
+    }
+
     /// The reflected and the refracted direction, each with its share of the flux as density.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         let cos_o = wo.z.abs();

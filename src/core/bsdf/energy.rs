@@ -35,8 +35,10 @@ const POINTS: [usize; 2] = [32, 48];
 /// with the facet.
 static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
-/// Facets that refract, by index and roughness: the share that is missing.
-static DIELECTRICS: [[OnceLock<Row>; NODES]; INDEX_NODES] = [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
+/// Facets that refract, by index and roughness: the share that is missing, and the share that single
+/// scattering reflects.
+static DIELECTRICS: [[OnceLock<[Row; 2]>; NODES]; INDEX_NODES] =
+    [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
 
 /// Energy by the cosine of its direction, for one roughness: a blend of the rows of neighbouring nodes.
 #[derive(Clone, Copy, Debug)]
@@ -208,15 +210,24 @@ impl EnergyLookup {
 
 /// Energy that single scattering by a rough dielectric loses; the index beyond is `eta` times the one on the side of the incident light.
 pub(super) fn dielectric_loss(roughness: f32, eta: f32) -> EnergyTable<4> {
+    dielectric_table(roughness, eta, 0)
+}
+
+/// Energy that single scattering by a rough dielectric reflects, with the index of [`dielectric_loss`].
+pub(super) fn dielectric_reflected(roughness: f32, eta: f32) -> EnergyTable<4> {
+    dielectric_table(roughness, eta, 1)
+}
+
+fn dielectric_table(roughness: f32, eta: f32, kind: usize) -> EnergyTable<4> {
     let (node, t) = cell(place(roughness, NODES), NODES);
     let x = 0.5 + 0.5 * index_coordinate(eta) / index_coordinate(LARGEST_ETA);
     let (index, s) = cell(place(x, INDEX_NODES), INDEX_NODES);
     EnergyTable {
         rows: [
-            (dielectric_row(index, node), (1.0 - s) * (1.0 - t)),
-            (dielectric_row(index, node + 1), (1.0 - s) * t),
-            (dielectric_row(index + 1, node), s * (1.0 - t)),
-            (dielectric_row(index + 1, node + 1), s * t),
+            (&dielectric_rows(index, node)[kind], (1.0 - s) * (1.0 - t)),
+            (&dielectric_rows(index, node + 1)[kind], (1.0 - s) * t),
+            (&dielectric_rows(index + 1, node)[kind], s * (1.0 - t)),
+            (&dielectric_rows(index + 1, node + 1)[kind], s * t),
         ],
     }
 }
@@ -284,7 +295,7 @@ fn mirror_rows(node: usize) -> &'static [Row; 2] {
     })
 }
 
-fn dielectric_row(index: usize, node: usize) -> &'static Row {
+fn dielectric_rows(index: usize, node: usize) -> &'static [Row; 2] {
     DIELECTRICS[index][node].get_or_init(|| {
         let x = (2.0 * coordinate(index, INDEX_NODES) - 1.0) * index_coordinate(LARGEST_ETA);
         let eta = (1.0 + x) / (1.0 - x);
@@ -292,9 +303,13 @@ fn dielectric_row(index: usize, node: usize) -> &'static Row {
             let (r, cos_t) = fresnel::dielectric(cos, eta);
             let wi = fresnel::refract(wo, h, cos, cos_t, eta);
             let passed = if wi.z < 0.0 { facets.visible(wi) } else { 0.0 };
-            [r * reflected(wo, facets, h, cos) + (1.0 - r) * passed]
+            let reflected = r * reflected(wo, facets, h, cos);
+            [reflected + (1.0 - r) * passed, reflected]
         });
-        Row::new(rows.map(|[share]| missing(share)))
+        [
+            Row::new(rows.map(|[share, _]| missing(share))),
+            Row::new(rows.map(|[_, reflected]| reflected as f32)),
+        ]
     })
 }
 
@@ -340,7 +355,7 @@ impl Row {
 }
 
 /// Where the `i`-th of `n` nodes lies in [0, 1].
-fn coordinate(i: usize, n: usize) -> f32 {
+pub(super) fn coordinate(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
@@ -351,14 +366,14 @@ fn fourth_power(x: f32) -> f32 {
 
 /// Place of `x`, clamped to [0, 1], between the first node and the last of `n`, in steps.
 #[inline(always)]
-fn place(x: f32, n: usize) -> f32 {
+pub(super) fn place(x: f32, n: usize) -> f32 {
     // Unlike `clamp`, this makes a number of NaN.
     if x > 0.0 { x.min(1.0) * (n - 1) as f32 } else { 0.0 }
 }
 
 /// The node before `place`, never the last of `n`, and how far `place` is on its way to the next.
 #[inline(always)]
-fn cell(place: f32, n: usize) -> (usize, f32) {
+pub(super) fn cell(place: f32, n: usize) -> (usize, f32) {
     let node = (place as usize).min(n - 2);
     (node, place - node as f32)
 }

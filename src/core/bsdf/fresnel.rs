@@ -51,6 +51,35 @@ impl Fresnel {
         }
     }
 
+    /// [`Fresnel::reflectance`] for auxiliary channels: conductors in f32, with an error below 10⁻³ in
+    /// a third of the time.
+    pub(super) fn fast_reflectance(&self, cos_i: f32) -> Spectrum {
+        match *self {
+            Self::Conductor { eta, k } => Spectrum::from([0, 1, 2].map(|c| fast_conductor(cos_i, eta[c], k[c]))),
+            _ => self.reflectance(cos_i),
+        }
+    }
+
+    /// Share that facets reflect in all, of which mirrors would reflect `all`, and `grazing` if each
+    /// were weighed by Schlick's `(1 − cos)⁵`.
+    ///
+    /// Exact for Schlick's term, which is linear in `(1 − cos)⁵`. Other terms are nearly linear in
+    /// it, so they are evaluated at the angle that has its mean.
+    pub(super) fn mean_reflectance(&self, all: f32, grazing: f32) -> Spectrum {
+        match *self {
+            Self::Full => Spectrum::splat(all),
+            Self::Schlick { f0 } => Spectrum::from(f0) * (all - grazing) + Spectrum::splat(grazing),
+            Self::Dielectric { .. } | Self::Conductor { .. } => {
+                let mean = if all > 0.0 {
+                    (grazing / all).clamp(0.0, 1.0)
+                } else {
+                    0.0
+                };
+                self.fast_reflectance(1.0 - mean.powf(0.2)) * all
+            }
+        }
+    }
+
     /// What tells the colour of a surface: the mean of Schlick's formula, 1 for other terms.
     pub(super) fn tint(&self) -> Spectrum {
         match self {
@@ -119,6 +148,21 @@ pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
         perpendicular
     };
     (0.5 * (parallel + perpendicular)) as f32
+}
+
+/// [`conductor`] in f32.
+#[inline(always)]
+fn fast_conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
+    let cos_i = cos_i.clamp(0.0, 1.0);
+    let (cos2, sin2) = (cos_i * cos_i, 1.0 - cos_i * cos_i);
+    let t0 = eta * eta - k * k - sin2;
+    let a2_plus_b2 = (t0 * t0 + 4.0 * eta * eta * k * k).sqrt();
+    let a = (0.5 * (a2_plus_b2 + t0)).max(0.0).sqrt();
+    let (t1, t2) = (a2_plus_b2 + cos2, 2.0 * cos_i * a);
+    let perpendicular = (t1 - t2) / (t1 + t2);
+    let (t3, t4) = (cos2 * a2_plus_b2 + sin2 * sin2, t2 * sin2);
+    let ratio = if t3 + t4 > 0.0 { (t3 - t4) / (t3 + t4) } else { 1.0 };
+    0.5 * perpendicular * (1.0 + ratio)
 }
 
 #[cfg(test)]
@@ -194,6 +238,23 @@ mod tests {
                     (mean[c] as f64 - expected).abs() < 3e-3,
                     "{fresnel:?}: {mean:?} {expected}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn fast_conductors_are_conductors() {
+        for (eta, k) in [
+            (0.05, 9.0),
+            (0.14, 3.98),
+            (1.44, 1.6),
+            (2.9, 3.1),
+            (1.5, 0.0),
+            (1.0, 0.0),
+        ] {
+            for cos_i in (0..=50).map(|i| i as f32 / 50.0) {
+                let (fast, exact) = (fast_conductor(cos_i, eta, k), conductor(cos_i, eta, k));
+                assert!((fast - exact).abs() < 1e-3, "{eta} {k} {cos_i}: {fast} {exact}");
             }
         }
     }

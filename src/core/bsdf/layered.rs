@@ -7,7 +7,7 @@
 //! A real coat also darkens and saturates its base, by reflecting inwards what the base scatters. This one does not. Only surfaces that have layers
 //! pay for them.
 
-use super::{BsdfSample, Lobe, Sheen};
+use super::{BsdfSample, Lobe, Sheen, TransportMode};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
@@ -82,6 +82,13 @@ impl Layered {
             weight: sample.weight * share,
             ..sample
         }
+    }
+
+    /// Share of uniform light that the delta lobe in `place` scatters to `wo` through the layers.
+    pub(super) fn delta_albedo(&self, place: usize, lobe: &Lobe, wo: Vec3) -> Spectrum {
+        let directions = lobe.directions(wo, TransportMode::Importance);
+        let below = directions.into_iter().flatten().map(|s| self.below(place, lobe, wo, s));
+        below.fold(Spectrum::ZERO, |sum, s| sum + s.weight * s.pdf)
     }
 
     /// Share that is scattered of light along the normal: an estimate for uniform light.

@@ -182,7 +182,29 @@ impl Lobe {
         }
     }
 
-    /// Estimate of the share that is scattered for `wo`, by channel.
+    /// Share of uniform light that the lobe scatters to `wo`, by channel, with the terms of `wo`.
+    /// Transmitted light counts by its flux: refraction changes radiance, but not this share.
+    pub(super) fn directional_albedo(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
+        match self {
+            Self::Lambert(lobe) => lobe.albedo,
+            Self::CoatedLambert(lobe) => lobe.albedo_towards(terms),
+            Self::Phong(lobe) => lobe.directional_albedo(wo),
+            Self::Blinn(lobe) => lobe.directional_albedo(wo),
+            Self::RoughConductor(lobe) => lobe.directional_albedo(terms),
+            Self::Sheen(lobe) => lobe.albedo_towards(wo),
+            Self::RoughDielectric(lobe) => lobe.directional_albedo(terms, wo),
+            Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.fast_reflectance(wo.z.abs()),
+            Self::Dielectric(lobe) => lobe.directional_albedo(wo),
+            Self::ThinDielectric(lobe) => lobe.directional_albedo(wo),
+        }
+    }
+
+    /// [`Lobe::directional_albedo`] of a lobe alone.
+    pub(super) fn directional_albedo_alone(&self, wo: Vec3) -> Spectrum {
+        self.directional_albedo(&self.terms_of(wo), wo)
+    }
+
+    /// Estimate of the share that is scattered for `wo`, by channel: lobes are chosen by it.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
         self.albedo_with(&self.terms_of(wo), wo)
     }

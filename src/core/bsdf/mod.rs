@@ -24,6 +24,7 @@ mod coated_lambert;
 mod dielectric;
 mod energy;
 mod event;
+mod exponent_energy;
 mod fresnel;
 mod ggx;
 mod lambert;
@@ -306,7 +307,30 @@ impl Bsdf {
         }
     }
 
-    /// Share of the light that is scattered, for uniform illumination; what denoisers call albedo.
+    /// Share of uniform light that the surface scatters to `wo`, by channel: the radiance of the
+    /// surface in a white furnace, and the albedo of auxiliary channels. Transmitted light counts
+    /// by its flux, so clear glass has 1.
+    ///
+    /// The error is below 0.012, and below 0.025 under rough layers. Anisotropic facets lose up to
+    /// 0.08 of the light, which counts here.
+    #[inline(always)]
+    pub fn directional_albedo(&self, wo: Vec3) -> Spectrum {
+        match self {
+            Self::Single(Lobe::Lambert(lobe)) => lobe.albedo,
+            _ => self.directional_albedo_any(wo),
+        }
+    }
+
+    #[inline(never)]
+    fn directional_albedo_any(&self, wo: Vec3) -> Spectrum {
+        match self {
+            Self::Single(lobe) => lobe.directional_albedo_alone(wo),
+            _ => BsdfView::new(self, wo).directional_albedo(),
+        }
+    }
+
+    /// Bound of the share of the light that is scattered, whatever the viewer's direction: metals
+    /// and dielectrics count without their Fresnel term.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Single(_) | Self::Mix(_) => self.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo()),

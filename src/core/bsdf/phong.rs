@@ -1,3 +1,4 @@
+use super::exponent_energy::phong_reflected;
 use super::{mirror_direction, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Frame, Vec2, Vec3};
@@ -36,4 +37,9 @@ impl Phong {
         same_hemisphere(wo, wi).then_some(wi)
     }
     // ANCHOR_END: phong
+
+    /// Share of uniform light that is reflected to `wo`, by channel.
+    pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
+        self.reflectance * phong_reflected(self.exponent, wo.z.abs())
+    }
 }

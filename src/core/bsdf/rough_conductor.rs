@@ -122,6 +122,14 @@ impl RoughConductor {
         self.reflectance() * self.fresnel.tint()
     }
 
+    /// Share of uniform light that is reflected to `wo`, by channel.
+    pub(super) fn directional_albedo(&self, terms: &DirectionTerms) -> Spectrum {
+        let missing = terms.share;
+        let single = self.fresnel.mean_reflectance(1.0 - missing, terms.energy.grazing);
+        let several = Spectrum::from(self.several) * (PI * terms.energy.mean_loss * missing);
+        self.reflectance() * single + several
+    }
+
     /// Share that is reflected for `wo`, by channel: exact for Schlick's term, an estimate for others.
     #[inline(always)]
     pub(super) fn albedo_towards(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {

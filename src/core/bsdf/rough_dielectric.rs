@@ -1,4 +1,4 @@
-use super::energy::{DirectionTerms, EnergyTable, dielectric_loss};
+use super::energy::{DirectionTerms, EnergyTable, dielectric_loss, dielectric_reflected};
 use super::ggx::Ggx;
 use super::{Fresnel, fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
@@ -153,6 +153,16 @@ impl RoughDielectric {
     /// Factor of what passes, as of a smooth boundary.
     pub(super) fn albedo(&self) -> Spectrum {
         self.transmittance.into()
+    }
+
+    /// Share of the flux of uniform light that is reflected or refracted to `wo`, by channel.
+    pub(super) fn directional_albedo(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
+        let [here, _] = self.sides(wo);
+        let missing = terms.share;
+        let single = dielectric_reflected(self.facets.roughness(), self.eta(wo)).towards(wo.z.abs());
+        let reflected = single + here.reflected * missing;
+        let passed = (1.0 - reflected).max(0.0);
+        Spectrum::from(self.reflectance) * reflected + Spectrum::from(self.transmittance) * passed
     }
 
     /// Index of refraction beyond the surface over the one on the side of `w`.

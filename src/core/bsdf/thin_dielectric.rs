@@ -23,6 +23,12 @@ impl ThinDielectric {
         2.0 * face / (1.0 + face)
     }
 
+    /// Share of uniform light that is reflected or passes on to `wo`, by channel.
+    pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
+        let r = Self::reflected_share(wo.z.abs(), self.ior);
+        self.reflectance * r + self.transmittance * (1.0 - r)
+    }
+
     /// The reflected direction and the one straight on, each with its share of the flux as density.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();

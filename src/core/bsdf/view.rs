@@ -85,6 +85,21 @@ impl<'a> BsdfView<'a> {
         self.lobes().map(|(place, _)| self.p[place])
     }
 
+    /// [`Bsdf::directional_albedo`].
+    #[inline(never)]
+    pub fn directional_albedo(&self) -> Spectrum {
+        let wo = self.wo.w;
+        self.lobes().fold(Spectrum::ZERO, |sum, (place, lobe)| {
+            sum + match self.bsdf {
+                // Light from inside leaves at a flatter angle, of which the layers pass less.
+                Bsdf::Layered(layered) if wo.z < 0.0 && matches!(lobe, Lobe::Dielectric(_)) => {
+                    layered.delta_albedo(place, lobe, wo)
+                }
+                _ => lobe.directional_albedo(&self.wo.lobes[place], wo) * self.wo.passed[place],
+            }
+        })
+    }
+
     /// Probability that a smooth lobe is chosen.
     pub fn smooth_probability(&self) -> f32 {
         if !self.bsdf.lobes().any(Lobe::is_delta) {

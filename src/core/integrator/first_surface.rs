@@ -96,7 +96,7 @@ impl<A: Accel> World<'_, A> {
     pub(super) fn first_surface(&self, hit: &Hit, vertex: &Vertex) -> FirstSurface {
         FirstSurface {
             features: self.features.then(|| self.features_of(hit, vertex)),
-            albedo: vertex.bsdf.albedo(),
+            albedo: vertex.albedo(),
             normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
             depth: self.camera.depth(vertex.point.p, vertex.point.time),
         }

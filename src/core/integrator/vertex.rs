@@ -57,6 +57,15 @@ impl<'a> Vertex<'a> {
         }
     }
 
+    /// Share of uniform light that the surface scatters to the viewer, by channel.
+    #[inline(always)]
+    pub fn albedo(&self) -> Spectrum {
+        match self.view {
+            Some(view) => view.directional_albedo(),
+            None => self.bsdf.directional_albedo(self.wo),
+        }
+    }
+
     /// The event of light from `wi` (local frame), by a delta lobe or by the smooth lobes.
     pub fn event(&self, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         self.bsdf.event(self.wo, wi, is_delta)

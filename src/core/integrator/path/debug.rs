@@ -78,7 +78,7 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
             DebugView::Barycentrics => Spectrum::rgb(hit.b1, hit.b2, 0.0),
             DebugView::Ids => id_color(hit.geom.0, hit.prim.0),
             DebugView::Material => id_color(scene.shape(hit.geom).material.0, 0),
-            DebugView::Albedo => vertex.bsdf.albedo(),
+            DebugView::Albedo => vertex.albedo(),
             DebugView::Depth => Spectrum::splat(self.nearness(vertex.point.p, vertex.point.time)),
             DebugView::Wireframe if self.is_on_edge(&hit, &vertex) => Spectrum::ZERO,
             DebugView::Wireframe => Spectrum::splat(lit(&vertex)),

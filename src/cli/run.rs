@@ -19,7 +19,7 @@ use crate::accel::{Auditor, BackendInfo};
 use crate::film::{Image, Spikes, metered};
 use crate::io::{FileError, Format, Warning, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
-use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
+use crate::session::{BUILD, RenderState, Renderer, Session, Settings, Unfinished};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -67,6 +67,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         &job.warnings[..],
         renamed.map(|words| Warning::new("renamed-output", words)).as_slice(),
         idle_aov(args, &files.images).as_slice(),
+        narrow_picture(&job.settings).as_slice(),
     ]
     .concat();
     job.shown_warnings.show_each(&of_flags);
@@ -112,6 +113,22 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
             Some(Report::new(name, &session, accels, &auditor.findings()))
         },
     )
+}
+
+/// Warns of a denoiser that works on far more pixels than the picture has.
+fn narrow_picture(settings: &Settings) -> Option<Warning> {
+    /// Pixels that every denoiser filters within seconds.
+    const FEW: u64 = 1 << 18;
+    let size = settings.crop().size();
+    let pixels = settings.denoiser?.pixels(size);
+    let is_slow = pixels > FEW && pixels > 2 * settings.crop().area();
+    let text = || {
+        format!(
+            "denoising {}x{} pixels takes as long as {pixels}: Open Image Denoise fills narrow pictures up to 16 pixels\n  help: use --denoise=atrous, or --denoise=off",
+            size.x, size.y
+        )
+    };
+    is_slow.then(|| Warning::new("narrow-picture", text()))
 }
 
 /// Warns of `--aov` where no file that is written has further channels.

@@ -137,6 +137,16 @@ fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
 
 /// Bytes that denoising the picture takes besides.
 fn denoising_bytes(settings: &Settings) -> u64 {
-    let pixels = settings.crop().area();
-    settings.denoiser.map_or(0, |denoiser| denoiser.bytes(pixels))
+    /// Straight colours, albedos and normals of a picture with alpha.
+    const ALPHA_BYTES: u64 = 120;
+    let of_alpha = if settings.has_alpha() {
+        ALPHA_BYTES * settings.crop().area()
+    } else {
+        0
+    };
+    let size = settings.crop().size();
+    let denoised = settings
+        .denoiser
+        .map(|denoiser| denoiser.bytes(denoiser.pixels(size)) + of_alpha);
+    denoised.unwrap_or(0)
 }

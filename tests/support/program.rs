@@ -32,7 +32,7 @@ pub const INTEGRATORS: &[&str] = &[
 ];
 
 /// The channels of a picture for which no others were asked.
-pub const CHANNELS: [&str; 14] = [
+pub const CHANNELS: [&str; 15] = [
     "R",
     "G",
     "B",
@@ -43,6 +43,7 @@ pub const CHANNELS: [&str; 14] = [
     "N.Y",
     "N.Z",
     "Z",
+    "emitted",
     "variance.R",
     "variance.G",
     "variance.B",

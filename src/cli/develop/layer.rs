@@ -275,10 +275,11 @@ fn single(layers: &Layers, index: usize) -> Layer {
 
 /// Channels that metering and denoising look at, by their names here: those of this program, and the denoising data of Cycles.
 pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
-    const OWN: [&str; 13] = [
+    const OWN: [&str; 16] = [
         "raw.R",
         "raw.G",
         "raw.B",
+        "raw.A",
         "albedo.R",
         "albedo.G",
         "albedo.B",
@@ -289,6 +290,8 @@ pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
         "variance.R",
         "variance.G",
         "variance.B",
+        "emitted",
+        "samples",
     ];
     const CYCLES: [(&str, &str); 6] = [
         ("albedo.R", "Denoising Albedo.R"),

@@ -164,7 +164,8 @@ fn denoiser(args: &DevelopArgs, found: &Layer) -> Result<Option<Denoiser>, CliEr
             found.title()
         ))),
         Some(denoiser) if args.denoise_radius.is_some() && denoiser.default_radius().is_none() => Err(CliError::Usage(
-            "--denoise-radius: this denoiser has no radius\n  help: leave it out, or use --denoise=gaussian, bilateral or nlm".into(),
+            "--denoise-radius: this denoiser has no radius\n  help: leave it out, or use --denoise=gaussian or nlm"
+                .into(),
         )),
         denoiser => Ok(denoiser),
     }

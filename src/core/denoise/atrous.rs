@@ -19,9 +19,9 @@
 //! - The sigmas leave about the smallest relMSE at 16 samples per pixel on the scenes that ship with the project. Normals may differ by somewhat more,
 //!   so that pixels on edges, whose mean normals lie in between, find others to blend with.
 
-use super::{ALBEDO, DenoiseError, NORMAL, VARIANCE, values, vectors};
+use super::DenoiseError;
+use super::layers::Layers;
 use crate::color::Spectrum;
-use crate::film::Image;
 use crate::math::Vec3;
 use rayon::prelude::*;
 
@@ -67,6 +67,8 @@ struct Guide {
     disparity: f32,
     /// How it changes from pixel to pixel, along rows and columns.
     gradient: [f32; 2],
+    /// Divisor of the light.
+    divisor: Vec3,
 }
 
 /// Filtered signal.
@@ -79,10 +81,12 @@ struct FilteredLight {
 }
 
 impl Input {
-    /// Input made of the picture `color` and the other channels of `image`, which has `size` pixels.
-    pub fn new(image: &Image, color: &[Vec3], size: [usize; 2]) -> Result<Self, DenoiseError> {
-        let (albedo, normal) = (vectors(image, ALBEDO)?, vectors(image, NORMAL)?);
-        let (depth, variance) = (values(image, "Z")?, vectors(image, VARIANCE)?);
+    /// Input made of `layers`. Coverage is not divided by the albedo.
+    pub fn new(layers: &Layers) -> Result<Self, DenoiseError> {
+        let of = |layer: &Result<Vec<Vec3>, DenoiseError>| layer.clone();
+        let (color, size) = (&layers.color, layers.size);
+        let (albedo, normal) = (of(&layers.albedo)?, of(&layers.normal)?);
+        let (depth, variance) = (layers.depth.clone()?, of(&layers.variance)?);
         let disparity: Vec<f32> = depth.iter().map(|&z| if z > 0.0 { 1.0 / z } else { 0.0 }).collect();
         let guides: Vec<Guide> = (0..color.len())
             .into_par_iter()
@@ -91,11 +95,15 @@ impl Input {
                 albedo: albedo[i],
                 disparity: disparity[i],
                 gradient: gradient(&disparity, size, i),
+                divisor: match layers.is_light {
+                    true => albedo[i].max(Vec3::splat(MIN_ALBEDO)),
+                    false => Vec3::ONE,
+                },
             })
             .collect();
         let mut light: Vec<FilteredLight> = (0..color.len())
             .map(|i| {
-                let divisor = guides[i].divisor();
+                let divisor = guides[i].divisor;
                 // Weights that sum to 1: the variance of the luminance is this at most, however the channels hang together.
                 let variance = luminance(variance[i] / (divisor * divisor));
                 let value = color[i] / divisor;
@@ -143,11 +151,6 @@ impl Guide {
             + (other.albedo - self.albedo).length_squared() / (SIGMA_ALBEDO * SIGMA_ALBEDO)
             + (other.disparity - plane).abs() / (SIGMA_DEPTH * self.disparity).max(f32::MIN_POSITIVE);
         distance <= 1.0
-    }
-
-    /// What light is divided by.
-    fn divisor(&self) -> Vec3 {
-        self.albedo.max(Vec3::splat(MIN_ALBEDO))
     }
 }
 
@@ -228,7 +231,7 @@ pub(super) fn denoise(input: Input) -> Vec<Vec3> {
     let light = (0..LEVELS).fold(light, |light, level| pass(&guides, &light, size, 1 << level));
     let factors = lost_light(&guides, &light, raw, size);
     let pixels = light.iter().zip(&guides).zip(factors);
-    pixels.map(|((l, g), factor)| l.value * factor * g.divisor()).collect()
+    pixels.map(|((l, g), factor)| l.value * factor * g.divisor).collect()
 }
 
 /// For each pixel, how many times as much light its surroundings had before they were filtered.

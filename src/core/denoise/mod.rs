@@ -6,14 +6,17 @@
 //! All filters work on what the film says of each pixel, and give the same bits with any number of threads. docs/denoise.md compares them.
 
 mod atrous;
-mod bilateral;
+mod bright;
+mod coverage;
 mod gaussian;
+mod layers;
 mod nlm;
 #[cfg(feature = "oidn")]
 mod oidn;
 
 use crate::film::{Channel, Image};
-use crate::math::Vec3;
+use crate::math::{UVec2, Vec3};
+use layers::Layers;
 use thiserror::Error;
 
 /// A filter that takes out noise.
@@ -26,8 +29,6 @@ pub enum Denoiser {
     Atrous,
     /// A plain blur.
     Gaussian,
-    /// A blur that stops at differences of colour.
-    Bilateral,
     /// Non-local means: the mean of pixels whose surroundings are alike, by the variance.
     Nlm,
 }
@@ -54,10 +55,17 @@ pub enum DenoiseError {
 /// Memory limit of Open Image Denoise besides the images, MiB: enough for 1920 × 1080 pixels at once. Larger pictures are filtered in tiles.
 const OIDN_MB: u32 = 2000;
 
+/// Multiple of pixels to which Open Image Denoise fills pictures both ways.
+const OIDN_BLOCK: u64 = 16;
+
 const COLOR: [&str; 3] = ["R", "G", "B"];
 const RAW: [&str; 3] = ["raw.R", "raw.G", "raw.B"];
 const ALBEDO: [&str; 3] = ["albedo.R", "albedo.G", "albedo.B"];
 const NORMAL: [&str; 3] = ["N.X", "N.Y", "N.Z"];
+const ALPHA: &str = "A";
+const RAW_ALPHA: &str = "raw.A";
+const EMITTED: &str = "emitted";
+const SAMPLES: &str = "samples";
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
 impl Denoiser {
@@ -78,8 +86,17 @@ impl Denoiser {
             Self::Oidn => Err(DenoiseError::NotBuilt),
             Self::Atrous => Ok("atrous".into()),
             Self::Gaussian => Ok("gaussian".into()),
-            Self::Bilateral => Ok("bilateral".into()),
             Self::Nlm => Ok("nlm".into()),
+        }
+    }
+
+    /// Number of pixels that the filter works on for a picture of this size: Open Image Denoise fills
+    /// pictures up to multiples of 16 pixels both ways, and its time and memory follow from that.
+    pub fn pixels(self, size: UVec2) -> u64 {
+        let [width, height] = size.to_array().map(u64::from);
+        match self {
+            Self::Oidn => width.next_multiple_of(OIDN_BLOCK) * height.next_multiple_of(OIDN_BLOCK),
+            Self::Atrous | Self::Gaussian | Self::Nlm => width * height,
         }
     }
 
@@ -87,20 +104,19 @@ impl Denoiser {
     /// (docs/denoise.md, "Memory").
     pub fn bytes(self, pixels: u64) -> u64 {
         match self {
-            Self::Oidn => 140 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
-            Self::Atrous => 200 * pixels,
-            Self::Gaussian | Self::Bilateral => 60 * pixels,
-            Self::Nlm => 120 * pixels,
+            Self::Oidn => 220 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
+            Self::Atrous => 280 * pixels,
+            Self::Gaussian => 140 * pixels,
+            Self::Nlm => 200 * pixels,
         }
     }
 
-    /// The radius in pixels of a filter that has one, where the user gives none: the standard deviation of `gaussian` and `bilateral`, half the width of the
+    /// The radius in pixels of a filter that has one, where the user gives none: the standard deviation of `gaussian`, half the width of the
     /// window of `nlm`.
     pub fn default_radius(self) -> Option<f32> {
         match self {
             Self::Oidn | Self::Atrous => None,
             Self::Gaussian => Some(gaussian::RADIUS),
-            Self::Bilateral => Some(bilateral::RADIUS),
             Self::Nlm => Some(nlm::RADIUS),
         }
     }
@@ -110,8 +126,10 @@ impl Denoiser {
         self.apply_with(image, None)
     }
 
-    /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`. Other channels stay: `variance` is that of
-    /// the raw picture. An image that was denoised before is denoised anew, from its raw picture.
+    /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`; with alpha, also its `A` and `raw.A`.
+    /// Other channels stay: `variance` is that of the raw picture. An image that was denoised before is denoised anew, from its raw picture.
+    ///
+    /// Light of lamps in view that is far brighter than the picture stays as rendered.
     ///
     /// Open Image Denoise does without albedo and normals where one of them is missing; the wavelet filter needs both, `Z` and `variance`,
     /// and non-local means `variance`. Filters without a radius take no notice of `radius`.
@@ -119,28 +137,41 @@ impl Denoiser {
     /// Works with the threads of rayon's pool, Open Image Denoise with as many of its own. On an error the image stays as it was.
     pub fn apply_with(self, image: &mut Image, radius: Option<f32>) -> Result<(), DenoiseError> {
         let radius = radius.or(self.default_radius()).unwrap_or_default();
-        let raw = vectors(image, RAW).or_else(|_| vectors(image, COLOR))?;
-        let size = image.crop.size();
-        let size = [size.x as usize, size.y as usize];
-        let denoised = match self {
-            #[cfg(feature = "oidn")]
-            Self::Oidn => {
-                let guides = vectors(image, ALBEDO).ok().zip(vectors(image, NORMAL).ok());
-                let guides = guides
-                    .as_ref()
-                    .map(|(albedo, normal)| [albedo.as_slice(), normal.as_slice()]);
-                oidn::denoise(&raw, guides, size)?
+        let mut layers = Layers::of(image)?;
+        let raw = layers.color.clone();
+        let bright = bright::take_bright(&mut layers, values(image, EMITTED).ok());
+        let filter = |layers: &Layers| self.filter(layers, radius);
+        let coverage = values(image, RAW_ALPHA).or_else(|_| values(image, ALPHA)).ok();
+        let (mut denoised, alpha) = match coverage.filter(|coverage| coverage.iter().any(|&a| a != 1.0)) {
+            Some(raw) => {
+                let samples = values(image, SAMPLES).ok();
+                let (picture, coverage) = coverage::denoise(&layers, raw, (samples, bright.as_deref()), filter)?;
+                (picture, Some((raw.to_vec(), coverage)))
             }
-            #[cfg(not(feature = "oidn"))]
-            Self::Oidn => return Err(DenoiseError::NotBuilt),
-            Self::Atrous => atrous::denoise(atrous::Input::new(image, &raw, size)?),
-            Self::Gaussian => gaussian::denoise(&raw, size, radius),
-            Self::Bilateral => bilateral::denoise(&raw, size, radius),
-            Self::Nlm => nlm::denoise(image, &raw, size, radius)?,
+            None => (filter(&layers)?, None),
         };
+        if let Some(bright) = bright {
+            denoised.iter_mut().zip(bright).for_each(|(sum, bright)| *sum += bright);
+        }
         put(image, RAW, &raw);
         put(image, COLOR, &denoised);
+        if let Some((raw, coverage)) = alpha {
+            put_values(image, RAW_ALPHA, raw);
+            put_values(image, ALPHA, coverage);
+        }
         Ok(())
+    }
+
+    fn filter(self, layers: &Layers, radius: f32) -> Result<Vec<Vec3>, DenoiseError> {
+        match self {
+            #[cfg(feature = "oidn")]
+            Self::Oidn => oidn::denoise(layers),
+            #[cfg(not(feature = "oidn"))]
+            Self::Oidn => Err(DenoiseError::NotBuilt),
+            Self::Atrous => Ok(atrous::denoise(atrous::Input::new(layers)?)),
+            Self::Gaussian => Ok(gaussian::denoise(&layers.color, layers.size, radius)),
+            Self::Nlm => nlm::denoise(layers, radius),
+        }
     }
 }
 
@@ -164,14 +195,18 @@ fn values<'a>(image: &'a Image, name: &'static str) -> Result<&'a [f32], Denoise
 /// Makes `values` the channels of these names, which are added where they are missing.
 fn put(image: &mut Image, names: [&'static str; 3], values: &[Vec3]) {
     for (c, name) in names.into_iter().enumerate() {
-        let values = values.iter().map(|v| v[c]).collect();
-        match image.channels.iter_mut().find(|channel| channel.name == name) {
-            Some(channel) => channel.values = values,
-            None => image.channels.push(Channel {
-                name: name.into(),
-                values,
-            }),
-        }
+        put_values(image, name, values.iter().map(|v| v[c]).collect());
+    }
+}
+
+/// Makes `values` the channel `name`, which is added if it is missing.
+fn put_values(image: &mut Image, name: &'static str, values: Vec<f32>) {
+    match image.channels.iter_mut().find(|channel| channel.name == name) {
+        Some(channel) => channel.values = values,
+        None => image.channels.push(Channel {
+            name: name.into(),
+            values,
+        }),
     }
 }
 
@@ -180,7 +215,6 @@ mod tests {
     use super::*;
     use crate::color::Spectrum;
     use crate::film::{Block, Film, FirstSurface, Rect};
-    use crate::math::UVec2;
     use crate::math::hash::mix;
 
     /// A crop of a noisy picture with `spp` samples per pixel.
@@ -196,6 +230,7 @@ mod tests {
                     albedo: Spectrum::rgb(0.2, 0.5, if pixel.x < 20 { 0.1 } else { 0.9 }),
                     normal: Vec3::Z,
                     depth: 3.0 + 0.1 * pixel.y as f32,
+                    emitted: 0.0,
                     features: None,
                 };
                 let surface = (pixel.y > 8).then_some(&surface);
@@ -214,13 +249,7 @@ mod tests {
 
     /// Filters of this build.
     fn built() -> impl Iterator<Item = Denoiser> {
-        let all = [
-            Denoiser::Oidn,
-            Denoiser::Atrous,
-            Denoiser::Gaussian,
-            Denoiser::Bilateral,
-            Denoiser::Nlm,
-        ];
+        let all = [Denoiser::Oidn, Denoiser::Atrous, Denoiser::Gaussian, Denoiser::Nlm];
         all.into_iter().filter(|d| d.version().is_ok())
     }
 

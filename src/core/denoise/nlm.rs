@@ -6,8 +6,8 @@
 //!
 //! One offset of the window after the other is taken for all pixels: the distances of an offset, summed over patches by a box filter along rows and columns.
 
-use super::{DenoiseError, VARIANCE, vectors};
-use crate::film::Image;
+use super::DenoiseError;
+use super::layers::Layers;
 use crate::math::Vec3;
 use rayon::prelude::*;
 use std::iter::Sum;
@@ -26,11 +26,12 @@ const VARIANCE_REACH: usize = 1;
 /// Half the width of the box whose spread stands for variances that are not known.
 const SPREAD_REACH: usize = 3;
 
-/// The picture `color` without its noise; `image` has its variance. Its window reaches `radius` pixels both ways.
-pub(super) fn denoise(image: &Image, color: &[Vec3], size: [usize; 2], radius: f32) -> Result<Vec<Vec3>, DenoiseError> {
-    let given = vectors(image, VARIANCE)?;
+/// The picture of `layers` without its noise. The window reaches `radius` pixels both ways.
+pub(super) fn denoise(layers: &Layers, radius: f32) -> Result<Vec<Vec3>, DenoiseError> {
+    let (color, size) = (&layers.color, layers.size);
+    let given = layers.variance.as_ref().map_err(Clone::clone)?;
     let variance = match given.iter().all(|v| v.is_finite()) {
-        true => box_mean(&given, size, VARIANCE_REACH),
+        true => box_mean(given, size, VARIANCE_REACH),
         // One sample per pixel has no variance; that of its neighbours is used.
         false => spread(color, size),
     };
@@ -98,7 +99,7 @@ fn box_mean<T: Copy + Send + Sync + Sum + Div<f32, Output = T>>(
 }
 
 /// The variance of the colours around each pixel.
-fn spread(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
+pub(super) fn spread(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     let mean = box_mean(color, size, SPREAD_REACH);
     let squares: Vec<Vec3> = color.iter().map(|&c| c * c).collect();
     let squares = box_mean(&squares, size, SPREAD_REACH);

@@ -3,6 +3,7 @@
 //! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`, which the library ignores, and takes no number of
 //! threads. `sys/oidn` therefore makes these calls by the crate's raw bindings. docs/denoise.md has what the filter gains.
 
+use super::layers::Layers;
 use super::{DenoiseError, OIDN_MB};
 use crate::math::Vec3;
 use embrasure_oidn::{Device, Error};
@@ -12,13 +13,14 @@ pub(super) fn version() -> Result<String, DenoiseError> {
     Ok(format!("oidn {}", Device::new(1, OIDN_MB).map_err(failed)?.version()))
 }
 
-/// The picture, row by row of `size`, without its noise: the guides albedo and normal first, each by itself, then the picture by guides that have none.
-/// Without guides the picture is filtered alone.
-pub(super) fn denoise(
-    color: &[Vec3],
-    guides: Option<[&[Vec3]; 2]>,
-    size: [usize; 2],
-) -> Result<Vec<Vec3>, DenoiseError> {
+/// The picture of `layers` without its noise: the guides albedo and normal first, each separately, then
+/// the picture by guides without noise. Without guides the picture is filtered alone.
+pub(super) fn denoise(layers: &Layers) -> Result<Vec<Vec3>, DenoiseError> {
+    let (color, size) = (&layers.color, layers.size);
+    let guides = match (&layers.albedo, &layers.normal) {
+        (Ok(albedo), Ok(normal)) => Some([albedo, normal]),
+        _ => None,
+    };
     let run = || {
         let device = Device::new(rayon::current_num_threads(), OIDN_MB)?;
         let Some([albedo, normal]) = guides else {

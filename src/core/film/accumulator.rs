@@ -15,6 +15,8 @@ pub struct FirstSurface {
     pub normal: Vec3,
     /// Distance along the camera's axis, scene units.
     pub depth: f32,
+    /// Luminance of the radiance that the surface emits towards the camera.
+    pub emitted: f32,
     /// What further channels show, where they are wanted.
     pub features: Option<Features>,
 }
@@ -30,6 +32,7 @@ pub struct Block {
     albedo: [f32; 3],
     normal: [f32; 3],
     depth: f32,
+    emitted: f64,
     surfaces: u32,
     samples: u32,
 }
@@ -40,7 +43,8 @@ impl Block {
         self.sum
     }
 
-    /// Adds one sample: its radiance, and the first surface if the camera ray met one.
+    /// Adds one sample: its radiance, and the first surface if the camera ray met one. Without a
+    /// surface the radiance is that of the background, and counts as emitted.
     pub fn add(&mut self, radiance: Spectrum, surface: Option<&FirstSurface>) {
         for (c, value) in radiance.to_array().into_iter().enumerate() {
             let value = value as f64;
@@ -56,6 +60,7 @@ impl Block {
             self.depth += s.depth;
             self.surfaces += 1;
         }
+        self.emitted += f64::from(surface.map_or_else(|| radiance.luminance(), |s| s.emitted));
         self.samples += 1;
     }
 }
@@ -72,6 +77,8 @@ pub struct Accumulator {
     pub(super) albedo: [Narrow; 3],
     pub(super) normal: [Narrow; 3],
     pub(super) depth: Fixed,
+    /// Luminance of light that the camera sees at its source.
+    pub(super) emitted: Fixed,
     /// Squared differences of the means of whole blocks from their mean.
     pub(super) block_spread: [f64; 3],
     pub(super) surfaces: u32,
@@ -98,7 +105,7 @@ impl Accumulator {
     /// Adds one sample as a term of its own, which is in no block. The spread of blocks is not known then: samples stand by themselves.
     pub fn add_alone(&mut self, radiance: [f64; 3], surface: Option<&FirstSurface>) {
         let mut block = Block::default();
-        block.add(Spectrum::ZERO, surface);
+        block.add(Spectrum::from(radiance.map(|value| value as f32)), surface);
         block.sum = radiance;
         block.sum_of_squares = radiance.map(|value| value * value);
         *self = Self {
@@ -118,6 +125,7 @@ impl Accumulator {
             albedo: narrow(self.albedo, taken.albedo),
             normal: narrow(self.normal, taken.normal),
             depth: self.depth.minus(taken.depth),
+            emitted: self.emitted.minus(taken.emitted),
             block_spread: self.block_spread,
             surfaces: self.surfaces.saturating_sub(taken.surfaces),
             samples: self.samples.saturating_sub(taken.samples),
@@ -150,6 +158,7 @@ impl Accumulator {
             albedo: block.albedo.map(|v| Narrow::new(v as f64)),
             normal: block.normal.map(|v| Narrow::new(v as f64)),
             depth: Fixed::new(block.depth as f64),
+            emitted: Fixed::new(block.emitted),
             block_spread: [0.0; 3],
             surfaces: block.surfaces,
             samples: block.samples,
@@ -166,6 +175,7 @@ impl Accumulator {
             albedo: narrow(self.albedo, other.albedo),
             normal: narrow(self.normal, other.normal),
             depth: self.depth.plus(other.depth),
+            emitted: self.emitted.plus(other.emitted),
             block_spread: [0.0; 3],
             surfaces: self.surfaces.saturating_add(other.surfaces),
             samples: self.samples.saturating_add(other.samples),
@@ -234,6 +244,12 @@ impl Accumulator {
         (self.normal[c].to_f64() / self.samples.max(1) as f64) as f32
     }
 
+    /// Mean luminance of light that the camera sees at its source: emitted by the first surface, or
+    /// of the background.
+    pub fn emitted(&self) -> f32 {
+        (self.emitted.to_f64() / self.samples.max(1) as f64) as f32
+    }
+
     /// Mean depth of the samples that met a surface, if any did.
     pub fn depth(&self) -> Option<f32> {
         (self.surfaces > 0).then(|| (self.depth.to_f64() / self.surfaces as f64) as f32)
@@ -272,6 +288,7 @@ mod tests {
             albedo: Spectrum::splat(0.5),
             normal: Vec3::Y,
             depth: 4.0,
+            emitted: 0.0,
             features: None,
         };
         let mut block = Block::default();

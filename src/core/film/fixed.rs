@@ -4,7 +4,7 @@
 //! therefore whole numbers of 2⁻⁶⁴ in 128 bits. The f64 sum of a pass is rounded once, towards zero, when it comes; all further sums are exact. Sums
 //! that are too large stay at the end of the range.
 //!
-//! Radiance up to 2⁶³ and squares of radiance from 2⁻⁶⁴ are represented. The 192 bytes of a pixel are less than twice what floats would take. The
+//! Radiance up to 2⁶³ and squares of radiance from 2⁻⁶⁴ are represented. The 208 bytes of a pixel are less than twice what floats would take. The
 //! spread of blocks, from which `--noise` estimates errors, stays in f64: one render adds it in order, and joined parts have it up to rounding.
 
 /// A whole number of 2 to the -`$fraction` in `$bits`, which are `$words` words.

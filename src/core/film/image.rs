@@ -33,7 +33,7 @@ pub struct Image {
 /// A channel's name and how a pixel's sums give its value.
 type Developer = (&'static str, fn(&Accumulator) -> f32);
 
-const CHANNELS: [Developer; 14] = [
+const CHANNELS: [Developer; 15] = [
     ("R", |a| a.mean(0) as f32),
     ("G", |a| a.mean(1) as f32),
     ("B", |a| a.mean(2) as f32),
@@ -44,6 +44,7 @@ const CHANNELS: [Developer; 14] = [
     ("N.Y", |a| a.normal(1)),
     ("N.Z", |a| a.normal(2)),
     ("Z", |a| a.depth().unwrap_or(Z_BACKGROUND)),
+    ("emitted", |a| a.emitted()),
     ("variance.R", |a| a.variance_of_mean(0) as f32),
     ("variance.G", |a| a.variance_of_mean(1) as f32),
     ("variance.B", |a| a.variance_of_mean(2) as f32),

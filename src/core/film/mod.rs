@@ -43,7 +43,7 @@ use crate::math::UVec2;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Edge of a tile in pixels: its sums (48 KB) stay in the second-level cache while it is worked on.
+/// Edge of a tile in pixels: its sums (52 KB) stay in the second-level cache while it is worked on.
 pub(crate) const TILE_SIZE: u32 = 16;
 
 /// Keeps dark pixels from deciding relative errors, squared radiance.

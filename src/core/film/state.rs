@@ -5,7 +5,16 @@ use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;
 
 /// Sums by name: those of [`Fixed`], of [`Narrow`], and of floats.
-const FIXED: [&str; 7] = ["sum.R", "sum.G", "sum.B", "squares.R", "squares.G", "squares.B", "Z"];
+const FIXED: [&str; 8] = [
+    "sum.R",
+    "sum.G",
+    "sum.B",
+    "squares.R",
+    "squares.G",
+    "squares.B",
+    "Z",
+    "emitted",
+];
 const NARROW: [&str; 6] = ["albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z"];
 const FLOATS: [&str; 3] = ["spread.R", "spread.G", "spread.B"];
 /// Counts.
@@ -38,7 +47,11 @@ impl Accumulator {
     /// All words, in the order of [`Accumulator::word_names`].
     pub fn to_words(&self) -> [u32; Self::WORDS] {
         let mut words = [0; Self::WORDS];
-        let fixed = self.sum.iter().chain(&self.sum_of_squares).chain([&self.depth]);
+        let fixed = self
+            .sum
+            .iter()
+            .chain(&self.sum_of_squares)
+            .chain([&self.depth, &self.emitted]);
         for (words, sum) in words.chunks_exact_mut(Fixed::WORDS).zip(fixed) {
             words.copy_from_slice(&sum.to_words());
         }
@@ -66,6 +79,7 @@ impl Accumulator {
             sum: [0, 1, 2].map(fixed),
             sum_of_squares: [3, 4, 5].map(fixed),
             depth: fixed(6),
+            emitted: fixed(7),
             albedo: [0, 1, 2].map(narrow),
             normal: [3, 4, 5].map(narrow),
             block_spread: [0, 1, 2].map(float),
@@ -255,6 +269,7 @@ mod tests {
                     albedo: Spectrum::rgb(0.1, 0.2, 0.3),
                     normal: Vec3::new(-0.6, 0.0, 0.8),
                     depth: 3.5,
+                    emitted: 2.5,
                     features: None,
                 };
                 block.add(

@@ -99,7 +99,26 @@ impl<A: Accel> World<'_, A> {
             albedo: vertex.albedo(),
             normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
             depth: self.camera.depth(vertex.point.p, vertex.point.time),
+            emitted: self.emitted_luminance(hit, vertex),
         }
+    }
+
+    /// Luminance of the light that the surface of `vertex`, which is at `hit`, emits to the camera.
+    #[inline(always)]
+    fn emitted_luminance(&self, hit: &Hit, vertex: &Vertex) -> f32 {
+        match self.scene.shape(hit.geom).first_light {
+            Some(_) => self.luminance_of_lamp(hit, vertex),
+            None => 0.0,
+        }
+    }
+
+    #[inline(never)]
+    fn luminance_of_lamp(&self, hit: &Hit, vertex: &Vertex) -> f32 {
+        let (p, to_camera) = (vertex.point.p, vertex.frame.to_world(vertex.wo));
+        // Sphere lamps need a place on the ray; only the density depends on its distance.
+        let context = LightSampleContext::any_side(p + to_camera * hit.t);
+        let light = self.scene.emitted(hit, &context, p, -to_camera, vertex.point.time);
+        light.map_or(0.0, |light| light.radiance.luminance())
     }
 }
 

@@ -25,7 +25,7 @@ parameters! {
     pub struct FilterOptions, heading "", values filter {
         /// Pixel filter
         ///
-        /// Sample positions follow the filter (importance sampling).
+        /// Sample positions follow the filter (importance sampling). `mitchell` has negative lobes: it sharpens edges, and light beside bright pixels can be negative.
         filter: FilterKind = FilterKind::Box;
         /// Radius of the pixel filter in pixels
         filter_radius: f32, default "0.5 of box, 1 of tent, 2 of mitchell, else 1.5", in Range::Above(0.0);
@@ -62,10 +62,10 @@ parameters! {
         ///
         /// See docs/denoise.md.
         denoise: Denoising = Denoising::Off, default "off; oidn, else atrous, for a bare OBJ; without a name: oidn", bare "oidn";
-        /// Radius in pixels of the denoisers gaussian, bilateral and nlm
+        /// Radius in pixels of the denoisers gaussian and nlm
         ///
-        /// This is the standard deviation of `gaussian` and `bilateral`, and half the window of `nlm`.
-        denoise_radius: f32, default "0.7 of gaussian, 1.5 of bilateral, 7 of nlm", in Range::FromTo(0.1, 50.0);
+        /// This is the standard deviation of `gaussian`, and half the window of `nlm`.
+        denoise_radius: f32, default "0.7 of gaussian, 7 of nlm", in Range::FromTo(0.1, 50.0);
     }
 }
 
@@ -163,6 +163,6 @@ impl Backend {
 
 named! {
     Denoising: "off" => Self::Off, "oidn" => Self::By(Denoiser::Oidn), "atrous" => Self::By(Denoiser::Atrous),
-        "gaussian" => Self::By(Denoiser::Gaussian), "bilateral" => Self::By(Denoiser::Bilateral), "nlm" => Self::By(Denoiser::Nlm);
+        "gaussian" => Self::By(Denoiser::Gaussian), "nlm" => Self::By(Denoiser::Nlm);
     Backend: "embree" => Self::Embree, "obvhs" => Self::Obvhs, "brute" => Self::Brute;
 }

@@ -397,7 +397,8 @@ impl<R: Gathered> Sink for WorkItem<'_, R> {
         }
     }
 
-    fn first_surface(&mut self, surface: FirstSurface) {
+    fn first_surface(&mut self, mut surface: FirstSurface) {
+        surface.emitted *= self.weight;
         if self.target.crop.contains(self.key.pixel()) {
             self.surfaces.push((self.key.pixel(), surface));
         }

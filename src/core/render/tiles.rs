@@ -203,6 +203,9 @@ fn render_tile<R: TracedLight, S: Sampler>(
                 }
                 backgrounds[place] += f64::from(sample.background * sample.weight);
                 let radiance = sample.radiance * sample.weight;
+                if let Some(surface) = &mut sample.surface {
+                    surface.emitted *= sample.weight;
+                }
                 if let Some(block) = part_blocks.get_mut(place) {
                     block.add(radiance.by_group());
                 }

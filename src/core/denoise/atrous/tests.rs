@@ -12,6 +12,7 @@ fn wall(albedo: impl Fn(usize) -> f32, light: impl Fn(usize) -> f32, noise: f32)
             albedo: Vec3::splat(albedo(i % SIZE[0])),
             disparity: 0.5,
             gradient: [0.0; 2],
+            divisor: Vec3::splat(albedo(i % SIZE[0]).max(MIN_ALBEDO)),
         })
         .collect();
     let light = (0..SIZE[0] * SIZE[1])

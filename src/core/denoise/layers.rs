@@ -1,0 +1,39 @@
+//! Input of the filters: the layers of an image.
+
+use super::{ALBEDO, COLOR, DenoiseError, NORMAL, RAW, VARIANCE, values, vectors};
+use crate::film::Image;
+use crate::math::Vec3;
+
+/// A layer, or the error that its channel is missing. Only some filters need the layer.
+type Layer<T> = Result<Vec<T>, DenoiseError>;
+
+/// Layers of an image as the filters take them, row by row.
+#[derive(Clone, Debug)]
+pub(super) struct Layers {
+    pub size: [usize; 2],
+    /// Picture to filter: light, or coverage as a grey.
+    pub color: Vec<Vec3>,
+    /// Variance of `color`; infinite if it is not known.
+    pub variance: Layer<Vec3>,
+    pub albedo: Layer<Vec3>,
+    pub normal: Layer<Vec3>,
+    pub depth: Layer<f32>,
+    /// True if `color` is light, which is proportional to the albedo.
+    pub is_light: bool,
+}
+
+impl Layers {
+    /// Layers of `image`, with its raw picture.
+    pub fn of(image: &Image) -> Result<Self, DenoiseError> {
+        let size = image.crop.size();
+        Ok(Self {
+            size: [size.x as usize, size.y as usize],
+            color: vectors(image, RAW).or_else(|_| vectors(image, COLOR))?,
+            variance: vectors(image, VARIANCE),
+            albedo: vectors(image, ALBEDO),
+            normal: vectors(image, NORMAL),
+            depth: values(image, "Z").map(<[f32]>::to_vec),
+            is_light: true,
+        })
+    }
+}

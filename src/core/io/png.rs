@@ -114,11 +114,35 @@ fn encode_as(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::Spectrum;
+    use crate::color::{Curve, Spectrum};
     use crate::film::{Block, Film, Rect};
     use crate::math::UVec2;
     use std::fs::File;
     use std::io::BufReader;
+
+    /// Shadows on a ground, and pixel filters with negative lobes, give negative light.
+    #[test]
+    fn negative_light_is_black() {
+        let tones = [Curve::Srgb, Curve::AcesHill, Curve::Agx].map(|curve| Tone {
+            curve,
+            ..Tone::default()
+        });
+        let size = UVec2::new(1, 1);
+        let mut film = Film::new(size, Rect::full(size));
+        let mut block = Block::default();
+        block.add(Spectrum::rgb(-0.25, -1e-6, 0.5), None);
+        film.tile_at_mut(UVec2::ZERO)
+            .unwrap()
+            .sums_mut(UVec2::ZERO)
+            .unwrap()
+            .add(&block);
+        let image = film.develop();
+        for tone in tones {
+            let expected = tone.encode_u8([0.0, 0.0, 0.5]);
+            assert_eq!(display_bytes(&image, None, &tone), expected);
+            assert_eq!(display_bytes(&image, Some(&[1.0]), &tone)[..3], expected);
+        }
+    }
 
     /// The pixels of a saved picture are those that the tone curve gives, and a file in a folder that is not there is an error.
     #[test]

@@ -252,7 +252,7 @@ mod tests {
             (1.5, 0.0),
             (1.0, 0.0),
         ] {
-            for cos_i in (0..=50).map(|i| i as f32 / 50.0) {
+            for cos_i in (1..=50).map(|i| i as f32 / 50.0) {
                 let (fast, exact) = (fast_conductor(cos_i, eta, k), conductor(cos_i, eta, k));
                 assert!((fast - exact).abs() < 1e-3, "{eta} {k} {cos_i}: {fast} {exact}");
             }

@@ -163,7 +163,7 @@ mod tests {
     fn disc(color: Vec3) -> (Vec<Vec3>, Vec<f32>) {
         let pixel = |i: usize| {
             let (x, y) = ((i % SIZE[0]) as f32 - 5.0, (i / SIZE[0]) as f32 - 4.0);
-            (3.5 - (x * x + y * y).sqrt()).clamp(0.0, 1.0)
+            (4.5 - (x * x + y * y).sqrt()).clamp(0.0, 1.0)
         };
         let coverage: Vec<f32> = (0..SIZE[0] * SIZE[1]).map(pixel).collect();
         (coverage.iter().map(|&a| color * a).collect(), coverage)
@@ -188,6 +188,6 @@ mod tests {
         let bounded = within_range(&coverage, &filtered, SIZE);
         let at = |x: usize, y: usize| bounded[y * SIZE[0] + x];
         // In the middle, on the rim, and outside
-        assert_eq!([at(5, 4), at(8, 4), at(12, 0)], [1.0, 0.5, 0.0]);
+        assert_eq!([at(5, 4), at(9, 4), at(12, 0)], [1.0, 0.5, 0.0]);
     }
 }

@@ -70,6 +70,11 @@ impl Bsdf {
         self.0.is_delta()
     }
 
+    /// Refuses pickling, and says what to do.
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(errors::no_pickle("Bsdf", "make it in the other process"))
+    }
+
     /// Values and densities for pairs of directions.
     fn eval_pdf<'py>(
         &self,

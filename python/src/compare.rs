@@ -2,7 +2,7 @@
 
 use crate::errors;
 use crate::film::Film;
-use crate::job::guarded;
+use crate::job::pooled;
 use embrasure::Error;
 use pyo3::prelude::*;
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::path::Path;
 #[pyfunction]
 pub fn compare(py: Python, reference: &Film, image: &Film, significance: f64) -> PyResult<String> {
     let compared = py.detach(|| {
-        guarded(|| {
+        pooled(|| {
             let names = ["reference", "image"];
             let picture = |film: &Film, name| {
                 let words = format!("the {name} has no R, G and B\n  help: compare pictures");

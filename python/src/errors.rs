@@ -2,7 +2,7 @@
 
 use embrasure::io::FileErrorKind;
 use pyo3::create_exception;
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyTypeError};
 use pyo3::prelude::*;
 
 create_exception!(embrasure, Error, PyException, "What went wrong in Embrasure.");
@@ -18,6 +18,11 @@ create_exception!(
     Error,
     "A file that cannot be read or written, or is wrong: `file`, and `line`, `column` and `help` where they are known."
 );
+
+/// Error of pickling an object of the class `name`, whose memory belongs to the process.
+pub fn no_pickle(name: &str, help: &str) -> PyErr {
+    PyTypeError::new_err(format!("cannot pickle a {name}: {help}"))
+}
 
 /// Prefix of keys that are set over a scene file: Python has no flags.
 const SET: &str = "--set ";

@@ -1,7 +1,7 @@
 //! Films: developed images with all their channels, and what files say of them.
 
 use crate::errors;
-use crate::job::guarded;
+use crate::job::pooled;
 use crate::scene::Rows;
 use embrasure::color::Tone;
 use embrasure::compare::CommonErrors;
@@ -119,7 +119,7 @@ impl Film {
         exposure: Option<&str>,
         denoise: Option<&str>,
     ) -> Result<(Vec<u8>, usize), Error> {
-        guarded(|| {
+        pooled(|| {
             let tone = self.tone(tone, exposure)?;
             let image = self.denoised(denoise)?;
             let alpha = image.alpha();
@@ -282,10 +282,18 @@ impl Film {
             .map_err(|error| errors::Error::new_err(error.to_string()))
     }
 
+    /// Refuses pickling, and says what to do.
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(errors::no_pickle(
+            "Film",
+            "save() it, and read() the file in the other process",
+        ))
+    }
+
     /// Writes an EXR or PNG file, as `render -o` does.
     #[pyo3(signature = (path, tone=None, exposure=None))]
     fn save(&self, py: Python, path: PathBuf, tone: Option<&str>, exposure: Option<&str>) -> PyResult<()> {
-        let written = py.detach(|| guarded(|| self.write(&path, tone, exposure)));
+        let written = py.detach(|| pooled(|| self.write(&path, tone, exposure)));
         written.map_err(|error| errors::of_session(py, error))
     }
 }

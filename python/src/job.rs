@@ -2,11 +2,12 @@
 
 use crate::errors::{self, Error};
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -97,10 +98,35 @@ pub fn on_thread<T: Send + 'static>(
 ) -> PyResult<T> {
     let (sender, receiver) = channel();
     thread::spawn(move || {
-        let _ = sender.send(guarded(work));
+        let _ = sender.send(pooled(work));
     });
     let done = wait(py, &Mutex::new(receiver), &Status::default(), None)?;
     done.map_err(|error| errors::of_session(py, error))
+}
+
+/// Does `work` in the threads of this process; a panic in it is an error.
+pub fn pooled<T: Send>(work: impl FnOnce() -> Result<T, embrasure::Error> + Send) -> Result<T, embrasure::Error> {
+    let pool = pool()?;
+    guarded(|| pool.install(work))
+}
+
+/// Threads for work outside of sessions, and the process that they belong to.
+static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// Threads of this process. A process that was forked has none of its parent, and would wait for those
+/// of rayon's global pool forever.
+fn pool() -> Result<Arc<ThreadPool>, embrasure::Error> {
+    let mut known = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    let process = std::process::id();
+    if let Some((_, pool)) = known.as_ref().filter(|(of, _)| *of == process) {
+        return Ok(pool.clone());
+    }
+    let pool = ThreadPoolBuilder::new().build();
+    let pool = pool.map_err(|error| embrasure::Error::Failed(format!("cannot start threads: {error}")))?;
+    let pool = Arc::new(pool);
+    // The parent's pool has no threads here that could end.
+    std::mem::forget(known.replace((process, pool.clone())));
+    Ok(pool)
 }
 
 /// Does `work`; a panic in it is an error.

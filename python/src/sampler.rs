@@ -1,6 +1,7 @@
 //! Points of the samplers.
 
 use crate::errors::SettingError;
+use embrasure::io::{MemoryLimit, in_words};
 use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler, SamplerKind};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyMemoryError;
@@ -18,6 +19,23 @@ fn decision(index: u32) -> Dimension {
         1 => Dimension::LENS,
         _ => Dimension::bounce((index - 2) / 3, AT_A_VERTEX[(index as usize - 2) % 3]),
     }
+}
+
+/// An empty vector with space for `count` × `dims` numbers. The allocator gives more than is available,
+/// and the system would end Python when the numbers are written.
+fn reserved(count: u32, dims: u32) -> PyResult<Vec<f32>> {
+    let numbers = (count as usize).saturating_mul(dims as usize);
+    let bytes = (numbers as u64).saturating_mul(size_of::<f32>() as u64);
+    let left = MemoryLimit::left_by_system();
+    let mut values = Vec::new();
+    if left.is_none_or(|left| bytes <= left) && values.try_reserve_exact(numbers).is_ok() {
+        return Ok(values);
+    }
+    let left = left.map_or(String::new(), |left| format!(", {} are free", in_words(left)));
+    Err(PyMemoryError::new_err(format!(
+        "points: {count} × {dims} numbers do not fit into memory: they take {}{left}",
+        in_words(bytes)
+    )))
 }
 
 /// Numbers of samples 0 to `count` − 1 of a pixel by the sampler `name`, `dims` for each.
@@ -39,11 +57,7 @@ pub fn points<'py>(
         );
         return Err(SettingError::new_err(words));
     };
-    let mut values: Vec<f32> = Vec::new();
-    let numbers = (count as usize).saturating_mul(dims as usize);
-    values
-        .try_reserve_exact(numbers)
-        .map_err(|_| PyMemoryError::new_err(format!("points: {count} × {dims} numbers do not fit into memory")))?;
+    let mut values = reserved(count, dims)?;
     let mut sampler = kind.with_seed(seed, count.max(1));
     let samples = (BATCH / dims.max(1)).max(1);
     for start in (0..count).step_by(samples as usize) {

@@ -36,6 +36,14 @@ impl Mesh {
             ..Default::default()
         })))
     }
+
+    /// Refuses pickling, and says what to do.
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(errors::no_pickle(
+            "Scene",
+            "load() its file, or make it anew, in the other process",
+        ))
+    }
 }
 
 /// The rows of an array of `N` columns.
@@ -126,5 +134,13 @@ impl Description {
     #[getter]
     fn light_count(&self) -> usize {
         self.0.light.len()
+    }
+
+    /// Refuses pickling, and says what to do.
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(errors::no_pickle(
+            "Scene",
+            "load() its file, or make it anew, in the other process",
+        ))
     }
 }

@@ -114,6 +114,14 @@ def test_numbers_of_points_are_checked() -> None:
         sobol.points(2**32 - 1, 2**32 - 1)
 
 
+@pytest.mark.skipif(not Path("/proc/meminfo").exists(), reason="free memory is known on Linux only")
+def test_points_beyond_free_memory_are_an_error() -> None:
+    lines = Path("/proc/meminfo").read_text().splitlines()
+    total = next(1024 * int(line.split()[1]) for line in lines if line.startswith("MemTotal:"))
+    with pytest.raises(MemoryError, match=r"numbers do not fit into memory: they take .* GB, .* are free"):
+        em.sampler("sobol").points(2 * total // 4 // 2**16, 2**16)
+
+
 def test_points_are_those_of_the_command_line(tmp_path: Path, command: Callable[..., Any]) -> None:
     done: subprocess.CompletedProcess[str] = command("points", "sobol", "-n", 64, "--json")
     assert done.returncode == 0, done.stderr

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -69,6 +70,43 @@ os._exit(0 if look() == seen else 3)
 """
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", script], timeout=60)
     assert done.returncode == 0
+
+
+def test_forked_processes_denoise_compare_and_save(box: Path, tmp_path: Path) -> None:
+    script = f"""
+import multiprocessing, sys
+import embrasure as em
+film, other = (em.render({str(box)!r}, spp=4, size=(32, 32), seed=seed) for seed in range(2))
+part = em.render({str(box)!r}, spp=128, size=(8, 8), samples="0..64")
+def work(name):
+    shown = [film.develop(denoise=denoise).tobytes() for denoise in ("nlm", "atrous", "bilateral", True)]
+    part.save({str(tmp_path)!r} + "/" + name + ".exr")
+    return shown, str(em.compare(film, other)), em.bsdf("white", {str(box)!r}).albedo
+if __name__ == "__main__":
+    here = work("parent")
+    with multiprocessing.get_context(sys.argv[1]).Pool(2) as pool:
+        sys.exit(0 if pool.map(work, ["a", "b"]) == [here] * 2 else 3)
+"""
+    path = tmp_path / "script.py"
+    path.write_text(script)
+    for method in ("fork", "spawn", "forkserver"):
+        done = subprocess.run([sys.executable, "-W", "ignore", path, method], timeout=120)
+        assert done.returncode == 0, method
+
+
+@pytest.mark.parametrize(("what", "help"), [("scene", "load()"), ("film", "save()"), ("bsdf", "make it"), ("mesh", "load()")])
+def test_pickling_says_what_cannot_be_pickled(box: Path, what: str, help: str) -> None:
+    mesh = em.Scene()
+    mesh.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    made: Any = {
+        "scene": lambda: em.load(box),
+        "film": lambda: em.render(box, spp=1, size=(4, 4)),
+        "bsdf": lambda: em.bsdf(em.Material(diffuse=0.5)),
+        "mesh": lambda: mesh,
+    }[what]()
+    with pytest.raises(TypeError, match="cannot pickle a .*: ") as raised:
+        pickle.dumps(made)
+    assert help in str(raised.value)
 
 
 def test_two_renders_at_once_work_and_leave_the_lock(box: Path) -> None:

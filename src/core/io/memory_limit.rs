@@ -31,6 +31,12 @@ impl MemoryLimit {
         max_memory.map(|bytes| Self { bytes, source }).or_else(limit_of_system)
     }
 
+    /// Bytes that the system leaves to this process beside those that it has; `None` if nothing is
+    /// known.
+    pub fn left_by_system() -> Option<u64> {
+        limit_below(Path::new("/")).map(|limit| limit.bytes.saturating_sub(own_bytes(Path::new("/"))))
+    }
+
     /// Says why there is no memory for `more` bytes, which make `total` with what the process has then; `None` where there is. What the system
     /// refuses beyond any limit that it tells, such as that of `ulimit -v`, is found by asking for it.
     pub fn refusal(limit: Option<Self>, total: u64, more: u64) -> Option<String> {
@@ -85,7 +91,7 @@ fn limit_of_system() -> Option<MemoryLimit> {
 
 /// The limit where the file system of the system begins at `root`.
 fn limit_below(root: &Path) -> Option<MemoryLimit> {
-    let own = kilobytes(&root.join("proc/self/status"), "VmRSS:").unwrap_or(0);
+    let own = own_bytes(root);
     let of_machine = kilobytes(&root.join("proc/meminfo"), "MemAvailable:").map(|bytes| MemoryLimit {
         bytes: bytes.saturating_add(own),
         source: LimitSource::Machine,
@@ -98,6 +104,11 @@ fn limit_below(root: &Path) -> Option<MemoryLimit> {
         .into_iter()
         .flatten()
         .min_by_key(|limit| limit.bytes)
+}
+
+/// Bytes of memory that this process has.
+fn own_bytes(root: &Path) -> u64 {
+    kilobytes(&root.join("proc/self/status"), "VmRSS:").unwrap_or(0)
 }
 
 /// Bytes of the line that begins with `key`, which counts kilobytes.

@@ -111,7 +111,11 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
         (
             "a bow",
             "v 0.2 3 0\nf 1 2 3 4\nf 1 2 5 3\n",
-            &["warning crossing-face a.obj:9:0"],
+            // Both faces have a triangle of the corners 1, 2 and 3.
+            &[
+                "warning crossing-face a.obj:9:0",
+                "warning repeated-triangles s.toml:0:0",
+            ],
         ),
         ("concave", "v 0.5 0.1 0\nf 1 5 2 3 4\n", &[]),
         ("two corners", "f 1 2 3 4\nf 1 2\n", &["warning short-face a.obj:8:0"]),

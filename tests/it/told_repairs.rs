@@ -22,7 +22,7 @@ fn errors_quote_short_parts_of_input_files() {
         let obj = format!("{TRIANGLE}usemtl a\nf 1 2 3\n");
         (format!("{SCENE}{lines}\n"), obj, String::new())
     };
-    let mut cases = vec![toml("instances = 'i.txt'"), toml(&format!("instances = '{long}'"))];
+    let mut cases = vec![toml("instances = 'i.txt'")];
     for keyword in [
         "v", "v 0 0", "vt", "vn", "f", "f 1 2", "usemtl", "mtllib", "s", "call", "g", "o",
     ] {

@@ -313,11 +313,11 @@ mod tests {
             written.matches("\r\n").count(),
             "{written:?}"
         );
-        let unix = text.replace('\r', "").replace('\u{feff}', "");
+        let unix = text.replace(['\r', '\u{feff}'], "");
         let unix = with_camera(&unix, &VIEW).unwrap();
         assert_eq!(written, format!("\u{feff}{}", unix.replace('\n', "\r\n")));
         // A single line of Windows in a file of others
-        let mixed = format!("# mixed\r\n{}", text.replace('\r', "").replace('\u{feff}', ""));
+        let mixed = format!("# mixed\r\n{}", text.replace(['\r', '\u{feff}'], ""));
         assert_eq!(with_camera(&mixed, &VIEW).unwrap(), format!("# mixed\n{unix}"));
     }
 }

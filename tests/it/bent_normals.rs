@@ -125,7 +125,7 @@ fn random_scene(seed: u64) -> (String, Scene, CameraParameters) {
     toml += "[material.lamp]\nemission = [4, 4, 4]\n[[light]]\ntype = \"constant\"\nradiance = [0.4, 0.5, 0.6]\n";
     write("scene.toml", &toml);
 
-    let (turn, height) = (numbers.between(0.0, 6.28), numbers.between(0.3, 2.0));
+    let (turn, height) = (numbers.between(0.0, std::f32::consts::TAU), numbers.between(0.3, 2.0));
     let position = Vec3::new(3.4 * turn.cos(), height, 3.4 * turn.sin());
     let what = format!("seed {seed}: {bend} of slope {slope}, materials {of:?}, flipped {flips:?}");
     let camera = pinhole(position, Vec3::new(0.0, 0.4, 0.0), 42.0);

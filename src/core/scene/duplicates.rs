@@ -79,7 +79,7 @@ pub struct CoincidentEmitters {
     /// Number of triangles.
     pub triangles: u64,
     /// Largest number of triangles at one place.
-    pub most: u64,
+    pub max_at_one_place: u64,
 }
 
 impl Scene {
@@ -98,7 +98,7 @@ impl Scene {
         let several = || counts.values().filter(|count| **count > 1);
         CoincidentEmitters {
             triangles: several().map(|count| count - 1).sum(),
-            most: several().copied().max().unwrap_or(0),
+            max_at_one_place: several().copied().max().unwrap_or(0),
         }
     }
 
@@ -246,7 +246,10 @@ mod tests {
         back.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         builder.add_mesh(back, lamps[0]).unwrap();
         let (_, report) = builder.build().unwrap();
-        let CoincidentEmitters { triangles, most } = report.coincident_emitters;
-        assert_eq!((triangles, most, report.repeated_triangles), (4, 3, 0));
+        let CoincidentEmitters {
+            triangles,
+            max_at_one_place,
+        } = report.coincident_emitters;
+        assert_eq!((triangles, max_at_one_place, report.repeated_triangles), (4, 3, 0));
     }
 }

@@ -371,7 +371,7 @@ fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Fin
         };
         let message = format!(
             "{} emitting {noun} on others: light sampling counts all of them, up to {} at one place, and rays find one",
-            emitters.triangles, emitters.most
+            emitters.triangles, emitters.max_at_one_place
         );
         let error = file.whole(message).help("delete all but one of them");
         findings.add(Severity::Warning, "coincident-emitters", error);

@@ -120,7 +120,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
                 let factor = self.path.roulette.play(depth, beta * roulette_scale, u.roulette)?;
                 path_record::scatter(depth, vertex, &sample, factor, out);
                 Some(PathState {
-                    ray: world.ray_along(&vertex, sample.wi),
+                    ray: world.ray_along(vertex, sample.wi),
                     beta: beta * factor,
                     roulette_scale,
                     is_dispersed: false,

@@ -63,7 +63,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             path_record::scatter(depth, vertex, &sample, 1.0 / (1.0 - probability), out);
             beta = beta * sample.weight / (1.0 - probability);
             prev = Some(PrevVertex::new(vertex, &sample, 1));
-            ray = world.ray_along(&vertex, sample.wi);
+            ray = world.ray_along(vertex, sample.wi);
         }
     }
 }

@@ -383,12 +383,13 @@ fn motion(section: &CameraSection, parameters: &CameraParameters) -> CameraMotio
 
 /// Triangles of a scene, those without area too.
 fn triangles(loaded: &Loaded) -> u64 {
-    let empty = loaded
-        .warnings
-        .iter()
-        .find_map(|w| w.text.split("triangles without area, skipped: ").nth(1));
-    let count = empty.and_then(|words| words.rsplit(' ').next());
-    loaded.scene.triangle_count() + count.map_or(0, |n| n.parse().expect("a number"))
+    let skipped = |words: &str| -> u64 {
+        let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
+        loaded.warnings.iter().filter_map(|w| of(&w.text)).sum()
+    };
+    loaded.scene.triangle_count()
+        + skipped("triangles without area, skipped: ")
+        + skipped("triangles that repeat others at the same place, skipped: ")
 }
 
 /// The sum of all faces' corners less 2, by the words of the statements; `None` where words are parted by what is a

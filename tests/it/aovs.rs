@@ -51,7 +51,7 @@ fn albedo_layer_is_the_picture_in_a_white_furnace() {
     let materials = [
         (format!("{gold}model = \"mirror\""), [0.952, 0.793, 0.327]),
         (format!("{gold}roughness = 0.3"), [0.951, 0.791, 0.326]),
-        ("specular = 1.0\nmodel = \"mirror\"\nior = 1.5".into(), [0.04; 3]),
+        ("specular = 1.0\nmodel = \"ggx\"\nior = 1.5".into(), [0.04; 3]),
         ("diffuse = 0.2\nclearcoat = 1.0".into(), [0.232; 3]),
     ];
     for (material, expected) in materials {

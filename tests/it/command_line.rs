@@ -679,14 +679,11 @@ fn a_scene_file_overrides_materials() {
         "{}",
         words(&out)
     );
-    assert_eq!(
-        read_channel(&folder.path().join("s.exr"), "albedo.B")[14 * 40 + 20],
-        1.0
-    );
-    assert_eq!(
-        read_channel(&folder.path().join("s.exr"), "albedo.R")[14 * 40 + 20],
-        0.6
-    );
+    // The specular lobe is colourless: channels differ by the scaled diffuse one.
+    let albedo = |channel: &str| read_channel(&folder.path().join("s.exr"), channel)[14 * 40 + 20];
+    let difference = albedo("albedo.B") - albedo("albedo.R");
+    assert!((difference - (0.75 - 0.25) / 1.25).abs() < 1e-3, "{difference}");
+    assert!(albedo("albedo.B") < 1.0);
 }
 
 #[test]
@@ -1146,14 +1143,15 @@ impl Drop for KilledOnDrop {
 #[test]
 fn more_memory_than_allowed_is_refused() {
     let folder = lit_floor();
-    // 20,000 triangles in a text that is much smaller than they are: a disk, many times
+    // 20,000 triangles in a text that is much smaller than they are: fans from 100 points of a circle
     let corner = |i: u32| (f64::from(i) * std::f64::consts::TAU / 250.0).sin_cos();
     let mut text: String = (0..250)
         .map(corner)
         .map(|(y, x)| format!("v {x:.3} {y:.3} 0\n"))
         .collect();
-    let disk: String = (2..250).map(|i| format!("f 1 {i} {}\n", i + 1)).collect();
-    text += &disk.repeat(81);
+    for apex in 1..=100 {
+        text.extend((apex + 1..250).map(|i| format!("f {apex} {i} {}\n", i + 1)));
+    }
     fs::write(folder.path().join("many.obj"), text).unwrap();
     for (limit, word) in [
         ("100k", "many.obj: reading"),
@@ -1169,6 +1167,7 @@ fn more_memory_than_allowed_is_refused() {
                 "8x8",
                 "-o",
                 "m.png",
+                "--denoise=off",
                 "--max-memory",
                 limit,
             ],

@@ -139,8 +139,9 @@ fn denoised_rims_keep_their_color() {
         let (light, alpha, raw) = (channel("G"), channel("A"), channel("raw.A"));
         let mut rim = Vec::new();
         for (i, (&light, &alpha)) in light.iter().zip(&alpha).enumerate() {
-            if alpha == 0.0 {
-                assert_eq!(light, 0.0, "{denoiser}, pixel {i}");
+            // Numbers below normal ones have no digits for a ratio.
+            if alpha < 1e-30 {
+                assert!(light < 1e-30, "{denoiser}, pixel {i}: {light}");
                 continue;
             }
             let color = light / alpha;

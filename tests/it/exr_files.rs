@@ -79,7 +79,7 @@ fn half_floats_are_where_they_were_asked_for() {
         .map(|(name, _)| name.as_str())
         .collect();
     let is_kept = |name: &&str| {
-        ["Z", "samples", "variance", "id", "Crypto"]
+        ["Z", "emitted", "samples", "variance", "id", "Crypto"]
             .iter()
             .any(|kept| name.starts_with(kept))
     };

@@ -89,7 +89,8 @@ fn long_files_take_no_longer_than_their_length_says() {
         100_001
     );
 
-    let objects = many(&|_| "[[object]]\nobj = \"c.obj\"\n".into(), 20_000);
+    let object = |i| format!("[[object]]\nobj = \"c.obj\"\ntransform = {{ translate = [{i}, 0, 0] }}\n");
+    let objects = many(&object, 20_000);
     let files = [
         ("d.toml", format!("version = 1\n{objects}")),
         ("c.obj", triangle.to_string()),

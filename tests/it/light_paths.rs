@@ -401,7 +401,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
         for layer in layers {
             assert!(one.contains_key(&format!("{layer}.G")), "{layer}");
         }
-        assert_eq!(one.len(), 14 + 3 * layers.len() + 3 * 2);
+        assert_eq!(one.len(), 15 + 3 * layers.len() + 3 * 2);
         // Channels are rounded to float32 one by one.
         let value = |name: &str, i: usize| f32::from_bits(one[name][i]);
         for i in 0..24 * 18 {

@@ -382,12 +382,10 @@ fn scene_files_place_and_move_objects() {
         places(&scene, 0.0),
         [Vec3::new(50.0, 10.0, 0.0), Vec3::new(0.0, 20.0, -30.0)]
     );
-    let rows = "[[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]";
-    let scene = read(&format!(
-        "[[object]]\nobj = \"tri.obj\"\ninstances = [{rows}, {rows}]\n"
-    ))
-    .unwrap();
-    assert_eq!(places(&scene, 0.0), [Vec3::new(1.0, 1.0, 0.0); 2]);
+    let rows = |x: u32| format!("[[1, 0, 0, {x}], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]");
+    let (one, two) = (rows(1), rows(2));
+    let scene = read(&format!("[[object]]\nobj = \"tri.obj\"\ninstances = [{one}, {two}]\n")).unwrap();
+    assert_eq!(places(&scene, 0.0), [1.0, 2.0].map(|x| Vec3::new(x, 1.0, 0.0)));
 
     // Parts move linearly, angles too: a full turn passes all of them.
     let scene =

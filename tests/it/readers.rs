@@ -128,8 +128,15 @@ fn readers_agree_on_the_fuzz_corpus() {
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn readers_agree_on_awkward_files_and_real_scenes() {
     let mut tally = Tally::default();
-    files(&shared("scenes"), Some("obj"))
+    // Files that are known to show faults are compared by the tests of these faults.
+    let root = shared("scenes");
+    let is_known = |path: &Path| {
+        path.strip_prefix(&root)
+            .is_ok_and(|p| p.to_string_lossy().starts_with("found"))
+    };
+    files(&root, Some("obj"))
         .iter()
+        .filter(|path| !is_known(path))
         .for_each(|path| tally.add(path));
     assert!(tally.files > 100, "{} files", tally.files);
     tally.assert_explained();

@@ -407,9 +407,12 @@ fn depth_is_a_channel_of_exr() {
 /// Files with several values for each pixel are told from damaged ones.
 #[test]
 fn deep_exr_is_an_error_with_its_remedy() {
+    use ::exr::prelude::{Encoding, Image, SpecificChannels, Vec2, WritableImage};
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep.exr");
-    exr::write_rgb_file(&path, 2, 2, |_, _| (1.0f32, 0.5f32, 0.25f32)).unwrap();
+    let pixels = SpecificChannels::rgb(|_: Vec2<usize>| (1.0f32, 0.5f32, 0.25f32));
+    let image = Image::from_encoded_channels((2, 2), Encoding::UNCOMPRESSED, pixels);
+    image.write().to_file(&path).unwrap();
     let mut bytes = std::fs::read(&path).unwrap();
     // Bit 11 of the version field, and the attribute `type` ("OpenEXR File Layout")
     bytes[5] |= 0x08;

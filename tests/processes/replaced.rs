@@ -141,12 +141,8 @@ fn locked_checkpoint_is_not_replaced() {
     let (folder, mut writer) = with_checkpoint();
     let owner = format!("c.exr: process {} is writing this file", writer.id());
     done(folder.path(), &split("render s.toml -q -o y.exr"));
-    let said = [
-        "render s.toml -q -o c.exr",
-        "develop y.exr -o c.exr",
-        "compare y.exr y.exr -o c.exr",
-    ]
-    .map(|line| (line, words(&run(folder.path(), &split(line)))));
+    let said = ["render s.toml -q -o c.exr", "develop y.exr -o c.exr"]
+        .map(|line| (line, words(&run(folder.path(), &split(line)))));
     signal(&writer, "INT");
     assert_eq!(writer.wait().unwrap().code(), Some(130));
     for (line, said) in said {
@@ -179,7 +175,7 @@ fn checkpoint_of_a_later_render_is_not_replaced() {
     signal(&first, "INT");
     let out = first.wait_with_output().unwrap();
     let said = words(&out);
-    assert_eq!(out.status.code(), Some(130), "{said}");
+    assert_eq!(out.status.code(), Some(1), "{said}");
     assert!(
         said.contains(&format!("c.exr: process {} is writing this file", second.id())),
         "{said}"

@@ -92,7 +92,7 @@ def test_films_give_arrays(box: Path) -> None:
     assert film["albedo"].shape == film["N"].shape == film.variance.shape == (12, 20, 3)
     assert film["Z"].shape == film.samples.shape == (12, 20)
     assert (film.samples == 2).all() and film.complete and film.size == (20, 12)
-    assert film.layers == list(film) == ["rgb", "albedo", "N", "Z", "variance", "samples"]
+    assert film.layers == list(film) == ["rgb", "albedo", "N", "Z", "emitted", "variance", "samples"]
     assert (film["N"][..., 1] == film["N.Y"]).all() and (film["rgb"][..., 2] == film["B"]).all()
     lengths = np.linalg.norm(film["N"], axis=2)
     assert lengths.max() < 1.001 and (lengths > 0.99).mean() > 0.3

@@ -10,8 +10,9 @@ use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::io::Severity;
 use crate::material::{Gloss, Material};
+use crate::math::excerpt;
 #[cfg(feature = "tobj")]
-use crate::math::{excerpt, list};
+use crate::math::list;
 #[cfg(feature = "tobj")]
 use std::collections::BTreeMap;
 

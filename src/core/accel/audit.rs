@@ -400,7 +400,8 @@ mod tests {
         let material = builder.add_material(Material::default()).unwrap();
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            triangles: vec![[0, 1, 2], [0, 1, 2]],
+            // Equal ones would count once.
+            triangles: vec![[0, 1, 2], [0, 2, 1]],
             ..Mesh::default()
         };
         builder.add_mesh(mesh, material).unwrap();
@@ -409,6 +410,8 @@ mod tests {
         let other = |hit: Hit| {
             Some(Hit {
                 prim: PrimId(1 - hit.prim.0),
+                b1: hit.b2,
+                b2: hit.b1,
                 ..hit
             })
         };

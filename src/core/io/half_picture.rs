@@ -117,7 +117,8 @@ mod tests {
         let size = UVec2::new(1, 1);
         let image = Film::new(size, Rect::full(size)).develop();
         let names = layers(image.channels.iter().map(|c| &*c.name));
-        assert_eq!(names, ["picture", "albedo", "N", "Z", "variance", "samples"]);
+        let expected = ["picture", "albedo", "N", "Z", "emitted", "variance", "samples"];
+        assert_eq!(names, expected);
         for name in &names {
             assert_eq!(layer(&image, name).map(|values| values.len()), Some(3), "{name}");
         }

@@ -35,7 +35,7 @@ pub struct SceneReport {
     pub coincident_emitters: CoincidentEmitters,
     /// Triangles without area whose material emits, left out.
     pub degenerate_emitters: u64,
-    /// Whether the scene has lights, or had emitting triangles, and nothing emits.
+    /// True if the scene has lights, or had emitting triangles, and nothing emits.
     pub is_dark: bool,
     /// Panes of glass that became thin dielectrics; those of a prototype once.
     pub panes: u64,

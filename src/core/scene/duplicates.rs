@@ -1,8 +1,9 @@
-//! Triangles and instances that repeat others to the last bit.
+//! Triangles and instances whose corners or placements repeat others to the last bit.
 //!
 //! A ray that hits one of n equal triangles is tested with all of them, so a render of n rays takes n² tests. Light
 //! sampling counts each of n equal emitters, and a ray finds one. The builder therefore keeps the first of equal
-//! triangles of a mesh, and of equal instances. Triangles that differ in winding are different.
+//! triangles of a mesh, with its texture coordinates and normals, and of equal instances. Triangles that
+//! differ in winding are different.
 //!
 //! Hashes go through a set of bits first, 2 to 4 bytes per item. Only items whose bit is set before are compared.
 

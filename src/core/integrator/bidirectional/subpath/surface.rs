@@ -104,7 +104,8 @@ impl<'a> Surface<'a> {
         self.is_detailed && !self.point.seen_from(wo).sides_agree(wi)
     }
 
-    /// [`Surface::is_one_way`] for a direction `wi` that was sampled. A delta lobe about a normal that was bent to `wo` is a path's from the camera too.
+    /// [`Surface::is_one_way`] for a sampled direction `wi`. A delta lobe about a normal that is bent to
+    /// `wo` is one-way too.
     pub fn goes_one_way(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> bool {
         is_delta && self.bends_for(wo) || self.is_one_way(wo, wi)
     }
@@ -114,8 +115,8 @@ impl<'a> Surface<'a> {
         self.is_detailed && self.point.bends_for(wo)
     }
 
-    /// [`Surface::scattered`] for light that a path from a light has brought here from the direction `wi`: zero beyond the horizon of one of the
-    /// normals ([`Surface::is_one_way`]).
+    /// [`Surface::scattered`] for light that arrives by a path from a light: zero if `wi` is one-way
+    /// ([`Surface::is_one_way`]).
     pub fn scattered_arrival(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         match self.is_one_way(wo, wi) {
             true => Spectrum::ZERO,

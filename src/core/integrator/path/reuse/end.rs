@@ -21,10 +21,11 @@ use crate::math::Vec3;
 /// mean of its viewers would. Where lights are sampled at `y`, their density stands in place of `p̄`, and the two are weighed against each other as at
 /// any other vertex. Light that is emitted at `y`, and light that arrives by a delta lobe, stays with the path that found it.
 ///
-/// A first vertex finds `y` by a connection only if `y` lies in front of it by its shading normal and by its geometric normal, or behind it by both.
-/// Beyond the horizon of one of them a ray may hit the surface that it has left, at a point that no other vertex can connect to: such an end
-/// belongs to its owner alone, and counts for the owner as if there were no reuse. Whether `y` is shared depends on the pair of points alone, not on
-/// the path that found it, so the densities of the others are right.
+/// A first vertex finds `y` by a connection only if both of its normals put `y` on the same side.
+/// Beyond the horizon of one normal, a ray can hit the surface that it has left. No other vertex can
+/// connect to that point: such an end belongs to its owner alone, and counts as without reuse. The pair
+/// of points alone decides if `y` is shared, not the path that found it, so the densities of the other
+/// vertices are right.
 pub(super) struct End<'v> {
     /// The vertex as its owner, the path that found it, sees it.
     pub(super) vertex: Vertex<'v>,

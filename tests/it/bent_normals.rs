@@ -415,3 +415,65 @@ fn balls_that_touch_in_a_white_sky_are_white() {
     // Facets that meet at 45° are different surfaces to photons.
     assert_white("balls", &scene, camera, &["sppm"]);
 }
+
+/// A lamp below a floor with steep waves: no integrator may bring its light to the camera above.
+#[test]
+fn light_from_below_a_bent_floor_does_not_leak() {
+    let folder = tempfile::tempdir().unwrap();
+    write_png(&folder.path().join("waves.png"), 16, &waves(4.0));
+    let obj = "v -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nvt 0 0\nvt 3 0\nvt 3 3\nvt 0 3\nusemtl m\nf 1/1 2/2 3/3 4/4\n\
+               v -2 -1 2\nv 2 -1 2\nv 2 -1 -2\nv -2 -1 -2\nusemtl lamp\nf 5 6 7 8\n";
+    fs::write(folder.path().join("scene.obj"), obj).unwrap();
+    let toml = "version = 1\n[[object]]\nobj = \"scene.obj\"\n[material.m]\ndiffuse = 1\nnormal_map = \"waves.png\"\n[material.lamp]\nemission = [4, 4, 4]\n";
+    fs::write(folder.path().join("scene.toml"), toml).unwrap();
+    let scene = load(&folder.path().join("scene.toml"));
+    let camera = pinhole(Vec3::new(0.0, 0.3, 3.6), Vec3::new(0.0, 0.0, 1.0), 15.0);
+    let size = UVec2::splat(SIZE);
+    let (max_depth, roulette) = (Some(6), Roulette::after(3));
+    let radius = ProgressiveRadius {
+        first: SearchRadius::Fixed(0.05),
+        alpha: 1.0,
+    };
+    with_world(&scene, camera, size, |world| {
+        let light = LightIntegrator {
+            world,
+            max_depth,
+            roulette,
+        };
+        let bdpt = BidirectionalIntegrator {
+            world,
+            heuristic: Heuristic::Power,
+            max_depth,
+            roulette,
+        };
+        let vcm = VertexMergingIntegrator {
+            world,
+            heuristic: Heuristic::Power,
+            max_depth,
+            roulette,
+            photons: Some(2000),
+            radius,
+        };
+        let sppm = ProgressivePhotonIntegrator {
+            world,
+            strategy: Strategy::default(),
+            max_depth,
+            roulette,
+            photons: Some(2000),
+            radius,
+        };
+        let path = ReusingPathIntegrator {
+            path: path_tracer(world, max_depth),
+        };
+        for (name, film) in [
+            ("light", film_of_iterations(&light, size, 64, 1)),
+            ("bdpt", film_of_iterations(&bdpt, size, 64, 2)),
+            ("vcm", film_of_iterations(&vcm, size, 64, 3)),
+            ("sppm", film_of_iterations(&sppm, size, 64, 4)),
+            ("path, reuse", film_of(&path, size, 64, 5)),
+        ] {
+            let brightest = film.pixels().map(|(_, sums)| sums.mean(1)).fold(0.0, f64::max);
+            assert_eq!(brightest, 0.0, "{name}");
+        }
+    });
+}

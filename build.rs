@@ -21,6 +21,7 @@ fn main() {
     println!("cargo::rustc-env=EMBRASURE_BUILD={}", build_name());
     configure_shared();
     configure_chromium();
+    configure_long();
     // An installed program has its libraries beside it, wherever it lies (scripts/install). One that is built for other machines looks nowhere else.
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
     println!("cargo::rustc-link-arg-bins=-Wl,-rpath,$ORIGIN/../lib/embrasure/lib");
@@ -69,6 +70,15 @@ fn configure_chromium() {
     }
     if program.is_some() || env::var_os("EMBRASURE_REQUIRE_CHROMIUM").is_some() {
         println!("cargo::rustc-cfg=chromium");
+    }
+}
+
+/// Sets the configuration `long` if `EMBRASURE_LONG` is set: without it, tests that take long are ignored.
+fn configure_long() {
+    println!("cargo::rustc-check-cfg=cfg(long)");
+    println!("cargo::rerun-if-env-changed=EMBRASURE_LONG");
+    if env::var_os("EMBRASURE_LONG").is_some() {
+        println!("cargo::rustc-cfg=long");
     }
 }
 

@@ -1,6 +1,4 @@
-//! Warps, lobes, and closest hits by every backend: `cargo bench --bench kernels`.
-
-mod support;
+//! Warps, lobes, and closest hits by every backend: `cargo bench -p embrasure-benches --bench kernels`.
 
 use criterion::{Criterion, Throughput};
 use embrasure::accel::Accel;
@@ -9,7 +7,7 @@ use embrasure::color::Spectrum;
 use embrasure::math::{Vec2, Vec3};
 use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use embrasure::sampling::warp;
-use support::{at, bounces, scene};
+use embrasure_benches::{at, bounces, scene};
 
 /// Inputs that a measurement goes through, so that no branch is learnt by heart.
 const INPUTS: u32 = 4096;

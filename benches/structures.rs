@@ -1,20 +1,18 @@
-//! obvhs's hierarchies and builders against each other: `cargo bench --features obvhs --bench structures`.
+//! obvhs's hierarchies and builders against each other: `cargo bench -p embrasure-benches --features obvhs --bench structures`.
 //!
 //! Its own traversals are measured with one plain triangle test, and beside them the backend, whose walk over the binary
 //! hierarchy is conservative and whose triangle test is watertight.
-
-mod support;
 
 use criterion::{Criterion, Throughput};
 use embrasure::accel::{Accel, bvh::BvhAccel};
 use embrasure::geometry::PrimId;
 use embrasure::math::Vec3;
+use embrasure_benches::{bounces, scene};
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::{BvhBuildParams, triangle::Triangle};
 use std::time::Duration;
-use support::{bounces, scene};
 
 /// Möller and Trumbore 1997, in f32.
 fn intersect(ray: &Ray, t: &Triangle) -> f32 {

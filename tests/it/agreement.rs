@@ -245,6 +245,7 @@ fn all_agree_in(what: &str, world: World<Backend>, (spp, blind): (u32, u32), ski
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_our_scenes() {
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     all_agree("cornell-box", &own("cornell-box.toml"), cornell, (512, BLIND), &[]);
@@ -278,6 +279,7 @@ fn estimators_agree_on_every_lobe() {
 
 /// Panes, thin glass and a veil between lights, surfaces and the camera: shadow rays and scattered rays pass them alike.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_through_glass() {
     all_agree("glass", &glazed_room(), in_glazed_room(), (1024, BLIND / 2), &[]);
 }
@@ -325,6 +327,7 @@ fn vertices_by_area_agree_where_surfaces_are_apart() {
 
 /// Veach's plates: the combination of both strategies is nowhere much worse than the better of them.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn mis_is_as_good_as_the_better_strategy() {
     let scene = own("veach-plates.toml");
     let resolution = UVec2::new(80, 60);
@@ -350,6 +353,7 @@ fn mis_is_as_good_as_the_better_strategy() {
 
 /// Samplers whose samples of a pixel depend on each other: no variance over samples tells their error, but that over seeds does.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn dependent_samples_have_the_same_means() {
     const SEEDS: u64 = 48;
     // A block of every sampler, and parts of others
@@ -425,6 +429,7 @@ fn dependent_samples_have_the_same_means() {
 /// The boxes of McGuire's archive: Phong, mirrors and glass.
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn estimators_agree_on_mcguires_boxes() {
     let folder = shared("scenes/cornell-box-mcguire");
     for (name, height) in [("Original", 1.0), ("Glossy", 0.8), ("Mirror", 1.0), ("Sphere", 0.8)] {

@@ -183,6 +183,7 @@ fn mattes_are_read_back() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn they_change_nothing_and_do_not_depend_on_the_way() {
     let folder = scene();
     let usual = split("render s.toml -q --spp 160");

@@ -121,6 +121,7 @@ fn files_of_loaders_tests_are_read_as_meant() {
 
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn real_scenes_have_all_their_triangles() {
     let folder = shared("scenes");
     for path in obj_files(&folder) {

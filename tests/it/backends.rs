@@ -957,6 +957,7 @@ mod together {
 
     #[test]
     #[cfg_attr(not(shared), ignore = "needs ../shared")]
+    #[cfg_attr(all(shared, not(long)), ignore = "long")]
     fn backends_agree_on_real_scenes() {
         let folder = shared("scenes");
         let count = budget(100_000);
@@ -1024,6 +1025,7 @@ mod together {
     }
 
     #[test]
+    #[cfg_attr(not(long), ignore = "long")]
     fn pictures_agree() {
         let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
         let names = ["cornell-box", "closed-box", "depth-of-field", "veach-plates", "furnace"];
@@ -1033,6 +1035,7 @@ mod together {
     /// Scenes of the suite, and real ones with textures, an environment, and leaves that a map cuts out.
     #[test]
     #[cfg_attr(not(shared), ignore = "needs ../shared")]
+    #[cfg_attr(all(shared, not(long)), ignore = "long")]
     fn pictures_of_real_scenes_agree() {
         let suite = ["cornell", "hall", "sponza"].map(|name| shared(&format!("suite/{name}/{name}.toml")));
         let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/gallery");

@@ -301,6 +301,7 @@ fn compare<A: Accel>(scene: &Scene, accel: &A, camera: CameraParameters) -> Vec<
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn integrators_agree_in_random_scenes_with_bent_normals() {
     let cases = if slack() > 1.0 { 12 } else { 200 };
     let (mut wrong, mut largest) = (String::new(), 0.0f64);

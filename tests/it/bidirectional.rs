@@ -280,6 +280,7 @@ fn stage_camera() -> CameraParameters {
 
 /// All kinds of lights and surfaces through a lens: the mean is that of the path tracer, however lights are chosen and strategies are weighed.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn bidirectional_paths_agree_with_paths() {
     for (selection, has_mirrors) in [
         (SelectionMode::Auto, true),
@@ -309,6 +310,7 @@ fn bidirectional_paths_agree_with_paths() {
 
 /// Normals that are bent far away: what a camera's path finds where it meets the very facet that it has left is in the weights of all strategies.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn bent_normals_are_the_same_from_both_ends() {
     let (scene, camera) = tilted_room();
     with_world(&scene, camera, RESOLUTION, |world| {
@@ -321,6 +323,7 @@ fn bent_normals_are_the_same_from_both_ends() {
 
 /// Means of the light tracer are those of paths, where no mirror or glass is seen first.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_tracing_agrees_with_paths() {
     let (scene, camera) = open_box();
     let lens = CameraParameters {
@@ -340,6 +343,7 @@ fn light_tracing_agrees_with_paths() {
 
 /// Connections pass thin glass and veils, also those to the lens.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_tracing_passes_glass() {
     let mut b = room_below_a_pane();
     // No ray from the camera is reflected: index 1
@@ -360,6 +364,7 @@ fn light_tracing_passes_glass() {
 
 /// A filter wider than a pixel gives splats the weights that it gives samples.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn filters_weigh_splats() {
     let (scene, camera) = open_box();
     let accel = backend(&scene);
@@ -433,6 +438,7 @@ fn assert_known(what: &str, iterations: u32, integrator: &impl IterationIntegrat
 
 /// A room that glows and reflects, a white object in a furnace, a point of light in a sphere: flux is kept, so the mean is known.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn closed_forms_hold() {
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     with_world(&own("closed-box.toml"), inside, RESOLUTION, |world| {

@@ -20,6 +20,7 @@ fn absorbing(ior: f32) -> Material {
 
 /// A lamp of radiance 2 seen straight through a slab: `(1 − R)² a / (1 − R² a²)` with `a = exp(−σ d)`, all reflections inside counted.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn slabs_absorb_by_beers_law() {
     for (ior, thickness) in [(1.0, 0.5f32), (1.0, 2.0), (1.5, 0.5), (2.4, 1.0)] {
         let mut b = SceneBuilder::new();
@@ -49,6 +50,7 @@ fn slabs_absorb_by_beers_law() {
 
 /// From inside, and from outside at an angle: the way through the body is what counts.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn ways_through_bodies_count() {
     let scene = || {
         let mut b = SceneBuilder::new();
@@ -92,6 +94,7 @@ fn aquarium(roughness: f32) -> Scene {
 
 /// Estimators from both ends agree, with things inside of bodies: a segment absorbs the same from either end.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_absorbing_bodies() {
     let resolution = UVec2::splat(8);
     let camera = pinhole(Vec3::new(-0.3, 0.3, 0.95), Vec3::new(0.0, -0.4, 0.0), 80.0);

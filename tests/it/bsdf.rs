@@ -210,6 +210,7 @@ fn rough_samples_follow_their_densities() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn layered_samples_follow_their_densities() {
     compare_samples_with_densities(&layered_bsdfs(), &[30.0, 80.0]);
 }
@@ -261,6 +262,7 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
 
 /// Directions through the sphere have the cosine's density, each by itself: every one here is of another set, at any place in it.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn points_on_the_sphere_have_the_densities_of_their_warps() {
     fn check(what: &str, mut sampler: impl Sampler) {
         let mut directions = |warp: fn(Vec2) -> Vec3, pdf: &dyn Fn(Vec3) -> f32| {
@@ -324,6 +326,7 @@ fn wrong_densities_are_found() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn reflection_is_reciprocal_and_keeps_energy() {
     for (name, bsdf) in bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs()) {
         for degrees in INCIDENCES {
@@ -415,6 +418,7 @@ fn fresnel_bsdfs() -> Vec<(String, Bsdf)> {
 
 /// The furnace is the mean weight of samples. Its standard error is below 0.002.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn directional_albedo_is_the_radiance_in_a_white_furnace() {
     let all = bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs());
     for (name, bsdf) in all.chain(fresnel_bsdfs()) {
@@ -589,6 +593,7 @@ fn rough_conductors_reflect_all_light() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn rough_dielectrics_share_out_all_the_light() {
     let mut worst = 0f64;
     for ior in [0.6, 1.3, 1.5, 1.77, 2.0] {
@@ -661,6 +666,7 @@ fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
 /// What a coat and a sheen take of the light they give, so that white stays white: on matte surfaces all of it. Glossy lobes lose what they bring from
 /// directions that more passes to those that less does, the more the wider they are.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn layers_share_the_light_with_their_base() {
     let matte = Material {
         diffuse: grey(1.0),
@@ -1052,6 +1058,7 @@ fn rough_lobes_bear_any_direction() {
 /// the choice of parts.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn rough_objects_vanish_in_a_furnace() {
     let glass = Material {
         transmission: grey(1.0),
@@ -1129,6 +1136,7 @@ fn smooth_lobes_are_chosen_first() {
 /// Light that is sampled, also through glass, and light that scattered rays meet are the same.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_through_rough_glass_is_found_both_ways() {
     use crate::support::{add, material, polygon, room, sphere};
     use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Strategy};

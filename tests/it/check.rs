@@ -552,6 +552,7 @@ fn light_power_is_that_of_a_lambertian_lamp() {
 
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn awkward_files_are_checked_without_harm() {
     let folder = shared("scenes/awkward-obj");
     let mut files = Vec::new();
@@ -584,6 +585,7 @@ fn awkward_files_are_checked_without_harm() {
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs /proc/self/status")]
+#[cfg_attr(not(long), ignore = "long")]
 fn memory_is_forecast() {
     let n = 400;
     let mut text = String::new();

@@ -35,6 +35,7 @@ fn closed_box_shows_the_geometric_series() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn roulette_keeps_the_mean_of_long_paths() {
     // e / (1 - ρ) = 10: nearly all of it comes from paths that roulette has had its say on.
     let scene = glowing_room(0.9, 1.0);
@@ -45,6 +46,7 @@ fn roulette_keeps_the_mean_of_long_paths() {
 
 /// The radiance in a closed room does not ask when roulette begins.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn roulette_from_the_first_scattering_keeps_the_mean() {
     let scene = glowing_room(0.5, 1.0);
     let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
@@ -63,6 +65,7 @@ fn roulette_from_the_first_scattering_keeps_the_mean() {
 /// A path that survives each scattering with probability p carries Σ (ρ/p)ᵏ up to the scattering N that ends it, with P(N ≥ k) = pᵏ. In a room whose walls
 /// emit 1 the second moment is so (1 + ρ) / ((1 − ρ²/p) (1 − ρ)), and the mean 1 / (1 − ρ).
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn constant_survival_has_its_variance() {
     let resolution = UVec2::splat(96);
     let (rho, p) = (0.5, 0.8);
@@ -97,6 +100,7 @@ fn constant_survival_has_its_variance() {
 
 /// A glass box in uniform light: what it reflects, refracts and totally reflects adds up to what is behind it.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_clear_glass_box_is_invisible_in_uniform_light() {
     let mut b = SceneBuilder::new();
     let glass = Material {
@@ -134,6 +138,7 @@ fn paths_end_where_nothing_is_absorbed() {
 // Brute force would take minutes.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn white_furnace_hides_a_white_object() {
     let mut b = SceneBuilder::new();
     add(&mut b, sphere(1.0, Vec3::ZERO, 3), material(1.0, 0.0));
@@ -249,6 +254,7 @@ fn the_back_of_an_emitter_is_dark() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn circle_of_confusion() {
     // A quad smaller than its blur at depth 6, seen by a lens of radius 0.1 focused at 2.
     let (lens, focus, depth, fov, height) = (0.1, 2.0, 6.0, 40.0f32, 128);
@@ -295,6 +301,7 @@ fn circle_of_confusion() {
 /// The blur of a point is an image of the lens's opening: a regular polygon of corners at distance R has E r² = R²/6 (2 + cos 2π/n), and behind the plane
 /// of focus it stands as the opening does.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn blades_shape_the_circle_of_confusion() {
     let (lens, focus, depth, fov, height) = (0.1, 2.0, 6.0, 40.0f32, 64);
     let s = 0.05;

@@ -934,6 +934,7 @@ fn values_are_taken_as_people_write_them() {
 
 /// The renders are written when the reference, which takes long, is given up.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn the_lab_can_be_interrupted_at_its_reference() {
     let folder = lit_floor();
     let line = "lab s.toml --methods path,bdpt --spp 128 --size 160x96 -o cut";
@@ -1067,6 +1068,7 @@ fn audits_report_and_replay() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn benches_print_tables_and_json() {
     let folder = lit_floor();
     let out = done(folder.path(), &split("bench s.toml a.obj --repeat 1 --size 16x16"));
@@ -1230,6 +1232,7 @@ fn compact_scenes_look_the_same() {
 /// An interrupt ends the render, writes what is there, and says so by the exit code.
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn an_interrupt_writes_what_is_done() {
     let folder = lit_floor();
     // The limit is for a shell that has told its children to ignore interrupts.
@@ -1299,6 +1302,7 @@ fn idle_flags_are_said() {
 
 /// The cases of `selftest` have the right answers, by each backend; scripts read which.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn selftests_pass() {
     let folder = folder(&[]);
     let report = json(&done(folder.path(), &split("selftest --quick --json")));

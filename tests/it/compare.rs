@@ -42,6 +42,7 @@ fn render(folder: &Path, scene: &str, flags: &[&str], output: &str) {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn noise_is_no_difference_and_a_brighter_lamp_is() {
     let folder = scenes();
     let folder = folder.path();
@@ -163,11 +164,13 @@ fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn seeds_of_methods_whose_samples_have_errors_in_common_agree() {
     seeds_agree(&["pssmlt", "mlt", "sppm"], "sample", &["pixel", "tile", "whole"]);
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn seeds_of_methods_that_look_at_maps_agree() {
     seeds_agree(&["photon-map", "irradiance-cache"], "picture", &["whole"]);
     // Of few tiles nothing is known.
@@ -211,6 +214,7 @@ fn phong(exponent: u32) -> TempDir {
 /// Uniform directions meet a sharp lobe once in ten thousand samples: most tiles have never seen it, and their noise does not include it. That is no difference; one of the whole
 /// that is larger than such noise is.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn rare_samples_are_no_difference() {
     for (exponent, spp, is_testable) in [("100000", "16", false), ("6000", "32", true)] {
         let folder = phong(exponent.parse().unwrap());

@@ -21,6 +21,7 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
 /// Of the Cornell box with 4 samples per pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
 /// larger a picture is, and less of filters without guides.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn denoising_leaves_a_fraction_of_the_error() {
     let folder = folder(&[]);
     let reference = read_rgb(&render(&folder, "reference.exr", &["--spp", "256", "--seed", "1"]));
@@ -170,6 +171,7 @@ fn denoised_rims_keep_their_color() {
 
 /// A ball that emits from 1 to 10⁸, in a sky of radiance 1.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn denoised_lamps_keep_their_light() {
     for exponent in 0..=8 {
         let radiance = 10f64.powi(exponent);
@@ -201,6 +203,7 @@ fn denoised_lamps_keep_their_light() {
 
 /// Open Image Denoise fills sides up to 16 pixels; the other filters take each pixel alone.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn narrow_pictures_are_told_of_slow_denoising() {
     let folder = ball("diffuse = 0.5", "");
     let told = |denoiser: &str, size: &str| {

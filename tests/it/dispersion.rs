@@ -38,6 +38,7 @@ fn refract(d: Plane, n: Plane, eta: f64) -> (Plane, f64) {
 
 /// A narrow sun behind a prism: a ray of the camera sees it by those wavelengths which Snell's law refracts into its disc.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn prisms_deflect_each_wavelength_by_snells_law() {
     let half_apex = 20f64.to_radians();
     let normals = [[-half_apex.cos(), half_apex.sin()], [half_apex.cos(), half_apex.sin()]];
@@ -146,6 +147,7 @@ fn glass_room(ior: f32, abbe: Option<f32>) -> Scene {
 
 /// One wavelength a path has the mean of renders by single indices, each weighed by its share of a channel's light.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn dispersed_light_is_the_mean_over_wavelengths() {
     let (ior, abbe, resolution) = (1.6, 6.0, UVec2::splat(12));
     let camera = pinhole(Vec3::new(0.1, 0.0, 0.95), Vec3::new(-0.2, -0.25, 0.0), 75.0);

@@ -239,6 +239,7 @@ fn places_and_directions_of_triangles_follow_their_densities() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn directions_of_points_follow_their_densities() {
     follow_their_densities(|case| case.corners.is_none() && !case.is_infinite());
 }
@@ -496,6 +497,7 @@ fn the_floor_gets_what_it_would_sample() {
 
 /// Light followed from a lamp to a floor, and from there to a lens that moves, gives each pixel what rays from the camera see.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn splats_are_what_the_camera_sees() {
     let size = UVec2::new(6, 4);
     let first = CameraParameters {

@@ -62,6 +62,7 @@ fn renderings() {
 
 /// Files larger than a fuzzer makes them. Takes minutes where the time grows with the square of their length.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn long_files_take_no_longer_than_their_length_says() {
     let many = |line: &dyn Fn(usize) -> String, n: usize| (0..n).map(line).collect::<String>();
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";

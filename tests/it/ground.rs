@@ -80,6 +80,7 @@ fn film_over(scene: &Scene, camera: CameraParameters, background: Background, re
 
 /// Without anything on it, the ground is the background in expectation, whatever the lights and in its fading rim too.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_ground_without_objects_is_the_background() {
     type Light = (&'static str, fn(&mut SceneBuilder));
     let lights: [Light; 5] = [
@@ -135,6 +136,7 @@ fn a_ground_without_objects_is_the_background() {
 
 /// The other estimators find the same ground.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn all_estimators_agree_on_the_ground() {
     let scene = empty_stage(|b| b.add_environment(map(), 1.0, Quat::IDENTITY).unwrap());
     let background = Background::Color(Spectrum::splat(0.75));
@@ -163,6 +165,7 @@ fn all_estimators_agree_on_the_ground() {
 
 /// Counting what is missing and counting what arrives have one mean, in the shadow of a ball too, with light that the ball scatters.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn missing_light_is_what_does_not_arrive() {
     let stage = |selection| {
         let mut b = SceneBuilder::new();

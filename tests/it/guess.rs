@@ -123,6 +123,7 @@ fn what_stands_on_z_is_upright() {
 
 /// What flags say of the light is meant for the guessed camera, and for what is up in the scene: the model on +y and the one on +z give one picture.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_of_flags_stands_as_the_scene_does() {
     let folder = folder(&[("y.obj", &statue().text), ("z.obj", &statue().upended())]);
     let at = folder.path();
@@ -304,6 +305,7 @@ fn facets_are_told() {
 #[test]
 #[cfg(all(feature = "embree", feature = "obvhs"))]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn backends_guess_the_same_of_real_scenes() {
     use crate::support::shared;
     let folder = folder(&[]);
@@ -327,6 +329,7 @@ fn backends_guess_the_same_of_real_scenes() {
 
 /// Thread counts and backends choose the same camera, whose flags give the same picture.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn guesses_are_always_the_same() {
     let folder = folder(&[("statue.obj", &statue().text), ("room.obj", &room(&[]))]);
     for scene in ["statue.obj", "room.obj"] {
@@ -359,6 +362,7 @@ fn guesses_are_always_the_same() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn views_orbits_and_single_flags_turn_the_guess() {
     let folder = folder(&[("statue.obj", &statue().text)]);
     let folder = folder.path();
@@ -546,6 +550,7 @@ fn info_has_the_guessed_light() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn views_are_listed_and_drawn() {
     let folder = folder(&[("statue.obj", &statue().text), ("room.obj", &room(&[]))]);
     for scene in ["statue.obj", "room.obj"] {
@@ -586,6 +591,7 @@ fn light(folder: &Path, args: &[&str]) -> Option<String> {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_is_guessed_where_nothing_emits() {
     // A room with a window in its wall at x = 2: the wall is four slabs around it.
     let slabs = [

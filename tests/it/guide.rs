@@ -400,6 +400,7 @@ const SMALL: &str = r#"embrasure() {
 
 /// The page of all methods: the program understands each command, and each test is there. With `EMBRASURE_GUIDE=all` the commands run.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn methods_have_commands_and_tests() {
     let text = fs::read_to_string(root().join("docs/guide/reference/methods.md")).unwrap();
     let (folder, mut wrong, mut count) = (folder_with_scenes(), Vec::new(), 0);
@@ -473,6 +474,7 @@ fn folder_with_scenes() -> TempDir {
 
 /// The blocks of commands do what they say, page by page. In `make test` renders that name no size are small.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn commands_run() {
     let writes = var_os("EMBRASURE_WRITE_DOCS").is_some();
     let only = var_os("EMBRASURE_GUIDE_PAGE").map(|name| name.into_string().unwrap());

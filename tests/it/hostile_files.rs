@@ -285,6 +285,7 @@ fn exhausted_memory_is_an_error() {
 
 /// Quadratic time would be minutes.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn long_scene_files_are_read_in_time() {
     let folder = scene();
     let at = folder.path();

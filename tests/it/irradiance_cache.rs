@@ -196,6 +196,7 @@ fn the_closed_box_is_as_bright_as_it_is() {
 
 /// Against paths: right within a per cent at the usual settings, and nearer with finer ones.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn the_bias_is_small_and_shrinks() {
     let scene = own("cornell-box.toml");
     let camera = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
@@ -218,6 +219,7 @@ fn the_bias_is_small_and_shrinks() {
 
 /// Mirrors and glass show what the cache knows, with what is left of the depth; other surfaces are those of paths.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn what_is_behind_mirrors_is_that_of_paths() {
     let mut builder = SceneBuilder::new();
     add(&mut builder, room(), material(0.6, 0.0));

@@ -49,6 +49,7 @@ fn assert_same(folder: &TempDir, one: &str, other: &str) {
 
 /// Threads, interruptions, crops and parts make no difference, nor does the order in which parts are joined.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn bits_do_not_depend_on_the_way() {
     for method in METHODS {
         let folder = scene();
@@ -253,6 +254,7 @@ fn iterations_outlast_what_is_due() {
 
 /// What methods that carry light keep of it is forecast, and refused where it is too much.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_takes_memory_too() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box.toml");
     let folder = folder(&[]);

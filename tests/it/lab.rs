@@ -198,6 +198,7 @@ fn curves_have_the_figures_of_the_table() {
 
 /// A snapshot has the bits of a render of as many samples, whether it ends between passes or not, and for samplers that know their number.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn snapshots_are_renders() {
     let folder = lit_floor();
     for (sampler, spp) in [("sobol", "100"), ("orthogonal", "16")] {
@@ -293,6 +294,7 @@ fn too_little_time_is_told() {
 
 /// An interrupt ends any method within a second, and the estimators that were complete are written, without errors.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn an_interrupt_writes_what_there_is() {
     for methods in [
         "path,bdpt",
@@ -334,6 +336,7 @@ fn an_interrupt_writes_what_there_is() {
 
 /// The page needs nothing besides itself.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn the_page_stands_alone() {
     let folder = lit_floor();
     let line = "lab s.toml -q --methods path,naive --time 0.05s,0.1s --html page.html -o p";
@@ -414,6 +417,7 @@ fn names_are_text_in_the_page() {
 /// A browser shows all pictures of the page without an error of the script; radio buttons and slider choose what is shown.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn a_browser_shows_the_page() {
     let folder = lit_floor();
     done(

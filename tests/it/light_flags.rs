@@ -81,6 +81,7 @@ fn a_floor_under_the_sky_and_in_the_studio_has_the_irradiance_of_their_pictures(
 
 /// Under the disc of a sun a Lambertian floor has the radiance E ρ cos / π, whichever way the light is found.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn every_integrator_finds_the_sun() {
     let folder = floor("[[light]]\ntype = 'directional'\ndirection = [1, -1, 0]\nirradiance = [4, 2, 1]\nangle = 20\n");
     let expected = [4.0, 2.0, 1.0].map(|e| 0.5 * e * 0.5f64.sqrt() / PI);

@@ -210,6 +210,7 @@ fn a_group_is_the_picture_without_the_others() {
 
 /// Where they do, means are the same.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn groups_have_the_means_of_scenes_without_the_others() {
     const SEEDS: u64 = 24;
     const SPP: u32 = 12;

@@ -102,6 +102,7 @@ fn means(film: &Film, part: Option<usize>) -> Vec<f64> {
 
 /// Exact sums of parts that have all light are the picture's, to the bit, and the picture is the one without parts.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn parts_add_up_to_the_picture_to_the_bit() {
     let folder = files();
     let wanted = parts(&WHOLES.join(" "));
@@ -267,6 +268,7 @@ fn mixtures_are_split_by_their_lobes() {
 
 /// Methods that find light in other ways find the same of each part.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn parts_have_the_same_means_by_all_methods() {
     let folder = files();
     // All at once would be too many classes.
@@ -378,6 +380,7 @@ fn bits(path: PathBuf) -> BTreeMap<String, Vec<u32>> {
 const AOVS: &str = "--aov direct,indirect,emission,bounces:2,lights,lpe:caustics=LS+DE,lpe:two=C.{1,2}L";
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn channels_of_files_do_not_depend_on_the_way() {
     let folder = files();
     let at = folder.path();

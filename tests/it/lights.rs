@@ -61,6 +61,7 @@ fn met(w: Vec3) -> Option<Vec3> {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn directions_follow_their_densities() {
     const SAMPLES: u32 = 1_000_000;
     let level = sidak(0.01, 8);
@@ -265,6 +266,7 @@ fn irradiance_is_what_formulas_say() {
 
 /// Choosing one light by power or evenly, or sampling all, changes the noise alone.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn every_choice_of_lights_gives_the_same_picture() {
     let render = |mode| {
         let mut b = SceneBuilder::new();
@@ -356,6 +358,7 @@ fn choices_by_place_follow_their_probabilities() {
 
 /// All lamps at every vertex, a triangle of each chosen by power and wide lamps more often, give the picture that one light by power gives.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn all_lamps_give_the_picture_by_power() {
     let render = |mode, samples, direct, seed| {
         let mut b = SceneBuilder::new();
@@ -408,6 +411,7 @@ fn all_lamps_give_the_picture_by_power() {
 /// glossy and clear things, a large lamp, many small ones, a sun and a sky.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn pictures_by_place_are_those_by_power() {
     use embrasure::integrator::DistributedIntegrator;
     use embrasure::material::Gloss;
@@ -548,6 +552,7 @@ fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, 
 
 /// Half of a lamp is black, in large triangles and in small ones: the floor below has half the light that a rectangle's form factor says.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_lamp_that_is_half_black_gives_half_the_light() {
     for (pieces, sampling) in [
         (1, TriangleSampling::Area),
@@ -585,6 +590,7 @@ fn a_lamp_that_is_half_black_gives_half_the_light() {
 
 /// Where hardly a texel emits, and the level that power is taken of does not show it, its light is found all the same.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_lone_texel_lights_a_room() {
     let mut b = SceneBuilder::new();
     let texture = grey_texture(48, 32, |x, y| match (x, y) {
@@ -616,6 +622,7 @@ fn a_lone_texel_lights_a_room() {
 
 /// Copies of a lamp that are mirrored or move show its texture the right way round: sampled light is that which rays meet.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn textures_of_lamps_go_with_their_copies() {
     let mirror = Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0).into());
     let aside = Affine3A::from_translation(Vec3::new(0.2, 0.1, 0.0).into()) * mirror;

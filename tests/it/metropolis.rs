@@ -143,6 +143,7 @@ fn white_furnace_hides_a_white_object() {
 /// and each further scattering with ρ times as much.
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_point_light_in_a_sphere_lights_it_evenly() {
     let (rho, intensity, radius) = (0.6, 3.0, 2.0);
     let mut b = SceneBuilder::new();
@@ -175,6 +176,7 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
 /// Each iteration has the right mean, however few bootstrap paths and mutations it has: here chains often have no choice where to start, and go four
 /// steps.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn single_iterations_are_unbiased() {
     let (scene, camera) = glowing_room();
     let resolution = UVec2::splat(4);
@@ -268,6 +270,7 @@ fn assert_agrees_with_paths(
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn pictures_agree_with_path_tracing() {
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     let scene = own("cornell-box.toml");
@@ -280,6 +283,7 @@ fn pictures_agree_with_path_tracing() {
 
 /// Every lobe in one room, delta lobes among them.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn pictures_of_every_lobe_agree_with_path_tracing() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     let set = |metropolis: &mut Metropolis| {
@@ -290,6 +294,7 @@ fn pictures_of_every_lobe_agree_with_path_tracing() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn pictures_through_glass_agree_with_path_tracing() {
     let set = |metropolis: &mut Metropolis| {
         metropolis.large_step_probability = 0.6;
@@ -300,6 +305,7 @@ fn pictures_through_glass_agree_with_path_tracing() {
 
 /// A thin lens before lamps, a point and a sky, all of which are sampled at every vertex.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn pictures_through_a_lens_agree_with_path_tracing() {
     let mut b = SceneBuilder::new();
     b.light_selection(SelectionMode::All);
@@ -421,6 +427,7 @@ fn groups_of_lights_add_up_and_change_no_bit() {
 
 /// In a room that is as bright everywhere, chains of large steps alone are in a pixel twice as often as chance has it, and chains of tiny steps stay.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn chains_tell_how_long_they_stay() {
     let (scene, camera) = glowing_room();
     let resolution = UVec2::splat(32);

@@ -137,6 +137,7 @@ fn closed_box_shows_the_geometric_series() {
 
 /// A sphere that reflects all light, in a world of radiance 1, cannot be seen.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn furnace_is_even() {
     let mut b = SceneBuilder::new();
     add(&mut b, sphere(1.0, Vec3::ZERO, 3), material(1.0, 0.0));
@@ -154,6 +155,7 @@ fn furnace_is_even() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn cornell_box_is_that_of_the_path_tracer() {
     let camera = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     let scene = own("cornell-box.toml");
@@ -169,6 +171,7 @@ fn cornell_box_is_that_of_the_path_tracer() {
 
 /// Every kind of lobe, and a lens.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn every_lobe_is_that_of_the_path_tracer() {
     let camera = CameraParameters {
         lens_radius: 0.05,
@@ -178,6 +181,7 @@ fn every_lobe_is_that_of_the_path_tracer() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_through_glass_is_that_of_the_path_tracer() {
     agrees(
         "glass",
@@ -190,6 +194,7 @@ fn light_through_glass_is_that_of_the_path_tracer() {
 
 /// Lights at points and from infinitely far away, and a wall with holes.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn all_lights_are_those_of_the_path_tracer() {
     let mut b = SceneBuilder::new();
     let floor = polygon(&[
@@ -238,6 +243,7 @@ fn all_lights_are_those_of_the_path_tracer() {
 
 /// A room that gets light only through a gap, from a lamp beside it: each render by itself has all of it, and none of it twice.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_through_a_gap_is_missed_by_no_seed() {
     const SEEDS: u64 = 20;
     let mut b = SceneBuilder::new();
@@ -317,6 +323,7 @@ fn threads_change_no_bit() {
 
 /// Normals that are bent far away. What a camera's path finds where it meets the very facet that it has left is found neither by chains nor from the lights.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn bent_normals_show_what_light_tracing_shows() {
     let (scene, camera) = tilted_room();
     with_world(&scene, camera, UVec2::splat(16), |world| {

@@ -33,6 +33,7 @@ fn shutter(parameters: CameraParameters, shutter: [f32; 2]) -> Camera {
 
 /// A panel that crosses the picture covers each column for a share of the time that is known.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_panel_that_passes_is_seen_for_its_share_of_time() {
     for deforms in [false, true] {
         let mut b = SceneBuilder::new();
@@ -143,6 +144,7 @@ fn assert_alike(what: &str, a: &[(f64, f64)], b: &[(f64, f64)]) {
 
 /// Naive paths, next-event estimation, sharing and branching find the same light where lamps and surfaces move.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_what_moves() {
     let scene = busy_room();
     let camera = || shutter(inside(), [0.0, 1.0]);
@@ -176,6 +178,7 @@ fn estimators_agree_on_what_moves() {
 /// A black panel hides the left half of a room as long as a lamp is there: what light there is then may not reach it later through the paths of
 /// other pixels.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_does_not_go_from_one_time_to_another() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.8, 0.0));
@@ -209,6 +212,7 @@ fn light_does_not_go_from_one_time_to_another() {
 
 /// A render with the shutter open is the mean of those at single times, by a moving camera too.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn an_open_shutter_is_the_mean_of_stills() {
     let scene = busy_room();
     let parameters = inside();
@@ -301,6 +305,7 @@ fn frozen(scene: &Scene, time: f32) -> Scene {
 
 /// Instances that emit are the same lights as their triangles put into the world, bit for bit but for roundings of the placement.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn lamps_that_are_copied_are_lights() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));

@@ -74,6 +74,7 @@ fn means(scene: &Scene, camera: CameraParameters) -> Vec<(&'static str, [f64; 3]
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_pane_has_the_transmittance_of_a_slab() {
     for (degrees, expected) in TRANSMITTANCES {
         for is_slab in [false, true] {
@@ -118,6 +119,7 @@ fn shadow_rays_have_it_too() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn panes_in_a_row_multiply() {
     let t = TRANSMITTANCES[1].1;
     let place = |z: f32| {
@@ -140,6 +142,7 @@ fn panes_in_a_row_multiply() {
 
 /// The camera sees a lamp at its own side in a mirror behind a pane: light passes the pane twice.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn mirrors_behind_panes_show_what_is_before_them() {
     let mut b = SceneBuilder::new();
     add(&mut b, pane(0.0, true), glass([0.9, 1.0, 1.0], false));
@@ -178,6 +181,7 @@ fn mirrors_behind_panes_show_what_is_before_them() {
 
 /// Nothing is added or lost: in uniform light panes are as bright as all else, whether they are bodies or sheets.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn panes_are_invisible_in_uniform_light() {
     for panes in [Panes::Straight, Panes::Refract] {
         let mut b = SceneBuilder::new();
@@ -217,6 +221,7 @@ fn lit_through_a_window(panes: Panes) -> Scene {
 
 /// Straight and refracted light have one mean, and the first has less noise: the pictures differ in the number of scatterings that they count, so that all paths are long.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn straight_light_is_that_of_scattered_rays() {
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.9), Vec3::new(0.2, -0.6, -0.3), 80.0);
     let [straight, refract] = [Panes::Straight, Panes::Refract].map(|panes| {

@@ -76,6 +76,7 @@ fn patches_keep_what_they_do_not_say() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn flags_patch_after_the_file() {
     let folder = scene();
     let at = folder.path();

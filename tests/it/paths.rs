@@ -62,6 +62,7 @@ const METHODS: [&str; 18] = [
 
 /// All contributions of a record add up to the pixel that a render has, for every integrator.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn contributions_are_the_light_of_the_pixel() {
     let folder = scene();
     let pixel = [9, 19];

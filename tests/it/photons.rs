@@ -151,6 +151,7 @@ fn mapped(world: World<Backend>, resolution: UVec2, paths: u32, max_depth: u32, 
 /// Photons of one time are not where surfaces are at another: a glowing room that moves by a quarter of its width while the shutter is open is as bright as one
 /// that stands still.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn photons_are_where_surfaces_are() {
     let mean = |way: f32, seed: u64| {
         let mut b = SceneBuilder::new();
@@ -199,6 +200,7 @@ fn the_furnace_has_no_bias() {
 /// The closed box, where everything is 2. Of the density a disk loses what lies beyond edges: with a room of side 2, seen into a corner, the mean is
 /// too small by about the radius; photon mapping gathers, and loses less.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn the_closed_box_is_right_but_for_its_edges() {
     let scene = own("closed-box.toml");
     let camera = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::splat(-1.0), 60.0);
@@ -245,6 +247,7 @@ fn image(film: &Film) -> RgbImage {
 /// and 17); errors of direct light, which fall as 1/n, and photons at edges make it steeper. The bias at the first radius is what radii that stay
 /// have.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn errors_shrink_as_iterations_are_added() {
     let scene = own("cornell-box.toml");
     let resolution = UVec2::splat(24);
@@ -308,6 +311,7 @@ fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
 
 /// A panel of which a quarter is there: photons come to it by that chance, and so do those who look for them.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn holes_count_once() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.3));
@@ -336,6 +340,7 @@ fn holes_count_once() {
 
 /// Panes, thin glass and veils: photons pass them as rays from the camera do.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn photons_pass_glass() {
     let scene = glazed_room();
     let resolution = UVec2::splat(16);
@@ -378,6 +383,7 @@ fn all_light_is_counted_once() {
 
 /// A ball of glass over a floor, under a lamp that paths from the camera meet often enough: the caustic has its light, region by region.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn the_caustic_of_a_ball_is_right() {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 1.0), material(0.6, 0.0));
@@ -413,6 +419,7 @@ fn the_caustic_of_a_ball_is_right() {
 
 /// Threads, crops, parts that are merged and renders that go on give the bits of one render.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn photons_depend_on_no_thread() {
     let folder = folder(&[]);
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");

@@ -31,6 +31,7 @@ fn assert_svg(path: &Path) -> String {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn points_of_all_samplers_are_shown() {
     let folder = folder(&[]);
     let directions = ["fibonacci", "perturbed-qmc"];

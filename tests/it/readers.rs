@@ -126,6 +126,7 @@ fn readers_agree_on_the_fuzz_corpus() {
 
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn readers_agree_on_awkward_files_and_real_scenes() {
     let mut tally = Tally::default();
     // Files that are known to show faults are compared by the tests of these faults.

@@ -149,6 +149,7 @@ fn coated(base: f32, roughness: f32, metallic: f32) -> Material {
 
 /// Ends of every kind of BSDF that is not matte: what they scatter is another light for each of the pixels.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn glossy_ends_are_seen_by_each_pixel_for_itself() {
     assert_unmoved_between("coats", coated(0.7, 0.5, 0.0), |_| ());
     assert_unmoved_between("metals", coated(0.7, 0.5, 1.0), |_| ());
@@ -214,6 +215,7 @@ fn glossy_ends_are_seen_by_each_pixel_for_itself() {
 
 /// Ends whose normals vary, which light passes, and which have alpha.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn ends_that_are_no_plain_walls_are_shared() {
     assert_unmoved_between("rough glass", coated(0.6, 0.5, 0.0), |builder| {
         let glass = Material {
@@ -252,6 +254,7 @@ fn ends_that_are_no_plain_walls_are_shared() {
 
 /// The first vertex of a pixel that looks into mirrors or through glass is the one behind them.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn mirrors_are_looked_into() {
     assert_unmoved_between("mirror and glass", coated(0.6, 0.5, 0.0), |builder| {
         let mirror = Material {
@@ -272,6 +275,7 @@ fn mirrors_are_looked_into() {
 
 /// Some surfaces absorb everything: their paths end, and cannot have found what others see.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn black_surfaces_share_nothing() {
     let corners = |x: f32, z: f32| Vec3::new(x, 0.0, z);
     let mut builder = SceneBuilder::new();
@@ -323,12 +327,14 @@ fn looking_at_the_patch() -> CameraParameters {
 /// The paths that leave black surfaces are followed where directions ask for no albedo. Nothing comes of them on their own; what
 /// they find is for the neighbours, and must be whole.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn paths_from_black_surfaces_are_whole() {
     assert_unmoved("a black patch", &patched_room(0.0), looking_at_the_patch(), 16);
 }
 
 /// Roulette must not end paths for the darkness of the surface that happened to begin them.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn dark_neighbours_do_no_harm() {
     let variance = |reuse| {
         with_world(&patched_room(0.02), looking_at_the_patch(), RESOLUTION, |world| {
@@ -344,6 +350,7 @@ fn dark_neighbours_do_no_harm() {
 
 /// What pixels get from each other is worth many samples, and the variance channel tells what error is left.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn errors_are_smaller_and_known() {
     let scene = own("cornell-box.toml");
     let resolution = UVec2::splat(96);
@@ -377,6 +384,7 @@ fn errors_are_smaller_and_known() {
 /// The error by which `--noise` decides is that which pictures of other seeds show; low-discrepancy points are a little better than
 /// it says.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn differences_of_blocks_tell_the_error() {
     let scene = own("cornell-box.toml");
     type Render<'a> = &'a dyn Fn(&MaybeReusing<Backend>, UVec2, u64) -> Film;

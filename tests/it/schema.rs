@@ -602,6 +602,7 @@ fn changed(section: &str, line: &str) -> String {
 
 /// Scene files with a mistake, and some without, are refused by the schema and by the program, or by neither.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn the_schema_and_the_program_agree() {
     let schema = schema();
     let here = folder(&[

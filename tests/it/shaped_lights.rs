@@ -27,6 +27,7 @@ fn on_plane(q: Vec3, n: Vec3, w: Vec3) -> Option<Vec3> {
 
 /// Samples follow densities that sum to 1, from near, from afar, and next to the surface.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn directions_follow_their_densities() {
     const SAMPLES: u32 = 1_000_000;
     let mut cases = 0;
@@ -92,6 +93,7 @@ fn directions_follow_their_densities() {
 
 /// Closed forms against sums over samples, also where the horizon cuts the lamp.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn irradiance_is_what_samples_sum_to() {
     let up = Vec3::Y;
     let lights = [
@@ -198,6 +200,7 @@ fn expected() -> [f64; 2] {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn floors_have_the_irradiance_of_closed_forms() {
     for (lamp, expected) in [SPHERE, DISK].into_iter().zip(expected()) {
         let folder = floor(lamp);
@@ -222,6 +225,7 @@ fn floors_have_the_irradiance_of_closed_forms() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn every_integrator_finds_shaped_lamps() {
     for (lamp, expected) in [SPHERE, DISK].into_iter().zip(expected()) {
         let folder = floor(lamp);
@@ -310,6 +314,7 @@ fn lamp_room(mode: SelectionMode) -> Scene {
 
 /// All ways to find the light of these lamps give one picture, which shows the lamps too.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_shaped_lamps() {
     let resolution = UVec2::splat(8);
     let camera = pinhole(Vec3::new(0.1, 0.2, 0.95), Vec3::new(0.0, -0.2, 0.0), 80.0);

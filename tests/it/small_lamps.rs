@@ -62,6 +62,7 @@ fn lamp(kind: &str, offset: f32, radius: f64, strength: f64) -> String {
 
 /// A radius of 10⁻⁶ is an eighth of the spacing of floats at 100.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn lamp_below_roundings_lights_the_floor_in_every_estimator() {
     let estimators = [
         ("--spp 64", 2e-3),
@@ -101,6 +102,7 @@ fn lamp_below_roundings_lights_the_floor_in_every_estimator() {
 /// Rays that hit the lamp by chance find the same light as rays aimed at it: 0.02 is 300 spacings of
 /// floats at 1000.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn lamp_far_from_the_origin_is_hit_by_chance_as_often_as_it_is_sampled() {
     for kind in ["sphere", "disk"] {
         let folder = floor_at(1000.0, &lamp(kind, 1000.0, 0.02, 1.0));
@@ -162,6 +164,7 @@ fn cover_between_lamp_and_its_hull_hides_the_lamp() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn scene_whose_lights_emit_nothing_stays_dark() {
     let lights = [
         "type = 'point'\nposition = [0, 1, 0]\nintensity = 0",

@@ -32,6 +32,7 @@ fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], to
 
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn cornell_converges_to_the_reference() {
     let folder = shared("suite/cornell");
     // The rows between the lamp and the front of the floor: the other half tells no more of errors.
@@ -83,6 +84,7 @@ fn cornell_converges_to_the_reference() {
 
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn hall_and_sponza_have_the_means_of_their_references() {
     for name in ["hall", "sponza"] {
         let folder = shared(&format!("suite/{name}"));

@@ -20,6 +20,7 @@ fn holed(diffuse: f32, opacity: f32) -> Material {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn light_passes_holes_by_their_share() {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 2.0), holed(0.0, 0.3));
@@ -68,6 +69,7 @@ fn canopy() -> Scene {
 
 /// Estimators that pass holes by chance, by their share, and both, have one mean. Over seeds, since pixels that share paths share errors.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_holes() {
     let scene = canopy();
     let camera = pinhole(Vec3::new(3.0, 2.0, 2.5), Vec3::new(0.0, 0.0, 0.4), 50.0);
@@ -260,6 +262,7 @@ fn the_terminator_is_that_of_the_curved_surface() {
 
 /// Curved normals lose and add a little energy, but neither black rims nor bright ones show.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn a_curved_white_object_all_but_vanishes_in_a_furnace() {
     let (mesh, matte) = coarse_sphere(1.0);
     let mut b = SceneBuilder::new();
@@ -275,6 +278,7 @@ fn a_curved_white_object_all_but_vanishes_in_a_furnace() {
 
 /// No normal, however wrong, lets light through a closed wall.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn curved_normals_do_not_leak() {
     let mut mesh = room();
     mesh.normals = mesh

@@ -567,6 +567,7 @@ fn each_texture_is_read_once_whatever_the_threads() {
 
 /// Files that are cut off, or have a few wrong bits: none may end in a panic or in memory that is not there.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn damaged_files_are_errors_or_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let mut refused = 0;
@@ -619,6 +620,7 @@ fn middle_of(texture: &Texture, x: usize, y: usize) -> Vec2 {
 /// Texels and means against what the image crate itself decodes.
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn pictures_are_what_the_decoder_says() {
     for path in pictures(&["jpg", "png"]) {
         let picture = image::open(&path).unwrap().to_rgba8();
@@ -759,6 +761,7 @@ fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
 /// Levels take noise off a few samples and no detail off many: a sample stands for its share of a pixel, not for all of it. Errors against the
 /// integral over each pixel, in closed form, of what is linear between texels.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn levels_spare_samples_and_pixels_stay_sharp() {
     let n = PIXELS * ACROSS;
     let mut sampler = Independent::new(5);

@@ -11,6 +11,7 @@ const SCENE: &str = "version = 1\n[[object]]\nobj = 'a.obj'\n";
 
 /// A scene may name any file. Errors quote 40 characters of it, and 120 of a file name.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn errors_quote_short_parts_of_input_files() {
     let long = "Q".repeat(300);
     let obj = |line: &str| (SCENE.to_string(), format!("{TRIANGLE}{line}\nf 1 2 3\n"), String::new());

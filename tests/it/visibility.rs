@@ -66,6 +66,7 @@ fn learned(lights: &[Light]) -> LightSelection {
 
 /// In every cell and for every normal samples follow the density, which is 1 in all.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn directions_by_visibility_follow_their_densities() {
     let samples = crate::support::budget(200_000);
     let level = sidak(0.01, 9);
@@ -164,6 +165,7 @@ const SUN: &str =
 
 /// The mean is that of a choice by power, whatever the integrator.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn pictures_by_visibility_are_unbiased() {
     for (lights, has_lamp) in [(SKY.to_string(), false), (format!("{SKY}{SUN}"), true)] {
         let folder = room(&lights, has_lamp);
@@ -185,6 +187,7 @@ fn pictures_by_visibility_are_unbiased() {
 
 /// Threads, interruption, parts and crops change no bit, whatever has been learned.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn what_is_learned_depends_on_the_scene_alone() {
     let folder = room(&format!("{SKY}{SUN}"), true);
     let run = |line: &str| done(folder.path(), &split(&format!("{line} -q")));

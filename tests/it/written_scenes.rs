@@ -41,6 +41,7 @@ fn dumped(at: &Path, args: &[&str], of_run: &[&str]) -> String {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn every_scene_of_the_project_is_written() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut scenes: Vec<PathBuf> = fs::read_dir(root.join("scenes"))
@@ -93,6 +94,7 @@ fn model() -> TempDir {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn flags_are_written_with_the_scene() {
     let folder = model();
     let at = folder.path();
@@ -216,6 +218,7 @@ fn uncommented(text: &str) -> String {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn init_writes_what_renders_alike() {
     let folder = model();
     let at = folder.path();
@@ -300,6 +303,7 @@ fn init_writes_what_renders_alike() {
 
 /// A camera of flags is that of the scene file that `init` writes.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn init_takes_the_camera_flags_of_render() {
     let folder = model();
     let at = folder.path();
@@ -335,6 +339,7 @@ fn init_takes_the_camera_flags_of_render() {
 
 /// The scenes of the project have no camera and no light in their OBJ files: what `init` writes of them renders alike.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn init_knows_the_scenes_of_the_project() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let folder = folder(&[]);

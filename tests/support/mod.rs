@@ -23,19 +23,18 @@ use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 
-/// What a statistical test takes of `n` samples, iterations or rays: a quarter in `make test`, all of them in `make test-long`, which sets
-/// `EMBRASURE_LONG`. A bound in standard errors holds for either; [`slack`] is the factor of one that was set for all.
+/// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-all`, which sets
+/// `EMBRASURE_LONG`, and a quarter elsewhere. A bound in standard errors holds for either; [`slack`] is
+/// the factor of one that was set for all.
+///
+/// Tests that take long say `#[cfg_attr(not(long), ignore = "long")]`; build.rs sets that configuration.
 pub fn budget(n: u32) -> u32 {
-    if is_long() { n } else { n / 4 }
+    if cfg!(long) { n } else { n / 4 }
 }
 
 /// Standard errors of a test by its [`budget`], over those by all of its samples.
 pub fn slack() -> f64 {
-    if is_long() { 1.0 } else { 2.0 }
-}
-
-fn is_long() -> bool {
-    std::env::var_os("EMBRASURE_LONG").is_some()
+    if cfg!(long) { 1.0 } else { 2.0 }
 }
 
 /// The backend this program was built with, or the oracle.

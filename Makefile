@@ -6,7 +6,7 @@ export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 CARGO  ?= cargo
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 
-# The features that this machine can have. `make demo`, `make test` and `make python` share them and one profile, so the renderer is compiled once.
+# The features that this machine can have. `make demo` and `make test` share them and one profile, so the renderer is compiled once.
 # The obvhs crate needs Rust 1.88, denoising Open Image Denoise (which `setup` gets), and the Python tests packages from pip. Without one of them its tests are
 # left out with a word, which is a failure where EMBRASURE_REQUIRE_OBVHS, EMBRASURE_REQUIRE_OIDN or EMBRASURE_REQUIRE_PYTHON is set, as in CI.
 HAS_OBVHS  := rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
@@ -53,7 +53,7 @@ lint: setup ## check formatting, words, the public interface, clippy and rustdoc
 	@if command -v python3 >/dev/null; then scripts/public-api; else echo 'skipped: public interface: there is no python3'; fi
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
-	$(CARGO) clippy --workspace --all-targets $(FEATURES) -- -D warnings
+	$(CARGO) clippy --workspace --all-targets $(FEATURES) --features "$(call optional,obvhs,HAS_OBVHS,embrasure-benches)" -- -D warnings
 	$(CARGO) clippy $(NO_C) --features embrasure/cli --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --exclude embrasure-python --no-deps --document-private-items $(FEATURES)
 

@@ -300,6 +300,7 @@ fn noise_is_gone_on_with() {
 /// Killed at any moment, also while it writes: the next run goes on, and ends in the same bits.
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn kills_cost_nothing_that_was_kept() {
     let kills = if cfg!(any(feature = "embree", feature = "obvhs")) {
         50
@@ -361,6 +362,7 @@ fn signals_are_gone_on_from() {
 /// What the program was started to ignore it ignores: `nohup` and `trap '' INT` hold. What it was not still ends it.
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn ignored_signals_stay_ignored() {
     let folder = scene();
     let render = "exec \"$0\" render s.toml -q --spp 100000000 --time-limit 4s -o a.png --stats s.json";
@@ -406,6 +408,7 @@ const INTEGRATORS: &str = "path naive one-sample area whitted distributed direct
 
 /// A single sample may be seconds of work, and a path without roulette need not end: the time limit ends both.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn every_method_ends_by_its_time_limit() {
     let white = furnace("Kd 1 1 1");
     let endless = "--max-depth none --roulette-depth 4000000000";
@@ -436,6 +439,7 @@ fn every_method_ends_by_its_time_limit() {
 /// An interrupt ends every method, and what it has rendered is written.
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn every_method_ends_by_an_interrupt() {
     let white = furnace("Kd 0.8 0.8 0.8");
     for method in split(INTEGRATORS) {
@@ -530,6 +534,7 @@ fn damaged_checkpoints_are_refused() {
 /// Where nothing can be written any more, the render says so, goes on, and tries again.
 #[cfg(unix)]
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn outputs_that_vanish_are_told() {
     let folder = scene();
     let out = folder.path().join("out");

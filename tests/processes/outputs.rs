@@ -232,6 +232,7 @@ fn a_checkpoint_has_one_writer() {
 
 /// A disk that is full is heard of, a reader that has read enough is no failure.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn errors_of_the_standard_output_are_heard() {
     let folder = scene();
     done(folder.path(), &split("render s.toml -q -o a.exr"));

@@ -83,6 +83,7 @@ fn installed_programs_can_be_moved_and_removed() {
 }
 
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn wheels_hold_what_they_record() {
     let has = |program: &str| Command::new(program).arg("--version").output().is_ok();
     if !has("python3") || !has("readelf") {

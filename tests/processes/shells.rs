@@ -171,6 +171,7 @@ fn triangle() -> TempDir {
 
 /// Colours are for terminals that have them, unless the user says otherwise; NO_COLOR has the last word.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn colours_are_for_terminals() {
     let folder = triangle();
     let render = "render t.obj --size 64x64 --spp 64 --threads 1";

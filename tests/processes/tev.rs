@@ -137,6 +137,7 @@ fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
 
 /// The crop has the bits of the file at the end, and was shown before.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn the_viewer_has_the_picture() {
     let folder = folder(&[]);
     let (address, shown) = viewer(watch);

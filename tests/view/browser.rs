@@ -34,6 +34,7 @@ const FLAGS: &str = "cornell-box.toml --size 128x128 --spp 16";
 /// Names from files are text in the page, whatever they hold.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn names_with_markup_are_text_in_the_page() {
     const MARK: &str = "<img src=x onerror=document.title=1>";
     const NAMES: [&str; 4] = [
@@ -87,6 +88,7 @@ fn names_with_markup_are_text_in_the_page() {
 /// What people do: look, orbit, walk, undo, inspect, change looks and materials, keep the camera; with a second page, and to the end of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn the_page_shows_and_steers_a_render() {
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
@@ -277,6 +279,7 @@ fn the_page_shows_and_steers_a_render() {
 /// A page elsewhere cannot reach the render, and neither can one with another token.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn pages_elsewhere_are_refused() {
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
@@ -301,6 +304,7 @@ fn pages_elsewhere_are_refused() {
 /// All controls have names for those who do not see them.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn controls_have_names() {
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
@@ -372,6 +376,7 @@ fn click_on(browser: &mut Browser, tab: &Tab, id: &str) {
 /// A page behind a slow link unpacks what it gets to the light of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn the_page_unpacks_pictures() {
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
@@ -405,6 +410,7 @@ fn the_page_unpacks_pictures() {
 /// Light groups are relit in the page, without a render; lights of the scene file have controls, and what is changed is saved.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn lights_are_changed_in_the_page() {
     let folder = two_lamps();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
@@ -493,6 +499,7 @@ fn lights_are_changed_in_the_page() {
 /// The picture stands beside another channel, a file, and another method with its errors.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn pictures_stand_side_by_side() {
     let folder = cornell_box();
     done(
@@ -573,6 +580,7 @@ fn pictures_stand_side_by_side() {
 /// A finger orbits, two fingers move nearer, and a tap inspects.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
+#[cfg_attr(all(chromium, not(long)), ignore = "long")]
 fn fingers_steer_the_camera() {
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));

@@ -6,6 +6,7 @@ use std::fs;
 
 /// Both sides come to their end, take about the same time meanwhile, and have the light of renders of their own; errors against a reference fall.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn two_settings_are_compared() {
     let folder = lit_floor();
     let folder = folder.path();

@@ -449,6 +449,7 @@ fn cameras_are_saved() {
 
 /// An interrupt ends it at once, and the last page that closes does so where that is asked for; nothing listens then.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn it_ends_when_it_should() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &split("s.toml --spp 100000"));
@@ -478,6 +479,7 @@ fn it_ends_when_it_should() {
 
 /// Connections that ask for nothing, and pages that read nothing, do not hold up the end.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn an_end_waits_for_no_page() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &split("s.toml --size 1500x1500 --spp 1"));

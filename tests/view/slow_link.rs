@@ -51,6 +51,7 @@ fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
 
 /// Over a slow link pictures are compressed: they come often while the camera moves, and the complete picture has the light of the render without loss.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn slow_links_are_served() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &split("s.toml --size 512x384 --spp 8"));

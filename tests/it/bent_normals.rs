@@ -417,15 +417,18 @@ fn balls_that_touch_in_a_white_sky_are_white() {
     assert_white("balls", &scene, camera, &["sppm"]);
 }
 
-/// A lamp below a floor with steep waves: no integrator may bring its light to the camera above.
+/// A lamp and a board are below a floor with steep waves: no integrator may bring their light to the
+/// camera above. `sppm` stores photons from the second scattering on, so its photons need the board to
+/// reach the floor.
 #[test]
 fn light_from_below_a_bent_floor_does_not_leak() {
     let folder = tempfile::tempdir().unwrap();
     write_png(&folder.path().join("waves.png"), 16, &waves(4.0));
     let obj = "v -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nvt 0 0\nvt 3 0\nvt 3 3\nvt 0 3\nusemtl m\nf 1/1 2/2 3/3 4/4\n\
-               v -2 -1 2\nv 2 -1 2\nv 2 -1 -2\nv -2 -1 -2\nusemtl lamp\nf 5 6 7 8\n";
+               v -0.5 -1 0.5\nv 0.5 -1 0.5\nv 0.5 -1 -0.5\nv -0.5 -1 -0.5\nusemtl lamp\nf 5 6 7 8\n\
+               v -3 -2 3\nv 3 -2 3\nv 3 -2 -3\nv -3 -2 -3\nusemtl board\nf 9 10 11 12\n";
     fs::write(folder.path().join("scene.obj"), obj).unwrap();
-    let toml = "version = 1\n[[object]]\nobj = \"scene.obj\"\n[material.m]\ndiffuse = 1\nnormal_map = \"waves.png\"\n[material.lamp]\nemission = [4, 4, 4]\n";
+    let toml = "version = 1\n[[object]]\nobj = \"scene.obj\"\n[material.m]\ndiffuse = 1\nnormal_map = \"waves.png\"\n[material.board]\ndiffuse = 1\n[material.lamp]\nemission = [4, 4, 4]\n";
     fs::write(folder.path().join("scene.toml"), toml).unwrap();
     let scene = load(&folder.path().join("scene.toml"));
     let camera = pinhole(Vec3::new(0.0, 0.3, 3.6), Vec3::new(0.0, 0.0, 1.0), 15.0);
@@ -466,6 +469,7 @@ fn light_from_below_a_bent_floor_does_not_leak() {
         let path = ReusingPathIntegrator {
             path: path_tracer(world, max_depth),
         };
+        let mut wrong = String::new();
         for (name, film) in [
             ("light", film_of_iterations(&light, size, 64, 1)),
             ("bdpt", film_of_iterations(&bdpt, size, 64, 2)),
@@ -474,7 +478,10 @@ fn light_from_below_a_bent_floor_does_not_leak() {
             ("path, reuse", film_of(&path, size, 64, 5)),
         ] {
             let brightest = film.pixels().map(|(_, sums)| sums.mean(1)).fold(0.0, f64::max);
-            assert_eq!(brightest, 0.0, "{name}");
+            if brightest > 0.0 {
+                writeln!(wrong, "{name}: the brightest pixel is {brightest}").unwrap();
+            }
         }
+        assert!(wrong.is_empty(), "{wrong}");
     });
 }

@@ -10,7 +10,7 @@ use embrasure::light::*;
 use embrasure::material::{Map, Material};
 use embrasure::math::{Affine3A, Quat, UVec2, Vec2, Vec3};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
-use embrasure::scene::{RectangleParameters, Scene, SceneBuilder};
+use embrasure::scene::{RectangleParameters, Scene, SceneBuilder, SkyParameters};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 
 fn at(index: u32) -> Vec2 {
@@ -662,4 +662,33 @@ fn textures_of_lamps_go_with_their_copies() {
     let [plain, flipped] = [false, true].map(|is_flipped| floor(None, is_flipped)[0]);
     assert!(z(copy, flipped).abs() < 4.0, "{copy:?} {flipped:?}");
     assert!(z(copy, plain).abs() > 20.0, "{copy:?} {plain:?}");
+}
+
+/// Skies of one elevation and turbidity share their picture, whatever their scale and azimuth, and add up.
+#[test]
+fn skies_of_one_elevation_share_their_picture() {
+    let sky = |azimuth: f32, elevation: f32, scale: f32| SkyParameters {
+        sun: [azimuth, elevation],
+        scale,
+        turbidity: 3.0,
+        up: Vec3::Y,
+    };
+    let bytes = |skies: &[SkyParameters]| {
+        let mut b = SceneBuilder::new();
+        add(&mut b, panel(0.0, 1.0), material(0.5, 0.0));
+        skies.iter().for_each(|sky| b.add_sky(sky).unwrap());
+        b.build().unwrap().0.bytes()
+    };
+    let one = bytes(&[sky(0.0, 30.0, 1.0)]);
+    let shared = bytes(&[sky(0.0, 30.0, 1.0), sky(70.0, 30.0, 2.0)]);
+    let different = bytes(&[sky(0.0, 30.0, 1.0), sky(0.0, 31.0, 1.0)]);
+    assert!(one > 1_000_000 && shared < one + 10_000, "{one} {shared}");
+    assert!(different > 2 * one - 10_000, "{one} {different}");
+
+    let light = |skies: &[SkyParameters]| floor_radiance(|b| skies.iter().for_each(|sky| b.add_sky(sky).unwrap()));
+    let (one, three) = (
+        light(&[sky(0.0, 30.0, 1.0)]),
+        light(&[sky(0.0, 30.0, 1.0), sky(70.0, 30.0, 2.0)]),
+    );
+    assert!((three / (3.0 * one) - 1.0).abs() < 5e-3, "{one} {three}");
 }

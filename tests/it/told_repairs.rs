@@ -277,3 +277,23 @@ fn many_missing_libraries_are_one_warning() {
     let check = printed(&done(folder.path(), &split("check s.toml")));
     assert!(check.contains("and 19999 more findings of this kind"), "{check}");
 }
+
+/// A triangle that stands in each of `count` materials.
+fn coincident(count: usize) -> String {
+    let library: String = (0..count).map(|i| format!("newmtl m{i}\nKd 0.5 0.5 0.5\n")).collect();
+    let faces: String = (0..count).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect();
+    let mesh = format!("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}");
+    let folder = folder(&[("a.mtl", &library), ("a.obj", &mesh)]);
+    words(&run(folder.path(), &split("render a.obj --size 4x4 --spp 1 -o a.png")))
+}
+
+#[test]
+fn many_coincident_triangles_of_different_materials_are_reported() {
+    let said = coincident(40);
+    assert!(
+        said.contains("up to 40 triangles") && said.contains("[coincident-triangles]"),
+        "{said}"
+    );
+    let said = coincident(31);
+    assert!(!said.contains("coincident-triangles"), "{said}");
+}

@@ -5,6 +5,7 @@ use crate::color::Spectrum;
 use crate::math::{Ball, Encode, Quat, Vec2, Vec3, atan2, encode_fields, float::ALMOST_ONE, sin_cos_turns};
 use crate::sampling::distribution::Distribution2D;
 use std::f32::consts::{FRAC_1_PI, PI};
+use std::sync::Arc;
 
 /// Colours on the sphere of directions as an image of latitude and longitude.
 ///
@@ -22,12 +23,15 @@ pub struct LatLongImage {
 /// Light from infinitely far away, by direction.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLight {
-    image: LatLongImage,
+    /// Shared by lights of the same picture.
+    image: Arc<LatLongImage>,
     /// Factor of the image's colours to radiance, W·sr⁻¹·m⁻².
     scale: f32,
     /// From the image's directions to the world's.
     rotation: Quat,
-    distribution: Distribution2D,
+    /// Shared as the image is.
+    distribution: Arc<Distribution2D>,
+    /// Mean colour of the image over the sphere.
     mean: Spectrum,
     /// Where the picture is from, which changes no light.
     kind: EnvironmentKind,
@@ -99,12 +103,22 @@ impl EnvironmentLight {
             }
         }
         Self {
-            distribution: Distribution2D::new(&weights, width),
-            mean: Spectrum::from(sum.map(|s| (s / total) as f32)) * scale,
-            image,
+            distribution: Arc::new(Distribution2D::new(&weights, width)),
+            mean: Spectrum::from(sum.map(|s| (s / total) as f32)),
+            image: Arc::new(image),
             scale,
             rotation,
             kind: EnvironmentKind::Picture,
+        }
+    }
+
+    /// The light of the same picture, times `scale`, turned by `rotation`. Both lights share the
+    /// picture and its distribution.
+    pub(crate) fn placed(&self, scale: f32, rotation: Quat) -> Self {
+        Self {
+            scale,
+            rotation,
+            ..self.clone()
         }
     }
 
@@ -189,7 +203,7 @@ impl EnvironmentLight {
     /// What crosses a sphere of the scene's radius: `4π · π r² L`, of the mean radiance.
     pub(super) fn power(&self, scene_radius: f32) -> f64 {
         let r = scene_radius as f64;
-        4.0 * (std::f64::consts::PI * r).powi(2) * self.mean.luminance() as f64
+        4.0 * (std::f64::consts::PI * r).powi(2) * (self.mean * self.scale).luminance() as f64
     }
 
     /// Bytes of image and distribution.
@@ -294,7 +308,7 @@ mod tests {
             ..stripe()
         };
         let light = EnvironmentLight::new(image, 3.0, Quat::IDENTITY);
-        assert!((light.mean.max_component() - 1.5).abs() < 1e-5);
+        assert!(((light.mean * light.scale).max_component() - 1.5).abs() < 1e-5);
         let constant = super::super::ConstantLight {
             radiance: Spectrum::splat(1.5),
         };

@@ -1,6 +1,6 @@
 //! The builder of scenes, which validates all parts. `freeze.rs` makes the scene of them.
 
-use super::duplicates::{CoincidentEmitters, remove_repeated_triangles};
+use super::duplicates::{CoincidentEmitters, TriangleSamples, remove_repeated_triangles};
 use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
 use super::panes::Panes;
@@ -33,6 +33,9 @@ pub struct SceneReport {
     pub repeated_instances: u64,
     /// Emitting triangles that lie on others.
     pub coincident_emitters: CoincidentEmitters,
+    /// Largest number of triangles of different meshes at one place; 0 if it is below
+    /// [`MANY_COINCIDENT`](super::MANY_COINCIDENT).
+    pub coincident_triangles: u64,
     /// Triangles without area whose material emits, left out.
     pub degenerate_emitters: u64,
     /// True if the scene has lights, or had emitting triangles, and nothing emits.
@@ -66,6 +69,8 @@ pub struct SceneBuilder {
     pub(super) texture_filter: TextureFilter,
     /// Each with its group, if it is in one.
     pub(super) lights: Vec<(Light, Option<LightGroupId>)>,
+    /// A light of each sky, by the bits of elevation and turbidity.
+    pub(super) skies: HashMap<[u32; 2], EnvironmentLight>,
     /// Names of groups; lights that are added are part of `light_group`.
     pub(super) light_groups: Vec<String>,
     light_group: Option<LightGroupId>,
@@ -78,6 +83,8 @@ pub struct SceneBuilder {
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
     pub(super) panes: Panes,
+    /// Some triangles of all meshes.
+    pub(super) samples: TriangleSamples,
     pub(super) report: SceneReport,
 }
 
@@ -175,7 +182,7 @@ impl SceneBuilder {
         check_mesh(&mut mesh)?;
         let removed = remove_degenerate(&mut mesh);
         self.report.degenerate_triangles += removed;
-        self.report.repeated_triangles += remove_repeated_triangles(&mut mesh);
+        self.report.repeated_triangles += remove_repeated_triangles(&mut mesh, &mut self.samples);
         let material = self.materials.get(material.0 as usize);
         if material.is_some_and(|material| !material.emission_factor().is_black()) {
             self.report.degenerate_emitters += removed;

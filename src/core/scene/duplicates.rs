@@ -6,9 +6,13 @@
 //! differ in winding are different.
 //!
 //! Hashes go through a set of bits first, 2 to 4 bytes per item. Only items whose bit is set before are compared.
+//!
+//! Equal triangles of different meshes stay, because their materials differ. Many at one place are reported. To find
+//! them, the hash of every eighth triangle is kept ([`TriangleSamples`]); only places with several samples are counted.
 
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId};
+use crate::material::MaterialId;
 use crate::math::hash::mix;
 use crate::math::{Affine3A, Vec3};
 use std::collections::{HashMap, HashSet};
@@ -16,8 +20,79 @@ use std::collections::{HashMap, HashSet};
 /// Corners of a triangle at shutter open and close, from the corner with the smallest bits on.
 type TriangleKey = [[u32; 9]; 2];
 
-/// Removes triangles that repeat others of the mesh. Returns their number.
-pub(super) fn remove_repeated_triangles(mesh: &mut Mesh) -> u64 {
+/// Number of coincident triangles of different meshes from which on they are reported: a ray there is tested with all
+/// of them.
+pub const MANY_COINCIDENT: u64 = 32;
+
+/// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
+#[derive(Debug, Default)]
+pub(super) struct TriangleSamples {
+    /// Number of triangles so far.
+    seen: usize,
+    hashes: Vec<u64>,
+}
+
+impl TriangleSamples {
+    const STRIDE: usize = 8;
+    /// Minimum number of equal samples of a place that is counted. [`MANY_COINCIDENT`] equal meshes that are added in
+    /// succession have as many at some place.
+    const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
+
+    fn add(&mut self, hash: u64) {
+        if self.seen % Self::STRIDE == 0 {
+            self.hashes.push(hash);
+        }
+        self.seen += 1;
+    }
+
+    /// Hashes of places that have several samples.
+    fn frequent(&self) -> HashSet<u64> {
+        let mut hashes = self.hashes.clone();
+        hashes.sort_unstable();
+        let runs = hashes.chunk_by(|a, b| a == b);
+        runs.filter(|run| run.len() >= Self::MIN).map(|run| run[0]).collect()
+    }
+
+    /// Largest number of triangles at one place within one of the `groups` of meshes; 0 if it is below
+    /// [`MANY_COINCIDENT`].
+    pub fn largest_coincidence<'m>(&self, groups: impl Iterator<Item = &'m [(Mesh, MaterialId)]>) -> u64 {
+        let frequent = self.frequent();
+        if frequent.is_empty() {
+            return 0;
+        }
+        let largest = |meshes: &[(Mesh, MaterialId)]| {
+            let mut counts: HashMap<TriangleKey, u64> = HashMap::new();
+            for (mesh, _) in meshes {
+                let keys = mesh.triangles.iter();
+                let keys = keys.map(|corners| key_in_mesh(&mesh.positions, &mesh.positions_close, corners));
+                for key in keys.filter(|key| frequent.contains(&hash_of_key(key))) {
+                    *counts.entry(key).or_insert(0) += 1;
+                }
+            }
+            counts.into_values().max().unwrap_or(0)
+        };
+        let count = groups.map(largest).max().unwrap_or(0);
+        if count < MANY_COINCIDENT { 0 } else { count }
+    }
+}
+
+/// Key of a triangle of a mesh.
+fn key_in_mesh(positions: &[Vec3], positions_close: &[Vec3], corners: &[u32; 3]) -> TriangleKey {
+    let of = |positions: &[Vec3]| corners.map(|i| positions[i as usize]);
+    let close = if positions_close.is_empty() {
+        [Vec3::ZERO; 3]
+    } else {
+        of(positions_close)
+    };
+    triangle_key(of(positions), close)
+}
+
+fn hash_of_key(key: &TriangleKey) -> u64 {
+    hash_of(key.as_flattened())
+}
+
+/// Removes triangles that repeat others of the mesh. Returns their number. Adds some of those that stay to `samples`.
+pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleSamples) -> u64 {
     let before = mesh.triangles.len();
     let Mesh {
         positions,
@@ -25,18 +100,10 @@ pub(super) fn remove_repeated_triangles(mesh: &mut Mesh) -> u64 {
         triangles,
         ..
     } = mesh;
-    let (positions, positions_close) = (&*positions, &*positions_close);
-    let key = |corners: &[u32; 3]| -> TriangleKey {
-        let of = |positions: &[Vec3]| corners.map(|i| positions[i as usize]);
-        let close = if positions_close.is_empty() {
-            [Vec3::ZERO; 3]
-        } else {
-            of(positions_close)
-        };
-        triangle_key(of(positions), close)
-    };
-    let hash = |key: &TriangleKey| hash_of(key.as_flattened());
-    let repeated = repeated(triangles.iter().map(|corners| hash(&key(corners))), before);
+    let key = |corners: &[u32; 3]| key_in_mesh(positions, positions_close, corners);
+    let hash = hash_of_key;
+    let hashes = triangles.iter().map(|corners| hash(&key(corners)));
+    let repeated = repeated(hashes.inspect(|hash| samples.add(*hash)), before);
     if repeated.is_empty() {
         return 0;
     }
@@ -90,7 +157,7 @@ impl Scene {
             self.emitters()
                 .map(|(geom, prim, inst)| self.key_at_open(geom, prim, inst))
         };
-        let hash = |key: &TriangleKey| hash_of(key.as_flattened());
+        let hash = hash_of_key;
         let repeated = repeated(keys().map(|key| hash(&key)), self.lights.len());
         let mut counts: HashMap<TriangleKey, u64> = HashMap::new();
         for key in keys().filter(|key| repeated.contains(&hash(key))) {
@@ -163,9 +230,6 @@ fn hash_of(words: &[u32]) -> u64 {
 /// The hashes that occur more than once, and a few that occur once. `count` is the number of hashes.
 fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
     let mut repeated = HashSet::new();
-    if count < 2 {
-        return repeated;
-    }
     let bits = (16 * count as u64).next_power_of_two();
     let mut seen = vec![0u64; (bits / 64).max(1) as usize];
     for hash in hashes {
@@ -207,16 +271,64 @@ mod tests {
         let mut mesh = quad(10_000);
         // Another first corner, the other winding, another motion
         mesh.triangles.extend([[2, 0, 1], [0, 2, 1]]);
-        assert_eq!(remove_repeated_triangles(&mut mesh), 19_999);
+        assert_eq!(
+            remove_repeated_triangles(&mut mesh, &mut TriangleSamples::default()),
+            19_999
+        );
         assert_eq!(mesh.triangles, [[0, 1, 2], [4, 2, 3], [0, 2, 1]]);
         let mut moving = Mesh {
             positions_close: (0..5).map(|i| Vec3::Z * i as f32).collect(),
             ..quad(2)
         };
         moving.triangles.push([4, 1, 2]);
-        assert_eq!(remove_repeated_triangles(&mut moving), 2);
+        assert_eq!(
+            remove_repeated_triangles(&mut moving, &mut TriangleSamples::default()),
+            2
+        );
         assert_eq!(moving.triangles.len(), 3);
-        assert_eq!(remove_repeated_triangles(&mut quad(1)), 0);
+        assert_eq!(
+            remove_repeated_triangles(&mut quad(1), &mut TriangleSamples::default()),
+            0
+        );
+    }
+
+    /// A quad in each of `copies` materials, with a triangle elsewhere behind each.
+    fn quads_of_materials(copies: usize) -> Vec<(Mesh, MaterialId)> {
+        let mut meshes = Vec::new();
+        for i in 0..copies {
+            let mut elsewhere = quad(1);
+            elsewhere
+                .positions
+                .iter_mut()
+                .for_each(|p| *p += Vec3::Z * (1 + i) as f32);
+            elsewhere.triangles.truncate(1);
+            meshes.extend([(quad(1), MaterialId(0)), (elsewhere, MaterialId(0))]);
+        }
+        meshes
+    }
+
+    #[test]
+    fn many_coincident_triangles_of_other_meshes_are_counted() {
+        let largest = |copies: usize, is_instanced: bool| {
+            let mut builder = SceneBuilder::new();
+            emitting(&mut builder, 0.0);
+            let meshes = quads_of_materials(copies);
+            if is_instanced {
+                let prototype = builder.add_prototype(meshes).unwrap();
+                builder
+                    .add_instance(prototype, Placement::Still(Affine3A::IDENTITY))
+                    .unwrap();
+            } else {
+                meshes
+                    .into_iter()
+                    .for_each(|(mesh, material)| builder.add_mesh(mesh, material).unwrap());
+            }
+            builder.build().unwrap().1.coincident_triangles
+        };
+        assert_eq!(largest(500, false), 500);
+        assert_eq!(largest(500, true), 500);
+        assert_eq!(largest(40, false), 40);
+        assert_eq!((largest(31, false), largest(1, false)), (0, 0));
     }
 
     #[test]

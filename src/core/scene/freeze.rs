@@ -46,6 +46,9 @@ impl SceneBuilder {
         let objects = &mut self.instance_objects;
         self.report.repeated_instances =
             remove_repeated_instances(&mut self.instances, objects, |prototype| prototype.0);
+        // Triangles of different instances are not compared.
+        let groups = self.prototypes.iter().chain([&self.meshes]);
+        self.report.coincident_triangles = self.samples.largest_coincidence(groups.map(Vec::as_slice));
         self.widen_hulls();
         let bounds = self.bounds();
         check_extent("the scene", bounds)?;

@@ -84,6 +84,17 @@ pub struct DiskParameters {
     pub radiance: Spectrum,
 }
 
+/// The light of a picture that the program made.
+fn environment_of(
+    kind: EnvironmentKind,
+    image: LatLongImage,
+    scale: f32,
+    rotation: Quat,
+) -> Result<EnvironmentLight, BuildError> {
+    check_environment(kind.name(), &image, scale, rotation)?;
+    Ok(EnvironmentLight::new(image, scale, rotation).of_kind(kind))
+}
+
 impl SceneBuilder {
     /// Adds light from a disc at infinity: it travels in `direction` with `irradiance` W·m⁻² on a surface that faces it, and the disc is `angle` degrees
     /// wide, 0.01 to 180. With 0 it is the parallel light of [`SceneBuilder::add_directional_light`].
@@ -114,8 +125,21 @@ impl SceneBuilder {
         // The picture's sun stands above −z, at azimuth 180.
         let turn = Quat::from_rotation_y((azimuth.rem_euclid(360.0) - 180.0).to_radians());
         let rotation = Horizon::new(up).rotation() * turn;
-        let image = Sky::new(elevation, sky.turbidity).image();
-        self.add_environment_of(EnvironmentKind::Sky, image, sky.scale, rotation)
+        // Making a picture takes 15 ms, and skies that differ in scale, direction and azimuth share it.
+        let key = [elevation, sky.turbidity].map(f32::to_bits);
+        let light = match self.skies.get(&key) {
+            Some(known) => {
+                check_environment(EnvironmentKind::Sky.name(), known.image(), sky.scale, rotation)?;
+                known.placed(sky.scale, rotation)
+            }
+            None => {
+                let image = Sky::new(elevation, sky.turbidity).image();
+                environment_of(EnvironmentKind::Sky, image, sky.scale, rotation)?
+            }
+        };
+        self.skies.entry(key).or_insert_with(|| light.clone());
+        self.add_light(Light::Environment(Box::new(light)));
+        Ok(())
     }
 
     /// Adds the lamps and the wall of a studio ([`studio_image`]).
@@ -124,18 +148,7 @@ impl SceneBuilder {
         check_number("studio", "front", studio.front)?;
         let turn = Quat::from_rotation_y(studio.front.rem_euclid(360.0).to_radians());
         let rotation = Horizon::new(up).rotation() * turn;
-        self.add_environment_of(EnvironmentKind::Studio, studio_image(), studio.scale, rotation)
-    }
-
-    fn add_environment_of(
-        &mut self,
-        kind: EnvironmentKind,
-        image: LatLongImage,
-        scale: f32,
-        rotation: Quat,
-    ) -> Result<(), BuildError> {
-        check_environment(kind.name(), &image, scale, rotation)?;
-        let light = EnvironmentLight::new(image, scale, rotation).of_kind(kind);
+        let light = environment_of(EnvironmentKind::Studio, studio_image(), studio.scale, rotation)?;
         self.add_light(Light::Environment(Box::new(light)));
         Ok(())
     }

@@ -19,7 +19,7 @@ mod rectangles;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
-pub use duplicates::CoincidentEmitters;
+pub use duplicates::{CoincidentEmitters, MANY_COINCIDENT};
 pub use ground::{Ground, GroundPlane};
 pub(crate) use lamp_hulls::HullHit;
 pub use made_lights::{
@@ -40,6 +40,7 @@ use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
 use std::cell::OnceCell;
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -275,10 +276,13 @@ impl Scene {
     pub fn bytes(&self) -> u64 {
         let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();
         let facets: usize = self.facets.iter().map(|n| size_of_val(n.as_slice())).sum();
+        // Skies share pictures.
+        let mut pictures = HashSet::new();
         let maps: usize = self
             .lights
             .iter()
             .map(|light| match light {
+                Light::Environment(light) if !pictures.insert(std::ptr::from_ref(light.image()) as usize) => 0,
                 Light::Environment(light) => light.bytes(),
                 Light::Textured(_) => size_of::<TexturedTriangle>(),
                 _ => 0,

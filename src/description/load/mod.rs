@@ -179,6 +179,7 @@ impl<'a> Loader<'a> {
             return inspection;
         }
         self.builder.panes(self.file.load.parameters.panes());
+        self.observer.begin("building the scene", 1);
         match self.builder.build() {
             Ok((scene, mut report)) => {
                 // Where files are missing, nothing is known of lights.
@@ -375,6 +376,14 @@ fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Fin
         );
         let error = file.whole(message).help("delete all but one of them");
         findings.add(Severity::Warning, "coincident-emitters", error);
+    }
+    if report.coincident_triangles > 0 {
+        let count = report.coincident_triangles;
+        let message = format!(
+            "up to {count} triangles of different materials or objects lie at one place: each ray there is tested with all of them, and hits any of them"
+        );
+        let error = file.whole(message).help("delete all but one of them");
+        findings.add(Severity::Warning, "coincident-triangles", error);
     }
 }
 

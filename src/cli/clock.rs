@@ -10,20 +10,21 @@ pub(super) struct Clock {
     pub checkpoint: Timer,
     pub images: Timer,
     pub preview: Timer,
-    limit: Timer,
+    /// The end of `--time-limit`.
+    end: Option<Instant>,
     /// Nothing is due before: the render is to get on, however long it takes to write.
     rest: Option<Instant>,
 }
 
 impl Clock {
-    /// Starts now. Seconds, but for the preview.
-    pub fn new(checkpoint: Option<f64>, images: Option<f64>, preview: Option<Duration>, limit: Option<f64>) -> Self {
+    /// Starts timers of `checkpoint` and `images` seconds and of `preview`. The render ends at `end`.
+    pub fn new(checkpoint: Option<f64>, images: Option<f64>, preview: Option<Duration>, end: Option<Instant>) -> Self {
         let seconds = |s: f64| Duration::try_from_secs_f64(s).ok();
         Self {
             checkpoint: Timer::new(checkpoint.and_then(seconds)),
             images: Timer::new(images.and_then(seconds)),
             preview: Timer::new(preview),
-            limit: Timer::new(limit.and_then(seconds)),
+            end,
             rest: None,
         }
     }
@@ -37,7 +38,7 @@ impl Clock {
 
     /// Time at which the render ends for good.
     pub fn end(&self) -> Option<Instant> {
-        self.limit.due
+        self.end
     }
 
     /// The render was left for so long: now it is not, for as long at least.
@@ -45,8 +46,9 @@ impl Clock {
         self.rest = Instant::now().checked_add(pause);
     }
 
+    /// Returns true if the time at which the render ends is past.
     pub fn is_over(&self) -> bool {
-        self.limit.is_due()
+        self.end.is_some_and(|end| Instant::now() >= end)
     }
 }
 
@@ -90,7 +92,7 @@ mod tests {
     /// Where writing takes longer than the intervals are, half of the time is left to the render.
     #[test]
     fn a_render_gets_on_however_long_it_takes_to_write() {
-        let mut clock = Clock::new(Some(1e-6), Some(1e-6), None, Some(1e-6));
+        let mut clock = Clock::new(Some(1e-6), Some(1e-6), None, Some(Instant::now()));
         let soon = |due: Option<Instant>| due.is_some_and(|due| due < Instant::now() + Duration::from_secs(1));
         assert!(soon(clock.pause()) && soon(clock.end()));
         clock.rest_after(Duration::from_secs(60));

@@ -17,6 +17,7 @@ use signal_hook::iterator::Signals;
 use std::io::Write as _;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -110,9 +111,40 @@ fn style(facts: &str) -> ProgressStyle {
     ProgressStyle::with_template(&format!("{bar} {facts}")).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
+/// Interval at which bars show the time while nothing else changes them.
+const TICK: Duration = Duration::from_secs(1);
+
+/// Does `work`. If it takes longer than a second, a line on a terminal names it and shows its time.
+pub(super) fn announced<T>(name: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+    if quiet {
+        return work();
+    }
+    thread::scope(|scope| {
+        let (done, waits) = channel::<()>();
+        scope.spawn(move || {
+            let is_working = || waits.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout);
+            if is_working() {
+                let style = ProgressStyle::with_template("{msg}  {elapsed}");
+                let style = style.unwrap_or_else(|_| ProgressStyle::default_spinner());
+                let bar = ProgressBar::new_spinner().with_style(style).with_elapsed(TICK);
+                bar.set_message(name);
+                while is_working() {
+                    bar.tick();
+                }
+                bar.finish_and_clear();
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
+}
+
 /// A bar with rate and remaining time on a terminal; nothing elsewhere.
 pub(super) struct Progress {
     bar: ProgressBar,
+    /// True until the first sample.
+    is_preparing: AtomicBool,
 }
 
 impl Progress {
@@ -121,6 +153,7 @@ impl Progress {
         if quiet {
             return Self {
                 bar: ProgressBar::hidden(),
+                is_preparing: AtomicBool::new(false),
             };
         }
         let style = style("{whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go")
@@ -131,8 +164,19 @@ impl Progress {
             .with_key("rate", |state: &ProgressState, w: &mut dyn std::fmt::Write| {
                 let _ = write!(w, "{}", HumanCount(state.per_sec() as u64));
             });
+        let bar = ProgressBar::new(samples).with_style(style);
+        bar.set_message("preparing  ");
+        bar.enable_steady_tick(TICK);
         Self {
-            bar: ProgressBar::new(samples).with_style(style),
+            bar,
+            is_preparing: AtomicBool::new(true),
+        }
+    }
+
+    /// Removes the message of preparing.
+    fn end_preparing(&self) {
+        if self.is_preparing.load(Ordering::Relaxed) && self.is_preparing.swap(false, Ordering::Relaxed) {
+            self.bar.set_message("");
         }
     }
 
@@ -219,6 +263,7 @@ impl LoadObserver for Loading {
         self.bar.reset();
         self.bar.set_length(units);
         self.bar.set_message(escaped(what));
+        self.bar.enable_steady_tick(TICK);
     }
 
     fn advance(&self, units: u64) {
@@ -234,10 +279,12 @@ fn floored_percent(done: u64, of: Option<u64>) -> u64 {
 
 impl Observer for Progress {
     fn progress(&self, samples: u64) {
+        self.end_preparing();
         self.bar.inc(samples);
     }
 
     fn expect(&self, samples: u64, error: f64) {
+        self.end_preparing();
         self.bar.set_length(self.bar.position() + samples);
         self.bar.set_message(format!("error {}  ", percent(error)));
     }

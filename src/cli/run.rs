@@ -9,7 +9,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
-use super::progress::{Heeding, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
+use super::progress::{Heeding, Loading, Progress, TimedProgress, announced, interrupted_for, is_interrupted};
 use super::stats::{Chains, Denoised, Dropped, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices, print_picture};
@@ -17,7 +17,7 @@ use super::tev::Preview;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::film::{Image, Spikes, metered};
-use crate::io::{FileError, Format, Warning, guarded, in_words};
+use crate::io::{FileError, Format, LoadObserver, Warning, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{BUILD, RenderState, Renderer, Session, Settings, Unfinished};
 use std::path::PathBuf;
@@ -49,6 +49,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let checkpointer = Checkpointer::new(args, checkpoint)?;
     let preview = Preview::new(args)?;
     let loading = Loading::new(job.quiet);
+    loading.begin("reading the scene", 1);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
@@ -68,6 +69,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         renamed.map(|words| Warning::new("renamed-output", words)).as_slice(),
         idle_aov(args, &files.images).as_slice(),
         narrow_picture(&job.settings).as_slice(),
+        negative_lobes(&job.settings).as_slice(),
     ]
     .concat();
     job.shown_warnings.show_each(&of_flags);
@@ -84,7 +86,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     }
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
     let load_s = start.elapsed().as_secs_f64();
-    let renderer = session.renderer()?;
+    let renderer = announced("building the acceleration structure", job.quiet, || session.renderer())?;
     let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {
         let run = Run {
             job: &job,
@@ -129,6 +131,14 @@ fn narrow_picture(settings: &Settings) -> Option<Warning> {
         )
     };
     is_slow.then(|| Warning::new("narrow-picture", text()))
+}
+
+/// Notes that the filter may make pixels negative.
+fn negative_lobes(settings: &Settings) -> Option<Warning> {
+    let text = "the mitchell filter has negative lobes: pixels of EXR files beside bright ones may be negative\n  \
+                help: use --filter gaussian or blackman-harris if a program cannot read such pixels";
+    let is_negative = settings.filter.has_negative_lobes();
+    is_negative.then(|| Warning::new("negative-lobes", text))
 }
 
 /// Warns of `--aov` where no file that is written has further channels.
@@ -316,8 +326,11 @@ impl Run<'_> {
     /// That no sample was taken before `stop`, and what else went wrong.
     fn nothing_written(&self, mut failures: Vec<String>, stop: Stop) -> CliError {
         let came = match stop {
-            Stop::Interrupt => "interrupted",
-            _ => "--time-limit came",
+            Stop::Interrupt => "interrupted".into(),
+            _ => format!(
+                "--time-limit came (reading and building took {:.1} s)",
+                self.load_s + self.renderer.build_seconds()
+            ),
         };
         let words = format!(
             "{came} before the first sample was complete: no picture was written, and existing files were kept"
@@ -343,7 +356,9 @@ impl Run<'_> {
         let progress = Progress::new(settings.crop().area() * settings.samples().len() as u64, job.quiet);
         progress.skip(state.film.samples());
         let interval = checkpointer.map(|checkpointer| checkpointer.interval);
-        let mut clock = Clock::new(interval, self.files.write_every, preview.interval, job.time_limit);
+        let limit = job.time_limit.and_then(|s| Duration::try_from_secs_f64(s).ok());
+        let end = limit.and_then(|limit| self.start.checked_add(limit));
+        let mut clock = Clock::new(interval, self.files.write_every, preview.interval, end);
         let stop = loop {
             let timed = TimedProgress {
                 progress: &progress,

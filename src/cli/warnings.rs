@@ -35,7 +35,12 @@ impl ShownWarnings {
     /// Prints `warnings` that are not about the scene's files: there are few of them, and `embrasure check` does not report them.
     pub fn show_each(self, warnings: &[Warning]) {
         if self != Self::None {
-            warnings.iter().for_each(words::warning);
+            for warning in warnings {
+                match warning.is_note() {
+                    true => words::note(warning),
+                    false => words::warning(warning),
+                }
+            }
         }
     }
 

@@ -222,6 +222,20 @@ fn a_picture_of_no_sample_is_not_written() {
     }
 }
 
+/// Reading a scene takes longer than the limit, so that no sample is left to take, though each takes microseconds.
+#[test]
+fn time_limit_below_the_time_of_reading_ends_the_render_before_the_first_sample() {
+    let folder = scene();
+    let args = split("render s.toml -q --size 1x1 --spp 100000000 --time-limit 0.001s -o a.png --stats s.json");
+    let said = refused(folder.path(), &args, 1);
+    assert!(
+        said.contains("--time-limit came") && said.contains("reading and building took"),
+        "{said}"
+    );
+    assert_eq!(read_json(&folder.path().join("s.json"))["samples"], 0);
+    assert!(!folder.path().join("a.png").exists());
+}
+
 /// An interrupt that comes before the first sample is told by its own code.
 #[cfg(unix)]
 #[test]

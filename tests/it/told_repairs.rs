@@ -1,6 +1,6 @@
 //! What errors quote of input files, and what is repaired or ignored in them: pictures, repeated geometry, libraries.
 
-use crate::support::program::{code, done, folder, json, printed, run, split, words};
+use crate::support::program::{code, done, folder, json, lit_floor, printed, run, split, words};
 use crate::support::read_rgb;
 use std::fmt::Write as _;
 use std::fs;
@@ -296,4 +296,15 @@ fn many_coincident_triangles_of_different_materials_are_reported() {
     );
     let said = coincident(31);
     assert!(!said.contains("coincident-triangles"), "{said}");
+}
+
+#[test]
+fn filter_with_negative_lobes_is_noted() {
+    let folder = lit_floor();
+    let said = |filter: &str| {
+        let line = format!("render s.toml --size 4x4 --spp 1 --filter {filter} -o a.exr");
+        words(&done(folder.path(), &split(&line)))
+    };
+    assert!(said("mitchell").contains("note: the mitchell filter has negative lobes"));
+    assert!(!said("gaussian").contains("negative lobes"));
 }

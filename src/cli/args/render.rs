@@ -39,7 +39,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
 
-    /// Stop after this render time, such as 90s or 10m [default: off]
+    /// Stop this long after the start, such as 90s or 10m [default: off]
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time_limit: Option<f64>,
 

@@ -54,7 +54,7 @@ pub struct Finding {
 pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render tells, since what they assume changes the picture: the light, and the dialect of a library.
-const TOLD_NOTES: [&str; 2] = [DEFAULT_LIGHT, "mtl-dialect"];
+const TOLD_NOTES: [&str; 3] = [DEFAULT_LIGHT, "mtl-dialect", "negative-lobes"];
 
 /// Places that a finding names besides the first.
 pub const MAX_PLACES: usize = 5;

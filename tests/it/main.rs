@@ -53,6 +53,7 @@ mod photons;
 mod plots;
 #[cfg(feature = "tobj")]
 mod readers;
+mod replays;
 mod reuse;
 mod rust_version;
 mod same_pictures;

@@ -22,14 +22,16 @@ with_obvhs  = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 UNITS   = -p embrasure-core -p embrasure-embree-sys --lib --locked --features "embrasure-core/embree embrasure-core/tobj $(call features,embrasure-core)"
 OPT_1   = --config profile.$(1).package.embrasure-core.opt-level=1
 # Builds without C: of tests/it they run what traces rays by its own backend or names it. Lobes, textures, files and sampling are the same code in all builds.
-NO_C       := -p embrasure -p embrasure-core --locked --no-default-features
-FLAGS_obvhs = $(NO_C) --features "embrasure/cli embrasure/obvhs"
+# The packages of C libraries are named with them, which build none of these: bindgen asks more of procedural macros than others do, and without these packages
+# all that uses such macros would be compiled once more.
+NO_C        = -p embrasure -p embrasure-embree-sys $(if $(call optional,oidn,HAS_OIDN,x),-p embrasure-oidn) --locked --no-default-features
+FLAGS_obvhs = $(NO_C) $(call OPT_1,dev) --config profile.dev.package.embrasure.opt-level=0 --features "embrasure/cli embrasure/obvhs"
 IT_obvhs   := backends:: check::memory_is_forecast closed_forms:: command_line:: motion:: surfaces::
 
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test test-all test-checked test-obvhs test-farm test-view screenshots python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb package clean
+.PHONY: help setup demo lint test test-all test-long test-obvhs test-farm test-view screenshots python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb package clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -57,26 +59,29 @@ lint: setup ## check formatting, words, the public interface, clippy and rustdoc
 	$(CARGO) clippy $(NO_C) --features embrasure/cli --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --exclude embrasure-python --no-deps --document-private-items $(FEATURES)
 
-# Statistical tests take all their samples where EMBRASURE_LONG is set, and a quarter elsewhere (tests/support).
-test-all: setup ## run every test with all samples, in every build, the Python module, and every command of the guide; half an hour
-	EMBRASURE_LONG=1 EMBRASURE_GUIDE=all $(CARGO) test --release $(FEATURES)
-	$(CARGO) test --release $(UNITS) $(call OPT_1,release) -- --include-ignored
-	$(MAKE) test-python test-checked test-obvhs
+# The profile dev checks overflows and the assertions of debug builds. Its tests are optimised a little, which pays where all of them run.
+CHECKED      = --workspace --exclude embrasure-benches --exclude embrasure-core --exclude embrasure-oidn $(FEATURES)
 
-test-checked: setup ## run the tests of `make test` with checks of overflow and the assertions of debug builds
-	$(CARGO) test $(FEATURES) --test it
+test-all: setup ## run every test in a checked build, those of the Python module and of the page too, and a build without Embree; half an hour
+	@$(HAS_PYTHON) || { echo 'skipped: tests of the Python module'; [ -z "$$EMBRASURE_REQUIRE_PYTHON" ]; }
+	EMBRASURE_LONG=1 $(CARGO) test $(CHECKED)
 	$(CARGO) test $(UNITS) $(call OPT_1,dev)
+	$(MAKE) test-obvhs
+
+test-long: setup ## run tests/it with all the samples of statistical tests, of which other targets take a quarter, and every command of the guide
+	EMBRASURE_LONG=1 EMBRASURE_ALL_SAMPLES=1 EMBRASURE_GUIDE=all $(CARGO) test $(FEATURES) --test it
 
 test-obvhs: setup ## run what traces rays in a build without Embree
-	$(call with_obvhs,$(CARGO) test --release $(FLAGS_obvhs) --test it -- $(IT_obvhs))
+	$(call with_obvhs,$(CARGO) test $(FLAGS_obvhs) --test it -- $(IT_obvhs))
 
 python: setup ## build the Python module, and the program, for use in place: PYTHONPATH=out/python
 	$(CARGO) build --release -p embrasure -p embrasure-python $(FEATURES) --features "$(call features,embrasure-python)"
 	scripts/python-package $(TARGET)/release/libembrasure_python.so out/python
 
 test-python: setup ## test the Python module against the program, with its types, notebooks and page
-	@$(HAS_PYTHON) || { echo 'skipped: tests of the Python module'; [ -z "$$EMBRASURE_REQUIRE_PYTHON" ]; }
-	if $(HAS_PYTHON); then $(CARGO) test --release -p embrasure -p embrasure-python $(FEATURES) --features "$(call features,embrasure-python)" --bin embrasure --test pytest -- --nocapture; fi
+	$(HAS_PYTHON)
+	$(CARGO) build $(CHECKED) --bin embrasure --test pytest
+	$(CARGO) test $(CHECKED) --test pytest -- --nocapture
 
 test-view: setup ## test the page of `embrasure view`, in headless Chromium where it is there, and its server
 	EMBRASURE_LONG=1 $(CARGO) test --release $(FEATURES) --test view -- --nocapture

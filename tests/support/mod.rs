@@ -23,18 +23,20 @@ use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 
-/// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-all`, which sets
-/// `EMBRASURE_LONG`, and a quarter elsewhere. A bound in standard errors holds for either; [`slack`] is
-/// the factor of one that was set for all.
-///
-/// Tests that take long say `#[cfg_attr(not(long), ignore = "long")]`; build.rs sets that configuration.
+/// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-long`, which sets
+/// `EMBRASURE_ALL_SAMPLES`, and a quarter elsewhere. A bound in standard errors holds for either;
+/// [`slack`] is the factor of one that was set for all.
 pub fn budget(n: u32) -> u32 {
-    if cfg!(long) { n } else { n / 4 }
+    if takes_all_samples() { n } else { n / 4 }
 }
 
 /// Standard errors of a test by its [`budget`], over those by all of its samples.
 pub fn slack() -> f64 {
-    if cfg!(long) { 1.0 } else { 2.0 }
+    if takes_all_samples() { 1.0 } else { 2.0 }
+}
+
+fn takes_all_samples() -> bool {
+    std::env::var_os("EMBRASURE_ALL_SAMPLES").is_some()
 }
 
 /// The backend this program was built with, or the oracle.

@@ -1,6 +1,7 @@
 //! Every unbiased estimator against the default one, pixel by pixel.
 #![cfg(feature = "embree")]
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
@@ -192,7 +193,6 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
             sum += difference;
             variance += v;
         }
-        let z = sum / variance.sqrt().max(1e-9);
         if c == 1 {
             println!(
                 "{what}: {:+.5} ± {:.5} of the mean",
@@ -200,10 +200,8 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
                 variance.sqrt() / total
             );
         }
-        assert!(
-            z.abs() < 4.0,
-            "{what}: the means of channel {c} differ by {z:.2} standard errors"
-        );
+        let difference = Mean::new(sum, variance.sqrt().max(1e-9));
+        assert_same_mean(format!("{what}, channel {c}"), difference, Mean::exact(0.0));
     }
     let share = beyond as f64 / (3 * a.len()) as f64;
     assert!(
@@ -400,24 +398,22 @@ fn dependent_samples_have_the_same_means() {
                 };
                 let films: Vec<_> = (1..=SEEDS).map(|seed| pixels(film(seed))).collect();
                 for c in 0..3 {
-                    let z = |value: &dyn Fn(&[Accumulator]) -> f64, variance: f64| {
+                    let means = |value: &dyn Fn(&[Accumulator]) -> f64, variance: f64| {
                         let values: Vec<f64> = films.iter().map(|film| value(film)).collect();
-                        let n = SEEDS as f64;
-                        let mean = values.iter().sum::<f64>() / n;
-                        let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-                        (mean - value(&reference)) / (spread / (n * (n - 1.0)) + variance).sqrt().max(1e-9)
+                        [
+                            Mean::of(&values),
+                            Mean::new(value(&reference), variance.sqrt().max(1e-9)),
+                        ]
                     };
-                    let picture = z(
+                    let [a, b] = means(
                         &|film| film.iter().map(|sums| sums.mean(c)).sum(),
                         reference.iter().map(|sums| sums.variance_of_mean(c)).sum(),
                     );
-                    assert!(
-                        picture.abs() < 4.0,
-                        "{what}, {directions:?}: z of channel {c} is {picture:.2}"
-                    );
+                    assert_same_mean(format!("{what}, {directions:?}, channel {c}"), a, b);
                     let far = (0..reference.len()).filter(|&i| {
                         // Student's distribution has heavier tails than the normal one.
-                        z(&|film| film[i].mean(c), reference[i].variance_of_mean(c)).abs() > 5.0
+                        let [a, b] = means(&|film| film[i].mean(c), reference[i].variance_of_mean(c));
+                        a.t(b).0.abs() > 5.0
                     });
                     assert!(far.count() <= 1, "{what}, {directions:?}: pixels of channel {c} differ");
                 }

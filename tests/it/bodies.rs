@@ -1,6 +1,7 @@
 //! What happens to light inside of transmitting bodies: absorption.
 
 use crate::bidirectional::{assert_same_means, bidirectional, light_tracer, renders};
+use crate::support::statistics::{Mean, assert_means_within};
 use crate::support::*;
 use embrasure::color::Spectrum;
 use embrasure::integrator::{DirectLight, PathIntegrator, Strategy};
@@ -38,12 +39,8 @@ fn slabs_absorb_by_beers_law() {
         for (c, absorption) in ABSORPTION.into_iter().enumerate() {
             let a = (-f64::from(absorption * thickness)).exp();
             let expected = 2.0 * (1.0 - r).powi(2) * a / (1.0 - r * r * a * a);
-            let (mean, error) = (film_mean(&film, c), film_error(&film, c));
-            println!("{ior} {thickness} {c}: {mean} ± {error}, expected {expected}");
-            assert!(
-                (mean / expected - 1.0).abs() < 3e-3 + 3.0 * error / expected,
-                "{ior} {thickness} {c}: {mean}, not {expected}"
-            );
+            let what = format!("{ior} {thickness} {c}");
+            assert_means_within(what, Mean::of_film(&film, c), Mean::exact(expected), 3e-3 * expected);
         }
     }
 }
@@ -67,11 +64,8 @@ fn ways_through_bodies_count() {
         let film = render_film(&scene(), pinhole(from, to, 0.1), [8, 8], 4096, Some(8));
         for (c, absorption) in ABSORPTION.into_iter().enumerate() {
             let expected = (-f64::from(absorption) * length).exp();
-            let (mean, error) = (film_mean(&film, c), film_error(&film, c));
-            assert!(
-                (mean / expected - 1.0).abs() < 3e-3 + 3.0 * error / expected,
-                "{from} {c}: {mean} ± {error}, not {expected}"
-            );
+            let what = format!("{from} {c}");
+            assert_means_within(what, Mean::of_film(&film, c), Mean::exact(expected), 3e-3 * expected);
         }
     }
 }

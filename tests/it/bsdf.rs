@@ -1,6 +1,7 @@
 //! Lobes and mixtures: samples against densities, energy, reciprocity.
 
 use crate::chi_square::{chi_square, sidak};
+use crate::support::statistics::{Mean, assert_means_within, assert_same_mean};
 use embrasure::bsdf::*;
 use embrasure::color::Spectrum;
 use embrasure::material::{Gloss, Material};
@@ -1096,12 +1097,7 @@ fn rough_objects_vanish_in_a_furnace() {
         assert!(report.scaled_materials.is_empty());
         let camera = crate::support::pinhole(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, 36.0);
         let film = crate::support::render_film(&scene, camera, [48, 48], 256, None);
-        let (mean, error) = (
-            crate::support::film_mean(&film, 0),
-            crate::support::film_error(&film, 0),
-        );
-        eprintln!("{name}: {mean:.5} ± {error:.5}");
-        assert!((mean - 1.0).abs() < 5e-3 + 4.0 * error, "{name}: {mean} ± {error}");
+        assert_means_within(name, Mean::of_film(&film, 0), Mean::exact(1.0), 5e-3);
     }
 }
 
@@ -1176,13 +1172,12 @@ fn light_through_rough_glass_is_found_both_ways() {
                 crate::support::budget(1024),
                 3,
             );
-            (
-                crate::support::film_mean(&film, 0),
-                crate::support::film_error(&film, 0),
-            )
+            // Pixels that share paths have common errors: theirs is taken for too small.
+            let mean = Mean::of_film(&film, 0);
+            Mean::new(mean.value, if reuse { 2.0 * mean.error() } else { mean.error() })
         })
     };
-    let (expected, error) = mean(Directions::Bsdf, DirectLight::Mis, false);
+    let expected = mean(Directions::Bsdf, DirectLight::Mis, false);
     for (directions, direct, reuse) in [
         (Directions::Bsdf, DirectLight::None, false),
         (Directions::Bsdf, DirectLight::Light, false),
@@ -1191,16 +1186,8 @@ fn light_through_rough_glass_is_found_both_ways() {
         (Directions::Cosine, DirectLight::Mis, false),
         (Directions::Uniform, DirectLight::Mis, true),
     ] {
-        let (other, other_error) = mean(directions, direct, reuse);
-        let z = (other - expected) / error.hypot(other_error);
-        eprintln!(
-            "{directions:?} {direct:?} {reuse}: {other:.5} ± {other_error:.5} against {expected:.5} ± {error:.5}"
-        );
-        // Pixels that share paths have common errors: theirs is taken for too small.
-        assert!(
-            z.abs() < if reuse { 8.0 } else { 4.0 },
-            "{directions:?} {direct:?} {reuse}: {z}"
-        );
+        let what = format!("{directions:?} {direct:?} {reuse}");
+        assert_same_mean(what, mean(directions, direct, reuse), expected);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Renders against answers known on paper.
 
+use crate::support::statistics::{Mean, assert_means_within};
 use crate::support::*;
 use embrasure::camera::{Aperture, Camera};
 use embrasure::color::Spectrum;
@@ -167,10 +168,9 @@ fn floor(b: &mut SceneBuilder, rho: f32) {
 }
 
 /// Radiance of the floor at `p`, seen through a tiny field of view, with its standard error.
-fn floor_radiance(scene: &Scene, p: Vec3, spp: u32) -> (f64, f64) {
+fn floor_radiance(scene: &Scene, p: Vec3, spp: u32) -> Mean {
     let camera = pinhole(p + Vec3::new(0.4, 0.7, 1.0), p, 0.01);
-    let film = render_film(scene, camera, [8, 8], spp, Some(1));
-    (film_mean(&film, 0), film_error(&film, 0))
+    Mean::of_film(&render_film(scene, camera, [8, 8], spp, Some(1)), 0)
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn irradiance_under_a_point_light() {
         let to_light = (position - p).as_dvec3();
         let cosine = to_light.normalize().y;
         let expected = rho as f64 / PI * intensity as f64 * cosine / to_light.length_squared();
-        let (radiance, _) = floor_radiance(&scene, p, 16);
+        let radiance = floor_radiance(&scene, p, 16).value;
         assert!(
             (radiance / expected - 1.0).abs() < 1e-3,
             "{p}: {radiance}, expected {expected}"
@@ -228,12 +228,9 @@ fn irradiance_under_polygonal_emitters() {
         let scene = b.build().unwrap().0;
         for p in [Vec3::ZERO, Vec3::new(1.5, 0.0, 0.7), Vec3::new(-0.4, 0.0, 0.9)] {
             let expected = rho as f64 / PI * lambert_irradiance(p, corners, radiance as f64);
-            let (got, error) = floor_radiance(&scene, p, 4096);
-            assert!(
-                (got - expected).abs() < 4.0 * error + 1e-4 * expected,
-                "{p}: {got} ± {error}, expected {expected}"
-            );
-            assert!(error < 2e-3 * expected, "too noisy to tell: {error} of {expected}");
+            let got = floor_radiance(&scene, p, 4096);
+            assert_means_within(p, got, Mean::exact(expected), 1e-4 * expected);
+            assert!(got.error() < 2e-3 * expected, "{got}: the error is too large");
         }
     }
 }
@@ -250,7 +247,7 @@ fn the_back_of_an_emitter_is_dark() {
     floor(&mut b, 0.8);
     add(&mut b, polygon(&corners), material(0.0, 3.0));
     let scene = b.build().unwrap().0;
-    assert_eq!(floor_radiance(&scene, Vec3::ZERO, 256).0, 0.0);
+    assert_eq!(floor_radiance(&scene, Vec3::ZERO, 256).value, 0.0);
 }
 
 #[test]
@@ -418,12 +415,13 @@ fn filters_blur_an_edge_by_their_integral() {
         for (pixel, sums) in film.pixels() {
             let edge = (4.3 - (pixel.x as f64 + 0.5)).clamp(-radius, radius);
             let expected = integral(edge) / integral(radius);
-            let (got, sigma) = (sums.mean(0), sums.variance_of_mean(0).sqrt());
-            grey += usize::from(sigma > 1e-3);
-            assert!(
-                (got - expected).abs() < 4.5 * sigma + 1e-4,
-                "{kind:?}: column {} shows {got}, not {expected} (σ {sigma})",
-                pixel.x
+            let got = Mean::new(sums.mean(0), sums.variance_of_mean(0).sqrt());
+            grey += usize::from(got.error() > 1e-3);
+            assert_means_within(
+                format!("{kind:?}, column {}", pixel.x),
+                got,
+                Mean::exact(expected),
+                1e-4,
             );
         }
         assert!(grey >= 8, "{kind:?}: {grey} pixels see the edge");

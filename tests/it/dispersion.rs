@@ -1,6 +1,7 @@
 //! Glass that refracts each wavelength by an index of its own.
 
 use crate::support::program::{done, folder, refused, split};
+use crate::support::statistics::{Mean, assert_means_within, assert_same_mean};
 use crate::support::*;
 use embrasure::color::Spectrum;
 use embrasure::integrator::{NaiveIntegrator, Roulette};
@@ -116,14 +117,10 @@ fn prisms_deflect_each_wavelength_by_snells_law() {
             }
         }
         for (c, expected) in expected.into_iter().enumerate() {
-            let (mean, error) = (film_mean(&film, c), film_error(&film, c));
-            println!("{middle} nm, channel {c}: {mean} ± {error}, expected {expected}");
             // The disc is wide to f32 of the cosine of its rim.
-            let slack = 3e-3 * expected.max(0.02);
-            assert!(
-                (mean - expected).abs() < 4.0 * error + slack,
-                "{middle} nm, channel {c}: {mean} ± {error}, not {expected}"
-            );
+            let allowed = 3e-3 * expected.max(0.02);
+            let what = format!("{middle} nm, channel {c}");
+            assert_means_within(what, Mean::of_film(&film, c), Mean::exact(expected), allowed);
         }
     }
 }
@@ -209,11 +206,8 @@ fn dispersed_light_is_the_mean_over_wavelengths() {
             .enumerate()
         {
             let error = (variance + other).sqrt();
-            let z = (mean - expected) / error;
-            println!(
-                "{what}, region {i}: {mean:.5} ± {error:.5}, expected {expected:.5} (z {z:.2}), without dispersion {plain:.5}"
-            );
-            assert!(z.abs() < 4.0, "{what}, region {i}: {mean} ± {error}, not {expected}");
+            let means = [(mean, variance), (expected, other)].map(|(mean, variance)| Mean::new(mean, variance.sqrt()));
+            assert_same_mean(format!("{what}, region {i}"), means[0], means[1]);
             assert!(
                 error < 0.02 * slack() * expected,
                 "{what}, region {i}: {mean} ± {error} says too little"

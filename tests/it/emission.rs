@@ -1,6 +1,7 @@
 //! Light that sets out: samples against densities, their power, and what they bring to a floor against light that is sampled from there.
 
 use crate::chi_square::{chi_square, sidak};
+use crate::support::statistics::{Mean, assert_means_within, assert_same_mean};
 use crate::support::*;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
 use embrasure::color::Spectrum;
@@ -362,8 +363,8 @@ fn samples_carry_the_densities_that_are_asked_for_later() {
     }
 }
 
-/// Mean over all draws, and its standard error, channel by channel.
-fn mean(n: u32, value: impl Fn(u32) -> Spectrum) -> [(f64, f64); 3] {
+/// Means over all draws of the channels.
+fn mean(n: u32, value: impl Fn(u32) -> Spectrum) -> [Mean; 3] {
     let mut sums = [[0.0; 2]; 3];
     for i in 0..n {
         for (sum, v) in sums.iter_mut().zip(value(i).to_array()) {
@@ -373,7 +374,7 @@ fn mean(n: u32, value: impl Fn(u32) -> Spectrum) -> [(f64, f64); 3] {
     }
     sums.map(|[sum, squares]| {
         let mean = sum / n as f64;
-        (mean, ((squares / n as f64 - mean * mean).max(0.0) / n as f64).sqrt())
+        Mean::new(mean, ((squares / n as f64 - mean * mean).max(0.0) / n as f64).sqrt())
     })
 }
 
@@ -431,22 +432,20 @@ fn the_mean_weight_is_the_power() {
     for case in cases() {
         let means = mean(SAMPLES, |i| case.sample(i).map_or(Spectrum::ZERO, |e| e.weight()));
         let expected = power(&case);
-        eprintln!("{}: {means:.4?} against {expected:.4?}", case.name);
-        for ((mean, error), expected) in means.into_iter().zip(expected) {
-            let tolerance = 4.0 * error + 2e-4 * expected;
+        for (mean, expected) in means.into_iter().zip(expected) {
+            assert_means_within(case.name, mean, Mean::exact(expected), 2e-4 * expected);
             assert!(
-                (mean - expected).abs() < tolerance,
-                "{}: {mean} ± {error}, not {expected}",
-                case.name
-            );
-            assert!(
-                error < 0.02 * expected,
-                "{}: {mean} ± {error} says too little",
+                mean.error() < 0.02 * expected,
+                "{}: {mean}: the error is too large",
                 case.name
             );
         }
         // What the choice of lights takes for it
-        let luminance: f64 = means.iter().zip([0.2126, 0.7152, 0.0722]).map(|(m, w)| m.0 * w).sum();
+        let luminance: f64 = means
+            .iter()
+            .zip([0.2126, 0.7152, 0.0722])
+            .map(|(m, w)| m.value * w)
+            .sum();
         let close = match case.light {
             Light::MovingTriangle(_) | Light::Textured(_) => 0.25,
             _ => 0.03,
@@ -486,11 +485,13 @@ fn the_floor_gets_what_it_would_sample() {
         });
         for c in 0..3 {
             let [a, b] = [followed[c], sampled[c]];
-            let error = a.1.hypot(b.1);
-            let z = (a.0 - b.0) / error;
-            eprintln!("{} {c}: {a:.4?} followed, {b:.4?} sampled, z {z:.2}", case.name);
-            assert!(z.abs() < 4.0, "{} {c}: {a:?} followed, {b:?} sampled", case.name);
-            assert!(error < 0.02 * b.0, "{} {c}: {a:?} {b:?} say too little", case.name);
+            assert_same_mean(format!("{} {c}, followed and sampled", case.name), a, b);
+            let error = a.error().hypot(b.error());
+            assert!(
+                error < 0.02 * b.value,
+                "{} {c}: {a} {b}: the error is too large",
+                case.name
+            );
         }
     }
 }
@@ -565,7 +566,7 @@ fn splats_are_what_the_camera_sees() {
         let n = SAMPLES as f64;
         let brightest = splats.iter().fold(0.0, |brightest: f64, s| brightest.max(s[0] / n));
         for (pixel, [sum, squares]) in pixels().zip(splats) {
-            let splat = (sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt());
+            let splat = Mean::new(sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt());
             let [seen, ..] = mean(20_000, |i| {
                 let [u_place, u_lens, u_time, u] = numbers(i);
                 let (place, weight) = filter.sample(u_place);
@@ -577,10 +578,12 @@ fn splats_are_what_the_camera_sees() {
                     s.radiance * (weight * s.wi.y.max(0.0) / s.pdf * REFLECTED as f32)
                 })
             });
-            let error = splat.1.hypot(seen.1);
-            let z = (splat.0 - seen.0) / error;
-            assert!(z.abs() < 4.0, "{pixel}: {splat:?} splatted, {seen:?} seen, z {z}");
-            assert!(error < 0.02 * brightest, "{pixel}: {splat:?} {seen:?} say too little");
+            assert_same_mean(format!("{pixel}, splatted and seen"), splat, seen);
+            let error = splat.error().hypot(seen.error());
+            assert!(
+                error < 0.02 * brightest,
+                "{pixel}: {splat} {seen}: the error is too large"
+            );
         }
     }
 }

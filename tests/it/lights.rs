@@ -1,6 +1,7 @@
 //! Lights: samples against densities, and what they send against other ways to know it.
 
 use crate::chi_square::{chi_square, sidak};
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
@@ -291,18 +292,16 @@ fn every_choice_of_lights_gives_the_same_picture() {
             1024,
             Some(3),
         );
-        (film_mean(&film, 0), film_error(&film, 0))
+        Mean::of_film(&film, 0)
     };
-    let (reference, error) = render(SelectionMode::Power);
+    let reference = render(SelectionMode::Power);
     for mode in [
         SelectionMode::Auto,
         SelectionMode::Place,
         SelectionMode::Uniform,
         SelectionMode::All,
     ] {
-        let (mean, e) = render(mode);
-        let z = (mean - reference) / error.hypot(e);
-        assert!(z.abs() < 3.5, "{mode:?}: {mean} against {reference}, z {z}");
+        assert_same_mean(format!("{mode:?}"), render(mode), reference);
     }
 }
 
@@ -394,16 +393,12 @@ fn all_lamps_give_the_picture_by_power() {
             };
             film_of(&integrator, resolution, 1024, seed)
         });
-        (film_mean(&film, 0), film_error(&film, 0))
+        Mean::of_film(&film, 0)
     };
-    let (reference, error) = render(SelectionMode::Power, 1, DirectLight::Mis, 0);
+    let reference = render(SelectionMode::Power, 1, DirectLight::Mis, 0);
     for (samples, direct) in [(1, DirectLight::Mis), (3, DirectLight::Mis), (3, DirectLight::Light)] {
-        let (mean, other) = render(SelectionMode::All, samples, direct, 1);
-        let z = (mean - reference) / error.hypot(other);
-        assert!(
-            z.abs() < 4.0,
-            "{samples} samples, {direct:?}: {mean} against {reference}, z = {z}"
-        );
+        let mean = render(SelectionMode::All, samples, direct, 1);
+        assert_same_mean(format!("{samples} samples, {direct:?}"), mean, reference);
     }
 }
 
@@ -534,7 +529,7 @@ fn grey_texture(width: usize, height: usize, value: impl Fn(usize, usize) -> f32
 }
 
 /// Mean and standard error of what the path tracer sees of `scene`, finding light as `direct` says.
-fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, max_depth: u32) -> (f64, f64) {
+fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, max_depth: u32) -> Mean {
     let size = UVec2::splat(8);
     with_world(scene, camera, size, |world| {
         let strategy = Strategy {
@@ -545,8 +540,7 @@ fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, 
             strategy,
             ..path_tracer(world, Some(max_depth))
         };
-        let film = film_of(&integrator, size, spp, 7);
-        (film_mean(&film, 0), film_error(&film, 0))
+        Mean::of_film(&film_of(&integrator, size, spp, 7), 0)
     })
 }
 
@@ -577,13 +571,9 @@ fn a_lamp_that_is_half_black_gives_half_the_light() {
         let expected = 0.8 * 2.0 * quarter;
         let camera = pinhole(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO, 0.1);
         for direct in [DirectLight::Mis, DirectLight::Light, DirectLight::None] {
-            let (mean, error) = seen(&scene, camera, 8192, direct, 1);
-            let z = (mean - expected) / error;
-            eprintln!("{pieces} {sampling:?} {direct:?}: {mean:.5} ± {error:.5} against {expected:.5}");
-            assert!(
-                z.abs() < 4.0,
-                "{pieces} {sampling:?} {direct:?}: {mean} ± {error}, not {expected}"
-            );
+            let mean = seen(&scene, camera, 8192, direct, 1);
+            let what = format!("{pieces} {sampling:?} {direct:?}");
+            assert_same_mean(what, mean, Mean::exact(expected));
         }
     }
 }
@@ -608,15 +598,11 @@ fn a_lone_texel_lights_a_room() {
     let size = UVec2::splat(8);
     let naive = with_world(&scene, camera, size, |world| {
         let integrator = NaiveIntegrator::new(world, Some(4), Roulette::default());
-        let film = film_of(&integrator, size, 1 << 15, 6);
-        (film_mean(&film, 0), film_error(&film, 0))
+        Mean::of_film(&film_of(&integrator, size, 1 << 15, 6), 0)
     });
     for direct in [DirectLight::Mis, DirectLight::Light] {
-        let path = seen(&scene, camera, 8192, direct, 4);
-        let z = (path.0 - naive.0) / path.1.hypot(naive.1);
-        eprintln!("{direct:?}: {path:?} against {naive:?}");
-        assert!(z.abs() < 3.5, "{direct:?}: {path:?} against {naive:?}");
-        assert!(naive.1 < 0.02 * naive.0, "{naive:?} says too little");
+        assert_same_mean(format!("{direct:?}"), seen(&scene, camera, 8192, direct, 4), naive);
+        assert!(naive.error() < 0.02 * naive.value, "{naive}: the error is too large");
     }
 }
 
@@ -648,20 +634,18 @@ fn textures_of_lamps_go_with_their_copies() {
         let camera = pinhole(place + 0.5 * Vec3::Y, place, 0.1);
         [DirectLight::Light, DirectLight::None].map(|direct| seen(&scene, camera, 4096, direct, 1))
     };
-    let z = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0) / a.1.hypot(b.1);
     for (name, placement) in [
         ("mirrored", Placement::Still(mirror)),
         ("moving", Placement::Moving(vec![mirror, aside].into())),
     ] {
         let [sampled, met] = floor(Some(placement), false);
-        eprintln!("{name}: {sampled:?} sampled, {met:?} met");
-        assert!(z(sampled, met).abs() < 4.0, "{name}: {sampled:?} {met:?}");
+        assert_same_mean(name, sampled, met);
     }
     // A mirrored copy looks as if its picture were.
     let copy = floor(Some(Placement::Still(mirror)), false)[0];
     let [plain, flipped] = [false, true].map(|is_flipped| floor(None, is_flipped)[0]);
-    assert!(z(copy, flipped).abs() < 4.0, "{copy:?} {flipped:?}");
-    assert!(z(copy, plain).abs() > 20.0, "{copy:?} {plain:?}");
+    assert_same_mean("flipped", copy, flipped);
+    assert!(copy.t(plain).0.abs() > 20.0, "{copy} {plain}");
 }
 
 /// Skies of one elevation and turbidity share their picture, whatever their scale and azimuth, and add up.

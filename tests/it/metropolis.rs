@@ -2,6 +2,7 @@
 
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::bsdf::Fresnel;
 use embrasure::camera::{Camera, CameraParameters};
@@ -54,14 +55,6 @@ fn part(
     (film, statistics)
 }
 
-/// The mean of values that iterations have, and its standard error: from their spread, which knows that pixels of an iteration have errors in common.
-fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-    (mean, (spread / (n * (n - 1.0))).sqrt())
-}
-
 /// Means over the whole picture of each of `count` iterations.
 fn means_of_iterations(integrator: &impl IterationIntegrator, resolution: UVec2, count: u32) -> Vec<f64> {
     let of = |iteration| {
@@ -72,18 +65,15 @@ fn means_of_iterations(integrator: &impl IterationIntegrator, resolution: UVec2,
     (0..count).map(of).collect()
 }
 
-/// Fails unless the mean over iterations is right to three parts in a thousand, and is known well enough to say so. A test's budget doubles the latter.
+/// Fails unless the mean over iterations is right, and its standard error is at most 2 parts in a
+/// thousand with all samples.
 fn assert_mean(what: &str, iterations: &[f64], expected: f64) {
-    let (mean, error) = mean_and_error(iterations);
-    println!("{what}: {mean} ± {error}, expected {expected}");
+    let mean = Mean::of(iterations);
     assert!(
-        error < 2e-3 * slack() * expected,
-        "{what}: the error of the mean is {error}"
+        mean.error() < 2e-3 * slack() * expected,
+        "{what}: {mean}: the error is too large"
     );
-    assert!(
-        (mean - expected).abs() < (3.0 * error).max(1e-3 * expected),
-        "{what}: {mean} ± {error}, expected {expected}"
-    );
+    assert_same_mean(what, mean, Mean::exact(expected));
 }
 
 /// A room of reflectance 0.5 whose walls emit 1, from within.
@@ -190,13 +180,9 @@ fn single_iterations_are_unbiased() {
                 bootstrap: Some(bootstrap),
                 ..Metropolis::default()
             };
-            let (mean, error) = mean_and_error(&means_of_iterations(&integrator, resolution, budget(iterations)));
-            println!("{bootstrap} paths, {chains} chains: {mean} ± {error}");
-            assert!(error < 0.02 * slack(), "{error}");
-            assert!(
-                (mean - 1.75).abs() < 3.5 * error,
-                "{bootstrap} paths, {chains} chains: {mean} ± {error}"
-            );
+            let mean = Mean::of(&means_of_iterations(&integrator, resolution, budget(iterations)));
+            assert!(mean.error() < 0.02 * slack(), "{mean}");
+            assert_same_mean(format!("{bootstrap} paths, {chains} chains"), mean, Mean::exact(1.75));
         }
     });
 }
@@ -245,16 +231,9 @@ fn assert_agrees_with_paths(
         for &region in &regions {
             for c in 0..3 {
                 let values: Vec<f64> = iterations.iter().map(|film| mean(film, region, c)).collect();
-                let (got, spread) = mean_and_error(&values);
-                let expected = mean(&paths, region, c);
-                let sigma = spread.hypot(error(region, c));
-                relative.push(sigma / expected);
-                let z = (got - expected) / sigma;
-                // Eight times 48 values that hang together: beyond 4.5 once in 400 times at most, but that tails are longer
-                assert!(
-                    z.abs() < 4.5,
-                    "{what}, {direct:?}: {got} in {region:?}, channel {c}, not {expected}: z = {z:.2}"
-                );
+                let (got, expected) = (Mean::of(&values), Mean::new(mean(&paths, region, c), error(region, c)));
+                relative.push(got.error().hypot(expected.error()) / expected.value);
+                assert_same_mean(format!("{what}, {direct:?}, {region:?}, channel {c}"), got, expected);
             }
         }
         relative.sort_by(f64::total_cmp);

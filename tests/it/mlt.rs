@@ -1,6 +1,7 @@
 //! Metropolis light transport in path space against answers known on paper, and against the path tracer.
 #![cfg(feature = "embree")]
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
@@ -64,21 +65,15 @@ fn regions(film: &Film, cells: u32, c: usize) -> Vec<f64> {
     sums.into_iter().map(|[sum, n]| sum / n).collect()
 }
 
-/// z-scores of regions over independent renders of different seeds, against those of `reference`.
-fn z_of_regions(films: &[Film], reference: &[Film], cells: u32) -> Vec<f64> {
+/// Means of regions over independent renders of different seeds, each beside that of `reference`.
+fn means_of_regions(films: &[Film], reference: &[Film], cells: u32) -> Vec<[Mean; 2]> {
     let mut all = Vec::new();
     for c in 0..3 {
         let [a, b] = [films, reference]
             .map(|films| -> Vec<Vec<f64>> { films.iter().map(|film| regions(film, cells, c)).collect() });
         for cell in 0..(cells * cells) as usize {
-            let moments = |films: &[Vec<f64>]| {
-                let n = films.len() as f64;
-                let mean = films.iter().map(|film| film[cell]).sum::<f64>() / n;
-                let spread: f64 = films.iter().map(|film| (film[cell] - mean).powi(2)).sum();
-                (mean, spread / (n * (n - 1.0)))
-            };
-            let ((mean, variance), (expected, error)) = (moments(&a), moments(&b));
-            all.push((mean - expected) / (variance + error).sqrt().max(1e-9));
+            let of_cell = |films: &[Vec<f64>]| Mean::of(&films.iter().map(|film| film[cell]).collect::<Vec<_>>());
+            all.push([of_cell(&a), of_cell(&b)]);
         }
     }
     all
@@ -102,11 +97,9 @@ fn agrees(what: &str, scene: &Scene, camera: CameraParameters, (depth, direct): 
             .map(|seed| film_of(&path, UVec2::splat(16), 8 * spp, 100 + seed))
             .collect();
         for cells in [1, 4] {
-            let z = z_of_regions(&films, &reference, cells);
-            let worst = z.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
-            println!("{what}: worst of {} regions: {worst:.2} standard errors", z.len());
-            // Student's distribution with some 20 degrees of freedom: beyond 5.5 once in 100,000
-            assert!(z.iter().all(|z| z.abs() < 5.5), "{what}: {z:.1?}");
+            for [a, b] in means_of_regions(&films, &reference, cells) {
+                assert_same_mean(what, a, b);
+            }
         }
     });
 }
@@ -281,10 +274,9 @@ fn light_through_a_gap_is_missed_by_no_seed() {
             |films: &[Film], cells| -> Vec<Vec<f64>> { films.iter().map(|film| regions(film, cells, 1)).collect() };
         let mean = |films: &[Vec<f64>], cell: usize| films.iter().map(|f| f[cell]).sum::<f64>() / films.len() as f64;
         let ratio = mean(&of(&films, 1), 0) / mean(&of(&reference, 1), 0);
-        let z = z_of_regions(&films, &reference, 1)[1];
-        let error = (ratio - 1.0) / z;
-        println!("gap: {ratio} ± {error} of the light, off by {z} standard errors");
-        assert!(z.abs() < 3.0, "{ratio}, {z}");
+        let [a, b] = means_of_regions(&films, &reference, 1)[1];
+        assert_same_mean("gap", a, b);
+        let error = (ratio - 1.0) / a.t(b).0;
         assert!(
             error.abs() < 0.0036 * slack(),
             "a bias of three times that could be missed: {ratio} ± {error}"
@@ -295,8 +287,9 @@ fn light_through_a_gap_is_missed_by_no_seed() {
             let missing = found.iter().filter(|film| film[cell] < 0.3 * expected).count();
             assert_eq!(missing, 0, "region {cell} of mean {expected}");
         }
-        let z = z_of_regions(&films, &reference, 4);
-        assert!(z.iter().all(|z| z.abs() < 5.5), "{z:.1?}");
+        for [a, b] in means_of_regions(&films, &reference, 4) {
+            assert_same_mean("gap", a, b);
+        }
     });
 }
 
@@ -340,7 +333,8 @@ fn bent_normals_show_what_light_tracing_shows() {
         let reference: Vec<Film> = seeds
             .map(|seed| film_of_iterations(&light, UVec2::splat(16), 96, 50 + seed))
             .collect();
-        let z = z_of_regions(&films, &reference, 2);
-        assert!(z.iter().all(|z| z.abs() < 5.5), "{z:.1?}");
+        for [a, b] in means_of_regions(&films, &reference, 2) {
+            assert_same_mean("bent normals", a, b);
+        }
     });
 }

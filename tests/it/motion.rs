@@ -1,6 +1,7 @@
 //! Things that move while the shutter is open: against closed forms, and against sums of still pictures.
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
 use embrasure::color::Spectrum;
@@ -116,29 +117,22 @@ fn inside() -> CameraParameters {
     pinhole(Vec3::new(0.0, 0.0, 0.95), Vec3::new(0.0, -0.1, 0.0), 80.0)
 }
 
-/// Means of the quarters of the picture, each over `seeds` renders, with their standard errors.
-fn quarters(seeds: std::ops::Range<u64>, render: impl Fn(u64) -> Film) -> Vec<(f64, f64)> {
+/// Means of the quarters of the picture, each over `seeds` renders, with their errors.
+fn quarters(seeds: std::ops::Range<u64>, render: impl Fn(u64) -> Film) -> Vec<Mean> {
     let films: Vec<Film> = seeds.map(render).collect();
     let quarter = |film: &Film, q: u32| {
         let inside = film.pixels().filter(|(p, _)| p.x / 12 + 2 * (p.y / 12) == q);
         inside.map(|(_, a)| a.mean(0)).sum::<f64>() / 144.0
     };
     (0..4)
-        .map(|q| {
-            let means: Vec<f64> = films.iter().map(|film| quarter(film, q)).collect();
-            let n = means.len() as f64;
-            let mean = means.iter().sum::<f64>() / n;
-            let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0);
-            (mean, (variance / n).sqrt())
-        })
+        .map(|q| Mean::of(&films.iter().map(|film| quarter(film, q)).collect::<Vec<f64>>()))
         .collect()
 }
 
-fn assert_alike(what: &str, a: &[(f64, f64)], b: &[(f64, f64)]) {
+fn assert_alike(what: &str, a: &[Mean], b: &[Mean]) {
     for (a, b) in a.iter().zip(b) {
-        let z = (a.0 - b.0) / (a.1.powi(2) + b.1.powi(2)).sqrt();
-        assert!(z.abs() < 4.0, "{what}: {} ± {} against {} ± {}", a.0, a.1, b.0, b.1);
-        assert!(a.1 < 0.01 * a.0, "{what}: {} ± {} says little", a.0, a.1);
+        assert_same_mean(what, *a, *b);
+        assert!(a.error() < 0.01 * a.value, "{what}: {a}: the error is too large");
     }
 }
 
@@ -251,18 +245,13 @@ fn an_open_shutter_is_the_mean_of_stills() {
         })
         .collect();
     // Eight means of sixteen stills each, spread over the time alike
-    let sums: Vec<Vec<(f64, f64)>> = (0..8)
+    let sums: Vec<Vec<Mean>> = (0..8)
         .map(|k| quarters(0..16, |i| stills[(8 * i + k) as usize].clone()))
         .collect();
-    let mean_of: Vec<(f64, f64)> = (0..4)
-        .map(|q| {
-            let means: Vec<f64> = sums.iter().map(|s| s[q].0).collect();
-            let mean = means.iter().sum::<f64>() / 8.0;
-            let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 7.0;
-            (mean, (variance / 8.0).sqrt())
-        })
+    let means: Vec<Mean> = (0..4)
+        .map(|q| Mean::of(&sums.iter().map(|s| s[q].value).collect::<Vec<f64>>()))
         .collect();
-    assert_alike("stills", &open, &mean_of);
+    assert_alike("stills", &open, &means);
 }
 
 /// The scene as it is at `time`, all of it standing in the world.

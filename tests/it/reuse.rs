@@ -1,6 +1,7 @@
 //! Pixels that share their paths: the same pictures, with less error.
 #![cfg(feature = "embree")]
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::bsdf::Fresnel;
 use embrasure::camera::CameraParameters;
@@ -36,14 +37,6 @@ fn means(film: &Film) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
 }
 
-/// Mean of `values` and the variance of that mean.
-fn mean_of(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-    (mean, spread / (n * (n - 1.0)))
-}
-
 /// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
 fn assert_same(what: &str, integrator: &MaybeReusing<Backend>, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
@@ -53,24 +46,16 @@ fn assert_same(what: &str, integrator: &MaybeReusing<Backend>, reference: &Film,
     for c in 0..3 {
         // The whole picture
         let pictures: Vec<f64> = films.iter().map(|f| f[c].iter().sum::<f64>()).collect();
-        let (sum, variance) = mean_of(&pictures);
         let expected: f64 = reference.iter().map(|a| a.mean(c)).sum();
         let expected_variance: f64 = reference.iter().map(|a| a.variance_of_mean(c)).sum();
-        let z = (sum - expected) / (variance + expected_variance).sqrt();
-        println!(
-            "{what}, channel {c}: {:.5} of the reference, z = {z:.2}",
-            sum / expected
-        );
-        assert!(
-            z.abs() < 4.0,
-            "{what}: the means of channel {c} differ by {z:.2} standard errors"
-        );
+        let expected = Mean::new(expected, expected_variance.sqrt());
+        assert_same_mean(format!("{what}, channel {c}"), Mean::of(&pictures), expected);
         // Pixel by pixel; 32 values have the heavier tails of Student's distribution: P(|t| > 5.5) is 5e-6.
         let mut beyond = 0;
         for (i, expected) in reference.iter().enumerate() {
-            let (mean, variance) = mean_of(&films.iter().map(|f| f[c][i]).collect::<Vec<_>>());
-            let allowed = 5.5 * (variance + expected.variance_of_mean(c)).sqrt() + 1e-6;
-            beyond += usize::from((mean - expected.mean(c)).abs() > allowed);
+            let mean = Mean::of(&films.iter().map(|f| f[c][i]).collect::<Vec<_>>());
+            let allowed = 5.5 * (mean.variance + expected.variance_of_mean(c)).sqrt() + 1e-6;
+            beyond += usize::from((mean.value - expected.mean(c)).abs() > allowed);
         }
         let share = beyond as f64 / reference.len() as f64;
         assert!(share <= 0.003, "{what}: {beyond} pixels of channel {c} differ");
@@ -402,7 +387,9 @@ fn differences_of_blocks_tell_the_error() {
         let mut seen = 0.0;
         for c in 0..3 {
             for i in 0..values[0][c].len() {
-                let (mean, variance) = mean_of(&values.iter().map(|v| v[c][i]).collect::<Vec<_>>());
+                let Mean {
+                    value: mean, variance, ..
+                } = Mean::of(&values.iter().map(|v| v[c][i]).collect::<Vec<_>>());
                 seen += variance * films.len() as f64 / (mean * mean + 0.01);
             }
         }

@@ -1,5 +1,6 @@
 //! Surfaces whose materials or normals vary: textures, holes, curved normals, reliefs.
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::color::Spectrum;
 use embrasure::film::Film;
@@ -28,9 +29,9 @@ fn light_passes_holes_by_their_share() {
     b.add_constant_light(Spectrum::ONE).unwrap();
     let scene = b.build().unwrap().0;
     let film = render_film(&scene, from_front(), [64, 64], 256, Some(4));
-    let (mean, error) = (film_mean(&film, 0), film_error(&film, 0));
-    assert!((mean - 0.7 * 0.4).abs() < 4.0 * error, "{mean} ± {error}");
-    assert!(error < 1e-3, "{error}");
+    let mean = Mean::of_film(&film, 0);
+    assert_same_mean("two sheets", mean, Mean::exact(0.7 * 0.4));
+    assert!(mean.error() < 1e-3, "{mean}");
 }
 
 #[test]
@@ -76,11 +77,7 @@ fn estimators_agree_on_holes() {
     let resolution = UVec2::splat(32);
     const SEEDS: u64 = 24;
     let statistics = |render: &dyn Fn(u64) -> Film| {
-        let means: Vec<f64> = (0..SEEDS).map(|seed| film_mean(&render(seed), 0)).collect();
-        let n = means.len() as f64;
-        let mean = means.iter().sum::<f64>() / n;
-        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
-        (mean, variance)
+        Mean::of(&(0..SEEDS).map(|seed| film_mean(&render(seed), 0)).collect::<Vec<f64>>())
     };
     with_world(&scene, camera, resolution, |world| {
         let path = |direct, reuse| MaybeReusing {
@@ -102,12 +99,11 @@ fn estimators_agree_on_holes() {
             ("shared", by(path(DirectLight::Mis, true), 64)),
             ("naive", statistics(&|seed| film_of(&naive, resolution, 256, seed))),
         ];
-        let (_, (expected, variance)) = all[0];
-        for (name, (mean, other)) in &all[1..] {
-            let z = (mean - expected) / (variance + other).sqrt();
-            assert!(z.abs() < 4.0, "{name}: {mean} against {expected}, z = {z}");
+        let (_, expected) = all[0];
+        for (name, mean) in &all[1..] {
+            assert_same_mean(name, *mean, expected);
             assert!(
-                (mean / expected - 1.0).abs() < 0.01,
+                (mean.value / expected.value - 1.0).abs() < 0.01,
                 "{name}: {mean} against {expected}"
             );
         }

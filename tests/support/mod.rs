@@ -3,6 +3,7 @@
 #![allow(dead_code, missing_docs)] // Each test program uses a part of it.
 
 pub mod program;
+pub mod statistics;
 
 use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};

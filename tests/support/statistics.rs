@@ -1,0 +1,142 @@
+//! Comparison of means, with one rate of false alarms.
+//!
+//! All tests together compare about 10,000 pairs of means. Each comparison fails by chance with a
+//! probability of [`FALSE_ALARM`], so by the union bound one run of all tests in 10,000 does, over
+//! seeds. (Seeds are fixed: a test gives the same result in each run until the code draws other numbers.)
+//!
+//! The statistic is Welch's t: the difference of two means over its standard error. Its degrees of
+//! freedom are those of Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's' problem
+//! when several different population variances are involved", Biometrika 34).
+
+use embrasure::film::Film;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::function::erf::erfc;
+use std::fmt;
+
+/// Probability of a false alarm of one comparison: 10⁻⁴ for a run over its 10⁴ comparisons. A normal
+/// variable has |z| > 5.73 so often, Student's t with 30 degrees of freedom |t| > 7.6.
+pub const FALSE_ALARM: f64 = 1e-8;
+
+/// Relative difference that roundings of `f32` samples explain, also if a mean has no noise.
+const ROUNDING: f64 = 1e-6;
+
+/// A mean with its variance.
+#[derive(Clone, Copy, Debug)]
+pub struct Mean {
+    pub value: f64,
+    /// Variance of the mean.
+    pub variance: f64,
+    /// Degrees of freedom of the variance; infinite for means of so many values that it is known.
+    pub degrees: f64,
+}
+
+impl fmt::Display for Mean {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{:.6} ± {:.6}", self.value, self.error())
+    }
+}
+
+impl Mean {
+    /// A value that is known, from a closed form.
+    pub fn exact(value: f64) -> Self {
+        Self::new(value, 0.0)
+    }
+
+    /// A mean of many values, with its standard error.
+    pub fn new(value: f64, error: f64) -> Self {
+        Self {
+            value,
+            variance: error * error,
+            degrees: f64::INFINITY,
+        }
+    }
+
+    /// Mean of independent values.
+    pub fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let value = values.iter().sum::<f64>() / n;
+        let squares = values.iter().map(|v| (v - value).powi(2)).sum::<f64>();
+        Self {
+            value,
+            variance: squares / (n * (n - 1.0)),
+            degrees: n - 1.0,
+        }
+    }
+
+    /// Mean of channel `c` over all pixels of a film whose pixels are independent.
+    pub fn of_film(film: &Film, c: usize) -> Self {
+        Self::new(super::film_mean(film, c), super::film_error(film, c))
+    }
+
+    /// Standard error of the mean.
+    pub fn error(&self) -> f64 {
+        self.variance.sqrt()
+    }
+
+    /// Difference to another mean beyond rounding, in standard errors of the difference, and its degrees
+    /// of freedom.
+    pub fn t(self, other: Self) -> (f64, f64) {
+        let rounding = ROUNDING * self.value.abs().max(other.value.abs());
+        let difference = self.value - other.value;
+        let difference = difference - difference.clamp(-rounding, rounding);
+        let variance = self.variance + other.variance;
+        if difference == 0.0 {
+            return (0.0, f64::INFINITY);
+        }
+        let part = |mean: Self| mean.variance.powi(2) / mean.degrees;
+        (
+            difference / variance.sqrt(),
+            variance.powi(2) / (part(self) + part(other)),
+        )
+    }
+
+    /// Probability of a difference at least as large, if both means estimate one value.
+    pub fn p(self, other: Self) -> f64 {
+        let (t, degrees) = self.t(other);
+        if degrees < 1e4 {
+            2.0 * StudentsT::new(0.0, 1.0, degrees).unwrap().cdf(-t.abs())
+        } else {
+            erfc(t.abs() / std::f64::consts::SQRT_2)
+        }
+    }
+}
+
+/// Fails if two means differ by more than chance explains.
+#[track_caller]
+pub fn assert_same_mean(what: impl fmt::Display, a: Mean, b: Mean) {
+    assert_means_within(what, a, b, 0.0);
+}
+
+/// Fails if two means differ by more than chance and a systematic difference of `allowed` explain.
+#[track_caller]
+pub fn assert_means_within(what: impl fmt::Display, a: Mean, b: Mean, allowed: f64) {
+    let difference = a.value - b.value;
+    let rest = Mean {
+        value: difference - difference.clamp(-allowed, allowed) + b.value,
+        ..a
+    };
+    let (t, _) = rest.t(b);
+    println!("{what}: {a} and {b}, t = {t:+.2}");
+    assert!(rest.p(b) >= FALSE_ALARM, "{what}: {a} and {b} differ: t = {t:+.2}");
+}
+
+#[test]
+fn means_that_differ_by_more_than_chance_are_told_apart() {
+    let (a, b) = (Mean::new(1.0, 0.03), Mean::new(1.0 + 5.0 * 0.05, 0.04));
+    assert!((a.t(b).0 + 5.0).abs() < 1e-4 && a.t(b).1 == f64::INFINITY);
+    // Tables of the normal distribution
+    assert!((a.p(b) / 5.733e-7 - 1.0).abs() < 2e-3);
+    assert!(a.p(Mean::new(1.0 + 5.73 * 0.05, 0.04)) > FALSE_ALARM);
+    assert!(a.p(Mean::new(1.0 + 5.74 * 0.05, 0.04)) < FALSE_ALARM);
+    // Two samples of 16: 30 degrees of freedom if their variances are equal. P(|t| > 2.750) is 1 %.
+    let values: Vec<f64> = (0..16).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+    let one = Mean::of(&values);
+    let error = (2.0 * one.variance).sqrt();
+    let moved: Vec<f64> = values.iter().map(|v| v + 2.750 * error).collect();
+    let (t, degrees) = Mean::of(&moved).t(one);
+    assert!((t - 2.75).abs() < 1e-5 && (degrees - 30.0).abs() < 1e-9);
+    assert!((Mean::of(&moved).p(one) - 0.01).abs() < 1e-5);
+    assert_means_within("allowed", Mean::exact(2.0), Mean::exact(2.1), 0.11);
+    assert_eq!(Mean::exact(2.0).p(Mean::exact(2.0)), 1.0);
+    assert_eq!(Mean::exact(2.0).p(Mean::exact(2.1)), 0.0);
+}

@@ -72,7 +72,7 @@ test-long: setup ## run tests/it with all the samples of statistical tests, of w
 	EMBRASURE_LONG=1 EMBRASURE_ALL_SAMPLES=1 EMBRASURE_GUIDE=all $(CARGO) test $(FEATURES) --test it
 
 test-obvhs: setup ## run what traces rays in a build without Embree
-	$(call with_obvhs,$(CARGO) test $(FLAGS_obvhs) --test it -- $(IT_obvhs))
+	$(call with_obvhs,EMBRASURE_LONG=1 $(CARGO) test $(FLAGS_obvhs) --test it -- $(IT_obvhs))
 
 python: setup ## build the Python module, and the program, for use in place: PYTHONPATH=out/python
 	$(CARGO) build --release -p embrasure -p embrasure-python $(FEATURES) --features "$(call features,embrasure-python)"

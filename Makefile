@@ -6,9 +6,11 @@ export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 CARGO  ?= cargo
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 
-# The features that this machine can have. `make demo` and `make test` share them and one profile, so the renderer is compiled once.
-# The obvhs crate needs Rust 1.88, denoising Open Image Denoise (which `setup` gets), and the Python tests packages from pip. Without one of them its tests are
-# left out with a word, which is a failure where EMBRASURE_REQUIRE_OBVHS, EMBRASURE_REQUIRE_OIDN or EMBRASURE_REQUIRE_PYTHON is set, as in CI.
+# Features that this machine can have. `make demo` and `make test` share them and one profile, so the
+# renderer is compiled once. The obvhs crate needs Rust 1.88, denoising needs Open Image Denoise (which
+# `make setup` gets), and the Python tests need packages from pip. If one of them is missing, its tests
+# are skipped with a message. That is a failure if EMBRASURE_REQUIRE_OBVHS, EMBRASURE_REQUIRE_OIDN or
+# EMBRASURE_REQUIRE_PYTHON is set, as in CI.
 HAS_OBVHS  := rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
 HAS_OIDN   := scripts/setup has-oidn
 HAS_PYTHON := scripts/setup-python
@@ -18,12 +20,13 @@ FEATURES    = --locked --features "$(call features,embrasure)"
 with_obvhs  = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi
 
-# Unit tests of the renderer are short: they are compiled with little optimisation, apart from the renderer itself.
+# Unit tests of the renderer. They are short, so they are compiled with little optimisation.
 UNITS   = -p embrasure-core -p embrasure-embree-sys --lib --locked --features "embrasure-core/embree embrasure-core/tobj $(call features,embrasure-core)"
 OPT_1   = --config profile.$(1).package.embrasure-core.opt-level=1
-# Builds without C: of tests/it they run what traces rays by its own backend or names it. Lobes, textures, files and sampling are the same code in all builds.
-# The packages of C libraries are named with them, which build none of these: bindgen asks more of procedural macros than others do, and without these packages
-# all that uses such macros would be compiled once more.
+# Builds without C libraries. Of tests/it they run the modules that trace rays by the own backend or
+# name it. Lobes, textures, files and sampling are the same code in all builds. The packages of the C
+# libraries are named, although they build nothing here: bindgen turns on features of procedural
+# macros, and without them all users of these macros would be compiled again.
 NO_C        = -p embrasure -p embrasure-embree-sys $(if $(call optional,oidn,HAS_OIDN,x),-p embrasure-oidn) --locked --no-default-features
 FLAGS_obvhs = $(NO_C) $(call OPT_1,dev) --config profile.dev.package.embrasure.opt-level=0 --features "embrasure/cli embrasure/obvhs"
 IT_obvhs   := backends:: check::memory_is_forecast closed_forms:: command_line:: motion:: surfaces::
@@ -46,7 +49,7 @@ demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr 
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --quality good --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 	@echo 'Look at out/cornell-box.png. Next: $(TARGET)/release/embrasure render YOUR.obj -o YOUR.png'
 
-test: setup ## run the tests that find nearly all faults; some minutes
+test: setup ## run the quick tests; some minutes
 	$(CARGO) test --release $(FEATURES)
 	$(CARGO) test --release $(UNITS) $(call OPT_1,release)
 
@@ -59,10 +62,11 @@ lint: setup ## check formatting, words, the public interface, clippy and rustdoc
 	$(CARGO) clippy $(NO_C) --features embrasure/cli --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --exclude embrasure-python --no-deps --document-private-items $(FEATURES)
 
-# The profile dev checks overflows and the assertions of debug builds. Its tests are optimised a little, which pays where all of them run.
+# The profile dev checks overflows and debug assertions. It optimises tests a little, which saves time
+# if all of them run.
 CHECKED      = --workspace --exclude embrasure-benches --exclude embrasure-core --exclude embrasure-oidn $(FEATURES)
 
-test-all: setup ## run every test in a checked build, those of the Python module and of the page too, and a build without Embree; half an hour
+test-all: setup ## run all tests with checks of overflow, also of the Python module and the page, and those of a build without Embree; half an hour
 	@$(HAS_PYTHON) || { echo 'skipped: tests of the Python module'; [ -z "$$EMBRASURE_REQUIRE_PYTHON" ]; }
 	EMBRASURE_LONG=1 $(CARGO) test $(CHECKED)
 	$(CARGO) test $(UNITS) $(call OPT_1,dev)
@@ -71,7 +75,7 @@ test-all: setup ## run every test in a checked build, those of the Python module
 test-long: setup ## run tests/it with all the samples of statistical tests, of which other targets take a quarter, and every command of the guide
 	EMBRASURE_LONG=1 EMBRASURE_ALL_SAMPLES=1 EMBRASURE_GUIDE=all $(CARGO) test $(FEATURES) --test it
 
-test-obvhs: setup ## run what traces rays in a build without Embree
+test-obvhs: setup ## run the tests of ray queries in a build without Embree
 	$(call with_obvhs,EMBRASURE_LONG=1 $(CARGO) test $(FLAGS_obvhs) --test it -- $(IT_obvhs))
 
 python: setup ## build the Python module, and the program, for use in place: PYTHONPATH=out/python

@@ -73,7 +73,7 @@ fn configure_chromium() {
     }
 }
 
-/// Sets the configuration `long` if `EMBRASURE_LONG` is set: without it, tests that take long are ignored.
+/// Sets the configuration `long` if `EMBRASURE_LONG` is set. Without it, slow tests are ignored.
 fn configure_long() {
     println!("cargo::rustc-check-cfg=cfg(long)");
     println!("cargo::rerun-if-env-changed=EMBRASURE_LONG");

@@ -17,7 +17,6 @@ use signal_hook::iterator::Signals;
 use std::io::Write as _;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -113,32 +112,6 @@ fn style(facts: &str) -> ProgressStyle {
 
 /// Interval at which bars show the time while nothing else changes them.
 const TICK: Duration = Duration::from_secs(1);
-
-/// Does `work`. If it takes longer than a second, a line on a terminal names it and shows its time.
-pub(super) fn announced<T>(name: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
-    if quiet {
-        return work();
-    }
-    thread::scope(|scope| {
-        let (done, waits) = channel::<()>();
-        scope.spawn(move || {
-            let is_working = || waits.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout);
-            if is_working() {
-                let style = ProgressStyle::with_template("{msg}  {elapsed}");
-                let style = style.unwrap_or_else(|_| ProgressStyle::default_spinner());
-                let bar = ProgressBar::new_spinner().with_style(style).with_elapsed(TICK);
-                bar.set_message(name);
-                while is_working() {
-                    bar.tick();
-                }
-                bar.finish_and_clear();
-            }
-        });
-        let result = work();
-        drop(done);
-        result
-    })
-}
 
 /// A bar with rate and remaining time on a terminal; nothing elsewhere.
 pub(super) struct Progress {

@@ -9,7 +9,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
-use super::progress::{Heeding, Loading, Progress, TimedProgress, announced, interrupted_for, is_interrupted};
+use super::progress::{Heeding, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
 use super::stats::{Chains, Denoised, Dropped, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices, print_picture};
@@ -86,7 +86,10 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     }
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
     let load_s = start.elapsed().as_secs_f64();
-    let renderer = announced("building the acceleration structure", job.quiet, || session.renderer())?;
+    loading.begin("building the acceleration structure", 1);
+    let renderer = session.renderer();
+    loading.finish();
+    let renderer = renderer?;
     let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {
         let run = Run {
             job: &job,

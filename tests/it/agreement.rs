@@ -169,8 +169,9 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
 
 /// Fails unless at least 99.75 % of the channels of both pictures, and their means, differ by no more than noise allows.
 ///
-/// By all samples differences of means are known to 0.04 % at best, 2 % in the middle of all comparisons and 4 % at worst, as is printed, and by a
-/// quarter to twice that: a factor is found that is wrong by four times as much. Smaller ones are for `tests/it/bsdf.rs`, `lights.rs` and `closed_forms.rs`.
+/// With all samples the standard error of a difference of means is 0.04 % at best, 2 % for half of the
+/// comparisons and 4 % at worst, and twice that with a quarter of them. A factor is found if it is wrong
+/// by six standard errors. Smaller ones are found by `bsdf.rs`, `lights.rs` and `closed_forms.rs`.
 fn assert_agree(what: &str, a: &Film, b: &Film) {
     // Šidák: all of N channels stay below the threshold with a probability of 99 % where N is 192 and |z| < 4.1; what is
     // left of skewed distributions takes a little more, and by a quarter of the samples one channel.

@@ -276,11 +276,8 @@ fn light_through_a_gap_is_missed_by_no_seed() {
         let ratio = mean(&of(&films, 1), 0) / mean(&of(&reference, 1), 0);
         let [a, b] = means_of_regions(&films, &reference, 1)[1];
         assert_same_mean("gap", a, b);
-        let error = (ratio - 1.0) / a.t(b).0;
-        assert!(
-            error.abs() < 0.0036 * slack(),
-            "a bias of three times that could be missed: {ratio} ± {error}"
-        );
+        let error = a.error().hypot(b.error()) / b.value;
+        assert!(error < 0.0036 * slack(), "{ratio} ± {error}: the error is too large");
         let (found, expected) = (of(&films, 4), of(&reference, 4));
         for cell in 0..16 {
             let expected = mean(&expected, cell);

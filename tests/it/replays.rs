@@ -54,7 +54,26 @@ fn floor_radiance(scene: &Scene, x: f32, direct: DirectLight, spp: u32) -> f64 {
     })
 }
 
-/// A ball of 8 facets, divided into four `levels` times, with the normals of the ball.
+/// Smooth glass of index 1.5 that absorbs nothing.
+fn clear() -> Material {
+    Material {
+        transmission: Spectrum::ONE,
+        ior: 1.5,
+        ..material(0.0, 0.0)
+    }
+}
+
+/// Meshes in a white sky.
+fn in_white_sky(meshes: impl IntoIterator<Item = (Mesh, Material)>) -> Scene {
+    let mut b = SceneBuilder::new();
+    meshes
+        .into_iter()
+        .for_each(|(mesh, material)| add(&mut b, mesh, material));
+    b.add_constant_light(Spectrum::ONE).unwrap();
+    b.build().unwrap().0
+}
+
+/// A ball of 8 facets, each divided into four `levels` times, with the normals of the ball.
 fn coarse_ball(levels: u32) -> Mesh {
     let mesh = sphere(1.0, Vec3::ZERO, levels);
     Mesh {
@@ -63,30 +82,19 @@ fn coarse_ball(levels: u32) -> Mesh {
     }
 }
 
-/// Nothing absorbs light: each material is as bright as its surroundings, if coarse facets with the normals of a ball
-/// have no black rims.
+/// Nothing absorbs light: each material is as bright as its surroundings, if coarse facets with the
+/// normals of a ball have no black rims.
 #[test]
 fn coarse_balls_of_clear_materials_in_a_white_sky_are_white() {
-    let clear = Material {
-        transmission: Spectrum::ONE,
-        ior: 1.5,
-        ..material(0.0, 0.0)
-    };
     let mirror = Material {
         specular: Spectrum::ONE,
         gloss: Gloss::Mirror(Fresnel::Full),
         ..material(0.0, 0.0)
     };
-    let thin = Material {
-        thin: true,
-        ..clear.clone()
-    };
-    for (name, material) in [("glass", clear), ("thin glass", thin), ("mirror", mirror)] {
+    let thin = Material { thin: true, ..clear() };
+    for (name, material) in [("glass", clear()), ("thin glass", thin), ("mirror", mirror)] {
         for levels in [2, 3] {
-            let mut b = SceneBuilder::new();
-            add(&mut b, coarse_ball(levels), material.clone());
-            b.add_constant_light(Spectrum::ONE).unwrap();
-            let scene = b.build().unwrap().0;
+            let scene = in_white_sky([(coarse_ball(levels), material.clone())]);
             let camera = pinhole(Vec3::new(0.4, 0.9, 4.0), Vec3::ZERO, 34.0);
             let film = render_film(&scene, camera, [32, 32], 64, Some(100));
             let what = format!("{name}, level {levels}");
@@ -100,43 +108,26 @@ fn coarse_balls_of_clear_materials_in_a_white_sky_are_white() {
 /// An air bubble in a ball of glass neither absorbs nor adds light.
 #[test]
 fn air_bubble_in_glass_in_a_white_sky_is_white() {
-    let clear = Material {
-        transmission: Spectrum::ONE,
-        ior: 1.5,
-        ..material(0.0, 0.0)
-    };
     let mut bubble = sphere(0.5, Vec3::new(0.2, 0.0, 0.1), 3);
     bubble.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    let mut b = SceneBuilder::new();
-    add(&mut b, sphere(1.0, Vec3::ZERO, 3), clear.clone());
-    add(&mut b, bubble, clear);
-    b.add_constant_light(Spectrum::ONE).unwrap();
-    let scene = b.build().unwrap().0;
+    let scene = in_white_sky([(sphere(1.0, Vec3::ZERO, 3), clear()), (bubble, clear())]);
     let camera = pinhole(Vec3::new(0.3, 0.5, 4.0), Vec3::ZERO, 25.0);
     let film = render_film(&scene, camera, [32, 32], 128, Some(200));
     assert_close("bubble", film_mean(&film, 1), 1.0, 0.004);
 }
 
-/// Radiance over the square of the index is constant along a ray (Veach 1997, §5.2): a camera in glass sees n² times
-/// the sky.
+/// Radiance over the square of the index is constant along a ray (Veach 1997, §5.2): a camera in
+/// glass sees n² times the sky.
 #[test]
 fn camera_inside_glass_sees_the_sky_times_the_squared_index() {
-    let clear = Material {
-        transmission: Spectrum::ONE,
-        ior: 1.5,
-        ..material(0.0, 0.0)
-    };
-    let mut b = SceneBuilder::new();
-    add(&mut b, sphere(1.0, Vec3::ZERO, 3), clear);
-    b.add_constant_light(Spectrum::ONE).unwrap();
-    let scene = b.build().unwrap().0;
+    let scene = in_white_sky([(sphere(1.0, Vec3::ZERO, 3), clear())]);
     let camera = pinhole(Vec3::new(0.1, 0.05, 0.02), Vec3::new(1.0, 0.3, 0.2), 60.0);
     let film = render_film(&scene, camera, [24, 24], 256, Some(300));
     assert_close("inside glass", film_mean(&film, 1), 2.25, 0.004);
 }
 
-/// A deep white well in a white sky is white: paths of hundreds of vertices need more than 1024 dimensions of the
-/// sampler.
+/// A deep white well in a white sky is white: paths of hundreds of vertices need more than 1024
+/// dimensions of the sampler.
 #[test]
 fn deep_white_well_in_a_white_sky_is_white() {
     let mut well = room();
@@ -146,10 +137,7 @@ fn deep_white_well_in_a_white_sky_is_white() {
         .retain(|t| t.iter().any(|&i| positions[i as usize].z < 0.0));
     assert_eq!(well.triangles.len(), 10);
     well.positions.iter_mut().for_each(|p| p.z *= 4.0);
-    let mut b = SceneBuilder::new();
-    add(&mut b, well, material(1.0, 0.0));
-    b.add_constant_light(Spectrum::ONE).unwrap();
-    let scene = b.build().unwrap().0;
+    let scene = in_white_sky([(well, material(1.0, 0.0))]);
     let camera = pinhole(Vec3::new(0.2, 0.1, -2.0), Vec3::new(0.0, 0.0, -4.0), 60.0);
     let size = UVec2::splat(24);
     let film = with_world(&scene, camera, size, |world| {
@@ -189,8 +177,8 @@ fn pictures_do_not_depend_on_the_scale() {
     }
 }
 
-/// Bilinear value of texels `width` × `height` at a direction: +y is the top row, −z the middle column, +x to its
-/// right.
+/// Bilinear value of texels `width` × `height` at a direction: +y is the top row, −z the middle
+/// column, +x to its right.
 fn bilinear(texels: &[f64], width: usize, height: usize, [x, y, z]: [f64; 3]) -> f64 {
     let s = (0.5 + x.atan2(-z) / TAU) * width as f64 - 0.5;
     let t = y.clamp(-1.0, 1.0).acos() / PI * height as f64 - 0.5;
@@ -204,8 +192,8 @@ fn bilinear(texels: &[f64], width: usize, height: usize, [x, y, z]: [f64; 3]) ->
     (1.0 - v) * of_row(row) + v * of_row(row + 1.0)
 }
 
-/// Irradiance of the floor, by the midpoint rule over the sky in the frame of the picture. `up` is the floor's normal
-/// in that frame.
+/// Irradiance of the floor, by the midpoint rule over the sky in the frame of the picture. `up` is
+/// the floor's normal in that frame.
 fn irradiance(texels: &[f64], width: usize, height: usize, up: Vec3) -> f64 {
     let (rows, columns) = (720, 1440);
     let up = up.to_array().map(f64::from);
@@ -224,8 +212,8 @@ fn irradiance(texels: &[f64], width: usize, height: usize, up: Vec3) -> f64 {
     sum * (PI / rows as f64) * (TAU / columns as f64)
 }
 
-/// Single texels in the middle, at the seam and at both poles, by light samples, by rays and by both, and turned
-/// environments.
+/// Single texels in the middle, at the seam and at both poles, by light samples, by rays and by
+/// both, and turned environments.
 #[test]
 fn texels_of_environments_give_the_irradiance_of_their_integral() {
     let (width, height) = (32, 16);
@@ -329,8 +317,8 @@ fn lamp_with_reversed_vertex_normals_lights_its_front() {
     }
 }
 
-/// Faces of both windings show normals towards the camera, emitters are opaque, and depth is that of the surface also
-/// outside of the plane of focus.
+/// Faces of both windings show normals towards the camera, emitters are opaque, and depth is that
+/// of the surface also outside of the plane of focus.
 #[test]
 fn layers_of_both_sides_and_of_emitters_are_right_out_of_focus() {
     let folder = folder(&[

@@ -1,8 +1,8 @@
 //! Comparison of means, with one rate of false alarms.
 //!
-//! All tests together compare about 10,000 pairs of means. Each comparison fails by chance with a
-//! probability of [`FALSE_ALARM`], so by the union bound one run of all tests in 10,000 does, over
-//! seeds. (Seeds are fixed: a test gives the same result in each run until the code draws other numbers.)
+//! All tests together compare fewer than 10,000 pairs of means. Each comparison fails by chance with a
+//! probability of [`FALSE_ALARM`], so by the union bound at most one run of all tests in 10,000 does.
+//! Seeds are fixed: a test gives the same result in each run until the code draws other numbers.
 //!
 //! The statistic is Welch's t: the difference of two means over its standard error. Its degrees of
 //! freedom are those of Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's' problem

@@ -34,7 +34,7 @@ impl FilterKind {
         ("blackman-harris", Self::BlackmanHarris),
     ];
 
-    /// Returns true if the filter is negative somewhere: pixels beside bright ones may then be negative.
+    /// Returns true if the filter is negative somewhere. Pixels beside bright ones may then be negative.
     pub fn has_negative_lobes(self) -> bool {
         self == Self::Mitchell
     }

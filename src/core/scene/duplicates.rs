@@ -7,8 +7,9 @@
 //!
 //! Hashes go through a set of bits first, 2 to 4 bytes per item. Only items whose bit is set before are compared.
 //!
-//! Equal triangles of different meshes stay, because their materials differ. Many at one place are reported. To find
-//! them, the hash of every eighth triangle is kept ([`TriangleSamples`]); only places with several samples are counted.
+//! Equal triangles of different meshes stay, because their materials differ. Many at one place are
+//! reported. To find them, the hash of every eighth triangle is kept ([`TriangleSamples`]). Only places
+//! with several samples are counted.
 
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId};
@@ -20,8 +21,8 @@ use std::collections::{HashMap, HashSet};
 /// Corners of a triangle at shutter open and close, from the corner with the smallest bits on.
 type TriangleKey = [[u32; 9]; 2];
 
-/// Number of coincident triangles of different meshes from which on they are reported: a ray there is tested with all
-/// of them.
+/// Minimum number of coincident triangles of different meshes that is reported. A ray there is tested
+/// with all of them.
 pub const MANY_COINCIDENT: u64 = 32;
 
 /// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
@@ -34,8 +35,8 @@ pub(super) struct TriangleSamples {
 
 impl TriangleSamples {
     const STRIDE: usize = 8;
-    /// Minimum number of equal samples of a place that is counted. [`MANY_COINCIDENT`] equal meshes that are added in
-    /// succession have as many at some place.
+    /// Minimum number of equal samples of a place that is counted. [`MANY_COINCIDENT`] equal meshes have
+    /// as many at some place if they are added in succession.
     const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
 
     fn add(&mut self, hash: u64) {
@@ -53,8 +54,8 @@ impl TriangleSamples {
         runs.filter(|run| run.len() >= Self::MIN).map(|run| run[0]).collect()
     }
 
-    /// Largest number of triangles at one place within one of the `groups` of meshes; 0 if it is below
-    /// [`MANY_COINCIDENT`].
+    /// Largest number of triangles at one place within one of the `groups` of meshes. 0 if it is
+    /// below [`MANY_COINCIDENT`].
     pub fn largest_coincidence<'m>(&self, groups: impl Iterator<Item = &'m [(Mesh, MaterialId)]>) -> u64 {
         let frequent = self.frequent();
         if frequent.is_empty() {
@@ -91,7 +92,8 @@ fn hash_of_key(key: &TriangleKey) -> u64 {
     hash_of(key.as_flattened())
 }
 
-/// Removes triangles that repeat others of the mesh. Returns their number. Adds some of those that stay to `samples`.
+/// Removes triangles that repeat others of the mesh. Returns their number. Adds every eighth triangle of
+/// the mesh to `samples`.
 pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleSamples) -> u64 {
     let before = mesh.triangles.len();
     let Mesh {

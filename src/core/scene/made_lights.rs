@@ -125,7 +125,7 @@ impl SceneBuilder {
         // The picture's sun stands above −z, at azimuth 180.
         let turn = Quat::from_rotation_y((azimuth.rem_euclid(360.0) - 180.0).to_radians());
         let rotation = Horizon::new(up).rotation() * turn;
-        // Making a picture takes 15 ms, and skies that differ in scale, direction and azimuth share it.
+        // Making a picture takes 15 ms. Skies that differ in scale, azimuth and up share it.
         let key = [elevation, sky.turbidity].map(f32::to_bits);
         let light = match self.skies.get(&key) {
             Some(known) => {

@@ -1,6 +1,7 @@
 //! Lobes and mixtures: samples against densities, energy, reciprocity.
 
 use crate::chi_square::{chi_square, sidak};
+#[cfg(any(feature = "embree", feature = "obvhs"))]
 use crate::support::statistics::{Mean, assert_means_within, assert_same_mean};
 use embrasure::bsdf::*;
 use embrasure::color::Spectrum;

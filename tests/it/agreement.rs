@@ -10,7 +10,7 @@ use embrasure::film::{Accumulator, Film, RgbImage};
 use embrasure::integrator::*;
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::sampler::{CubePoints, Fibonacci, Orthogonal, Perturbation, PerturbedQmc, SamplerKind};
+use embrasure::sampler::{CubePoints, Fibonacci, Perturbation, PerturbedQmc, RenderSampler, SamplerKind};
 use embrasure::scene::{Scene, SceneBuilder};
 
 /// Few pixels and many samples: means are then near to normal, and the test is sharp.
@@ -383,7 +383,8 @@ fn dependent_samples_have_the_same_means() {
                 let film = |seed| match directions {
                     Directions::Fibonacci => {
                         let others = SamplerKind::Sobol.with_seed(seed, SPP);
-                        film_by(&Fibonacci::new(seed, SPP, others), &integrator, RESOLUTION, SPP)
+                        let sampler = RenderSampler::Fibonacci(Fibonacci::new(seed, SPP, others));
+                        film_by(&sampler, &integrator, RESOLUTION, SPP)
                     }
                     Directions::PerturbedQmc | Directions::PerturbedQmcUniform => {
                         let others = SamplerKind::Sobol.with_seed(seed, SPP);
@@ -392,10 +393,13 @@ fn dependent_samples_have_the_same_means() {
                             size: 1.0,
                             is_scrambled: true,
                         };
-                        let sampler = PerturbedQmc::new(seed, SPP, options, others);
+                        let sampler = RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, SPP, options, others));
                         film_by(&sampler, &integrator, RESOLUTION, SPP)
                     }
-                    _ => film_by(&Orthogonal::new(seed, SPP), &integrator, RESOLUTION, SPP),
+                    _ => {
+                        let sampler = RenderSampler::Plain(SamplerKind::Orthogonal.with_seed(seed, SPP));
+                        film_by(&sampler, &integrator, RESOLUTION, SPP)
+                    }
                 };
                 let films: Vec<_> = (1..=SEEDS).map(|seed| pixels(film(seed))).collect();
                 for c in 0..3 {

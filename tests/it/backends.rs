@@ -1083,8 +1083,8 @@ mod together {
         }
     }
 
-    fn picture<A: Accel>(scene: &Scene, accel: &A, camera: &Camera) -> Vec<[f64; 3]> {
-        let integrator = path_tracer(World::new(scene, accel, camera, &Filter::BOX), Some(16));
+    fn picture(scene: &Scene, accel: &dyn Accel, camera: &Camera) -> Vec<[f64; 3]> {
+        let integrator = path_tracer(World::new(scene, &accel, camera, &Filter::BOX), Some(16));
         let film: Film = film_of(&integrator, UVec2::new(128, 128), 4, 0);
         let tiles = film.pixels();
         tiles.map(|(_, sums)| [0, 1, 2].map(|c| sums.mean(c))).collect()

@@ -205,10 +205,10 @@ fn largest_t(reference: &Blocks, other: &Blocks, allowed: Allowed) -> f64 {
 }
 
 /// Largest |t| of each integrator against `naive`, in one random scene.
-fn compare<A: Accel>(scene: &Scene, accel: &A, camera: CameraParameters) -> Vec<(&'static str, f64)> {
+fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters) -> Vec<(&'static str, f64)> {
     let size = UVec2::splat(SIZE);
     let camera = Camera::new(camera, size).unwrap();
-    let world = World::new(scene, accel, &camera, &Filter::BOX);
+    let world = World::new(scene, &accel, &camera, &Filter::BOX);
     let (depth, roulette) = (Some(MAX_DEPTH), Roulette::after(3));
     let spp = budget(64);
     let path = |reuse: bool, directions: Directions| {

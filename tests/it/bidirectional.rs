@@ -10,8 +10,7 @@ use embrasure::integrator::*;
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{StopCondition, render_iterations};
-use embrasure::sampler::Independent;
+use embrasure::method::CompiledIntegrator;
 use embrasure::scene::{Scene, SceneBuilder};
 
 const RESOLUTION: UVec2 = UVec2::splat(16);
@@ -368,6 +367,7 @@ fn light_tracing_passes_glass() {
 fn filters_weigh_splats() {
     let (scene, camera) = open_box();
     let accel = backend(&scene);
+    let accel: Backend = &accel;
     let camera = Camera::new(camera, RESOLUTION).unwrap();
     for kind in [FilterKind::Tent, FilterKind::Gaussian, FilterKind::Mitchell] {
         let filter = Filter::new(kind, kind.usual_radius());
@@ -380,41 +380,26 @@ fn filters_weigh_splats() {
             })
         };
         let expected = by_iterations(&|film, seed| {
-            let _ = embrasure::render::render(
-                &path_tracer(world, Some(3)),
-                &Independent::new(seed),
-                film,
-                budget(256),
-                &(),
-            );
+            render_into(film, &path_tracer(world, Some(3)), &independent(seed), budget(256));
         });
         let light = by_iterations(&|film, seed| {
-            let numbers = (&Independent::new(seed), &filter);
-            let _ = render_iterations(
-                &light_tracer(world, 3),
-                numbers,
-                film,
-                StopCondition::at(budget(192)),
-                &(),
-            );
+            render_into(film, &light_tracer(world, 3), &independent(seed), budget(192));
         });
         assert_same_means(&format!("{kind:?}, light"), &light, &expected);
         let both = by_iterations(&|film, seed| {
-            let numbers = (&Independent::new(seed), &filter);
-            let _ = render_iterations(
-                &bidirectional(world, 3),
-                numbers,
-                film,
-                StopCondition::at(budget(96)),
-                &(),
-            );
+            render_into(film, &bidirectional(world, 3), &independent(seed), budget(96));
         });
         assert_same_means(&format!("{kind:?}, both"), &both, &expected);
     }
 }
 
 /// Mean of a picture against what it should be: to 0.3 %, or to 4 standard errors where there are more paths than a test has time for.
-fn assert_known(what: &str, iterations: u32, integrator: &impl IterationIntegrator, expected: f64) {
+fn assert_known(
+    what: &str,
+    iterations: u32,
+    integrator: &(impl CompiledIntegrator + IterationIntegrator),
+    expected: f64,
+) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| {
             picture(&film_of_iterations(

@@ -8,7 +8,6 @@ use embrasure::film::{Filter, FilterKind};
 use embrasure::integrator::{AmbientOcclusion, DirectLight, PathIntegrator, Roulette, Strategy, Survival, World};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
 
@@ -83,7 +82,7 @@ fn constant_survival_has_its_variance() {
             },
             ..path_tracer(world, None)
         };
-        film_by(&Independent::new(0), &integrator, resolution, 256)
+        film_by(&independent(0), &integrator, resolution, 256)
     });
     assert_unbiased("constant survival", &film, 1.0 / (1.0 - rho));
     let pixels: Vec<f64> = film
@@ -383,6 +382,7 @@ fn filters_blur_an_edge_by_their_integral() {
     let resolution = UVec2::splat(8);
     let camera = Camera::new(pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 90.0), resolution).unwrap();
     let accel = backend(&scene);
+    let accel: Backend = &accel;
 
     let gaussian = |x: f64| (-0.5 * (x / 0.5).powi(2)).exp() - (-4.5f64).exp();
     let harris = |x: f64| {

@@ -11,8 +11,6 @@ use embrasure::film::{Film, Rect};
 use embrasure::integrator::*;
 use embrasure::light::{LatLongImage, SelectionMode};
 use embrasure::math::{Quat, UVec2, Vec3};
-use embrasure::render::{Outcome, StopCondition, render, render_iterations};
-use embrasure::sampler::Independent;
 use embrasure::scene::{GroundPlane, Scene, SceneBuilder};
 
 const SIZE: UVec2 = UVec2::new(24, 24);
@@ -73,8 +71,7 @@ fn film_over(scene: &Scene, camera: CameraParameters, background: Background, re
         if background == Background::Transparent {
             film = film.with_alpha();
         }
-        let (outcome, statistics) = render(&MaybeReusing { path, reuse }, &Independent::new(5), &mut film, spp, &());
-        assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+        render_into(&mut film, &MaybeReusing { path, reuse }, &independent(5), spp);
         film
     })
 }
@@ -251,8 +248,7 @@ fn a_hard_shadow_is_all_or_nothing() {
                 };
                 let path = path_tracer(World { backdrop, ..world }, Some(1));
                 let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
-                let (_, statistics) = render(&path, &Independent::new(1), &mut film, 16, &());
-                assert_eq!(statistics.dropped, 0);
+                render_into(&mut film, &path, &independent(1), 16);
                 for (pixel, sums) in film.pixels() {
                     let alpha = film.alpha(pixel).unwrap() as f64;
                     let wanted = match background {
@@ -302,8 +298,7 @@ fn iterations_have_alpha() {
             },
         };
         let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
-        let numbers = (&Independent::new(3), &embrasure::film::Filter::BOX);
-        render_iterations(&integrator, numbers, &mut film, StopCondition::at(8), &());
+        render_into(&mut film, &integrator, &independent(3), 8);
         let alpha = |x: u32, y: u32| film.alpha(UVec2::new(x, y)).unwrap();
         assert_eq!((alpha(12, 12), alpha(0, 0)), (1.0, 0.0));
     });
@@ -325,7 +320,7 @@ fn backends_agree_on_the_ground() {
         };
         let path = path_tracer(World { backdrop, ..world }.with_accel(&dynamic), Some(3));
         let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
-        render(&path, &Independent::new(5), &mut film, 64, &());
+        render_into(&mut film, &path, &independent(5), 64);
         film
     });
     for pixel in film.crop().pixels() {

@@ -40,14 +40,14 @@ fn cached(scene: &Scene, camera: CameraParameters, depth: u32, (error, rays): Fi
         assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
         let cache = irradiance.cache().unwrap();
         let integrator = IrradianceCacheIntegrator { path: path(), cache };
-        (film_by(&Sobol::new(1), &integrator, RESOLUTION, spp), cache.len())
+        (film_by(&sobol(1), &integrator, RESOLUTION, spp), cache.len())
     })
 }
 
 /// The light by paths alone.
 fn by_paths(scene: &Scene, camera: CameraParameters, depth: u32, spp: u32) -> Film {
     with_world(scene, camera, RESOLUTION, |world| {
-        film_by(&Sobol::new(2), &path(world, Some(depth)), RESOLUTION, spp)
+        film_by(&sobol(2), &path(world, Some(depth)), RESOLUTION, spp)
     })
 }
 

@@ -9,6 +9,7 @@ use embrasure::integrator::*;
 use embrasure::light::{LightId, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
+use embrasure::method::CompiledIntegrator;
 use embrasure::render::render;
 use embrasure::sampler::{SampleKey, Sampler, Sobol};
 use embrasure::scene::{Scene, SceneBuilder};
@@ -101,9 +102,9 @@ fn view() -> embrasure::camera::CameraParameters {
     pinhole(Vec3::new(0.5, 0.2, 3.2), Vec3::new(-0.1, -0.1, 0.0), 45.0)
 }
 
-fn film(integrator: &impl Integrator, seed: u64, spp: u32, groups: usize) -> Film {
+fn film(integrator: &dyn CompiledIntegrator, seed: u64, spp: u32, groups: usize) -> Film {
     let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION)).with_parts(groups);
-    render(integrator, &Sobol::new(seed), &mut film, spp, &());
+    render_into(&mut film, integrator, &sobol(seed), spp);
     film
 }
 
@@ -120,7 +121,7 @@ fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32
         },
         reuse,
     };
-    fn by<'a>(integrator: &'a impl Integrator) -> impl Fn(u64, u32, usize) -> Film + 'a {
+    fn by<'a>(integrator: &'a dyn CompiledIntegrator) -> impl Fn(u64, u32, usize) -> Film + 'a {
         |seed, spp, groups| film(integrator, seed, spp, groups)
     }
     look("path", &by(&path(false)));
@@ -297,7 +298,8 @@ fn a_sample_that_is_no_number_is_black_in_all_groups() {
         b.add_point_light(Vec3::ZERO, Spectrum::ONE).unwrap();
     }
     let scene = b.build().unwrap().0;
-    let film = film(&Broken(&scene), 0, 6, 2);
+    let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION)).with_parts(2);
+    render(&Broken(&scene), &Sobol::new(0), &mut film, 6, &());
     let four_of_six = |value: f64| [0, 1, 2].map(|_| vec![0.5 * value * 4.0 / 6.0; 21 * 18]);
     for (mean, value) in [
         (means(&film, Some(0)), 1.0),

@@ -8,14 +8,13 @@ use embrasure::bsdf::Fresnel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Accumulator, Film, Filter, FilterKind, Rect};
-use embrasure::integrator::{
-    Heuristic, ImportanceImage, IterationIntegrator, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World,
-};
+use embrasure::integrator::{Heuristic, ImportanceImage, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World};
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, Statistics, StopCondition, render_iterations};
-use embrasure::sampler::{Independent, Sampler, Sobol};
+use embrasure::method::CompiledIntegrator;
+use embrasure::render::Statistics;
+use embrasure::sampler::RenderSampler;
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
 
@@ -43,24 +42,24 @@ fn pssmlt<'a>(
 
 /// The samples from `first` to the one before `end` of the pixels of `crop`.
 fn part(
-    integrator: &impl IterationIntegrator,
-    (sampler, filter): (&impl Sampler, &Filter),
+    integrator: &dyn CompiledIntegrator,
+    sampler: &RenderSampler,
     (resolution, crop): (UVec2, Rect),
     [first, end]: [u32; 2],
 ) -> (Film, Statistics) {
     let mut film = Film::starting_at(resolution, crop, first);
-    let (outcome, statistics) =
-        render_iterations(integrator, (sampler, filter), &mut film, StopCondition::at(end), &());
-    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    let statistics = render_into(&mut film, integrator, sampler, end);
     (film, statistics)
 }
 
 /// Means over the whole picture of each of `count` iterations.
-fn means_of_iterations(integrator: &impl IterationIntegrator, resolution: UVec2, count: u32) -> Vec<f64> {
+fn means_of_iterations(integrator: &dyn CompiledIntegrator, resolution: UVec2, count: u32) -> Vec<f64> {
     let of = |iteration| {
-        let numbers = (&Independent::new(55), &Filter::BOX);
         let all = (resolution, Rect::full(resolution));
-        film_mean(&part(integrator, numbers, all, [iteration, iteration + 1]).0, 1)
+        film_mean(
+            &part(integrator, &independent(55), all, [iteration, iteration + 1]).0,
+            1,
+        )
     };
     (0..count).map(of).collect()
 }
@@ -197,6 +196,7 @@ fn assert_agrees_with_paths(
     let resolution = UVec2::splat(16);
     let camera = Camera::new(camera, resolution).unwrap();
     let accel = backend(scene);
+    let accel: Backend = &accel;
     let world = World::new(scene, &accel, &camera, filter);
     let region = |x: u32, y: u32| Rect {
         min: UVec2::new(x, y) * 4,
@@ -224,7 +224,7 @@ fn assert_agrees_with_paths(
         set(&mut integrator.metropolis);
         let iteration = |index: u32| {
             let all = (resolution, Rect::full(resolution));
-            part(&integrator, (&Independent::new(3), filter), all, [index, index + 1]).0
+            part(&integrator, &independent(3), all, [index, index + 1]).0
         };
         let iterations: Vec<Film> = (0..budget(iterations)).map(iteration).collect();
         let mut relative = Vec::new();
@@ -338,8 +338,7 @@ fn threads_crops_and_parts_change_no_bit() {
         let integrator = pssmlt(world, 4, &test);
         let film = |threads, crop, samples| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let numbers = (&Sobol::new(1), &Filter::BOX);
-            pool.install(|| part(&integrator, numbers, (resolution, crop), samples))
+            pool.install(|| part(&integrator, &sobol(1), (resolution, crop), samples))
         };
         let (whole, statistics) = film(1, full, [0, 6]);
         assert!(whole.pixels().any(|(_, sums)| sums.mean(0) > 0.0));
@@ -388,8 +387,7 @@ fn groups_of_lights_add_up_and_change_no_bit() {
         let integrator = pssmlt(world, 4, &test);
         let film = |groups| {
             let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(groups);
-            let numbers = (&Independent::new(1), &Filter::BOX);
-            render_iterations(&integrator, numbers, &mut film, StopCondition::at(16), &());
+            render_into(&mut film, &integrator, &independent(1), 16);
             film
         };
         let (plain, told_apart) = (film(0), film(2));
@@ -421,8 +419,12 @@ fn chains_tell_how_long_they_stay() {
                 mutation_size,
                 ..Metropolis::default()
             };
-            let numbers = (&Independent::new(3), &Filter::BOX);
-            let (_, statistics) = part(&integrator, numbers, (resolution, Rect::full(resolution)), [0, 40]);
+            let (_, statistics) = part(
+                &integrator,
+                &independent(3),
+                (resolution, Rect::full(resolution)),
+                [0, 40],
+            );
             assert_eq!((statistics.chains.chains, statistics.chains.mutations), (320, 40 << 10));
             let time = statistics.chains.autocorrelation_time().unwrap();
             println!(

@@ -12,8 +12,6 @@ use embrasure::integrator::{
 };
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, StopCondition, render_iterations};
-use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 
 const ALL_LIGHT: Metropolis = Metropolis {
@@ -25,12 +23,12 @@ const ALL_LIGHT: Metropolis = Metropolis {
     mutation_size: 1.0 / 64.0,
 };
 
-fn mlt<'a, A>(
-    world: World<'a, A>,
+fn mlt<'a>(
+    world: World<'a, Backend<'a>>,
     max_depth: u32,
     metropolis: Metropolis,
     importance: &'a ImportanceImage,
-) -> PathSpaceIntegrator<'a, A> {
+) -> PathSpaceIntegrator<'a, Backend<'a>> {
     PathSpaceIntegrator {
         world,
         max_depth: Some(max_depth),
@@ -47,9 +45,7 @@ fn iterations(world: World<Backend>, (max_depth, metropolis): (u32, Metropolis),
     let mut film = Film::new(resolution, Rect::full(resolution));
     let test = rough_picture(world, max_depth);
     let integrator = mlt(world, max_depth, metropolis, &test);
-    let numbers = (&Independent::new(seed), world.filter);
-    let (outcome, statistics) = render_iterations(&integrator, numbers, &mut film, StopCondition::at(end), &());
-    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    render_into(&mut film, &integrator, &independent(seed), end);
     film
 }
 

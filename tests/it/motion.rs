@@ -19,7 +19,7 @@ fn shift(x: f32, y: f32, z: f32) -> Affine3A {
 }
 
 /// The path tracer as users have it, or without sharing.
-fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a, Backend<'a>> {
+fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a> {
     let path = PathIntegrator {
         light_samples: if reuse { 2 } else { 1 },
         ..path_tracer(world, Some(4))

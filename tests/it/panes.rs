@@ -13,8 +13,6 @@ use embrasure::geometry::Mesh;
 use embrasure::integrator::*;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{Quat, UVec2, Vec3};
-use embrasure::render::{Outcome, render};
-use embrasure::sampler::Sobol;
 use embrasure::scene::{Panes, Scene, SceneBuilder};
 use std::path::Path;
 
@@ -67,7 +65,7 @@ fn means(scene: &Scene, camera: CameraParameters) -> Vec<(&'static str, [f64; 3]
             roulette: Roulette::default(),
         };
         vec![
-            ("path", rgb(film_by(&Sobol::new(1), &path, SMALL, 256))),
+            ("path", rgb(film_by(&sobol(1), &path, SMALL, 256))),
             ("naive", rgb(film_of(&naive, SMALL, budget(2048), 2))),
             ("bdpt", rgb(film_of_iterations(&bdpt, SMALL, budget(2048), 3))),
         ]
@@ -279,7 +277,7 @@ fn windows_in_the_picture_are_stratified() {
             (squares.sum::<f64>() / pixels.len() as f64).sqrt()
         };
         let path = path_tracer(world, Some(4));
-        let sobol = deviation(film_by(&Sobol::new(1), &path, SMALL, 64));
+        let sobol = deviation(film_by(&sobol(1), &path, SMALL, 64));
         let independent = deviation(film_of(&path, SMALL, 64, 1));
         println!("standard deviation of pixels: {sobol:.5}, by independent numbers {independent:.5}");
         assert!(sobol < 0.4 * independent, "{sobol} {independent}");
@@ -384,8 +382,7 @@ fn crops_change_no_bit_behind_glass() {
         };
         let film = |rect| {
             let mut film = Film::new(size, rect);
-            let (outcome, statistics) = render(&integrator, &Sobol::new(3), &mut film, 8, &());
-            assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+            render_into(&mut film, &integrator, &sobol(3), 8);
             film
         };
         let crop = Rect {

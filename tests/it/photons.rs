@@ -11,7 +11,8 @@ use embrasure::geometry::Placement;
 use embrasure::integrator::*;
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3, affine_from_trs};
-use embrasure::render::{Outcome, RayCounts, StopCondition, photon_maps, render_iterations};
+use embrasure::method::CompiledIntegrator;
+use embrasure::render::{RayCounts, photon_maps};
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
@@ -118,11 +119,9 @@ fn merging<A>(world: World<A>, radius: f32, max_depth: u32) -> VertexMergingInte
     }
 }
 
-fn iterations(integrator: &impl IterationIntegrator, resolution: UVec2, count: u32, seed: u64) -> Film {
+fn iterations(integrator: &dyn CompiledIntegrator, resolution: UVec2, count: u32, seed: u64) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let numbers = (&Independent::new(seed), &embrasure::film::Filter::BOX);
-    let (outcome, statistics) = render_iterations(integrator, numbers, &mut film, StopCondition::at(count), &());
-    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    render_into(&mut film, integrator, &independent(seed), count);
     film
 }
 

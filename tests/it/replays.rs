@@ -11,7 +11,6 @@ use embrasure::integrator::{DirectLight, PathIntegrator, Roulette, Strategy};
 use embrasure::light::LatLongImage;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{Quat, UVec2, Vec3};
-use embrasure::sampler::Sobol;
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::{PI, TAU};
 
@@ -145,7 +144,7 @@ fn deep_white_well_in_a_white_sky_is_white() {
             roulette: Roulette::after(1000),
             ..path_tracer(world, Some(512))
         };
-        film_by(&Sobol::new(3), &path, size, 64)
+        film_by(&sobol(3), &path, size, 64)
     });
     assert_close("well", film_mean(&film, 1), 1.0, 0.004);
 }

@@ -12,14 +12,13 @@ use embrasure::geometry::Mesh;
 use embrasure::integrator::*;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::sampler::Sobol;
 use embrasure::scene::{Scene, SceneBuilder};
 
 /// One whole tile, and parts of three others.
 const RESOLUTION: UVec2 = UVec2::new(21, 18);
 const SEEDS: u64 = 32;
 
-fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a, Backend<'a>> {
+fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a> {
     let path = PathIntegrator {
         light_samples: 2,
         ..path_tracer(world, Some(6))
@@ -38,7 +37,7 @@ fn means(film: &Film) -> [Vec<f64>; 3] {
 }
 
 /// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
-fn assert_same(what: &str, integrator: &MaybeReusing<Backend>, reference: &Film, spp: u32) {
+fn assert_same(what: &str, integrator: &MaybeReusing, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))
         .collect();
@@ -372,7 +371,7 @@ fn errors_are_smaller_and_known() {
 #[cfg_attr(not(long), ignore = "long")]
 fn differences_of_blocks_tell_the_error() {
     let scene = own("cornell-box.toml");
-    type Render<'a> = &'a dyn Fn(&MaybeReusing<Backend>, UVec2, u64) -> Film;
+    type Render<'a> = &'a dyn Fn(&MaybeReusing, UVec2, u64) -> Film;
     let check = |what: &str, width: u32, film: Render, range: std::ops::Range<f64>| {
         let resolution = UVec2::splat(width);
         let films: Vec<Film> = (0..8)
@@ -407,7 +406,7 @@ fn differences_of_blocks_tell_the_error() {
         "sobol",
         // The range is wide.
         48,
-        &|integrator, resolution, seed| film_by(&Sobol::new(seed), integrator, resolution, 128),
+        &|integrator, resolution, seed| film_by(&sobol(seed), integrator, resolution, 128),
         0.95..1.5,
     );
 }

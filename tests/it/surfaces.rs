@@ -91,7 +91,7 @@ fn estimators_agree_on_holes() {
             reuse,
         };
         let naive = NaiveIntegrator::new(world, Some(4), Roulette::default());
-        let by = |path: MaybeReusing<'_, Backend>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
+        let by = |path: MaybeReusing<'_>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
         let all = [
             ("mis", by(path(DirectLight::Mis, false), 64)),
             ("light", by(path(DirectLight::Light, false), 64)),

@@ -1,13 +1,13 @@
 //! Files of every format become textures, and so do those of scenes that were made elsewhere.
 
-use crate::support::{add, film_by, from_front, material, panel, path_tracer, shared, with_world};
+use crate::support::{add, film_by, from_front, material, panel, path_tracer, shared, sobol, with_world};
 use ::exr::prelude::{self as exr, WritableImage, f16};
 use embrasure::color::Spectrum;
 use embrasure::geometry::Mesh;
 use embrasure::io::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
 use embrasure::material::{Map, Maps, Material};
 use embrasure::math::{UVec2, Vec2};
-use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler, Sobol};
+use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Channel, Curve, Mapping, Texels, Texture, TextureFilter, TextureId, Wrap};
 use image::ExtendedColorType::{self, L8, Rgb8, Rgba8};
@@ -749,7 +749,7 @@ fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
     let resolution = UVec2::splat(PIXELS as u32);
     with_world(scene, from_front(), resolution, |world| {
         let integrator = path_tracer(world, Some(1));
-        let film = film_by(&Sobol::new(7), &integrator, resolution, spp);
+        let film = film_by(&sobol(7), &integrator, resolution, spp);
         let mut albedos = vec![0.0; PIXELS * PIXELS];
         for (pixel, sums) in film.pixels() {
             albedos[pixel.y as usize * PIXELS + pixel.x as usize] = f64::from(sums.albedo(0));

@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 
 /// Bins in θ and φ over the whole sphere.
-const BINS: [usize; 2] = [80, 160];
+const BINS: [usize; 2] = [40, 80];
 /// Bins that expect fewer are pooled.
 const MIN_EXPECTED: f64 = 5.0;
 
@@ -43,12 +43,14 @@ pub fn chi_square(
         pdf(w) * sin
     };
     let step = [PI / BINS[0] as f64, 2.0 * PI / BINS[1] as f64];
+    // A thirtieth of a sample
+    let tolerance = 0.03 / n as f64;
     let mut expected = Vec::with_capacity(observed.len());
     for t in 0..BINS[0] {
         for p in 0..BINS[1] {
             let cell = [t as f64 * step[0], p as f64 * step[1], step[0], step[1]];
             let whole = gauss(&density, cell);
-            expected.push(n as f64 * integrate(&density, edges, cell, whole, 0));
+            expected.push(n as f64 * integrate(&density, edges, (cell, whole), tolerance, 0));
         }
     }
     let integral = expected.iter().sum::<f64>() / n as f64;
@@ -88,12 +90,16 @@ fn gauss(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4]) -> f64 {
     rows.iter().sum::<f64>() * dt * dp
 }
 
-/// Halves a cell both ways until the parts sum to what the whole was taken for.
-fn integrate(f: &impl Fn(f64, f64) -> f64, edges: bool, [t, p, dt, dp]: [f64; 4], whole: f64, depth: u32) -> f64 {
-    // A tenth of a sample in a million; a density with edges is cut twice before that, because
-    // they may lie between the nodes.
-    const TOLERANCE: f64 = 1e-7;
-    let min_depth = if edges { 2 } else { 0 };
+/// Halves a cell both ways until its parts sum to `whole` within `tolerance`.
+fn integrate(
+    f: &impl Fn(f64, f64) -> f64,
+    edges: bool,
+    ([t, p, dt, dp], whole): ([f64; 4], f64),
+    tolerance: f64,
+    depth: u32,
+) -> f64 {
+    // A density with edges is cut three times before the comparison, because they may lie between the nodes.
+    let min_depth = if edges { 3 } else { 0 };
     let (ht, hp) = (0.5 * dt, 0.5 * dp);
     let cells = [
         [t, p, ht, hp],
@@ -103,13 +109,13 @@ fn integrate(f: &impl Fn(f64, f64) -> f64, edges: bool, [t, p, dt, dp]: [f64; 4]
     ];
     let parts = cells.map(|cell| gauss(f, cell));
     let sum: f64 = parts.iter().sum();
-    if depth >= 7 || (depth >= min_depth && (sum - whole).abs() < TOLERANCE) {
+    if depth >= 8 || (depth >= min_depth && (sum - whole).abs() < tolerance) {
         return sum;
     }
     cells
         .iter()
         .zip(parts)
-        .map(|(&cell, part)| integrate(f, edges, cell, part, depth + 1))
+        .map(|(&cell, part)| integrate(f, edges, (cell, part), tolerance, depth + 1))
         .sum()
 }
 

@@ -13,13 +13,14 @@ use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
-    Heuristic, ImportanceImage, ImportanceImageMaker, Integrator, IterationIntegrator, PathIntegrator,
-    ReusingPathIntegrator, Roulette, Sink, Strategy, World,
+    Heuristic, ImportanceImage, ImportanceImageMaker, IterationIntegrator, PathIntegrator, ReusingPathIntegrator,
+    Roulette, Strategy, World,
 };
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
-use embrasure::render::{Outcome, StopCondition, importance_image, render, render_iterations};
-use embrasure::sampler::{Independent, SampleKey, Sampler};
+use embrasure::method::CompiledIntegrator;
+use embrasure::render::{Observer, Outcome, Statistics, StopCondition, importance_image};
+use embrasure::sampler::{Independent, RenderSampler, SamplerKind};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
@@ -40,20 +41,23 @@ fn takes_all_samples() -> bool {
     std::env::var_os("EMBRASURE_ALL_SAMPLES").is_some()
 }
 
-/// The backend this program was built with, or the oracle.
+/// The backend that this program was built with, or the oracle.
 #[cfg(feature = "embree")]
-pub type Backend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
+type Built<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
-pub type Backend<'a> = embrasure::accel::bvh::BvhAccel;
+type Built<'a> = embrasure::accel::bvh::BvhAccel;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
-pub type Backend<'a> = embrasure::accel::brute::BruteForce<'a>;
+type Built<'a> = embrasure::accel::brute::BruteForce<'a>;
 
-/// That backend's view of `scene`.
-pub fn backend(scene: &Scene) -> Backend<'_> {
+/// A backend behind dynamic dispatch, for which the renderer has compiled all integrators.
+pub type Backend<'a> = &'a dyn Accel;
+
+/// The acceleration structure of `scene`.
+pub fn backend(scene: &Scene) -> Built<'_> {
     #[cfg(feature = "embree")]
-    return Backend::new(scene, 2).expect("Embree");
+    return Built::new(scene, 2).expect("Embree");
     #[cfg(not(feature = "embree"))]
-    return Backend::new(scene);
+    return Built::new(scene);
 }
 
 /// Shows `scene` to `look`, as `camera` sees it.
@@ -69,10 +73,11 @@ pub fn with_world<T>(
 /// Shows `scene` to `look`, as `camera` sees it.
 pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
     let accel = backend(scene);
+    let accel: Backend = &accel;
     look(World::new(scene, &accel, &camera, &Filter::BOX))
 }
 
-/// The path tracer without shared paths and with one light sample; where a test wants another, it says what is different.
+/// The path tracer without shared paths and with one light sample. A test changes what it needs.
 pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator<A> {
     PathIntegrator {
         world,
@@ -85,29 +90,23 @@ pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator
 }
 
 /// The path tracer, with path reuse between pixels or without.
-pub struct MaybeReusing<'a, A> {
-    pub path: PathIntegrator<'a, A>,
+pub struct MaybeReusing<'a> {
+    pub path: PathIntegrator<'a, Backend<'a>>,
     pub reuse: bool,
 }
 
-impl<A: Accel> Integrator for MaybeReusing<'_, A> {
-    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        self.samples(&[key], sampler, std::slice::from_mut(out));
-    }
-
-    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+impl CompiledIntegrator for MaybeReusing<'_> {
+    fn render(
+        &self,
+        sampler: &RenderSampler,
+        film: &mut Film,
+        stop: StopCondition,
+        observer: &dyn Observer,
+    ) -> (Outcome, Statistics) {
         let path = self.path;
         match self.reuse {
-            true => ReusingPathIntegrator { path }.samples(keys, sampler, out),
-            false => path.samples(keys, sampler, out),
-        }
-    }
-
-    fn pixels_at_once(&self) -> usize {
-        let path = self.path;
-        match self.reuse {
-            true => ReusingPathIntegrator { path }.pixels_at_once(),
-            false => path.pixels_at_once(),
+            true => ReusingPathIntegrator { path }.render(sampler, film, stop, observer),
+            false => path.render(sampler, film, stop, observer),
         }
     }
 }
@@ -145,31 +144,50 @@ pub fn rough_picture(world: World<Backend>, max_depth: u32) -> ImportanceImage {
     importance_image(&maker, &Independent::new(0x7e57), &()).unwrap().0
 }
 
+/// Independent random numbers.
+pub fn independent(seed: u64) -> RenderSampler {
+    RenderSampler::Plain(SamplerKind::Independent.with_seed(seed, 0))
+}
+
+/// Points of Sobol's sequence.
+pub fn sobol(seed: u64) -> RenderSampler {
+    RenderSampler::Plain(SamplerKind::Sobol.with_seed(seed, 0))
+}
+
 /// Renders by any integrator, with independent samples.
-pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: u64) -> Film {
-    film_by(&Independent::new(seed), integrator, resolution, spp)
+pub fn film_of(integrator: &dyn CompiledIntegrator, resolution: UVec2, spp: u32, seed: u64) -> Film {
+    film_by(&independent(seed), integrator, resolution, spp)
 }
 
 /// Renders by any sampler and integrator.
-pub fn film_by(sampler: &impl Sampler, integrator: &impl Integrator, resolution: UVec2, spp: u32) -> Film {
+pub fn film_by(sampler: &RenderSampler, integrator: &dyn CompiledIntegrator, resolution: UVec2, spp: u32) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let (outcome, statistics) = render(integrator, sampler, &mut film, spp, &());
-    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    render_into(&mut film, integrator, sampler, spp);
     film
 }
 
-/// Renders by an integrator that makes iterations, with independent samples.
+/// Renders by an integrator that makes iterations, and separates its strategies if the world says so.
 pub fn film_of_iterations(
-    integrator: &impl IterationIntegrator,
+    integrator: &(impl CompiledIntegrator + IterationIntegrator),
     resolution: UVec2,
     iterations: u32,
     seed: u64,
 ) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(2 * integrator.strategies());
-    let numbers = (&Independent::new(seed), &Filter::BOX);
-    let (outcome, statistics) = render_iterations(integrator, numbers, &mut film, StopCondition::at(iterations), &());
-    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    render_into(&mut film, integrator, &independent(seed), iterations);
     film
+}
+
+/// Adds the samples or iterations to `film` that it lacks of those before `end`.
+pub fn render_into(
+    film: &mut Film,
+    integrator: &dyn CompiledIntegrator,
+    sampler: &RenderSampler,
+    end: u32,
+) -> Statistics {
+    let (outcome, statistics) = integrator.render(sampler, film, StopCondition::at(end), &());
+    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    statistics
 }
 
 /// A pinhole at `position`.

@@ -1,5 +1,6 @@
 //! A method over a backend: the choice of the backend (`backend`) and of the integrator (`run`), which settings and scenes a method refuses (`checks`), the
-//! memory that it takes (`memory`), and how its errors are correlated (`common_errors`). Sessions stand on it.
+//! memory that it takes (`memory`), and how its errors are correlated (`common_errors`). Sessions stand on it. Programs that make integrators
+//! themselves render by `compiled`.
 //!
 //! Functions take [`AnyAccel`] and [`RenderSampler`], and nothing generic: what a program calls is compiled here, with full optimisation, and not in the program.
 //!
@@ -13,11 +14,13 @@
 mod backend;
 mod checks;
 mod common_errors;
+mod compiled;
 mod error;
 mod memory;
 mod run;
 
 pub use backend::AnyAccel;
+pub use compiled::CompiledIntegrator;
 pub use error::{Error, InvalidSetting};
 pub use memory::{MethodMemory, PictureSize};
 pub use run::{Prepared, RenderContext};

@@ -1,0 +1,77 @@
+//! Renders by integrators that a program makes itself, compiled in this crate.
+
+use crate::accel::Accel;
+use crate::film::Film;
+use crate::integrator::{
+    AmbientOcclusion, AreaIntegrator, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator,
+    IrradianceCacheIntegrator, LightIntegrator, NaiveIntegrator, OneSampleIntegrator, PathIntegrator,
+    PathSpaceIntegrator, PhotonMapIntegrator, PrimarySpaceIntegrator, ProgressivePhotonIntegrator,
+    ReusingPathIntegrator, VertexMergingIntegrator, WhittedIntegrator,
+};
+use crate::render::{self, Observer, Outcome, Statistics, StopCondition};
+use crate::sampler::RenderSampler;
+
+/// An integrator over a backend behind dynamic dispatch.
+///
+/// [`Integrator`](crate::integrator::Integrator) and
+/// [`IterationIntegrator`](crate::integrator::IterationIntegrator) are generic: a program that calls
+/// them compiles the integrator once more, with its own level of optimisation. This call is compiled
+/// here. [`Method`](crate::options::Method) makes integrators of settings, and prepares what they look at.
+pub trait CompiledIntegrator: Sync {
+    /// Adds samples to every pixel of `film` until the condition `stop` holds.
+    fn render(
+        &self,
+        sampler: &RenderSampler,
+        film: &mut Film,
+        stop: StopCondition,
+        observer: &dyn Observer,
+    ) -> (Outcome, Statistics);
+}
+
+/// Implements [`CompiledIntegrator`] for integrators of samples.
+macro_rules! of_samples {
+    ($($integrator:ident),+ $(,)?) => {$(
+        impl CompiledIntegrator for $integrator<'_, &dyn Accel> {
+            fn render(
+                &self,
+                sampler: &RenderSampler,
+                film: &mut Film,
+                StopCondition { end, noise }: StopCondition,
+                observer: &dyn Observer,
+            ) -> (Outcome, Statistics) {
+                match noise {
+                    None => render::render(self, sampler, film, end, &observer),
+                    Some(level) => render::render_to_noise(self, sampler, film, level, end, &observer),
+                }
+            }
+        }
+    )+};
+}
+
+/// Implements [`CompiledIntegrator`] for integrators of iterations.
+macro_rules! of_iterations {
+    ($($integrator:ident),+ $(,)?) => {$(
+        impl CompiledIntegrator for $integrator<'_, &dyn Accel> {
+            fn render(
+                &self,
+                sampler: &RenderSampler,
+                film: &mut Film,
+                stop: StopCondition,
+                observer: &dyn Observer,
+            ) -> (Outcome, Statistics) {
+                render::render_iterations(self, (sampler, self.world.filter), film, stop, &observer)
+            }
+        }
+    )+};
+}
+
+of_samples! {
+    AmbientOcclusion, AreaIntegrator, DebugIntegrator, DistributedIntegrator, IrradianceCacheIntegrator,
+    NaiveIntegrator, OneSampleIntegrator, PathIntegrator, PhotonMapIntegrator, ReusingPathIntegrator,
+    WhittedIntegrator,
+}
+
+of_iterations! {
+    BidirectionalIntegrator, LightIntegrator, PathSpaceIntegrator, PrimarySpaceIntegrator,
+    ProgressivePhotonIntegrator, VertexMergingIntegrator,
+}

@@ -90,8 +90,8 @@ test-python: setup ## test the Python module against the program, with its types
 test-view: setup ## test the page of `embrasure view`, in headless Chromium where it is there, and its server
 	EMBRASURE_LONG=1 $(CARGO) test --release $(FEATURES) --test view -- --nocapture
 
-screenshots: setup ## write the pictures of the viewer for the guide into the folder EMBRASURE_SCREENSHOTS
-	$(CARGO) test --release $(FEATURES) --test view -- --include-ignored --skip figures
+screenshots: setup ## write the pictures of the viewer for the guide into the folder SCREENSHOTS (docs/guide/images)
+	$(CARGO) bench $(FEATURES) --bench viewer -- screenshots $(abspath $(or $(SCREENSHOTS),docs/guide/images))
 
 test-farm: setup ## render on a Slurm cluster of this machine alone, with parts that are killed, and compare the bits
 	scripts/farm/test

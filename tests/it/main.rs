@@ -56,7 +56,6 @@ mod readers;
 mod replays;
 mod reuse;
 mod rust_version;
-mod same_pictures;
 mod schema;
 mod shaped_lights;
 mod small_lamps;

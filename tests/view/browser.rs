@@ -1,33 +1,17 @@
 //! The page of `embrasure view` in headless Chromium. Without Chromium the tests are ignored, unless EMBRASURE_REQUIRE_CHROMIUM is set.
 
-use super::Viewer;
-use super::chromium::{Browser, Tab};
-use super::slow_link::slow_link;
+use super::chromium::{Browser, COMPLETE, click_on, set};
+use super::link::slow_link;
+use super::viewer::{Viewer, cornell_box, two_lamps};
 use crate::support::program::{assert_same_bits, done, split};
 use serde_json::{Value, json};
-use std::env;
 use std::fs;
-use std::path::Path;
 use std::thread;
 use std::time::Duration;
-use tempfile::TempDir;
 
-/// Whether all samples of the picture itself are shown.
-const COMPLETE: &str =
-    "document.documentElement.dataset.phase === 'complete' && document.documentElement.dataset.samples === '16'";
 /// The pixels of the picture as they are shown, as numbers.
 const CODES: &str = "[...document.getElementById('picture').getContext('2d').getImageData(0, 0, embrasure.picture.canvas.width, embrasure.picture.canvas.height).data]";
 const CAMERA: &str = "JSON.stringify(embrasure.camera.now)";
-
-/// A copy of the Cornell box that tests may change.
-fn cornell_box() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    for name in ["cornell-box.toml", "cornell-box.obj", "cornell-box.mtl"] {
-        fs::copy(scenes.join(name), folder.path().join(name)).unwrap();
-    }
-    folder
-}
 
 const FLAGS: &str = "cornell-box.toml --size 128x128 --spp 16";
 
@@ -351,28 +335,6 @@ fn controls_have_names() {
     );
 }
 
-/// The Cornell box with a point light, for which its scene file has controls.
-fn two_lamps() -> TempDir {
-    let folder = cornell_box();
-    let path = folder.path().join("cornell-box.toml");
-    let light = "\n[[light]]\ntype = \"point\"\nposition = [278, 400, 150]\nintensity = [20000, 20000, 40000]\n";
-    let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text + light).unwrap();
-    folder
-}
-
-/// Sets a control, as a user does.
-fn set(browser: &mut Browser, tab: &Tab, selector: &str, property: &str) {
-    let set = format!(
-        "(() => {{ const control = document.querySelector({selector:?}); Object.assign(control, {property}); control.dispatchEvent(new Event('input')); control.dispatchEvent(new Event('change')); }})()"
-    );
-    browser.value(tab, &set);
-}
-
-fn click_on(browser: &mut Browser, tab: &Tab, id: &str) {
-    browser.value(tab, &format!("document.getElementById('{id}').click()"));
-}
-
 /// A page behind a slow link unpacks what it gets to the light of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
@@ -657,117 +619,4 @@ fn fingers_steer_the_camera() {
         true
     );
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
-}
-
-/// Size of the windows of the guide's pictures.
-const WINDOW: [u32; 2] = [1280, 720];
-/// Of those with noise, whose files would be large.
-const SMALL_WINDOW: [u32; 2] = [1000, 600];
-
-/// The pictures of the guide, in the folder that EMBRASURE_SCREENSHOTS names.
-#[test]
-#[ignore = "writes pictures of the guide"]
-fn screenshots_of_the_guide() {
-    let folder = cornell_box();
-    let viewer = Viewer::start(
-        folder.path(),
-        &split("cornell-box.toml --size 512x512 --spp 16 --denoise oidn"),
-    );
-    let mut browser = Browser::start();
-    for (theme, name) in [("dark", "view-dark.png"), ("light", "view-light.png")] {
-        let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), WINDOW);
-        browser.wait(&tab, COMPLETE);
-        browser.wait(&tab, "embrasure.picture.frame.channel === 'denoised'");
-        if theme == "light" {
-            browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
-        }
-        thread::sleep(Duration::from_secs(2));
-        browser.screenshot(&tab, name);
-        if theme == "dark" {
-            // A sample whose path ends by roulette, with shadow rays and shared paths
-            browser.value(
-                &tab,
-                "document.getElementById('pixel-sample').value = 1, embrasure.inspector.ask([180, 480])",
-            );
-            browser.wait(&tab, "document.querySelectorAll('#overlay line').length > 0");
-            browser.value(&tab, "document.getElementById('found').scrollIntoView()");
-            thread::sleep(Duration::from_secs(1));
-            browser.screenshot(&tab, "view-paths.png");
-            click_on(&mut browser, &tab, "clear-paths");
-            browser.value(&tab, "document.querySelector('[data-tab=\"materials\"]').click()");
-            browser.value(&tab, "document.querySelector('#material-keys details').open = true");
-            browser.screenshot(&tab, "view-materials.png");
-        }
-    }
-    drop(viewer);
-
-    // Light groups, one of them green
-    let folder = two_lamps();
-    let viewer = Viewer::start(folder.path(), &split("cornell-box.toml --size 512x512 --spp 16"));
-    let tab = browser.open(&format!("{}?theme=dark", viewer.link()), SMALL_WINDOW);
-    browser.wait(&tab, COMPLETE);
-    browser.value(&tab, "document.querySelector('[data-tab=\"lights\"]').click()");
-    click_on(&mut browser, &tab, "tell-groups");
-    browser.wait(
-        &tab,
-        &format!("{COMPLETE} && embrasure.picture.frame.groups?.length === 2"),
-    );
-    set(
-        &mut browser,
-        &tab,
-        "[aria-label=\"light1, colour\"]",
-        "{ value: '#60ff90' }",
-    );
-    set(&mut browser, &tab, "[aria-label=\"light1, stops\"]", "{ value: '1.5' }");
-    set(&mut browser, &tab, "[aria-label=\"light, stops\"]", "{ value: '-2' }");
-    thread::sleep(Duration::from_secs(1));
-    browser.screenshot(&tab, "view-lights.png");
-    drop(viewer);
-
-    // With and without path reuse, against a reference
-    let flags = "cornell-box.toml --size 512x512";
-    done(
-        folder.path(),
-        &split(&format!("render {flags} --spp 256 --seed 7 -q -o reference.exr")),
-    );
-    let compare = format!("{flags} --spp 64 --compare path,path+reuse=none --reference reference.exr");
-    let viewer = Viewer::start(folder.path(), &split(&compare));
-    let tab = browser.open(&format!("{}?theme=light", viewer.link()), SMALL_WINDOW);
-    browser.wait(&tab, "embrasure.camera.now");
-    browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
-    browser.wait(&tab, "embrasure.compare.points.length > 12 && embrasure.picture.other");
-    browser.value(&tab, "document.getElementById('compare-with').scrollIntoView()");
-    browser.screenshot(&tab, "view-compare.png");
-    drop(viewer);
-
-    // A camera that is found
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let obj = scenes.join("pawns.obj");
-    done(
-        folder.path(),
-        &["init", obj.to_str().unwrap(), "--view", "iso", "-o", "pawns.toml"],
-    );
-    let viewer = Viewer::start(
-        folder.path(),
-        &split("pawns.toml --size 720x540 --spp 8 --denoise oidn"),
-    );
-    let tab = browser.open(&format!("{}?theme=light", viewer.link()), WINDOW);
-    browser.wait(&tab, "embrasure.camera.now");
-    click_on(&mut browser, &tab, "find-views");
-    browser.wait(&tab, "document.querySelectorAll('#views button').length > 3");
-    let camera = "{ ...embrasure.camera.now, position: [-1.2, 0.9, 3], look_at: [0, 0.35, 0], vertical_fov: 30, lens_radius: 0.08 }";
-    browser.value(&tab, &format!("embrasure.camera.to({camera}), 0"));
-    let complete = COMPLETE.replace("16", "8");
-    browser.wait(&tab, &complete);
-    click_on(&mut browser, &tab, "focus-click");
-    let distance = "embrasure.camera.now.focus_distance";
-    let before = browser.value(&tab, distance);
-    let (middle, size) = browser.picture(&tab);
-    browser.click(&tab, [middle[0] - 0.25 * size[0], middle[1] + 0.1 * size[1]]);
-    browser.wait(&tab, &format!("{distance} !== {before}"));
-    click_on(&mut browser, &tab, "copy-flags");
-    thread::sleep(Duration::from_secs(1));
-    browser.wait(&tab, &complete);
-    thread::sleep(Duration::from_secs(1));
-    browser.screenshot(&tab, "view-camera.png");
 }

@@ -1,20 +1,20 @@
 //! Headless Chromium, which the Chrome DevTools Protocol drives over a WebSocket.
 
-use super::PATIENCE;
+use super::viewer::PATIENCE;
 use crate::support::chromium;
-use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
-use std::env;
-use std::fs;
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket, connect};
+
+/// An expression of pages: true if all 16 samples of the picture itself are shown.
+pub const COMPLETE: &str =
+    "document.documentElement.dataset.phase === 'complete' && document.documentElement.dataset.samples === '16'";
 
 /// A browser with pages.
 pub struct Browser {
@@ -159,16 +159,6 @@ impl Browser {
         }
     }
 
-    /// Writes what is seen of a page to a file, if EMBRASURE_SCREENSHOTS names a folder.
-    pub fn screenshot(&mut self, tab: &Tab, name: &str) {
-        let Some(folder) = env::var_os("EMBRASURE_SCREENSHOTS") else {
-            return;
-        };
-        let shot = self.call(Some(&tab.0), "Page.captureScreenshot", json!({ "format": "png" }));
-        let bytes = BASE64_STANDARD.decode(shot["data"].as_str().unwrap()).unwrap();
-        fs::write(Path::new(&folder).join(name), bytes).unwrap();
-    }
-
     /// The middle of the picture in the window, and its size there.
     pub fn picture(&mut self, tab: &Tab) -> ([f64; 2], [f64; 2]) {
         let r = self.value(tab, "(({x, y, width, height}) => [x, y, width, height])(document.getElementById('picture').getBoundingClientRect())");
@@ -186,3 +176,15 @@ impl Drop for Browser {
 
 /// A page of the browser.
 pub struct Tab(pub String);
+
+/// Sets a control, as a user does.
+pub fn set(browser: &mut Browser, tab: &Tab, selector: &str, property: &str) {
+    let set = format!(
+        "(() => {{ const control = document.querySelector({selector:?}); Object.assign(control, {property}); control.dispatchEvent(new Event('input')); control.dispatchEvent(new Event('change')); }})()"
+    );
+    browser.value(tab, &set);
+}
+
+pub fn click_on(browser: &mut Browser, tab: &Tab, id: &str) {
+    browser.value(tab, &format!("document.getElementById('{id}').click()"));
+}

@@ -216,40 +216,4 @@ mod tests {
             assert!(chi2 < 255.0 + 5.0 * 22.6, "{sample} of {count}: χ² = {chi2}");
         }
     }
-
-    /// Prints the discrepancies of docs/benchmarks.md: means over pixels of one seed.
-    #[test]
-    #[ignore = "prints a table of docs/benchmarks.md"]
-    fn discrepancies() {
-        let mean = |count: u32, sampler: &dyn Fn(u32) -> Vec<Vec2>| {
-            let of_pixel = |x| {
-                let directions: Vec<Vec3> = sampler(x).into_iter().map(uniform_sphere).collect();
-                cap_discrepancy(&directions)
-            };
-            let pixels = 4096 / count;
-            (0..pixels).map(of_pixel).sum::<f64>() / pixels as f64
-        };
-        for count in [16, 64, 256] {
-            for kind in [SamplerKind::Independent, SamplerKind::Sobol] {
-                let of = |x| points(kind.with_seed(1, count), x, DIMENSION(0), 0..count);
-                println!("{count} {kind:?}: {:.4}", mean(count, &of));
-            }
-            let others = SamplerKind::Sobol.with_seed(1, count);
-            let of = |x| {
-                points(
-                    crate::sampler::Fibonacci::new(1, count, others),
-                    x,
-                    DIMENSION(0),
-                    0..count,
-                )
-            };
-            println!("{count} Fibonacci: {:.4}", mean(count, &of));
-            for set in ALL {
-                for size in [0.0, 0.5, 1.0] {
-                    let of = |x| points(sampler(1, count, options(set, size, false)), x, DIMENSION(0), 0..count);
-                    println!("{count} {set:?}, perturbed by {size}: {:.4}", mean(count, &of));
-                }
-            }
-        }
-    }
 }

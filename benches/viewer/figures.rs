@@ -1,9 +1,7 @@
-//! Figures of `embrasure view` for docs/benchmarks.md: latencies, pictures and bytes a second, memory after many restarts. They want an idle machine and a release build in which this page, too, is optimised:
-//! `cargo test --release --config profile.release.package.embrasure.opt-level=1 --test view -- figures --ignored --nocapture`. EMBRASURE_SCENES names further scenes, with blanks between.
+//! Latencies, pictures and bytes a second, and memory after many restarts, for docs/benchmarks.md.
 
-use super::slow_link::{SLOW, slow_link};
-use super::{Page, Viewer};
-use std::env;
+use super::link::{SLOW, slow_link};
+use super::viewer::{Frame, PATIENCE, Page, Viewer};
 use std::fs;
 use std::path::Path;
 use std::thread;
@@ -12,7 +10,7 @@ use tungstenite::Message;
 
 /// Changes that are timed.
 const CHANGES: usize = 20;
-/// How long the camera orbits.
+/// Duration of an orbit of the camera.
 const ORBIT: Duration = Duration::from_secs(5);
 /// Between two moves of an orbit.
 const MOVE: Duration = Duration::from_millis(33);
@@ -60,14 +58,10 @@ fn send_move(page: &mut Page, home: &serde_json::Value, step: usize) {
     page.send(&camera.to_string());
 }
 
-#[test]
-#[ignore = "measures: see the head of the file"]
-fn figures() {
+/// Prints the table of cornell-box.toml and of `more` scenes.
+pub fn print(more: &[String]) {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
-    let more = env::var("EMBRASURE_SCENES").unwrap_or_default();
-    let scenes = [own.display().to_string()]
-        .into_iter()
-        .chain(more.split_whitespace().map(String::from));
+    let scenes = [own.display().to_string()].into_iter().chain(more.iter().cloned());
     println!(
         "| scene | link | first pixels, ms | a sample of each pixel, ms | pictures/s | kB a picture | MB/s | the lossless picture: kB, ms | others, % | MB before, after |"
     );
@@ -116,12 +110,12 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
         if let Ok(Message::Binary(message)) = page.socket.read() {
             pictures += 1;
             bytes += message.len();
-            page.shown(&super::Frame::of(&message));
+            page.shown(&Frame::of(&message));
         }
     }
     let seconds = start.elapsed().as_secs_f64();
     let orbiting = share(&viewer, [rendering, others]);
-    page.socket.get_ref().set_read_timeout(Some(super::PATIENCE)).unwrap();
+    page.socket.get_ref().set_read_timeout(Some(PATIENCE)).unwrap();
     page.frame_where(|header| header["preview"] == false);
 
     // Rest: the render goes on, and pages are shown how far it is.

@@ -1,0 +1,47 @@
+//! Measures `embrasure view`, and takes pictures of it for the guide:
+//!
+//! ```text
+//! cargo bench --bench viewer -- figures [SCENE...]
+//! cargo bench --bench viewer -- screenshots FOLDER
+//! ```
+//!
+//! Figures want an idle machine, and a build in which this page, too, is optimised:
+//! `--config profile.release.package.embrasure.opt-level=1`. Screenshots need Chromium.
+
+#![allow(missing_docs)] // The modules of tests/view have an allowance of their own.
+
+#[path = "../../tests/view/chromium.rs"]
+#[allow(dead_code)] // Each program uses a part of it, here and below.
+mod chromium;
+#[path = "../../tests/view/coding.rs"]
+mod coding;
+mod figures;
+#[path = "../../tests/view/link.rs"]
+mod link;
+mod screenshots;
+#[path = "../../tests/support/mod.rs"]
+mod support;
+#[path = "../../tests/view/viewer.rs"]
+#[allow(dead_code)]
+mod viewer;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    // `cargo bench` adds a flag for test harnesses. It starts the program in the folder of the package.
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    match words.split_first() {
+        Some((what, scenes)) if what == "figures" => figures::print(scenes),
+        Some((what, [folder])) if what == "screenshots" => {
+            let folder = PathBuf::from(folder);
+            assert!(Path::new(&folder).is_dir(), "{}: no such folder", folder.display());
+            screenshots::write(&folder);
+        }
+        _ => {
+            eprintln!("usage: cargo bench --bench viewer -- figures [SCENE...] | screenshots FOLDER");
+            return ExitCode::from(2);
+        }
+    }
+    ExitCode::SUCCESS
+}

@@ -6,6 +6,7 @@
 //! [`balls_that_touch_in_a_white_sky_are_white`]).
 #![cfg(feature = "embree")]
 
+use crate::support::statistics::Mean;
 use crate::support::*;
 use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
@@ -186,22 +187,16 @@ enum Allowed {
 
 /// Largest |t| of block means, of the differences that are not allowed.
 fn largest_t(reference: &Blocks, other: &Blocks, allowed: Allowed) -> f64 {
-    let statistics = |films: &Blocks, block: usize| {
-        let n = films.len() as f64;
-        let mean = films.iter().map(|film| film[block]).sum::<f64>() / n;
-        let squares = films.iter().map(|film| (film[block] - mean).powi(2)).sum::<f64>();
-        (mean, squares / (n * (n - 1.0)))
-    };
-    let t = |block: usize| {
-        let ((expected, v), (got, w)) = (statistics(reference, block), statistics(other, block));
+    let t = |(expected, got): (Mean, Mean)| {
         let difference = match allowed {
-            Allowed::Noise => (got - expected).abs(),
-            Allowed::Blur => ((got - expected).abs() - BLUR * expected).max(0.0),
-            Allowed::Darkness => (got - expected).max(0.0),
+            Allowed::Noise => (got.value - expected.value).abs(),
+            Allowed::Blur => ((got.value - expected.value).abs() - BLUR * expected.value).max(0.0),
+            Allowed::Darkness => (got.value - expected.value).max(0.0),
         };
-        difference / (v + w).sqrt().max(1e-7)
+        difference / got.error().hypot(expected.error()).max(1e-7)
     };
-    (0..reference[0].len()).map(t).fold(0.0, f64::max)
+    let pairs = Mean::of_each(reference).into_iter().zip(Mean::of_each(other));
+    pairs.map(t).fold(0.0, f64::max)
 }
 
 /// Largest |t| of each integrator against `naive`, in one random scene.

@@ -1,5 +1,6 @@
 //! Light tracing and bidirectional path tracing: every strategy by itself, all of them together, closed forms, and bits.
 
+use crate::support::statistics::{Mean, assert_all_means_within, assert_same_mean};
 use crate::support::*;
 use embrasure::bsdf::Fresnel;
 use embrasure::camera::{Camera, CameraParameters};
@@ -61,37 +62,17 @@ fn part(film: &Film, part: usize) -> Vec<f64> {
     })
 }
 
-/// Mean and squared standard error of each value over several renders.
-fn statistics(renders: &[Vec<f64>]) -> Vec<(f64, f64)> {
-    let n = renders.len() as f64;
-    let of = |i: usize| {
-        let mean = renders.iter().map(|r| r[i]).sum::<f64>() / n;
-        let squares: f64 = renders.iter().map(|r| (r[i] - mean).powi(2)).sum();
-        (mean, squares / (n * (n - 1.0)))
-    };
-    (0..renders[0].len()).map(of).collect()
-}
-
-/// Fails where a difference has 5 standard errors, which themselves are known to a fifth; gives the standard error of the whole picture's difference.
+/// Fails if means over renders differ. Returns the standard error of the whole picture's difference.
 fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    let (a, b) = (statistics(a), statistics(b));
-    for (i, ((a, va), (b, vb))) in a.iter().zip(&b).enumerate() {
-        let error = (va + vb).sqrt();
-        assert!(
-            (a - b).abs() <= 5.0 * error + 1e-7,
-            "{what}: value {i} is {a}, not {b}: {:.1} of {error}",
-            (a - b) / error
-        );
-    }
-    let whole = a.len() - 2;
-    let error = (a[whole].1 + b[whole].1).sqrt();
-    println!("{what}: {:+.5} ± {error:.5}", a[whole].0 - b[whole].0);
-    error
+    let pairs: Vec<_> = Mean::of_each(a).into_iter().zip(Mean::of_each(b)).collect();
+    assert_all_means_within(what, &pairs, |_| 1e-7);
+    let (a, b) = pairs[pairs.len() - 2];
+    a.error().hypot(b.error())
 }
 
 /// Asserts equal means, relative to the whole picture.
 pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    let whole = statistics(b)[b[0].len() - 2].0;
+    let whole = Mean::of_each(b)[b[0].len() - 2].value;
     let relative = |renders: &[Vec<f64>]| -> Vec<Vec<f64>> {
         renders.iter().map(|r| r.iter().map(|v| v / whole).collect()).collect()
     };
@@ -393,7 +374,7 @@ fn filters_weigh_splats() {
     }
 }
 
-/// Mean of a picture against what it should be: to 0.3 %, or to 4 standard errors where there are more paths than a test has time for.
+/// Fails if the mean of a picture is not what it should be, or is not known to 0.5 %.
 fn assert_known(
     what: &str,
     iterations: u32,
@@ -410,14 +391,11 @@ fn assert_known(
             ))
         })
         .collect();
-    let (mean, variance) = statistics(&films)[13];
-    println!("{what}: {mean} ± {}, expected {expected}", variance.sqrt());
-    let allowed = (0.003 * expected).max(4.0 * variance.sqrt());
-    assert!((mean - expected).abs() < allowed, "{what}: {mean}, not {expected}");
+    let mean = Mean::of_each(&films)[13];
+    assert_same_mean(what, mean, Mean::exact(expected));
     assert!(
-        variance.sqrt() < 0.005 * expected,
-        "{what}: known to {}",
-        variance.sqrt()
+        mean.error() < 0.005 * expected,
+        "{what}: {mean}: the error is too large"
     );
 }
 

@@ -2,7 +2,7 @@
 
 use crate::support::program::{
     CHANNELS, assert_same_bits, code, command, done, folder, joined, json, lit_floor, printed, read_json, refused, run,
-    signal, split, words, write_grey_png,
+    signal, split, wait_for_work, words, write_grey_png,
 };
 use crate::support::{read_channel, read_rgb};
 use std::fs;
@@ -1240,7 +1240,7 @@ fn an_interrupt_writes_what_is_done() {
     let child = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
     let mut child = KilledOnDrop(child);
     // Long enough for the first pass of 960 pixels on any machine; the render itself would take hours.
-    std::thread::sleep(std::time::Duration::from_secs(2));
+    wait_for_work(&child.0, std::time::Duration::from_secs(2));
     signal(&child.0, "INT");
     assert_eq!(child.0.wait().unwrap().code(), Some(130));
     let samples = read_channel(&folder.path().join("s.exr"), "samples");

@@ -245,7 +245,7 @@ fn an_interrupt_of_no_sample_writes_nothing() {
     fs::write(&path, "good").unwrap();
     let args = split("render s.toml --integrator sppm --photons 60000000 -q -o keep.png");
     let child = crate::support::program::command(folder.path(), &args).spawn().unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    crate::support::program::wait_for_work(&child, std::time::Duration::from_millis(500));
     crate::support::program::signal(&child, "INT");
     let out = child.wait_with_output().unwrap();
     assert_eq!(code(&out), 130, "{}", words(&out));

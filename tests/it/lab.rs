@@ -1,6 +1,8 @@
 //! `embrasure lab`: what it compares, the files that it writes, and its page in a browser.
 
-use crate::support::program::{code, command, done, joined, lit_floor, printed, refused, run, signal, split, words};
+use crate::support::program::{
+    code, command, done, joined, lit_floor, printed, refused, run, signal, split, wait_for_work, words,
+};
 use crate::support::{chromium, read_rgb};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -282,7 +284,7 @@ fn too_little_time_is_told() {
     let folder = lit_floor();
     let line = "lab s.toml -q --size 640x400 --methods path --time 0.001s,30m -o t";
     let child = command(folder.path(), &split(line)).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
+    wait_for_work(&child, Duration::from_millis(1500));
     signal(&child, "INT");
     let said = words(&child.wait_with_output().unwrap());
     assert!(
@@ -308,14 +310,15 @@ fn an_interrupt_writes_what_there_is() {
         let mut child = command(folder.path(), &joined(&split(line), &[methods]))
             .spawn()
             .unwrap();
-        std::thread::sleep(Duration::from_millis(1500));
+        wait_for_work(&child, Duration::from_millis(1500));
         signal(&child, "INT");
         let start = Instant::now();
         child.wait().unwrap();
         let seconds = start.elapsed().as_secs_f64();
         let out = child.wait_with_output().unwrap();
         assert_eq!(code(&out), 130, "{methods}: {}", words(&out));
-        assert!(seconds < 2.0, "{methods}: {seconds} s");
+        // It should take less than a second; a loaded machine is given more.
+        assert!(seconds < 20.0, "{methods}: {seconds} s");
         let said = words(&out);
         let name = methods.split(',').next().unwrap();
         match said.contains("nothing is written") {

@@ -1,5 +1,6 @@
 //! The picture by groups of lights: what each group gives, that they add up, and that they do not depend on how a render was made.
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::color::Spectrum;
 use embrasure::description::{SceneFile, inspect_scene, load_scene};
@@ -229,15 +230,6 @@ fn groups_have_the_means_of_scenes_without_the_others() {
         }
         sums
     };
-    // Mean and its variance
-    let mean_of = |values: Vec<f64>| {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        (
-            mean,
-            values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0)),
-        )
-    };
     let mut together: BTreeMap<String, Vec<Vec<Vec<f64>>>> = BTreeMap::new();
     let all = stage([true; 4], SelectionMode::Auto);
     with_world(&all, view(), RESOLUTION, |world| {
@@ -258,17 +250,12 @@ fn groups_have_the_means_of_scenes_without_the_others() {
             with_each(world, &mut |what, film| {
                 let by_seed = (0..SEEDS).map(|seed| regions(means(&film(1000 + seed, SPP, 0), None)));
                 let by_seed: Vec<Vec<f64>> = by_seed.collect();
-                for region in 0..12 {
-                    let (expected, v) = mean_of(by_seed.iter().map(|sums| sums[region]).collect());
-                    let (mean, w) = mean_of(together[what].iter().map(|seed| seed[group][region]).collect());
-                    // 46 degrees of freedom: P(|t| > 5) is 1e-5.
-                    let t = (mean - expected).abs() / (v + w).sqrt().max(1e-9);
-                    assert!(
-                        t < 5.0,
-                        "{what}, {}, region {region}: {mean}, alone {expected}",
-                        NAMES[group]
-                    );
-                    compared += usize::from(expected > 0.0);
+                let of_group: Vec<Vec<f64>> = together[what].iter().map(|seed| seed[group].clone()).collect();
+                let pairs = Mean::of_each(&of_group).into_iter().zip(Mean::of_each(&by_seed));
+                for (region, (mean, expected)) in pairs.enumerate() {
+                    let name = NAMES[group];
+                    assert_same_mean(format!("{what}, {name}, region {region}"), mean, expected);
+                    compared += usize::from(expected.value > 0.0);
                 }
             });
         });

@@ -1,6 +1,7 @@
 //! Parts of the picture by light paths: that they add up to the bit, that each is what its expression says, and that they do not depend on how a render
 //! was made.
 
+use crate::support::statistics::{Mean, assert_same_mean};
 use embrasure::film::{Film, PartSum};
 use embrasure::{IntegratorKind, MaxDepth, PathPart, PathReuse, SceneFile, Session, Settings};
 use std::collections::BTreeMap;
@@ -296,16 +297,9 @@ fn compare_methods(scene: &Path, wanted: &[PathPart]) {
             .map(|part| means(&film, Some(part)).iter().sum())
             .collect()
     };
-    // Mean and its variance, by part
-    let estimate = |method, first: u64| -> Vec<(f64, f64)> {
+    let estimate = |method, first: u64| -> Vec<Mean> {
         let seeds: Vec<Vec<f64>> = (first..first + SEEDS).map(|seed| of(method, seed)).collect();
-        let n = SEEDS as f64;
-        let part = |part: usize| {
-            let mean = seeds.iter().map(|s| s[part]).sum::<f64>() / n;
-            let spread = seeds.iter().map(|s| (s[part] - mean).powi(2)).sum::<f64>();
-            (mean, spread / (n * (n - 1.0)))
-        };
-        (0..wanted.len()).map(part).collect()
+        Mean::of_each(&seeds)
     };
     let expected = estimate((IntegratorKind::Path, false), 0);
     for (i, method) in METHODS
@@ -314,21 +308,10 @@ fn compare_methods(scene: &Path, wanted: &[PathPart]) {
         .enumerate()
     {
         let found = estimate(method, 1000 * (i as u64 + 1));
-        for (part, ((mean, v), (expected, w))) in wanted.iter().zip(found.iter().zip(&expected)) {
-            // 46 degrees of freedom: P(|t| > 5) is 1e-5.
-            let t = (mean - expected) / (v + w).sqrt().max(1e-9);
-            println!(
-                "{method:?} {}: {mean:.4} ({:.4}), {expected:.4} ({:.4}), t {t:.2}",
-                part.layer(),
-                v.sqrt(),
-                w.sqrt()
-            );
-            assert!(
-                t.abs() < 5.0,
-                "{method:?}, {}: {mean}, expected {expected}",
-                part.layer()
-            );
-            assert!(*mean > 0.0, "{}", part.layer());
+        for (part, (mean, expected)) in wanted.iter().zip(found.into_iter().zip(&expected)) {
+            let what = format!("{method:?} {}", part.layer());
+            assert!(mean.value > 0.0, "{what}");
+            assert_same_mean(what, mean, *expected);
         }
     }
 }

@@ -483,13 +483,9 @@ fn pictures_by_place_are_those_by_power() {
         });
         let [power, place] = &means;
         let ratios: Vec<f64> = power.iter().zip(place).map(|(a, b)| b / a - 1.0).collect();
-        let n = ratios.len() as f64;
-        let mean = ratios.iter().sum::<f64>() / n;
-        let variance = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        let error = (variance / n).sqrt();
-        println!("{what}: by place {mean:.5} ± {error:.5} brighter");
-        // Student's t of 15 degrees of freedom: beyond 4.1 once in a thousand
-        assert!(error < 0.003 && mean.abs() < 4.1 * error, "{what}: {mean} ± {error}");
+        let mean = Mean::of(&ratios);
+        assert!(mean.error() < 0.003, "{what}: {mean}: the error is too large");
+        assert_same_mean(format!("{what}: by place brighter"), mean, Mean::exact(0.0));
     }
 }
 /// A square lamp at y = 1 that looks down, reaches from -1 to 1 and has texture coordinates from 0 to 1 along x and z, cut into `n` by `n` squares.

@@ -2,6 +2,7 @@
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder};
+use crate::support::statistics::{Mean, assert_all_means_within, assert_same_mean};
 use crate::support::*;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
@@ -78,12 +79,15 @@ fn photons_lie_as_dense_as_light_is() {
     let power = 4.0 * PI * intensity as f64;
     for (inner, outer) in [(0.0, 0.2), (0.2, 0.5), (0.5, 1.0), (1.0, 3.0), (3.0, 20.0)] {
         let within = |p: &&Photon| (inner..outer).contains(&(p.p().truncate().length() as f64));
-        let n = photons.iter().filter(within).count() as f64;
+        let n = photons.iter().filter(within).count();
         // The share of the sphere that a disk of this radius covers, seen from the light
         let share = |r: f64| 0.5 * (1.0 - height / (height * height + r * r).sqrt());
         let expected = paths as f64 * (share(outer) - share(inner));
-        let z = (n - expected) / expected.sqrt();
-        assert!(z.abs() < 4.0, "{inner}..{outer}: {n} photons, {expected} expected");
+        assert_same_mean(
+            format!("{inner}..{outer}"),
+            Mean::of_events(n, expected),
+            Mean::exact(expected),
+        );
         let one = photons.iter().find(within).unwrap();
         assert!((one.power().mean() as f64 / power - 1.0).abs() < 1e-4);
     }
@@ -275,14 +279,14 @@ fn errors_shrink_as_iterations_are_added() {
     });
 }
 
-/// Means of the blocks of 4 × 4 pixels of a channel, and their variances.
-fn blocks(film: &Film, c: usize) -> Vec<(f64, f64)> {
+/// Means of the blocks of 4 × 4 pixels of a channel.
+fn blocks(film: &Film, c: usize) -> Vec<Mean> {
     let size = film.resolution().x as usize;
     let pixels: Vec<(f64, f64)> = film.pixels().map(|(_, a)| (a.mean(c), a.variance_of_mean(c))).collect();
     let block = |x: usize, y: usize| {
         let at = |i: usize| pixels[(4 * y + i / 4) * size + 4 * x + i % 4];
         let sum = (0..16).map(at).fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
-        (sum.0 / 16.0, sum.1 / 256.0)
+        Mean::new(sum.0 / 16.0, sum.1.sqrt() / 16.0)
     };
     (0..size / 4)
         .flat_map(|y| (0..size / 4).map(move |x| (x, y)))
@@ -290,22 +294,13 @@ fn blocks(film: &Film, c: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Fails unless all blocks are as bright as those of the path tracer, but for noise and the share `bias` of what they show.
+/// Fails if a block is not as bright as that of the path tracer, but for noise and the share `bias` of it.
 fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
-    let mut worst: f64 = 0.0;
-    for c in 0..3 {
-        for (i, (a, b)) in blocks(film, c).iter().zip(&blocks(reference, c)).enumerate() {
-            let allowed = 4.5 * (a.1 + b.1).sqrt() + bias * b.0;
-            worst = worst.max((a.0 - b.0).abs() / allowed.max(1e-12));
-            assert!(
-                (a.0 - b.0).abs() <= allowed,
-                "{what}: block {i}, channel {c}: {} and {} ± {allowed}",
-                a.0,
-                b.0
-            );
-        }
-    }
-    println!("{what}: {worst:.2} of what is allowed, at worst");
+    let pairs: Vec<_> = [0, 1, 2]
+        .iter()
+        .flat_map(|&c| blocks(film, c).into_iter().zip(blocks(reference, c)))
+        .collect();
+    assert_all_means_within(what, &pairs, |expected| bias * expected.value);
 }
 
 /// A panel of which a quarter is there: photons come to it by that chance, and so do those who look for them.

@@ -2,6 +2,7 @@
 
 use crate::chi_square::{chi_square, sidak};
 use crate::support::program::{assert_same_bits, done, folder, json, split};
+use crate::support::statistics::{Mean, assert_same_mean};
 use embrasure::color::Spectrum;
 use embrasure::light::*;
 use embrasure::math::{Bounds3, Quat, Vec2, Vec3};
@@ -127,7 +128,7 @@ fn choices_follow_visibility() {
     for (p, n) in [(Vec3::X, Vec3::X), (Vec3::NEG_X, Vec3::Y), (Vec3::splat(0.01), Vec3::Y)] {
         let context = LightSampleContext { p, n };
         const DRAWS: u32 = 100_000;
-        let mut counts = [0; 3];
+        let mut counts = [0_usize; 3];
         for i in 0..DRAWS {
             let (id, pmf) = selection.sample(&lights, &context, at(i).x).unwrap();
             assert_eq!(pmf, selection.pmf(&lights, &context, id));
@@ -135,9 +136,10 @@ fn choices_follow_visibility() {
         }
         for (id, count) in (0..).map(LightId).zip(counts) {
             let expected = f64::from(selection.pmf(&lights, &context, id)) * f64::from(DRAWS);
-            assert!(
-                (f64::from(count) - expected).abs() < 5.0 * expected.sqrt(),
-                "{p}: {counts:?}"
+            assert_same_mean(
+                format!("{p}, {id:?}"),
+                Mean::of_events(count, expected),
+                Mean::exact(expected),
             );
         }
     }

@@ -1,7 +1,8 @@
 //! Renders that are stopped, killed, cut into parts and joined: the bits are those of one render, and nothing that was written is lost.
 
 use crate::support::program::{
-    assert_same_bits, code, command, done, folder, joined, limited, read_json, refused, run, signal, split, words,
+    assert_same_bits, code, command, done, folder, joined, limited, read_json, refused, run, signal, split,
+    wait_for_work, words,
 };
 use crate::support::read_channel;
 use std::fs;
@@ -348,7 +349,7 @@ fn signals_are_gone_on_from() {
     done(folder.path(), &split("render s.toml -q --spp 2048 -o one.exr"));
     let args = split("render s.toml -q --spp 2048 --checkpoint c.exr -o later.exr");
     let child = command(folder.path(), &args).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(300));
+    wait_for_work(&child, Duration::from_millis(300));
     signal(&child, "TERM");
     let out = child.wait_with_output().unwrap();
     // A machine that is quick enough has finished, and one that is slow has not begun.
@@ -373,9 +374,9 @@ fn ignored_signals_stay_ignored() {
             .current_dir(folder.path())
             .args(["-c", &script, crate::support::program::PROGRAM]);
         let mut child = child.spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(1500));
+        wait_for_work(&child, Duration::from_millis(500));
         signal(&child, ignored);
-        std::thread::sleep(Duration::from_millis(500));
+        wait_for_work(&child, Duration::from_millis(1000));
         let ended = child.try_wait().unwrap();
         assert!(ended.is_none(), "{ignored}: {ended:?}");
         // Another one is an interrupt.
@@ -446,7 +447,7 @@ fn every_method_ends_by_an_interrupt() {
         let line =
             format!("render f.toml -q --spp 1000000 -o {method}.exr --checkpoint {method}.state --integrator {method}");
         let child = command(white.path(), &split(&line)).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(600));
+        wait_for_work(&child, Duration::from_millis(600));
         signal(&child, "INT");
         let began = Instant::now();
         let out = child.wait_with_output().unwrap();
@@ -491,7 +492,7 @@ fn commands_without_pictures_end_at_once() {
         "audit s.toml --against brute --rays 4000000000 -q",
     ] {
         let child = command(folder.path(), &split(line)).spawn().unwrap();
-        std::thread::sleep(Duration::from_secs(1));
+        wait_for_work(&child, Duration::from_millis(500));
         let began = Instant::now();
         signal(&child, "TERM");
         let out = child.wait_with_output().unwrap();

@@ -6,6 +6,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
+#[cfg(target_os = "linux")]
+use std::time::Instant;
 use tempfile::TempDir;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_embrasure");
@@ -158,6 +162,37 @@ pub fn read_json(path: &Path) -> Value {
 pub fn signal(child: &Child, name: &str) {
     let kill = format!("kill -{name} {}", child.id());
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+}
+
+/// Waits until `child` has used this much processor time: on a loaded machine, too, it is at work then.
+#[cfg(target_os = "linux")]
+pub fn wait_for_work(child: &Child, work: Duration) {
+    let start = Instant::now();
+    while processor_time(child) < work {
+        assert!(start.elapsed() < Duration::from_secs(120), "no work is done");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Waits for a second, in which a program usually begins its work.
+#[cfg(not(target_os = "linux"))]
+pub fn wait_for_work(_: &Child, _: Duration) {
+    thread::sleep(Duration::from_secs(1));
+}
+
+/// Processor time of `child` since its start; after its end as much as can be.
+#[cfg(target_os = "linux")]
+fn processor_time(child: &Child) -> Duration {
+    /// Ticks a second (`man 5 proc`).
+    const TICKS: u64 = 100;
+    let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
+    // The name, in parentheses, may have blanks. State is the first field behind it.
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    if fields[0] == "Z" {
+        return Duration::MAX;
+    }
+    let ticks: u64 = fields[11..13].iter().map(|field| field.parse::<u64>().unwrap()).sum();
+    Duration::from_millis(1000 * ticks / TICKS)
 }
 
 /// A greyscale PNG file of one row.

@@ -8,7 +8,7 @@
 //! freedom are those of Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's' problem
 //! when several different population variances are involved", Biometrika 34).
 
-use embrasure::film::Film;
+use embrasure::film::{Accumulator, Film};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 use std::fmt;
@@ -63,6 +63,22 @@ impl Mean {
         }
     }
 
+    /// Mean of channel `c` of a pixel whose samples are independent.
+    pub fn of_pixel(sums: &Accumulator, c: usize) -> Self {
+        Self::new(sums.mean(c), sums.variance_of_mean(c).sqrt())
+    }
+
+    /// Mean of each value over independent renders of different seeds.
+    pub fn of_each(renders: &[Vec<f64>]) -> Vec<Self> {
+        let of = |i: usize| Self::of(&renders.iter().map(|values| values[i]).collect::<Vec<_>>());
+        (0..renders[0].len()).map(of).collect()
+    }
+
+    /// Count of independent events of which so many are expected (Poisson).
+    pub fn of_events(count: usize, expected: f64) -> Self {
+        Self::new(count as f64, expected.sqrt())
+    }
+
     /// Mean of channel `c` over all pixels of a film whose pixels are independent.
     pub fn of_film(film: &Film, c: usize) -> Self {
         Self::new(super::film_mean(film, c), super::film_error(film, c))
@@ -90,6 +106,15 @@ impl Mean {
         )
     }
 
+    /// This mean, nearer to `other` by `allowed` at most.
+    fn towards(self, other: Self, allowed: f64) -> Self {
+        let difference = self.value - other.value;
+        Self {
+            value: difference - difference.clamp(-allowed, allowed) + other.value,
+            ..self
+        }
+    }
+
     /// Probability of a difference at least as large, if both means estimate one value.
     pub fn p(self, other: Self) -> f64 {
         let (t, degrees) = self.t(other);
@@ -110,14 +135,29 @@ pub fn assert_same_mean(what: impl fmt::Display, a: Mean, b: Mean) {
 /// Fails if two means differ by more than chance and a systematic difference of `allowed` explain.
 #[track_caller]
 pub fn assert_means_within(what: impl fmt::Display, a: Mean, b: Mean, allowed: f64) {
-    let difference = a.value - b.value;
-    let rest = Mean {
-        value: difference - difference.clamp(-allowed, allowed) + b.value,
-        ..a
-    };
+    let rest = a.towards(b, allowed);
     let (t, _) = rest.t(b);
     println!("{what}: {a} and {b}, t = {t:+.2}");
     assert!(rest.p(b) >= FALSE_ALARM, "{what}: {a} and {b} differ: t = {t:+.2}");
+}
+
+/// Fails if one of many pairs of means, as those of pixels, differs by more than chance and a systematic
+/// difference of `allowed` explain. All pairs together count as one comparison (Bonferroni).
+#[track_caller]
+pub fn assert_all_means_within(what: impl fmt::Display, pairs: &[(Mean, Mean)], allowed: impl Fn(Mean) -> f64) {
+    let p = |&(a, b): &(Mean, Mean)| a.towards(b, allowed(b)).p(b);
+    let all = pairs.iter().map(p).enumerate();
+    let (worst, p) = all.min_by(|(_, p), (_, q)| p.total_cmp(q)).expect("pairs of means");
+    let (a, b) = pairs[worst];
+    let t = a.towards(b, allowed(b)).t(b).0;
+    println!(
+        "{what}: number {worst} of {} is the furthest apart: {a} and {b}, t = {t:+.2}",
+        pairs.len()
+    );
+    assert!(
+        p >= FALSE_ALARM / pairs.len() as f64,
+        "{what}: number {worst}: {a} and {b} differ: t = {t:+.2}"
+    );
 }
 
 #[test]

@@ -21,7 +21,7 @@ const BUILDING_BYTES_PER_TRIANGLE: u64 = 32;
 /// Bytes a pixel takes besides the film while pictures are made of it and written.
 const WRITING_BYTES_PER_PIXEL: u64 = 124;
 /// Bytes of the program itself, its libraries and threads.
-const PROCESS_BYTES: u64 = 18 << 20;
+const PROCESS_BYTES: u64 = 22 << 20;
 /// A text of more bytes leaves memory when it was read; what is smaller the allocator keeps (malloc's largest dynamic threshold for
 /// mapping, `mallopt(3)`).
 const MAX_KEPT_BYTES: u64 = 32 << 20;

@@ -1,6 +1,6 @@
 //! The command line: `args` (what was typed) → `job` (validated and resolved) → the module of the command, such as `run`.
 //!
-//! The commands stand on the library. `run` and `merge` use sessions, files and observers and nothing below (`tests/it/layers.rs` checks it). `lab`,
+//! The commands stand on the library. `run` and `merge` use sessions, files and observers and nothing below (`tests/it/project/layers.rs` checks it). `lab`,
 //! `audit`, `bench`, `check`, `explain`, `paths` and `points` exist to look below.
 
 // Its macros are for all that follow.

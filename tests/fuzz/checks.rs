@@ -1,5 +1,5 @@
 //! What must hold whatever bytes a file has: it is read or refused, without a panic; what is read is sound and can be
-//! rendered; what is refused is named with a line that is there. The fuzz targets and `tests/it/fuzz_corpus.rs` share this.
+//! rendered; what is refused is named with a line that is there. The fuzz targets and `tests/it/files/fuzz_corpus.rs` share this.
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};

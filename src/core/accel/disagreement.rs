@@ -7,7 +7,7 @@
 //! A hit that only one backend has is explained if the ray passes the boundary edge of a surface, runs in its plane, or crosses at an end of its
 //! interval, nearer than roundings can tell, or if two surfaces lie in each other. Where the ray passes an edge, eight rays beside it are traced. If
 //! they meet a surface about as near on all sides, the edge is no boundary, and the ray has leaked. Anything else is a defect, and
-//! `tests/it/backends.rs` allows none.
+//! `tests/it/rays/backends.rs` allows none.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, Query};
@@ -175,7 +175,7 @@ pub(super) fn judge(
 /// of the direction and two corners whose distance from the ray is at most E: some tens of roundings of R E |d| at most. The
 /// distance is a quotient by N·d in which an error of a corner or of the normal counts by at most E, since the crossing is no
 /// further than that from any corner: some tens of roundings of R E² / |N·d|. Both are taken as 32 here;
-/// `tests/it/backends.rs` prints how much of that is used, and of the bound on barycentrics that follows from them.
+/// `tests/it/rays/backends.rs` prints how much of that is used, and of the bound on barycentrics that follows from them.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     ray: Ray,

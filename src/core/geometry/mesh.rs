@@ -8,7 +8,7 @@
 //!   curved surface is (Hanika 2021), as a height along the geometric normal for either side.
 //! - A direction may be in front of the surface by one normal and behind it by the other. It scatters as the shading normal says, and the ray starts
 //!   on that side: what is there, such as the wall itself, is in its way. Refusing such directions is the usual cure against leaks; it left whole
-//!   facets black at the terminator of a coarse sphere (`tests/it/surfaces.rs`).
+//!   facets black at the terminator of a coarse sphere (`tests/it/materials/surfaces.rs`).
 //!
 //! Each triangle that stands in the world keeps its normal and its share of the ray offset, a `Facet` of 16 bytes. Together with the ray offset that
 //! emitting triangles keep for all their points, that saves 7 % of a render (docs/benchmarks.md, "Single steps").

@@ -13,7 +13,7 @@
 //! chosen by power (`light/emission_selection.rs`). All strategies share the two subpaths of a sample; camera and light take turns in blocks of
 //! dimensions.
 //!
-//! `--aov strategies` sums the light of each strategy, weighted and unweighted, in the same sums as light groups. `tests/it/bidirectional.rs` asks
+//! `--aov strategies` sums the light of each strategy, weighted and unweighted, in the same sums as light groups. `tests/it/transport/bidirectional.rs` asks
 //! each of the 20 strategies for paths of up to five segments for the picture of its length, by itself: a wrong density anywhere shows there.
 
 pub(crate) mod bdpt;

@@ -11,7 +11,7 @@
 //!
 //! The errors of neighbouring pixels are correlated, because a chain that stays somewhere brightens its neighbourhood. The variance channel is right
 //! for each pixel by itself. `embrasure compare` lets all pixels of a tile have all of their errors in common, the worst case.
-//! `tests/it/metropolis.rs` judges regions by their variance over iterations.
+//! `tests/it/transport/metropolis.rs` judges regions by their variance over iterations.
 //!
 //! docs/benchmarks.md, "Metropolis light transport", has the figures behind the defaults.
 

@@ -1,0 +1,667 @@
+//! Guesses of the program for missing settings: the camera of a bare OBJ, and the flags and keys that say it.
+
+use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, split, words};
+use crate::support::{read_rgb, rel_mse};
+use serde_json::Value;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Boxes from corner to corner as an OBJ; `inwards` ones face inwards, without the sides that `open` names by the index of the axis.
+#[derive(Default)]
+struct Boxes {
+    text: String,
+    corners: usize,
+}
+
+impl Boxes {
+    fn add(mut self, min: [f32; 3], max: [f32; 3]) -> Self {
+        self.push(min, max, false, &[]);
+        self
+    }
+
+    fn room(mut self, min: [f32; 3], max: [f32; 3], open: &[&str]) -> Self {
+        self.push(min, max, true, open);
+        self
+    }
+
+    fn push(&mut self, min: [f32; 3], max: [f32; 3], inwards: bool, open: &[&str]) {
+        for i in 0..8 {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
+            writeln!(self.text, "v {} {} {}", pick(0), pick(1), pick(2)).unwrap();
+        }
+        let sides = [
+            ("-x", [0, 4, 6, 2]),
+            ("+x", [1, 3, 7, 5]),
+            ("-y", [0, 1, 5, 4]),
+            ("+y", [2, 6, 7, 3]),
+            ("-z", [0, 2, 3, 1]),
+            ("+z", [4, 5, 7, 6]),
+        ];
+        for (_, mut side) in sides.into_iter().filter(|(name, _)| !open.contains(name)) {
+            if inwards {
+                side.reverse();
+            }
+            let [a, b, c, d] = side.map(|i| i + self.corners + 1);
+            writeln!(self.text, "f {a} {b} {c} {d}").unwrap();
+        }
+        self.corners += 8;
+    }
+
+    /// The model with +z up.
+    fn upended(self) -> String {
+        let turn = |line: &str| {
+            let parts: Vec<&str> = line.split(' ').collect();
+            match parts[..] {
+                ["v", x, y, z] => format!("v {x} {} {y}\n", -z.parse::<f32>().unwrap()),
+                _ => format!("{line}\n"),
+            }
+        };
+        self.text.lines().map(turn).collect()
+    }
+}
+
+/// A column on a plinth, with a face of small boxes on its +z side.
+fn statue() -> Boxes {
+    let mut boxes = Boxes::default()
+        .add([-0.6, 0.0, -0.6], [0.6, 0.2, 0.6])
+        .add([-0.3, 0.2, -0.3], [0.3, 2.2, 0.3]);
+    for i in 0..4 {
+        for j in 0..4 {
+            let (x, y) = (-0.24 + 0.13 * i as f32, 1.5 + 0.15 * j as f32);
+            boxes = boxes.add([x, y, 0.28], [x + 0.07, y + 0.08, 0.4]);
+        }
+    }
+    boxes
+}
+
+/// A room with a table and a cupboard.
+fn room(open: &[&str]) -> String {
+    Boxes::default()
+        .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], open)
+        .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6])
+        .add([1.2, 0.0, -2.9], [1.9, 2.0, -1.5])
+        .add([-1.9, 0.0, 1.0], [-1.3, 0.6, 2.0])
+        .text
+}
+
+fn camera(folder: &Path, scene: &str) -> Value {
+    json(&done(folder, &["info", scene, "--json"]))["camera"].clone()
+}
+
+fn vector(value: &Value) -> [f64; 3] {
+    [0, 1, 2].map(|i| value[i].as_f64().unwrap())
+}
+
+/// Horizontal direction from what is looked at to the camera, in degrees from +z towards +x, and elevation; +y is up.
+fn angles(camera: &Value) -> (f64, f64) {
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let way = [0, 1, 2].map(|i| eye[i] - target[i]);
+    let level = way[0].hypot(way[2]);
+    (way[0].atan2(way[2]).to_degrees(), way[1].atan2(level).to_degrees())
+}
+
+#[test]
+fn objects_are_seen_from_their_front_and_above() {
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let camera = camera(folder.path(), "statue.obj");
+    let (azimuth, elevation) = angles(&camera);
+    assert!((10.0..50.0).contains(&azimuth.abs()), "{azimuth}");
+    assert!((10.0..30.0).contains(&elevation), "{elevation}");
+    assert_eq!(vector(&camera["up"]), [0.0, 1.0, 0.0]);
+    assert!(!camera["guess"].as_str().unwrap().contains("is up"));
+}
+
+#[test]
+fn what_stands_on_z_is_upright() {
+    let folder = folder(&[("statue.obj", &statue().upended())]);
+    let camera = camera(folder.path(), "statue.obj");
+    assert_eq!(vector(&camera["up"]), [0.0, 0.0, 1.0]);
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    assert!(eye[1] < target[1] && eye[2] > target[2], "{eye:.2?} {target:.2?}");
+    assert!(camera["guess"].as_str().unwrap().contains("+z is up"));
+}
+
+/// What flags say of the light is meant for the guessed camera, and for what is up in the scene: the model on +y and the one on +z give one picture.
+#[test]
+#[cfg_attr(not(long), ignore = "long")]
+fn light_of_flags_stands_as_the_scene_does() {
+    let folder = folder(&[("y.obj", &statue().text), ("z.obj", &statue().upended())]);
+    let at = folder.path();
+    done(at, &split("render y.obj --size 32x16 --spp 1 -q -o map.exr"));
+    for flags in [
+        "--env sky",
+        "--env sky --sun 60,25",
+        "--env studio",
+        "--env map.exr",
+        "--env black --key-light",
+        "--env black --sun -50,30 --no-ground",
+        "--env white --ground --orbit 40,20",
+        "--env white --ground --set ground.albedo=0.2",
+        "--ground --background light",
+    ] {
+        let [y, z] = ["y", "z"].map(|name| {
+            let render = format!("render {name}.obj --size 48x48 --spp 64 --reuse none --denoise=off -q");
+            let args = format!("{render} {flags} --dump-scene {name}.toml -o {name}.exr");
+            done(at, &split(&args));
+            read_rgb(&at.join(format!("{name}.exr")))
+        });
+        let error = rel_mse(&z, &y);
+        assert!(error < 0.01, "{flags}: {error}");
+        // The scene that is written is the one that was rendered.
+        done(at, &split("render z.toml --reuse none --denoise=off -q -o again.exr"));
+        assert_same_bits(&at.join("z.exr"), &at.join("again.exr"));
+        let dump = std::fs::read_to_string(at.join("z.toml")).unwrap();
+        assert_eq!(
+            dump.contains("[ground]"),
+            !flags.contains("--no-ground"),
+            "{flags}: {dump}"
+        );
+    }
+    let said = words(&done(at, &split("render y.obj --env sky --size 8x8 --spp 1 -o x.exr")));
+    let line = "\nground: catches shadows (--no-ground removes it)\n";
+    assert!(said.contains(line), "{said}");
+
+    let dump = |args: &str| {
+        let line = format!("render {args} --size 8x8 --spp 1 --dump-scene d.toml -q -o x.exr");
+        done(at, &split(&line));
+        std::fs::read_to_string(at.join("d.toml")).unwrap()
+    };
+    // A guessed camera may roll by its `up`, and one that is given in full has only that: up in the scene is the axis next to it.
+    for camera in ["--up 0.1,0,1", "--position 0,-9,2 --look-at 0,0,1 --up 0,0,1"] {
+        let scene = dump(&format!("z.obj {camera} --env map.exr --sun 20,30 --ground"));
+        assert!(scene.contains("rotate = [90.0, 0.0, 0.0]"), "{scene}");
+        assert!(scene.contains("[ground]\nup = [0.0, 0.0, 1.0]"), "{scene}");
+    }
+    // Keys of the ground are kept.
+    let scene = dump("z.obj --env white --ground --set ground.albedo=0.2");
+    assert!(scene.contains("albedo = 0.2"), "{scene}");
+    // A ground takes few finite lights, and an interior has its own floor.
+    std::fs::write(at.join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
+    let lamp = format!("mtllib lamp.mtl\nusemtl lamp\n{}", statue().text);
+    std::fs::write(at.join("lamp.obj"), lamp).unwrap();
+    std::fs::write(at.join("room.obj"), room(&[])).unwrap();
+    for scene in ["lamp.obj", "room.obj"] {
+        assert!(!dump(&format!("{scene} --env sky")).contains("[ground]"), "{scene}");
+    }
+}
+
+#[test]
+fn rooms_are_seen_from_inside_and_level() {
+    let folder = folder(&[("room.obj", &room(&[]))]);
+    let camera = camera(folder.path(), "room.obj");
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let inside = eye[0].abs() < 1.8 && (0.3..2.3).contains(&eye[1]) && eye[2].abs() < 2.8;
+    assert!(inside, "{eye:.2?}");
+    assert!((eye[1] - target[1]).abs() < 1e-3);
+    let guess = camera["guess"].as_str().unwrap();
+    assert!(guess.contains("+y is up (--up 0,0,1 changes that)"), "{guess}");
+}
+
+/// No camera of a list stands where one has to crawl.
+#[test]
+fn views_of_a_room_are_at_eye_height() {
+    let text = Boxes::default()
+        .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], &[])
+        .add([-2.0, 0.75, 0.0], [2.0, 2.6, 3.0])
+        .add([-0.9, 0.0, 1.0], [-0.6, 0.3, 1.3])
+        .add([0.5, 0.0, 2.0], [0.8, 0.4, 2.3])
+        .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6])
+        .text;
+    let folder = folder(&[("niche.obj", &text)]);
+    let list = json(&done(folder.path(), &["views", "niche.obj", "--json"]));
+    let height = |view: &Value| {
+        let flags = split(view["camera"].as_str().unwrap()).into_iter();
+        let position = flags.skip_while(|word| *word != "--position").nth(1).unwrap();
+        position.split(',').nth(1).unwrap().parse().unwrap()
+    };
+    let heights: Vec<f64> = list.as_array().unwrap().iter().map(height).collect();
+    assert!(heights.len() > 3 && heights.iter().all(|y| *y > 0.5), "{heights:.2?}");
+}
+
+#[test]
+fn rooms_without_a_wall_are_looked_into() {
+    for (side, azimuth) in [("+z", 0.0), ("-z", 180.0), ("+x", 90.0), ("-x", -90.0)] {
+        let folder = folder(&[("room.obj", &room(&[side]))]);
+        let camera = camera(folder.path(), "room.obj");
+        let (seen, elevation) = angles(&camera);
+        let turn = (seen - azimuth + 540.0).rem_euclid(360.0) - 180.0;
+        assert!(turn.abs() < 0.5 && elevation.abs() < 0.1, "{side}: {seen} {elevation}");
+        let words = camera["guess"].as_str().unwrap();
+        assert!(words.contains("open side"), "{words}");
+    }
+}
+
+/// Lines of a render of `scene` in `folder` that say what was guessed of camera and light; its pictures are `x.exr` and `x.png`.
+fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {
+    let args = [
+        &[
+            "render", scene, "--size", "16x16", "--spp", "1", "-o", "x.exr", "-o", "x.png",
+        ],
+        more,
+    ]
+    .concat();
+    let said = words(&done(folder, &args));
+    let is_guess = |line: &&str| {
+        ["camera: ", "  --position", "light: "]
+            .iter()
+            .any(|start| line.starts_with(start))
+    };
+    said.lines().filter(is_guess).map(String::from).collect()
+}
+
+/// Equal words and bits on another run, with another number of threads, and from another folder.
+#[test]
+fn guessed_pictures_are_the_same_everywhere() {
+    let files = [("statue.obj", statue().text), ("room.obj", room(&[]))];
+    let [here, there] = [(); 2].map(|()| folder(&files.each_ref().map(|(name, text)| (*name, text.as_str()))));
+    for (scene, _) in &files {
+        let first = guessed(here.path(), scene, &[]);
+        assert_eq!(first.len(), 3, "{first:?}");
+        for [from, to] in [["x.exr", "first.exr"], ["x.png", "first.png"]] {
+            std::fs::rename(here.path().join(from), here.path().join(to)).unwrap();
+        }
+        let path = here.path().join(scene);
+        let from_there = path.to_str().unwrap();
+        for (folder, scene, more) in [
+            (here.path(), *scene, &[][..]),
+            (here.path(), *scene, &["--threads", "3"]),
+            (there.path(), from_there, &[]),
+        ] {
+            assert_eq!(guessed(folder, scene, more), first, "{scene} {more:?}");
+            assert_same_bits(&here.path().join("first.exr"), &folder.join("x.exr"));
+            let [one, other] = [here.path().join("first.png"), folder.join("x.png")].map(|p| std::fs::read(p).unwrap());
+            assert!(one == other, "{scene} {more:?}");
+        }
+    }
+}
+
+/// A round mesh without normals is told of, with the flag that rounds it.
+#[test]
+fn facets_are_told() {
+    // A tube of 300 sides
+    let mut tube = String::new();
+    for i in 0..300 {
+        let (sin, cos) = (i as f32 / 300.0 * std::f32::consts::TAU).sin_cos();
+        writeln!(tube, "v {cos} 0 {sin}\nv {cos} 1 {sin}").unwrap();
+    }
+    for i in 0..300 {
+        let [a, b, c, d] = [1, 2, 4, 3].map(|k| (2 * i + k - 1) % 600 + 1);
+        writeln!(tube, "f {a} {b} {c} {d}").unwrap();
+    }
+    let folder = folder(&[("tube.obj", &tube), ("statue.obj", &statue().text)]);
+    let said = |line: &str| {
+        words(&done(
+            folder.path(),
+            &split(&format!("render {line} --size 8x8 --spp 1 -o x.exr")),
+        ))
+    };
+    let line = "shading: triangles without normals look faceted (--smooth 40 rounds them)";
+    assert!(said("tube.obj").contains(line));
+    assert!(!said("tube.obj --smooth 40").contains(line));
+    assert!(!said("statue.obj").contains(line));
+}
+
+/// All backends choose the same camera and light for scenes as they are found.
+#[test]
+#[cfg(all(feature = "embree", feature = "obvhs"))]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
+fn backends_guess_the_same_of_real_scenes() {
+    use crate::support::shared;
+    let folder = folder(&[]);
+    for scene in [
+        "meshes/suzanne.obj",
+        "meshes/nefertiti.obj",
+        "meshes/stanford-bunny.obj",
+        "cornell-box-mcguire/CornellBox-Sphere.obj",
+        "kitchen-blender/kitchen.obj",
+        "sponza-dabrovic/sponza.obj",
+    ] {
+        let path = shared(&format!("scenes/{scene}"));
+        let [embree, obvhs] = ["embree", "obvhs"].map(|backend| {
+            let more = ["--backend", backend, "--denoise=off"];
+            guessed(folder.path(), path.to_str().unwrap(), &more)
+        });
+        assert!(embree.len() >= 2, "{embree:?}");
+        assert_eq!(embree, obvhs, "{scene}");
+    }
+}
+
+/// Thread counts and backends choose the same camera, whose flags give the same picture.
+#[test]
+#[cfg_attr(not(long), ignore = "long")]
+fn guesses_are_always_the_same() {
+    let folder = folder(&[("statue.obj", &statue().text), ("room.obj", &room(&[]))]);
+    for scene in ["statue.obj", "room.obj"] {
+        let render = |more: &[&str]| {
+            let args = [&["render", scene, "--size", "16x16", "--spp", "1", "-o", "x.exr"], more].concat();
+            let said = words(&done(folder.path(), &args));
+            let line = said.lines().skip_while(|line| !line.starts_with("camera: ")).nth(1);
+            let bytes = std::fs::read(folder.path().join("x.exr")).unwrap();
+            (line.map(|line| line.trim().to_string()), bytes)
+        };
+        let (flags, _) = render(&[]);
+        let flags = flags.unwrap();
+        assert_eq!(render(&["--threads", "1"]).0.unwrap(), flags);
+        assert_eq!(render(&["--backend", "brute"]).0.unwrap(), flags);
+        // Numbers are as exact as they are printed.
+        let said: Vec<&str> = flags.split(' ').collect();
+        let hash = |args: &[&str]| {
+            let args = [
+                &[
+                    "render", scene, "--size", "16x16", "--spp", "1", "-o", "x.exr", "--stats", "s.json", "-q",
+                ],
+                args,
+            ]
+            .concat();
+            done(folder.path(), &args);
+            crate::support::program::read_json(&folder.path().join("s.json"))["scene_hash"].clone()
+        };
+        assert_eq!(hash(&said), hash(&[]));
+    }
+}
+
+#[test]
+#[cfg_attr(not(long), ignore = "long")]
+fn views_orbits_and_single_flags_turn_the_guess() {
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let folder = folder.path();
+    let of = |args: &[&str]| {
+        let render = ["render", "statue.obj", "--size", "8x8", "--spp", "1", "-o", "x.exr"];
+        let said = words(&done(folder, &[&render, args].concat()));
+        let flags = said
+            .lines()
+            .skip_while(|line| !line.starts_with("camera: "))
+            .nth(1)
+            .unwrap()
+            .trim()
+            .to_string();
+        let of = |name: &str| {
+            let list = flags.split(' ').skip_while(|word| *word != name).nth(1);
+            list.map(|list| list.split(',').map(|n| n.parse::<f64>().unwrap()).collect::<Vec<_>>())
+        };
+        (of("--position").unwrap(), of("--look-at").unwrap(), of("--up"))
+    };
+    let along = |args: &[&str]| {
+        let (eye, target, _) = of(args);
+        let way: Vec<f64> = (0..3).map(|i| eye[i] - target[i]).collect();
+        let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
+        [way[0] / length, way[1] / length, way[2] / length]
+    };
+    let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 5e-3);
+    for (args, expected) in [
+        (["--view", "front"], [0.0, 0.0, 1.0]),
+        (["--view", "back"], [0.0, 0.0, -1.0]),
+        (["--view", "left"], [-1.0, 0.0, 0.0]),
+        (["--view", "right"], [1.0, 0.0, 0.0]),
+        (["--view", "top"], [0.0, 1.0, 0.0]),
+        (["--view", "iso"], [0.577, 0.577, 0.577]),
+        (["--orbit", "90,0"], [1.0, 0.0, 0.0]),
+        (["--orbit", "-90,0"], [-1.0, 0.0, 0.0]),
+        (["--orbit", "0,90"], [0.0, 1.0, 0.0]),
+        (["--orbit", "180,30"], [0.0, 0.5, -0.866]),
+    ] {
+        let found = along(&args);
+        assert!(near(found, expected), "{args:?}: {found:.3?}");
+    }
+    // At a distance that is given, cameras of all azimuths turn around one point.
+    let (eye, pivot, _) = of(&["--orbit", "0,0,10"]);
+    assert!((eye[2] - pivot[2] - 10.0).abs() < 1e-2);
+    for azimuth in [40, 75, 170] {
+        assert_eq!(of(&["--orbit", &format!("{azimuth},20,10")]).1, pivot);
+    }
+    // Up alone turns the guessed camera.
+    let (eye, target, up) = of(&["--up", "0,0,1"]);
+    assert_eq!(up.unwrap(), [0.0, 0.0, 1.0]);
+    assert!(eye[2] > target[2]);
+    // A position alone looks at the middle, a target alone is looked at from the guessed side.
+    let (eye, target, _) = of(&["--position", "0,1,9"]);
+    assert_eq!(eye, [0.0, 1.0, 9.0]);
+    assert!(
+        target
+            .iter()
+            .zip([0.0, 1.1, 0.0])
+            .all(|(a, b): (&f64, f64)| (a - b).abs() < 0.3),
+        "{target:.2?}"
+    );
+    assert_eq!(of(&["--look-at", "0,2,0"]).1, [0.0, 2.0, 0.0]);
+}
+
+#[test]
+fn single_keys_of_the_camera_are_enough() {
+    let scene = |camera: &str| format!("version = 1\n[camera]\n{camera}\n[[object]]\nobj = \"statue.obj\"\n");
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let info = |keys: &str| {
+        std::fs::write(folder.path().join("s.toml"), scene(keys)).unwrap();
+        camera(folder.path(), "s.toml")
+    };
+    assert_eq!(info("vertical_fov = 20")["vertical_fov"], 20.0);
+    assert_eq!(vector(&info("up = [0, 0, 1]")["up"]), [0.0, 0.0, 1.0]);
+    assert!((angles(&info("view = \"right\"")).0 - 90.0).abs() < 0.1);
+    assert!((angles(&info("orbit = [45, 10]")).0 - 45.0).abs() < 0.1);
+    assert_eq!(vector(&info("position = [0, 1, 9]")["position"]), [0.0, 1.0, 9.0]);
+
+    // Wrong ones
+    for (keys, expected) in [
+        (
+            "view = \"side\"",
+            "unknown view `side`; choose from auto, front, back, left, right, top, iso, inside",
+        ),
+        ("orbit = [1]", "azimuth and elevation in degrees are expected"),
+        ("orbit = [0, 100]", "the elevation between -90 and 90"),
+        ("orbit = [0, 10, 0]", "the distance must be above 0"),
+        ("view = \"top\"\norbit = [0, 10]", "both `view` and `orbit`"),
+        (
+            "view = \"top\"\nposition = [0, 1, 2]",
+            "a camera with a `position` has no `view`",
+        ),
+    ] {
+        std::fs::write(folder.path().join("s.toml"), scene(keys)).unwrap();
+        let said = refused(folder.path(), &["info", "s.toml"], 1);
+        assert!(said.contains(expected) && said.contains("s.toml:"), "{keys}: {said}");
+    }
+}
+
+#[test]
+fn wrong_flags_name_the_right_ones() {
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let wrong = |args: &[&str]| refused(folder.path(), &[&["render", "statue.obj"], args].concat(), 2);
+    assert!(wrong(&["--view", "side"]).contains("front, back, left, right, top, iso, inside"));
+    assert!(wrong(&["--orbit", "1"]).contains("azimuth and elevation in degrees are expected"));
+    assert!(wrong(&["--orbit", "0,91"]).contains("between -90 and 90"));
+    assert!(wrong(&["--view", "top", "--position", "0,0,1"]).contains("cannot be used with"));
+    assert!(wrong(&["--orbit", "0,0", "--view", "top"]).contains("cannot be used with"));
+    assert!(wrong(&["--focus-at", "1,1", "--focus-distance", "2"]).contains("cannot be used with"));
+}
+
+/// The focus at a pixel is the depth of what is seen there.
+#[test]
+fn focus_at_a_pixel() {
+    let wall = Boxes::default().add([-9.0, -9.0, -5.0], [9.0, 9.0, -4.0]).text;
+    let folder = folder(&[("wall.obj", &wall)]);
+    let hash = |args: &[&str]| {
+        let base = [
+            "render", "wall.obj", "--size", "8x8", "--spp", "1", "-o", "x.exr", "--stats", "s.json", "-q",
+        ];
+        let lens = ["--position", "0,0,0", "--look-at", "0,0,-1", "--lens-radius", "0.1"];
+        done(folder.path(), &[&base[..], &lens, args].concat());
+        crate::support::program::read_json(&folder.path().join("s.json"))["scene_hash"].clone()
+    };
+    assert_eq!(hash(&["--focus-at", "1,6"]), hash(&["--focus-distance", "4"]));
+    assert_ne!(hash(&["--focus-distance", "4"]), hash(&[]));
+    let outside = "render wall.obj --size 8x8 --spp 1 -o x.exr --focus-at 9,6";
+    let said = refused(folder.path(), &split(outside), 2);
+    let expected = "--focus-at 9,6\n  help: choose a point inside the image, from 0,0 to 8,8";
+    assert!(said.contains(expected), "{said}");
+
+    // The distance is printed, and so is the camera by `-v`.
+    let lens = "--position 0,0,0 --look-at 0,0,-1 --lens-radius 0.1 --size 8x8 --spp 1 -o x.exr --stats s.json";
+    let said = |flags: &str| words(&done(folder.path(), &split(&format!("render wall.obj {lens} {flags}"))));
+    let at_pixel = said("--focus-at 1,6 -v");
+    for expected in [
+        "focus: at a distance of 4, by --focus-at 1,6\n",
+        "camera: at [0, 0, 0] towards [0, 0, -1], 40 degrees high, lens radius 0.1, in focus at a distance of 4\n",
+    ] {
+        assert!(at_pixel.contains(expected), "{at_pixel}");
+    }
+    let stats = crate::support::program::read_json(&folder.path().join("s.json"));
+    assert!(
+        (stats["focus_distance"].as_f64().unwrap() - 4.0).abs() < 1e-5,
+        "{stats}"
+    );
+    let by_flag = said("--focus-distance 4");
+    assert!(
+        !by_flag.contains("focus: ") && !by_flag.contains("lens radius"),
+        "{by_flag}"
+    );
+}
+
+/// What `info` tells of a bare OBJ is what `render` renders.
+#[test]
+fn info_has_the_guessed_light() {
+    let folder = folder(&[
+        ("statue.obj", &statue().text),
+        ("open.obj", &room(&["+z"])),
+        ("closed.obj", &room(&[])),
+    ]);
+    let folder = folder.path();
+    for scene in ["statue.obj", "open.obj", "closed.obj"] {
+        let line = format!("render {scene} --size 8x8 --spp 1 -o x.exr --dump-scene d.toml");
+        let said = words(&done(folder, &split(&line)));
+        let light = said.lines().find_map(|line| line.strip_prefix("light: ")).unwrap();
+        let info = |scene: &str| json(&done(folder, &["info", scene, "--json"]));
+        let [bare, written] = [scene, "d.toml"].map(info);
+        assert_eq!(bare["light_guess"], light, "{bare:#}");
+        assert_eq!(bare["lights"], written["lights"], "{scene}");
+        assert_eq!(bare["lights"]["constant"], 0, "{scene}");
+        assert_eq!(
+            (&bare["warnings"], &written["light_guess"]),
+            (&written["warnings"], &Value::Null)
+        );
+        let text = printed(&done(folder, &["info", scene]));
+        assert!(text.contains(&format!("guessed: {light}\n")), "{text}");
+    }
+    // Light that is said is not guessed.
+    let info = json(&done(folder, &split("info statue.obj --json --env white")));
+    assert_eq!(
+        (&info["light_guess"], &info["lights"]["constant"]),
+        (&Value::Null, &1.into())
+    );
+}
+
+#[test]
+#[cfg_attr(not(long), ignore = "long")]
+fn views_are_listed_and_drawn() {
+    let folder = folder(&[("statue.obj", &statue().text), ("room.obj", &room(&[]))]);
+    for scene in ["statue.obj", "room.obj"] {
+        let args = ["views", scene, "-o", "sheet.png", "--size", "16x16", "--spp", "1"];
+        let listed = printed(&done(folder.path(), &args));
+        assert!((8..=12).contains(&listed.lines().count()), "{listed}");
+        let sheet = std::fs::read(folder.path().join("sheet.png")).unwrap();
+        assert!(sheet.starts_with(b"\x89PNG"));
+        std::fs::remove_file(folder.path().join("sheet.png")).unwrap();
+        // Each line can be pasted; those of the second scene have the same flags.
+        let pasted = if scene == "statue.obj" { usize::MAX } else { 2 };
+        for line in listed.lines().take(pasted) {
+            let flags: Vec<&str> = line.split_whitespace().skip(1).collect();
+            done(
+                folder.path(),
+                &[
+                    &["render", scene, "--size", "8x8", "--spp", "1", "-o", "x.exr"],
+                    &flags[..],
+                ]
+                .concat(),
+            );
+        }
+        let list = json(&done(folder.path(), &["views", scene, "--json"]));
+        assert_eq!(list.as_array().unwrap().len(), listed.lines().count());
+    }
+    assert!(refused(folder.path(), &["views", "none.obj"], 1).contains("none.obj"));
+    assert!(refused(folder.path(), &["views", "room.obj", "-o", "room.obj"], 2).contains("would overwrite"));
+}
+
+/// What a render says of the light that it guessed.
+fn light(folder: &Path, args: &[&str]) -> Option<String> {
+    let said = words(&done(
+        folder,
+        &[&["render"], args, &["--size", "8x8", "--spp", "1", "-o", "x.exr"]].concat(),
+    ));
+    let line = said.lines().find_map(|line| line.strip_prefix("light: "));
+    line.map(String::from)
+}
+
+#[test]
+fn light_is_guessed_where_nothing_emits() {
+    // A room with a window in its wall at x = 2: the wall is four slabs around it.
+    let slabs = [
+        ([2.0, 0.0, -3.0], [2.1, 2.6, -1.0]),
+        ([2.0, 0.0, 1.0], [2.1, 2.6, 3.0]),
+        ([2.0, 0.0, -1.0], [2.1, 0.9, 1.0]),
+        ([2.0, 2.0, -1.0], [2.1, 2.6, 1.0]),
+    ];
+    let windowed = slabs.iter().fold(
+        Boxes::default()
+            .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], &["+x"])
+            .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6]),
+        |boxes, (min, max)| boxes.add(*min, *max),
+    );
+    let lit = format!("mtllib lit.mtl\nusemtl lamp\n{}", statue().text);
+    let folder = folder(&[
+        ("statue.obj", &statue().text),
+        ("closed.obj", &room(&[])),
+        ("windowed.obj", &windowed.text),
+        ("lit.obj", &lit),
+        ("lit.mtl", "newmtl lamp\nKe 1 1 1\n"),
+        ("scene.toml", "version = 1\n[[object]]\nobj = \"statue.obj\"\n"),
+    ]);
+    let of = |args: &[&str]| light(folder.path(), args);
+    assert!(of(&["statue.obj"]).unwrap().starts_with("a studio, and a ground"));
+    assert!(of(&["statue.obj", "--no-ground"]).unwrap().starts_with("a studio ("));
+    assert!(of(&["closed.obj"]).unwrap().starts_with("a lamp below the ceiling"));
+    assert!(of(&["windowed.obj"]).unwrap().starts_with("sky and sun"));
+    // A method without support for a ground gets none.
+    assert!(
+        of(&["statue.obj", "--integrator", "bdpt"])
+            .unwrap()
+            .starts_with("a studio (")
+    );
+    // Nothing is guessed where something is said.
+    for args in [
+        &["lit.obj"][..],
+        &["statue.obj", "--env", "white"],
+        &["statue.obj", "--sun", "10,40"],
+        &["statue.obj", "--key-light"],
+        &["statue.obj", "--set", "light.0.type=sky"],
+        &["scene.toml"],
+    ] {
+        assert_eq!(of(args), None, "{args:?}");
+    }
+}
+
+/// The scene that is written has what was guessed, and renders the same bits.
+#[test]
+fn guesses_are_written_with_the_scene() {
+    let folder = folder(&[("statue.obj", &statue().upended()), ("closed.obj", &room(&[]))]);
+    for (scene, sections) in [
+        (
+            "statue.obj",
+            &["type = \"studio\"", "[ground]", "background = \"gradient"][..],
+        ),
+        ("closed.obj", &["type = \"rectangle\""]),
+    ] {
+        let size = ["--size", "16x16", "--spp", "2", "-q"];
+        done(
+            folder.path(),
+            &[&["render", scene, "--dump-scene", "d.toml", "-o", "a.exr"], &size[..]].concat(),
+        );
+        let text = std::fs::read_to_string(folder.path().join("d.toml")).unwrap();
+        assert!(sections.iter().all(|section| text.contains(section)), "{text}");
+        done(
+            folder.path(),
+            &[&["render", "d.toml", "-o", "b.exr"], &size[..]].concat(),
+        );
+        let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
+        assert_same_bits(&a, &b);
+        std::fs::remove_file(folder.path().join("d.toml")).unwrap();
+    }
+}

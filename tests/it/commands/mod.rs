@@ -1,0 +1,9 @@
+//! The library and the commands of the program.
+
+mod check;
+mod command_line;
+mod first_picture;
+mod guess;
+mod lab;
+mod library;
+mod plots;

@@ -1,0 +1,10 @@
+//! Scene files, OBJ files and other input, also damaged and hostile.
+
+mod awkward_obj;
+mod fuzz_corpus;
+mod hostile_files;
+#[cfg(feature = "tobj")]
+mod readers;
+mod schema;
+mod told_repairs;
+mod written_scenes;

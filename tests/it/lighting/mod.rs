@@ -1,0 +1,11 @@
+//! Lights, their sampling, groups of them, and what is seen behind the scene.
+
+mod background;
+mod emission;
+mod ground;
+mod light_flags;
+mod light_groups;
+mod lights;
+mod shaped_lights;
+mod small_lamps;
+mod visibility;

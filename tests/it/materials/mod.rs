@@ -1,0 +1,9 @@
+//! Lobes, materials, textures and libraries of materials.
+
+mod bodies;
+mod bsdf;
+mod dispersion;
+mod mtl;
+mod patches;
+mod surfaces;
+mod textures;

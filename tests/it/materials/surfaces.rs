@@ -1,0 +1,342 @@
+//! Surfaces whose materials or normals vary: textures, holes, curved normals, reliefs.
+
+use crate::support::statistics::{Mean, assert_same_mean};
+use crate::support::*;
+use embrasure::color::Spectrum;
+use embrasure::film::Film;
+use embrasure::geometry::Mesh;
+use embrasure::integrator::{
+    DebugIntegrator, DebugView, DirectLight, Directions, NaiveIntegrator, PathIntegrator, Roulette, Strategy,
+};
+use embrasure::material::Material;
+use embrasure::math::{UVec2, Vec2, Vec3};
+use embrasure::scene::{Scene, SceneBuilder};
+use std::fs;
+
+fn holed(diffuse: f32, opacity: f32) -> Material {
+    Material {
+        opacity,
+        ..material(diffuse, 0.0)
+    }
+}
+
+#[test]
+fn light_passes_holes_by_their_share() {
+    let mut b = SceneBuilder::new();
+    add(&mut b, panel(0.0, 2.0), holed(0.0, 0.3));
+    add(&mut b, panel(-1.0, 3.0), holed(0.0, 0.6));
+    b.add_constant_light(Spectrum::ONE).unwrap();
+    let scene = b.build().unwrap().0;
+    let film = render_film(&scene, from_front(), [64, 64], 256, Some(4));
+    let mean = Mean::of_film(&film, 0);
+    assert_same_mean("two sheets", mean, Mean::exact(0.7 * 0.4));
+    assert!(mean.error() < 1e-3, "{mean}");
+}
+
+#[test]
+fn shadows_of_holed_surfaces_are_as_light_as_their_share() {
+    let lit = |opacities: &[f32]| {
+        let mut b = SceneBuilder::new();
+        add(&mut b, panel(0.0, 2.0), material(0.5, 0.0));
+        for (i, &opacity) in opacities.iter().enumerate() {
+            add(&mut b, panel(20.0 + i as f32, 30.0), holed(0.0, opacity));
+        }
+        b.add_point_light(Vec3::new(1.0, 2.0, 30.0), Spectrum::splat(1e3))
+            .unwrap();
+        let film = render_film(&b.build().unwrap().0, from_front(), [8, 8], 4, Some(1));
+        film_mean(&film, 0)
+    };
+    let open = lit(&[]);
+    assert!(open > 0.1);
+    for opacities in [&[0.25][..], &[0.5, 0.2], &[0.0], &[1.0], &[0.5, 1.0]] {
+        let share: f64 = opacities.iter().map(|o| 1.0 - *o as f64).product();
+        let got = lit(opacities) / open;
+        assert!((got - share).abs() < 1e-5, "{opacities:?}: {got}, not {share}");
+    }
+}
+
+/// A table under a canopy with holes beside a lamp, all of it in a room of the sky: every kind of ray meets holes.
+fn canopy() -> Scene {
+    let mut b = SceneBuilder::new();
+    add(&mut b, panel(0.0, 2.0), material(0.6, 0.0));
+    add(&mut b, panel(0.7, 1.0), holed(0.8, 0.4));
+    let mut lamp = panel(1.5, 0.6);
+    lamp.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    add(&mut b, lamp, material(0.0, 4.0));
+    b.add_constant_light(Spectrum::splat(0.3)).unwrap();
+    b.build().unwrap().0
+}
+
+/// Estimators that pass holes by chance, by their share, and both, have one mean. Over seeds, since pixels that share paths share errors.
+#[test]
+#[cfg_attr(not(long), ignore = "long")]
+fn estimators_agree_on_holes() {
+    let scene = canopy();
+    let camera = pinhole(Vec3::new(3.0, 2.0, 2.5), Vec3::new(0.0, 0.0, 0.4), 50.0);
+    let resolution = UVec2::splat(32);
+    const SEEDS: u64 = 24;
+    let statistics = |render: &dyn Fn(u64) -> Film| {
+        Mean::of(&(0..SEEDS).map(|seed| film_mean(&render(seed), 0)).collect::<Vec<f64>>())
+    };
+    with_world(&scene, camera, resolution, |world| {
+        let path = |direct, reuse| MaybeReusing {
+            path: PathIntegrator {
+                strategy: Strategy {
+                    direct,
+                    ..Strategy::default()
+                },
+                ..path_tracer(world, Some(4))
+            },
+            reuse,
+        };
+        let naive = NaiveIntegrator::new(world, Some(4), Roulette::default());
+        let by = |path: MaybeReusing<'_>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
+        let all = [
+            ("mis", by(path(DirectLight::Mis, false), 64)),
+            ("light", by(path(DirectLight::Light, false), 64)),
+            ("followed", by(path(DirectLight::None, false), 128)),
+            ("shared", by(path(DirectLight::Mis, true), 64)),
+            ("naive", statistics(&|seed| film_of(&naive, resolution, 256, seed))),
+        ];
+        let (_, expected) = all[0];
+        for (name, mean) in &all[1..] {
+            assert_same_mean(name, *mean, expected);
+            assert!(
+                (mean.value / expected.value - 1.0).abs() < 0.01,
+                "{name}: {mean} against {expected}"
+            );
+        }
+    });
+}
+
+/// Writes a square with a texture of the four colours red, green (top), blue, white (bottom), and renders it in uniform light.
+fn textured(mtl: &str, smooth_normals: &str) -> Film {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write_png(
+        &folder.path().join("four.png"),
+        2,
+        &[[255, 0, 0], [0, 255, 0], [0, 0, 255], [188, 188, 188]],
+    );
+    file("s.mtl", mtl);
+    file(
+        "s.obj",
+        &format!(
+            "mtllib s.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n{smooth_normals}\
+             usemtl m\nf 1/1 2/2 3/3 4/4\n"
+        ),
+    );
+    let scene = load(&folder.path().join("s.obj"));
+    with_world(&scene, from_front(), UVec2::splat(8), |world| {
+        // In uniform light every followed ray brings the same.
+        let path = PathIntegrator {
+            strategy: Strategy {
+                direct: DirectLight::None,
+                ..Strategy::default()
+            },
+            ..path_tracer(world, Some(1))
+        };
+        film_of(&path, UVec2::splat(8), 16, 0)
+    })
+}
+
+/// Of each quarter's middle, row by row from the top.
+fn quarters(film: &Film) -> [[f64; 3]; 4] {
+    [[1, 1], [6, 1], [1, 6], [6, 6]].map(|[x, y]| {
+        let (_, sums) = film.pixels().find(|(p, _)| *p == UVec2::new(x, y)).unwrap();
+        [0, 1, 2].map(|c| sums.mean(c))
+    })
+}
+
+#[test]
+fn textures_lie_as_they_should() {
+    let near = |got: [[f64; 3]; 4], expected: [[f64; 3]; 4], tolerance: f64| {
+        let pairs = got.as_flattened().iter().zip(expected.as_flattened());
+        assert!(
+            pairs.clone().all(|(a, b)| (a - b).abs() < tolerance),
+            "{got:?}, not {expected:?}"
+        );
+    };
+    // 188 of sRGB is half of the light.
+    let (r, g, b, w) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5029; 3]);
+    near(
+        quarters(&textured("newmtl m\nmap_Kd -clamp on four.png\n", "")),
+        [r, g, b, w],
+        2e-3,
+    );
+    near(
+        quarters(&textured("newmtl m\nKd 0.5 1 1\nmap_Kd -clamp on FOUR.PNG\n", "")),
+        [[0.5, 0.0, 0.0], g, b, [0.25145, w[1], w[2]]],
+        2e-3,
+    );
+    // Half a picture to the right and the other way up
+    let shifted = textured("newmtl m\nmap_Kd -o 0.5 -s 1 -1 four.png\n", "");
+    // Where the picture repeats itself, a neighbour has an eighth of the pixel in either direction.
+    near(quarters(&shifted), [w, b, g, r], 0.25);
+    // A texture that is missing leaves the constant.
+    near(
+        quarters(&textured("newmtl m\nKd 0.25\nmap_Kd five.png\n", "")),
+        [[0.25; 3]; 4],
+        2e-3,
+    );
+}
+
+/// A map of opacity: where it is black the sky is seen, which is 1 as the surface would be if it were white.
+#[test]
+fn maps_of_opacity_cut_out() {
+    let film = textured("newmtl m\nKd 0\nmap_d -imfchan b -clamp on four.png\n", "");
+    let [red, green, blue, white] = quarters(&film).map(|c| c[0]);
+    assert!((red, green, blue) == (1.0, 1.0, 0.0), "{red} {green} {blue}");
+    // 188/255 of data is there.
+    assert!((white - (1.0 - 188.0 / 255.0)).abs() < 0.3, "{white}");
+}
+
+/// A sphere of 128 triangles with the normals of the true sphere.
+fn coarse_sphere(diffuse: f32) -> (Mesh, Material) {
+    let mut mesh = sphere(1.0, Vec3::ZERO, 2);
+    mesh.normals = mesh.positions.clone();
+    (mesh, material(diffuse, 0.0))
+}
+
+fn sphere_camera() -> embrasure::camera::CameraParameters {
+    pinhole(Vec3::new(0.0, 0.0, 8.0), Vec3::ZERO, 16.0)
+}
+
+/// The point of the unit sphere that pixel centre `p` of 64 × 64 looks at, if it does.
+fn seen_point(p: UVec2) -> Option<Vec3> {
+    let scale = 2.0 * 8f32.to_radians().tan() / 64.0;
+    let at = (p.as_vec2() + 0.5 - 32.0) * scale * Vec2::new(1.0, -1.0);
+    let (o, d) = (Vec3::new(0.0, 0.0, 8.0), Vec3::new(at.x, at.y, -1.0).normalize());
+    let b = o.dot(d);
+    let root = b * b - (64.0 - 1.0);
+    (root > 0.0).then(|| o + d * (-b - root.sqrt()))
+}
+
+#[test]
+fn interpolated_normals_are_those_of_the_curved_surface() {
+    let (mesh, matte) = coarse_sphere(0.5);
+    let mut b = SceneBuilder::new();
+    add(&mut b, mesh, matte);
+    let scene = b.build().unwrap().0;
+    let film = with_world(&scene, sphere_camera(), UVec2::splat(64), |world| {
+        let view = DebugView::Normals;
+        film_of(&DebugIntegrator { world, view }, UVec2::splat(64), 4, 0)
+    });
+    let mut seen = 0;
+    for (pixel, sums) in film.pixels() {
+        let Some(n) = seen_point(pixel).filter(|n| n.z > 0.6) else {
+            continue;
+        };
+        let got = Vec3::from_array([0, 1, 2].map(|c| 2.0 * sums.mean(c) as f32 - 1.0));
+        // Facets are 22° wide: their own normals are off by up to 0.2, and what lies below the sphere is seen elsewhere on it.
+        assert!(got.distance(n) < 0.13, "{pixel}: {got} instead of {n}");
+        seen += 1;
+    }
+    assert!(seen > 1000, "{seen}");
+}
+
+/// A coarse sphere under light from the side looks like a sphere: the facets' own shadows do not show (Hanika 2021), and what is turned away
+/// from the light is dark.
+#[test]
+fn the_terminator_is_that_of_the_curved_surface() {
+    let (mesh, matte) = coarse_sphere(1.0);
+    let mut b = SceneBuilder::new();
+    add(&mut b, mesh, matte);
+    let to_light = Vec3::new(0.8, 0.6, 0.0);
+    b.add_directional_light(-to_light, Spectrum::splat(std::f32::consts::PI))
+        .unwrap();
+    let film = render_film(&b.build().unwrap().0, sphere_camera(), [64, 64], 16, Some(1));
+    for (pixel, sums) in film.pixels() {
+        let Some(n) = seen_point(pixel).filter(|n| n.z > 0.6) else {
+            continue;
+        };
+        let (expected, got) = (n.dot(to_light).max(0.0) as f64, sums.mean(0));
+        assert!((got - expected).abs() < 0.08, "{pixel}: {got} instead of {expected}");
+    }
+}
+
+/// Curved normals lose and add a little energy, but neither black rims nor bright ones show.
+#[test]
+fn a_curved_white_object_all_but_vanishes_in_a_furnace() {
+    let (mesh, matte) = coarse_sphere(1.0);
+    let mut b = SceneBuilder::new();
+    add(&mut b, mesh, matte);
+    b.add_constant_light(Spectrum::ONE).unwrap();
+    let film = render_film(&b.build().unwrap().0, sphere_camera(), [64, 64], 256, None);
+    let mean = film_mean(&film, 0);
+    assert!((mean - 1.0).abs() < 0.02, "{mean}");
+    for (pixel, sums) in film.pixels() {
+        assert!((0.7..1.2).contains(&sums.mean(0)), "{pixel}: {}", sums.mean(0));
+    }
+}
+
+/// No normal, however wrong, lets light through a closed wall.
+#[test]
+fn curved_normals_do_not_leak() {
+    let mut mesh = room();
+    mesh.normals = mesh
+        .positions
+        .iter()
+        .map(|p| (*p + Vec3::new(0.3, -0.9, 0.2)).normalize())
+        .collect();
+    let mut b = SceneBuilder::new();
+    add(&mut b, mesh, material(0.9, 0.0));
+    b.add_constant_light(Spectrum::ONE).unwrap();
+    let scene = b.build().unwrap().0;
+    let resolution = UVec2::splat(32);
+    let camera = pinhole(Vec3::new(0.1, -0.2, 0.3), Vec3::new(1.0, 0.2, 0.5), 90.0);
+    with_world(&scene, camera, resolution, |world| {
+        for (directions, reuse) in [
+            (Directions::Bsdf, false),
+            (Directions::Uniform, false),
+            (Directions::Bsdf, true),
+        ] {
+            let path = PathIntegrator {
+                strategy: Strategy {
+                    directions,
+                    ..Strategy::default()
+                },
+                ..path_tracer(world, Some(8))
+            };
+            let film = film_of(&MaybeReusing { path, reuse }, resolution, 64, 0);
+            let brightest = film.pixels().map(|(_, a)| a.mean(0)).fold(0.0, f64::max);
+            assert_eq!(brightest, 0.0, "{directions:?}, {reuse}");
+        }
+    });
+}
+
+/// A surface of heights that rise to the right faces to the left.
+#[test]
+fn bumps_turn_normals_away_from_where_they_rise() {
+    let normals = |mtl: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        // The right column is the higher one.
+        write_png(&folder.path().join("h.png"), 2, &[[0; 3], [255; 3], [0; 3], [255; 3]]);
+        fs::write(folder.path().join("s.mtl"), mtl).unwrap();
+        let obj = "mtllib s.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3 4/4\n";
+        fs::write(folder.path().join("s.obj"), obj).unwrap();
+        let scene = load(&folder.path().join("s.obj"));
+        with_world(&scene, from_front(), UVec2::splat(8), |world| {
+            let view = DebugView::Normals;
+            let film = film_of(&DebugIntegrator { world, view }, UVec2::splat(8), 4, 0);
+            let (_, sums) = film.pixels().find(|(p, _)| *p == UVec2::new(4, 3)).unwrap();
+            [0, 1, 2].map(|c| 2.0 * sums.mean(c) - 1.0)
+        })
+    };
+    // Between the texel centres white is one texel above black: a slope of 45°, or less by -bm; the pixel sees some of the flat border.
+    let close = |got: [f64; 3], expected: [f64; 3]| {
+        let is_near = got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.07);
+        assert!(is_near, "{got:?}, not {expected:?}");
+    };
+    let half = 0.5f64.sqrt();
+    close(normals("newmtl m\nmap_bump -clamp on h.png\n"), [-half, 0.0, half]);
+    let steep = (1.0 + 0.04f64).sqrt();
+    close(
+        normals("newmtl m\nbump -bm 0.2 -clamp on h.png\n"),
+        [-0.2 / steep, 0.0, 1.0 / steep],
+    );
+    // Of a normal map, black is −1 and white +1, in all three.
+    let normal = normals("newmtl m\nnorm -clamp on h.png\n");
+    assert!(normal[2] > 0.0, "{normal:?}");
+    close(normals("newmtl m\n"), [0.0, 0.0, 1.0]);
+}

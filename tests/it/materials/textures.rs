@@ -1,0 +1,809 @@
+//! Files of every format become textures, and so do those of scenes that were made elsewhere.
+
+use crate::support::{add, film_by, from_front, material, panel, path_tracer, shared, sobol, with_world};
+use ::exr::prelude::{self as exr, WritableImage, f16};
+use embrasure::color::Spectrum;
+use embrasure::geometry::Mesh;
+use embrasure::io::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
+use embrasure::material::{Map, Maps, Material};
+use embrasure::math::{UVec2, Vec2};
+use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
+use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::texture::{Channel, Curve, Mapping, Texels, Texture, TextureFilter, TextureId, Wrap};
+use image::ExtendedColorType::{self, L8, Rgb8, Rgba8};
+use image::{ImageEncoder, codecs};
+use png::{BitDepth, ColorType};
+use std::io::Cursor;
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+// A picture of three columns and two rows, no two texels alike, in no symmetry.
+const COLORS: [[u8; 3]; 6] = [
+    [255, 0, 0],
+    [0, 200, 0],
+    [0, 0, 150],
+    [90, 90, 90],
+    [10, 60, 110],
+    [250, 240, 5],
+];
+const ALPHAS: [u8; 6] = [255, 0, 51, 102, 153, 204];
+
+/// The picture with `channels` samples a texel; greys are its reds.
+fn picture(channels: usize) -> Vec<u8> {
+    let texel = |i: usize| {
+        let ([r, g, b], a) = (COLORS[i], ALPHAS[i]);
+        match channels {
+            1 => vec![r],
+            2 => vec![r, a],
+            3 => vec![r, g, b],
+            _ => vec![r, g, b, a],
+        }
+    };
+    (0..6).flat_map(texel).collect()
+}
+
+fn png_file(color: ColorType, depth: BitDepth, data: &[u8], palette: &[u8], alphas: &[u8]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 3, 2);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    if !palette.is_empty() {
+        encoder.set_palette(palette.to_vec());
+        encoder.set_trns(alphas.to_vec());
+    }
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(data).unwrap();
+    writer.finish().unwrap();
+    file
+}
+
+fn encoded(encoder: impl ImageEncoder, data: &[u8], size: (u32, u32), color: ExtendedColorType) {
+    encoder.write_image(data, size.0, size.1, color).unwrap();
+}
+
+/// Uncompressed, from the bottom up, blue first: as most programs write TGA.
+fn tga_file(channels: usize) -> Vec<u8> {
+    let mut file = vec![
+        0,
+        0,
+        2,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        3,
+        0,
+        2,
+        0,
+        8 * channels as u8,
+        8 * (channels as u8 - 3),
+    ];
+    for y in [1, 0] {
+        for texel in picture(channels).chunks(channels).skip(3 * y).take(3) {
+            file.extend([texel[2], texel[1], texel[0]]);
+            file.extend(&texel[3..]);
+        }
+    }
+    file
+}
+
+/// What a file holds of the picture.
+struct Sort {
+    channels: usize,
+    is_linear: bool,
+    /// Maximum error of samples, as a share of 1.
+    tolerance: f64,
+}
+
+/// The picture in files of every format and layout.
+fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
+    let mut all = Vec::new();
+    let mut add = |name: &str, channels, is_linear, tolerance, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        if !bytes.is_empty() {
+            std::fs::write(&path, bytes).unwrap();
+        }
+        let sort = Sort {
+            channels,
+            is_linear,
+            tolerance,
+        };
+        all.push((path, sort));
+    };
+    let layouts = [
+        ColorType::Grayscale,
+        ColorType::GrayscaleAlpha,
+        ColorType::Rgb,
+        ColorType::Rgba,
+    ];
+    for (channels, color) in (1..).zip(layouts) {
+        let data = picture(channels);
+        let wide: Vec<u8> = data.iter().flat_map(|&code| [code, code]).collect();
+        let file = |depth, data| png_file(color, depth, data, &[], &[]);
+        add(
+            &format!("8-{channels}.png"),
+            channels,
+            false,
+            0.0,
+            &file(BitDepth::Eight, &data),
+        );
+        add(
+            &format!("16-{channels}.png"),
+            channels,
+            false,
+            0.0,
+            &file(BitDepth::Sixteen, &wide),
+        );
+    }
+    let palette = COLORS.as_flattened();
+    let file = |depth, indices: &[u8]| png_file(ColorType::Indexed, depth, indices, palette, &ALPHAS);
+    add(
+        "palette-8.png",
+        4,
+        false,
+        0.0,
+        &file(BitDepth::Eight, &[0, 1, 2, 3, 4, 5]),
+    );
+    add(
+        "palette-4.png",
+        4,
+        false,
+        0.0,
+        &file(BitDepth::Four, &[0x01, 0x20, 0x34, 0x50]),
+    );
+
+    // Blocks of 8 × 8, which keep their colours
+    let block = |channels: usize| -> Vec<u8> {
+        let texel = |i: usize| picture(channels)[(i % 24 / 8 + i / (24 * 8) * 3) * channels..][..channels].to_vec();
+        (0..24 * 16).flat_map(texel).collect()
+    };
+    for (channels, color) in [(1, L8), (3, Rgb8)] {
+        let mut file = Vec::new();
+        let encoder = codecs::jpeg::JpegEncoder::new_with_quality(&mut file, 100);
+        encoded(encoder, &block(channels), (24, 16), color);
+        add(&format!("{channels}.jpg"), channels, false, 0.02, &file);
+    }
+    for (channels, color) in [(1, L8), (3, Rgb8), (4, Rgba8)] {
+        let mut file = Vec::new();
+        encoded(
+            codecs::tga::TgaEncoder::new(&mut file),
+            &picture(channels),
+            (3, 2),
+            color,
+        );
+        add(&format!("packed-{channels}.tga"), channels, false, 0.0, &file);
+        if channels > 1 {
+            add(
+                &format!("plain-{channels}.TGA"),
+                channels,
+                false,
+                0.0,
+                &tga_file(channels),
+            );
+        }
+        let mut file = Cursor::new(Vec::new());
+        encoded(
+            codecs::bmp::BmpEncoder::new(&mut file),
+            &picture(channels),
+            (3, 2),
+            color,
+        );
+        // A grey BMP is one with a palette.
+        let read_as = if channels == 1 { 0 } else { channels };
+        add(&format!("{channels}.bmp"), read_as, false, 0.0, file.get_ref());
+    }
+
+    let share = |i: usize| COLORS[i].map(|code| code as f32 / 255.0);
+    let mut file = Vec::new();
+    let pixels: Vec<_> = (0..6).map(|i| image::Rgb(share(i))).collect();
+    codecs::hdr::HdrEncoder::new(&mut file).encode(&pixels, 3, 2).unwrap();
+    add("3.hdr", 3, true, 0.005, &file);
+
+    // EXR files hold colours times alpha.
+    let texel = |at: exr::Vec2<usize>| {
+        let i = at.y() * 3 + at.x();
+        let alpha = ALPHAS[i] as f32 / 255.0;
+        let [r, g, b] = share(i).map(|value| if alpha > 0.0 { value * alpha } else { value });
+        (r, g, b, alpha)
+    };
+    let write = |name: &str, channels, tolerance, written: Result<(), ::exr::error::Error>| {
+        written.unwrap();
+        (name.to_string(), channels, tolerance)
+    };
+    let path = |name: &str| folder.path().join(name);
+    let whole = exr::SpecificChannels::rgba(texel);
+    let short = exr::SpecificChannels::rgba(|at| {
+        let (r, g, b, a) = texel(at);
+        (f16::from_f32(r), f16::from_f32(g), f16::from_f32(b), f16::from_f32(a))
+    });
+    let grey = exr::SpecificChannels::build().with_channel("Y").with_channel("Z");
+    let grey = grey.with_pixel_fn(|at: exr::Vec2<usize>| {
+        let i = at.y() * 3 + at.x();
+        (share(i)[0], 10.0 + i as f32)
+    });
+    let size = (3, 2);
+    let written = [
+        write(
+            "4.exr",
+            4,
+            1e-6,
+            exr::Image::from_channels(size, whole).write().to_file(path("4.exr")),
+        ),
+        write(
+            "half-4.exr",
+            4,
+            2e-3,
+            exr::Image::from_channels(size, short)
+                .write()
+                .to_file(path("half-4.exr")),
+        ),
+        write(
+            "1.exr",
+            1,
+            1e-6,
+            exr::Image::from_channels(size, grey).write().to_file(path("1.exr")),
+        ),
+    ];
+    for (name, channels, tolerance) in written {
+        add(&name, channels, true, tolerance, &[]);
+    }
+    all
+}
+
+/// Middle of the texel in column `i % 3` and row `i / 3` from the top.
+fn middle(i: usize) -> Vec2 {
+    Vec2::new((i % 3) as f32 + 0.5, 1.5 - (i / 3) as f32) / Vec2::new(3.0, 2.0)
+}
+
+/// The sRGB curve in f64, from its definition (IEC 61966-2-1).
+fn linear(encoded: f64) -> f64 {
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+#[test]
+fn every_format_is_read_upright_with_its_channels_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = files(&folder);
+    assert_eq!(all.len(), 24);
+    for (path, sort) in all {
+        let load = |kind| load_texture(&path, kind, Wrap::Clamp).unwrap_or_else(|error| panic!("{error}"));
+        let (is_grey, has_alpha) = (sort.channels < 3, sort.channels == 2 || sort.channels == 4);
+        let texture = load(TextureKind::Color);
+        assert_eq!(texture.has_alpha(), has_alpha, "{}", path.display());
+        assert!(texture.is_reflectance());
+        for i in 0..6 {
+            let codes = if is_grey { [COLORS[i][0]; 3] } else { COLORS[i] };
+            let near = |what: &str, got: f32, expected: f64, slope: f64| {
+                let max = slope * sort.tolerance + 2e-5;
+                let place = format!("{} {what}, texel {i}", path.display());
+                assert!((got as f64 - expected).abs() <= max, "{place}: {got}, not {expected}");
+            };
+            let shares = codes.map(|code| code as f64 / 255.0);
+            let alpha = if has_alpha { ALPHAS[i] as f64 / 255.0 } else { 1.0 };
+            let uv = middle(i);
+            for (got, share) in texture.color(uv, 0.0).to_array().into_iter().zip(shares) {
+                // The curve is 2.3 steep at most.
+                if sort.is_linear {
+                    near("colour", got, share, 1.0);
+                } else {
+                    near("colour", got, linear(share), 2.3);
+                }
+            }
+            near("alpha", texture.alpha(uv, 0.0), alpha, 1.0);
+
+            // Data are linear.
+            let value = |channel| load(TextureKind::Value(channel)).value(uv, 0.0);
+            near("red", value(Channel::Red), shares[0], 1.0);
+            near("green", value(Channel::Green), shares[1], 1.0);
+            near("blue", value(Channel::Blue), shares[2], 1.0);
+            near("matte", value(Channel::Matte), alpha, 1.0);
+            let luminance = 0.2126 * shares[0] + 0.7152 * shares[1] + 0.0722 * shares[2];
+            // Rounded to 8 bits
+            let step = if sort.is_linear { 0.0 } else { 0.5 / 255.0 };
+            let error = (value(Channel::Luminance) as f64 - luminance).abs();
+            assert!(
+                error <= step + sort.tolerance + 2e-5,
+                "{} luminance, texel {i}: {error}",
+                path.display()
+            );
+            let opacity = if has_alpha {
+                alpha
+            } else {
+                value(Channel::Luminance) as f64
+            };
+            near("opacity", value(Channel::Opacity), opacity, 1.0);
+            if !is_grey && sort.channels > 0 {
+                let normal = load(TextureKind::Normal).normal(uv, 0.0).to_array();
+                for (got, share) in normal.into_iter().zip(shares) {
+                    near("normal", got, 2.0 * share - 1.0, 2.0);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn samples_take_as_little_as_they_need() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str, kind| {
+        load_texture(&folder.path().join(name), kind, Wrap::Repeat)
+            .unwrap()
+            .bytes()
+    };
+    files(&folder);
+    // 3 × 2 texels and one of the next level
+    for (name, texel) in [
+        ("8-1.png", 1),
+        ("8-3.png", 3),
+        ("8-4.png", 4),
+        ("16-3.png", 6),
+        ("4.exr", 16),
+    ] {
+        assert_eq!(bytes(name, TextureKind::Color), 7 * texel, "{name}");
+    }
+    assert_eq!(bytes("8-4.png", TextureKind::Value(Channel::Matte)), 7);
+    assert_eq!(bytes("8-4.png", TextureKind::Normal), 7 * 3);
+    // Alpha that covers everything has no effect.
+    let opaque: Vec<u8> = COLORS.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
+    let file = png_file(ColorType::Rgba, BitDepth::Eight, &opaque, &[], &[]);
+    std::fs::write(folder.path().join("opaque.png"), file).unwrap();
+    assert_eq!(bytes("opaque.png", TextureKind::Color), 7 * 3);
+    let leaf = TextureKind::Value(Channel::Opacity);
+    let texture = load_texture(&folder.path().join("opaque.png"), leaf, Wrap::Repeat).unwrap();
+    assert!((texture.value(middle(0), 0.0) - 0.2126).abs() < 0.002);
+}
+
+#[test]
+fn one_bit_is_black_or_white() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    std::fs::write(
+        &path,
+        png_file(
+            ColorType::Grayscale,
+            BitDepth::One,
+            &[0b1010_0000, 0b0010_0000],
+            &[],
+            &[],
+        ),
+    )
+    .unwrap();
+    let texture = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
+    let seen: Vec<f32> = (0..6).map(|i| texture.value(middle(i), 0.0)).collect();
+    assert_eq!(seen, [1.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn depth_is_a_channel_of_exr() {
+    let folder = tempfile::tempdir().unwrap();
+    files(&folder);
+    let load = |name: &str| {
+        load_texture(
+            &folder.path().join(name),
+            TextureKind::Value(Channel::Depth),
+            Wrap::Clamp,
+        )
+    };
+    let texture = load("1.exr").unwrap();
+    assert_eq!(texture.value(middle(4), 0.0), 14.0);
+    assert!(!texture.is_reflectance());
+    let error = load("4.exr").unwrap_err();
+    assert!(
+        error.message.contains("no depth; its channels are A, B, G, R"),
+        "{error}"
+    );
+    assert!(load("8-3.png").unwrap_err().message.contains("no depth"));
+}
+
+/// Files with several values for each pixel are told from damaged ones.
+#[test]
+fn deep_exr_is_an_error_with_its_remedy() {
+    use ::exr::prelude::{Encoding, Image, SpecificChannels, Vec2, WritableImage};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deep.exr");
+    let pixels = SpecificChannels::rgb(|_: Vec2<usize>| (1.0f32, 0.5f32, 0.25f32));
+    let image = Image::from_encoded_channels((2, 2), Encoding::UNCOMPRESSED, pixels);
+    image.write().to_file(&path).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    // Bit 11 of the version field, and the attribute `type` ("OpenEXR File Layout")
+    bytes[5] |= 0x08;
+    let name = b"type\0string\0";
+    let start = bytes.windows(name.len()).position(|window| window == name);
+    let old = start.map_or(8..8, |start| start..start + name.len() + 4 + "scanlineimage".len());
+    let new = [&name[..], b"\x0c\0\0\0deepscanline"].concat();
+    bytes.splice(old, new);
+    std::fs::write(&path, bytes).unwrap();
+    let errors = [
+        load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap_err(),
+        embrasure::io::read_exr(&path).unwrap_err(),
+        embrasure::io::read_layers(&path).unwrap_err(),
+        embrasure::io::read_rendering(&path).unwrap_err(),
+    ];
+    for error in errors {
+        assert!(error.message.contains("deep data"), "{error}");
+        assert!(error.help.as_ref().unwrap().contains("flatten"), "{error}");
+    }
+}
+
+/// Missing files, files that are no pictures, and pictures of the wrong kind have messages.
+#[test]
+fn errors_say_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    files(&folder);
+    let error = |name: &str, bytes: Option<&[u8]>, kind| {
+        let path = folder.path().join(name);
+        if let Some(bytes) = bytes {
+            std::fs::write(&path, bytes).unwrap();
+        }
+        let error = load_texture(&path, kind, Wrap::Repeat).unwrap_err();
+        assert_eq!(error.file, path);
+        error.message
+    };
+    let color = TextureKind::Color;
+    assert!(error("gone.png", None, color).contains("no such"));
+    assert!(error(".", None, color).contains("a directory"));
+    assert!(error("a.gif", Some(b"GIF89a"), color).contains("format is not supported"));
+    assert!(error("a.txt", Some(b"text"), color).contains("format is not supported"));
+    assert!(error("a.png", Some(b""), color).contains("empty"));
+    assert!(error("8-1.png", None, TextureKind::Normal).contains("grey"));
+    // A name that lies about the format does no harm.
+    let path = folder.path().join("lie.jpg");
+    std::fs::copy(folder.path().join("8-3.png"), &path).unwrap();
+    assert!(load_texture(&path, color, Wrap::Repeat).is_ok());
+    // A size that its bytes cannot hold is refused before memory is taken.
+    let mut bytes = std::fs::read(folder.path().join("3.bmp")).unwrap();
+    bytes[18..26].copy_from_slice(&[0, 0x40, 0, 0, 0, 0x40, 0, 0]);
+    assert!(error("large.bmp", Some(&bytes), color).contains("16384x16384"));
+    let only_red = exr::SpecificChannels::build()
+        .with_channel("R")
+        .with_pixel_fn(|_| (0.5f32,));
+    exr::Image::from_channels((2, 2), only_red)
+        .write()
+        .to_file(folder.path().join("r.exr"))
+        .unwrap();
+    assert!(error("r.exr", None, color).contains("its channels are R"));
+}
+
+/// The palette of a true-colour picture, of another depth than its pixels, made the image crate panic.
+#[test]
+fn tga_with_a_palette_that_its_pixels_do_not_use() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.tga");
+    let mut bytes = tga_file(4);
+    (bytes[1], bytes[7], bytes[17]) = (1, 24, 0);
+    std::fs::write(&path, &bytes).unwrap();
+    let error = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap_err();
+    assert!(error.message.contains("a palette of 24 bits"), "{error}");
+}
+
+#[test]
+fn what_is_repaired_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let odd = [f32::NAN, -1.0, f32::INFINITY, 3.0];
+    exr::write_rgb_file(&path, 2, 2, |x, y| (odd[2 * y + x], 1.0f32, 0.5f32)).unwrap();
+    let request = TextureRequest {
+        path,
+        kind: TextureKind::Color,
+        wrap: Wrap::Repeat,
+    };
+    let loaded = load_textures(&[request], &());
+    assert!(
+        loaded.warnings[0]
+            .to_string()
+            .contains("a.exr: 3 texels are NaN, infinite or negative"),
+        "{:?}",
+        loaded.warnings
+    );
+    let color = loaded.textures[0].color(Vec2::new(0.25, 0.75), 0.0);
+    assert_eq!(color, Spectrum::rgb(0.0, 1.0, 0.5));
+}
+
+#[test]
+fn each_texture_is_read_once_whatever_the_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = files(&folder);
+    let mut requests: Vec<TextureRequest> = Vec::new();
+    for (path, _) in &all {
+        for kind in [
+            TextureKind::Color,
+            TextureKind::Value(Channel::Luminance),
+            TextureKind::Normal,
+        ] {
+            requests.push(TextureRequest {
+                path: path.clone(),
+                kind,
+                wrap: Wrap::Repeat,
+            });
+        }
+    }
+    requests.insert(
+        5,
+        TextureRequest {
+            path: folder.path().join("gone.png"),
+            ..requests[0].clone()
+        },
+    );
+    let distinct = requests.len();
+    // The first once more, by another name, and with another border
+    let again = folder.path().join(".").join(all[0].0.file_name().unwrap());
+    requests.push(TextureRequest {
+        path: again,
+        ..requests[0].clone()
+    });
+    requests.push(TextureRequest {
+        wrap: Wrap::Clamp,
+        ..requests[0].clone()
+    });
+
+    let load = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| load_textures(&requests, &()))
+    };
+    let (one, four) = (load(1), load(4));
+    assert_eq!(one.ids, four.ids);
+    assert_eq!(one.bytes(), four.bytes());
+    let colors = |loaded: &LoadedTextures| -> Vec<Spectrum> {
+        let lookup = |texture: &Texture| (0..6).map(|i| texture.color(middle(i), 0.3)).collect::<Vec<_>>();
+        loaded.textures.iter().flat_map(lookup).collect()
+    };
+    assert_eq!(colors(&one), colors(&four));
+    assert_eq!(one.ids[0], Ok(TextureId(0)));
+    assert!(one.ids[5].is_err());
+    assert_eq!(one.ids[distinct], one.ids[0]);
+    assert_eq!(one.ids[distinct + 1], Ok(TextureId(one.textures.len() as u32 - 1)));
+    let ids: Vec<u32> = one.ids[..distinct].iter().flatten().map(|id| id.0).collect();
+    assert!(ids.iter().copied().eq(0..ids.len() as u32));
+}
+
+/// Files that are cut off, or have a few wrong bits: none may end in a panic or in memory that is not there.
+#[test]
+fn damaged_files_are_errors_or_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut refused = 0;
+    let mut state = 1u64;
+    for (path, _) in files(&folder) {
+        let sound = std::fs::read(&path).unwrap();
+        let mut try_it = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            match load_texture(&path, TextureKind::Color, Wrap::Repeat) {
+                Ok(texture) => assert!(texture.bytes() < 32 * 1032 * bytes.len()),
+                Err(_) => refused += 1,
+            }
+        };
+        for length in (0..sound.len()).step_by(1 + sound.len() / 20) {
+            try_it(&sound[..length]);
+        }
+        for at in (0..sound.len()).step_by(1 + sound.len() / 60) {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            for value in [sound[at] ^ 1 << (state >> 61), (state >> 40) as u8] {
+                let mut bytes = sound.clone();
+                bytes[at] = value;
+                try_it(&bytes);
+            }
+        }
+    }
+    assert!(refused > 300, "{refused}");
+}
+
+/// Pictures of real scenes.
+fn pictures(extensions: &[&str]) -> Vec<PathBuf> {
+    let folders = ["sponza-dabrovic", "living-room/textures", "staircase2/textures"];
+    let folders = folders.iter().map(|name| shared(&format!("scenes/{name}")));
+    let files = folders.flat_map(|folder| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()));
+    let mut files: Vec<PathBuf> = files
+        .filter(|path| {
+            let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+            extension.is_some_and(|e| extensions.contains(&e.as_str()))
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+/// Middle of a texel; rows count from the top.
+fn middle_of(texture: &Texture, x: usize, y: usize) -> Vec2 {
+    let (width, height) = texture.size();
+    Vec2::new((x as f32 + 0.5) / width as f32, 1.0 - (y as f32 + 0.5) / height as f32)
+}
+
+/// Texels and means against what the image crate itself decodes.
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
+fn pictures_are_what_the_decoder_says() {
+    for path in pictures(&["jpg", "png"]) {
+        let picture = image::open(&path).unwrap().to_rgba8();
+        let texture = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
+        assert_eq!(texture.size(), (picture.width() as usize, picture.height() as usize));
+        let (mut sums, mut weights) = ([0.0; 3], 0.0);
+        for (x, y, texel) in picture.enumerate_pixels() {
+            let [r, g, b, a] = texel.0;
+            let weight = if texture.has_alpha() {
+                a as f64 / 255.0 + 1.0 / 1024.0
+            } else {
+                1.0
+            };
+            weights += weight;
+            let uv = middle_of(&texture, x as usize, y as usize);
+            let seen = texture.color(uv, 0.0).to_array();
+            for ((sum, code), seen) in sums.iter_mut().zip([r, g, b]).zip(seen) {
+                *sum += weight * linear(code as f64 / 255.0);
+                // The place in the row is a float: up to 2⁻¹² of a texel off.
+                assert!(
+                    (seen as f64 - linear(code as f64 / 255.0)).abs() < 5e-4,
+                    "{} {x} {y}: {seen}",
+                    path.display()
+                );
+            }
+            assert!((texture.alpha(uv, 0.0) - a as f32 / 255.0).abs() < 5e-4);
+        }
+        let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
+        for (m, sum) in mean.iter().zip(sums) {
+            // Half a step of 8 bits
+            assert!(
+                (*m as f64 - sum / weights).abs() < 0.0045,
+                "{}: {m}, not {}",
+                path.display(),
+                sum / weights
+            );
+        }
+        let third = texture.bytes() as f64 / picture.pixels().len() as f64;
+        println!("{}: mean {mean:.4?}, {third:.2} bytes a texel", path.display());
+    }
+}
+
+/// A leaf is cut out of its picture by alpha.
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn opacity_is_alpha_where_there_is_some() {
+    let path = shared("scenes/living-room/textures/leaf.png");
+    let kind = TextureKind::Value(Channel::Opacity);
+    let texture = load_texture(&path, kind, Wrap::Repeat).unwrap();
+    let color = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
+    for k in 0..100 {
+        let uv = Vec2::new(0.013 * k as f32, 0.029 * k as f32);
+        assert!((texture.value(uv, 0.0) - color.alpha(uv, 0.0)).abs() < 1e-6);
+    }
+    let mean = texture.value(Vec2::ZERO, f32::INFINITY);
+    assert!(mean > 0.05 && mean < 0.95, "{mean}");
+}
+
+/// A picture of the sky: half floats beyond 1.
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn unbounded_pictures_say_so() {
+    for path in pictures(&["exr"]) {
+        let picture = embrasure::io::read_exr(&path).unwrap();
+        let texture = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
+        assert_eq!(texture.size(), (picture.width, picture.height));
+        let largest = picture.pixels.as_flattened().iter().fold(0.0f32, |max, &v| max.max(v));
+        assert_eq!(texture.max_value(), largest);
+        assert_eq!(texture.is_reflectance(), largest <= 1.0);
+        let n = picture.pixels.len() as f64;
+        let sum = |c: usize| picture.pixels.iter().map(|texel| texel[c] as f64).sum::<f64>() / n;
+        let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
+        for (c, m) in mean.into_iter().enumerate() {
+            assert!(
+                (m as f64 / sum(c) - 1.0).abs() < 1e-3,
+                "{}: {m}, not {}",
+                path.display(),
+                sum(c)
+            );
+        }
+        println!(
+            "{}: mean {mean:.4?}, largest {largest}, {} bytes",
+            path.display(),
+            texture.bytes()
+        );
+    }
+}
+
+/// Pixels along a side of a panel, and texels across each of them.
+const PIXELS: usize = 16;
+const ACROSS: usize = 16;
+
+/// A panel under texels without any pattern.
+fn noisy_panel(codes: &[u8], filter: TextureFilter) -> Scene {
+    let n = PIXELS * ACROSS;
+    let texels = Texels::Bytes(codes.to_vec(), Curve::Linear);
+    let mut b = SceneBuilder::new();
+    b.texture_filter(filter);
+    b.set_textures(
+        vec![Texture::new(n, n, 1, texels, Wrap::Repeat).unwrap()],
+        &[Some(TextureId(0))],
+    );
+    let diffuse = Some(Map {
+        texture: TextureId(0),
+        mapping: Mapping::default(),
+    });
+    let painted = Material {
+        maps: Maps {
+            diffuse,
+            ..Maps::default()
+        },
+        ..material(1.0, 0.0)
+    };
+    let plain = panel(0.0, 1.0);
+    let uvs = plain
+        .positions
+        .iter()
+        .map(|p| 0.5 + 0.5 * Vec2::new(p.x, p.y))
+        .collect();
+    add(&mut b, Mesh { uvs, ..plain }, painted);
+    b.build().unwrap().0
+}
+
+/// The albedo that `spp` samples of each pixel show of `scene`, row by row.
+fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
+    let resolution = UVec2::splat(PIXELS as u32);
+    with_world(scene, from_front(), resolution, |world| {
+        let integrator = path_tracer(world, Some(1));
+        let film = film_by(&sobol(7), &integrator, resolution, spp);
+        let mut albedos = vec![0.0; PIXELS * PIXELS];
+        for (pixel, sums) in film.pixels() {
+            albedos[pixel.y as usize * PIXELS + pixel.x as usize] = f64::from(sums.albedo(0));
+        }
+        albedos
+    })
+}
+
+/// Levels take noise off a few samples and no detail off many: a sample stands for its share of a pixel, not for all of it. Errors against the
+/// integral over each pixel, in closed form, of what is linear between texels.
+#[test]
+fn levels_spare_samples_and_pixels_stay_sharp() {
+    let n = PIXELS * ACROSS;
+    let mut sampler = Independent::new(5);
+    let code = |i: usize| {
+        sampler.start(SampleKey::new((i % n) as u32, (i / n) as u32, 0));
+        (256.0 * sampler.get_2d(Dimension::PIXEL).x) as u8
+    };
+    let codes: Vec<u8> = (0..n * n).map(code).collect();
+    // Share of a texel's hat within a pixel: an eighth of it next to the border, seven inside
+    let weights = |pixel: usize| {
+        (0..ACROSS + 2).map(move |k| {
+            let weight = match k {
+                0 => 0.125,
+                1 => 0.875,
+                _ if k == ACROSS => 0.875,
+                _ if k == ACROSS + 1 => 0.125,
+                _ => 1.0,
+            };
+            ((pixel * ACROSS + k + n - 1) % n, weight / ACROSS as f64)
+        })
+    };
+    let expected: Vec<f64> = (0..PIXELS * PIXELS)
+        .map(|i| {
+            let rows = weights(i / PIXELS).flat_map(|(y, v)| weights(i % PIXELS).map(move |(x, u)| (y * n + x, u * v)));
+            rows.map(|(texel, weight)| weight * f64::from(codes[texel]) / 255.0)
+                .sum()
+        })
+        .collect();
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / expected.len() as f64;
+    let middle = mean(&mut expected.iter().copied());
+    let variance = mean(&mut expected.iter().map(|e| (e - middle).powi(2)));
+    let error = |filter, spp| {
+        let seen = albedos(&noisy_panel(&codes, filter), spp);
+        mean(&mut seen.iter().zip(&expected).map(|(s, e)| (s - e).powi(2))) / variance
+    };
+    use TextureFilter::{Bilinear, Mip};
+    let [mip_64, bilinear_64, mip_1024, bilinear_1024] =
+        [(Mip, 64), (Bilinear, 64), (Mip, 1024), (Bilinear, 1024)].map(|(filter, spp)| error(filter, spp));
+    println!(
+        "of the pixels' variance: {mip_64:.4}, not {bilinear_64:.4}, at 64; {mip_1024:.4}, {bilinear_1024:.4} at 1024"
+    );
+    assert!(mip_64 < 0.3 * bilinear_64, "{mip_64} and {bilinear_64}");
+    assert!(
+        bilinear_1024 < 0.02 && mip_1024 < 0.05,
+        "{mip_1024} and {bilinear_1024}"
+    );
+}

@@ -1,0 +1,3 @@
+//! Backends of ray queries.
+
+mod backends;

@@ -1,0 +1,16 @@
+//! Estimators of light transport: means against closed forms and each other, noise, and bits.
+
+mod agreement;
+mod bent_normals;
+pub mod bidirectional;
+mod closed_forms;
+mod irradiance_cache;
+mod iterations;
+mod metropolis;
+mod mlt;
+mod motion;
+mod panes;
+mod paths;
+mod photons;
+mod replays;
+mod reuse;

@@ -61,6 +61,22 @@ fn met(w: Vec3) -> Option<Vec3> {
     (t > 0.0 && inside).then_some(q)
 }
 
+/// The first and the last column of an environment are neighbours: its seam cannot be seen.
+#[test]
+fn environment_has_no_seam() {
+    let column = |x: usize| Spectrum::splat([1.0, 0.0, 2.0, 7.0][x]);
+    let texels = (0..8).map(|i| column(i % 4)).collect();
+    let (width, height) = (4, 2);
+    let image = LatLongImage { width, height, texels };
+    let map = EnvironmentLight::new(image, 1.0, Quat::IDENTITY);
+    // Half a texel is an eighth of a turn. The seam is at +z.
+    for (turn, expected) in [(-0.125, 7.0), (0.0, 4.0), (0.0625, 2.5), (-0.0625, 5.5), (0.125, 1.0)] {
+        let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
+        let radiance = map.radiance(Vec3::new(-sin, 0.0, cos)).mean();
+        assert!((radiance - expected).abs() < 1e-4, "{turn}: {radiance}, not {expected}");
+    }
+}
+
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn directions_follow_their_densities() {

@@ -91,7 +91,8 @@ fn directions_follow_their_densities() {
     assert_eq!(cases, 10);
 }
 
-/// Closed forms against sums over samples, also where the horizon cuts the lamp.
+/// Closed forms against sums over samples, also where the horizon cuts the lamp; and densities of
+/// samples against those that MIS asks for.
 #[test]
 fn irradiance_is_what_samples_sum_to() {
     let up = Vec3::Y;
@@ -135,6 +136,10 @@ fn irradiance_is_what_samples_sum_to() {
         for i in 0..N * N {
             let u = Vec2::new(place(i % N), place(i / N));
             if let Some(sample) = light.sample(Vec3::ZERO, 0.0, u, &[]) {
+                if let Some(q) = sample.target.filter(|_| i % 101 == 0) {
+                    let pdf = light.pdf(Vec3::ZERO, q, sample.wi, 0.0);
+                    assert!((pdf / sample.pdf - 1.0).abs() < 5e-3, "{light:?}: {pdf} {}", sample.pdf);
+                }
                 sum += f64::from(sample.radiance.mean() * sample.wi.dot(up).max(0.0)) / f64::from(sample.pdf);
             }
         }

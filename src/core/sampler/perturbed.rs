@@ -117,7 +117,6 @@ fn morton(key: SampleKey) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampler::cap_discrepancy;
     use crate::sampler::{SamplerKind, points};
     use crate::sampling::warp::uniform_sphere;
 

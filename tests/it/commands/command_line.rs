@@ -1229,6 +1229,21 @@ fn compact_scenes_look_the_same() {
     }
 }
 
+/// A checkpoint of a range of samples is that range: resumed it stays, and merged it is a part.
+#[test]
+fn checkpoint_of_a_range_is_resumed_and_merged() {
+    let folder = lit_floor();
+    let path = |name: &str| folder.path().join(name);
+    let render = |more: &str| done(folder.path(), &split(&format!("render s.toml -q {more}")));
+    render("--spp 128 -o whole.exr");
+    render("--samples 0..64 -o first.exr");
+    render("--samples 64..128 --checkpoint c.exr -o second.exr");
+    render("--samples 64..128 --checkpoint c.exr --resume -o resumed.exr");
+    assert_same_bits(&path("resumed.exr"), &path("second.exr"));
+    done(folder.path(), &split("merge -q c.exr first.exr -o merged.exr"));
+    assert_same_bits(&path("merged.exr"), &path("whole.exr"));
+}
+
 /// An interrupt ends the render, writes what is there, and says so by the exit code.
 #[cfg(unix)]
 #[test]

@@ -6,5 +6,6 @@ mod hostile_files;
 #[cfg(feature = "tobj")]
 mod readers;
 mod schema;
+mod smoothing_groups;
 mod told_repairs;
 mod written_scenes;

@@ -39,7 +39,6 @@ fn refract(d: Plane, n: Plane, eta: f64) -> (Plane, f64) {
 
 /// A narrow sun behind a prism: a ray of the camera sees it by those wavelengths which Snell's law refracts into its disc.
 #[test]
-#[cfg_attr(not(long), ignore = "long")]
 fn prisms_deflect_each_wavelength_by_snells_law() {
     let half_apex = 20f64.to_radians();
     let normals = [[-half_apex.cos(), half_apex.sin()], [half_apex.cos(), half_apex.sin()]];

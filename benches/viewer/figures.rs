@@ -22,7 +22,8 @@ fn memory(process: u32) -> f64 {
     line.trim().split(' ').next().unwrap().parse::<f64>().unwrap() / 1024.0
 }
 
-/// Processor time of a process, in seconds: of the threads that render, and of all others, those of pages, the server and the loop that shows pictures.
+/// Processor time of a process in seconds: of the threads that render, and of all others, which are
+/// those of pages, the server and the loop that shows pictures.
 fn processor_time(process: u32) -> [f64; 2] {
     /// Ticks a second of Linux.
     const TICKS: f64 = 100.0;
@@ -36,7 +37,7 @@ fn processor_time(process: u32) -> [f64; 2] {
         };
         let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
         let ticks: f64 = fields[11..13].iter().map(|t| t.parse::<f64>().unwrap()).sum();
-        // Threads of the pool have the name of the program, and so has the first one, which waits while they render.
+        // Threads of the pool have the name of the program. So has the first one, which waits for them.
         let is_first = task.file_name().to_string_lossy() == process.to_string();
         let renders = !is_first && !["page", "server"].contains(&name.trim());
         times[usize::from(!renders)] += ticks / TICKS;

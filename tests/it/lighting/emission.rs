@@ -1,5 +1,6 @@
 //! Light that sets out: samples against densities, their power, and what they bring to a floor against light that is sampled from there.
 
+use super::lights::map;
 use crate::chi_square::{chi_square, sidak};
 use crate::support::statistics::{Mean, assert_means_within, assert_same_mean};
 use crate::support::*;
@@ -48,22 +49,6 @@ fn textures() -> &'static [Texture] {
         let texels = (0..64 * 64).flat_map(texel).collect();
         [Texture::new(64, 64, 3, Texels::Floats(texels), Wrap::Clamp).unwrap()]
     })
-}
-
-/// A map with black parts, a small sun and soft parts.
-fn map() -> LatLongImage {
-    let (width, height) = (32, 16);
-    let texel = |i: usize| match (i % width, i / width) {
-        (5, 4) => Spectrum::splat(50.0),
-        (x, y) if y < 8 => Spectrum::rgb(0.1 * x as f32, 0.5, 1.0),
-        (20..=24, _) => Spectrum::splat(0.3),
-        _ => Spectrum::ZERO,
-    };
-    LatLongImage {
-        width,
-        height,
-        texels: (0..width * height).map(texel).collect(),
-    }
 }
 
 /// Corners at the times 0 and 1 of a triangle that deforms, and where it is put: mirrored, and on its way.

@@ -30,7 +30,7 @@ fn triangle(sampling: TriangleSampling) -> TriangleLight {
 }
 
 /// A map with black parts, a small sun and soft parts.
-fn map() -> LatLongImage {
+pub fn map() -> LatLongImage {
     let (width, height) = (32, 16);
     let texel = |i: usize| match (i % width, i / width) {
         (5, 4) => Spectrum::splat(50.0),

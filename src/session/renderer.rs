@@ -11,7 +11,7 @@ use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
-use crate::render::{self, Observer, Outcome, Statistics, StopCondition};
+use crate::render::{self, Observer, Outcome, Statistics};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -175,11 +175,7 @@ impl<'a> Renderer<'a> {
     /// ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let settings = self.session.settings();
-        let stop = StopCondition {
-            end: settings.samples().end,
-            noise: settings.noise,
-        };
-        let (sampler, context) = (settings.random_numbers(), self.context());
+        let (sampler, stop, context) = (settings.random_numbers(), settings.stop(), self.context());
         add_samples(state, |film| {
             let render = || settings.method().render(context, &sampler, film, stop, observer);
             self.session.install(render)
@@ -195,12 +191,10 @@ impl<'a> Renderer<'a> {
             world: self.session.world(&accel),
             tracer,
         };
-        let (sampler, end) = (settings.random_numbers(), settings.samples().end);
+        let (sampler, stop) = (settings.random_numbers(), settings.stop());
         add_samples(state, |film| {
-            self.session.install(|| match settings.noise {
-                None => render::render(&integrator, &sampler, film, end, &observer),
-                Some(level) => render::render_to_noise(&integrator, &sampler, film, level, end, &observer),
-            })
+            let render = || render::render_samples(&integrator, &sampler, film, stop, &observer);
+            self.session.install(render)
         })
     }
 

@@ -14,6 +14,7 @@ use crate::options::{
     Backend, BackgroundOptions, Denoising, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named,
     OptionGroup, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
 };
+use crate::render::StopCondition;
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
 use std::ops::Range;
@@ -297,6 +298,14 @@ impl Settings {
     /// The samples to take of each.
     pub fn samples(&self) -> Range<u32> {
         self.part.clone().unwrap_or(0..self.spp)
+    }
+
+    /// When a render of these settings is complete.
+    pub(super) fn stop(&self) -> StopCondition {
+        StopCondition {
+            end: self.samples().end,
+            noise: self.noise,
+        }
     }
 
     /// Samples of a pixel of the whole picture.

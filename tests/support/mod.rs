@@ -6,6 +6,7 @@ pub mod program;
 pub mod statistics;
 
 use embrasure::accel::Accel;
+use embrasure::bsdf::Fresnel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::compare::Errors;
@@ -16,7 +17,7 @@ use embrasure::integrator::{
     Heuristic, ImportanceImage, ImportanceImageMaker, IterationIntegrator, PathIntegrator, ReusingPathIntegrator,
     Roulette, Strategy, World,
 };
-use embrasure::material::{Map, Material};
+use embrasure::material::{Gloss, Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::method::CompiledIntegrator;
 use embrasure::render::{Observer, Outcome, Statistics, StopCondition, importance_image};
@@ -236,6 +237,36 @@ pub fn panel(z: f32, half: f32) -> Mesh {
         corner(1.0, 1.0),
         corner(-1.0, 1.0),
     ])
+}
+
+/// A floor that gets the light of a lamp by a mirror alone, seen from above. The mirror hangs level; its
+/// normals are tilted by so many degrees.
+pub fn floor_lit_by_a_mirror(tilt: f32) -> (Scene, CameraParameters) {
+    // A square, and whether its front is up
+    let square = |[x, y]: [f32; 2], half: f32, is_up: bool| {
+        let corner = |u: f32, v: f32| Vec3::new(x + half * u, y, half * v);
+        let mut corners = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(u, v)| corner(u, v));
+        if !is_up {
+            corners.reverse();
+        }
+        polygon(&corners)
+    };
+    let (sin, cos) = tilt.to_radians().sin_cos();
+    let mirror = Mesh {
+        normals: vec![Vec3::new(sin, -cos, 0.0); 4],
+        ..square([-1.0, 2.0], 1.0, false)
+    };
+    let silver = Material {
+        specular: Spectrum::ONE,
+        gloss: Gloss::Mirror(Fresnel::Full),
+        ..material(0.0, 0.0)
+    };
+    let mut b = SceneBuilder::new();
+    add(&mut b, square([1.0, 0.0], 1.0, true), material(0.8, 0.0));
+    add(&mut b, square([-1.0, 1.0], 0.8, true), material(0.0, 5.0));
+    add(&mut b, mirror, silver);
+    let camera = pinhole(Vec3::new(1.0, 3.0, 0.0), Vec3::new(1.001, 0.0, 0.0), 30.0);
+    (b.build().unwrap().0, camera)
 }
 
 /// The box from −1 to 1, seen from within: its walls are flat, and have a normal map that tilts all normals by 45°, here one way and there another. A

@@ -265,6 +265,16 @@ pub trait RaySink {
     }
 }
 
+/// A sink of tests, which counts no rays.
+#[cfg(test)]
+pub(crate) struct Uncounted;
+
+#[cfg(test)]
+impl RaySink for Uncounted {
+    fn ray(&mut self, _: RayKind) {}
+    fn cut_walk(&mut self) {}
+}
+
 /// Takes light that falls on other pixels too.
 pub trait SplatSink: Sink {
     /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `radiance` in a pixel whose

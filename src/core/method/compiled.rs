@@ -36,13 +36,10 @@ macro_rules! of_samples {
                 &self,
                 sampler: &RenderSampler,
                 film: &mut Film,
-                StopCondition { end, noise }: StopCondition,
+                stop: StopCondition,
                 observer: &dyn Observer,
             ) -> (Outcome, Statistics) {
-                match noise {
-                    None => render::render(self, sampler, film, end, &observer),
-                    Some(level) => render::render_to_noise(self, sampler, film, level, end, &observer),
-                }
+                render::render_samples(self, sampler, film, stop, &observer)
             }
         }
     )+};

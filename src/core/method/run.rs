@@ -163,17 +163,7 @@ impl Method {
             type Output = (Outcome, Statistics);
             type Sampler = S;
             fn run(self, integrator: &dyn SampleIntegrator<S>) -> Self::Output {
-                let Self {
-                    sampler,
-                    film,
-                    stop: StopCondition { end, noise },
-                    observer,
-                    ..
-                } = self;
-                match noise {
-                    None => render::render(integrator, sampler, film, end, &observer),
-                    Some(level) => render::render_to_noise(integrator, sampler, film, level, end, &observer),
-                }
+                render::render_samples(integrator, self.sampler, self.film, self.stop, &self.observer)
             }
             fn run_iterations(self, integrator: &impl IterationIntegrator) -> Self::Output {
                 let numbers = (self.sampler, self.filter);

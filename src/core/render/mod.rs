@@ -28,7 +28,7 @@ pub use groups::companions;
 pub use importance_image::importance_image;
 pub use irradiance::Irradiance;
 pub use iterations::{IterationLight, Recorded, iteration_bytes, record_iteration, render_iterations};
-pub use noise_level::render_to_noise;
+pub use noise_level::render_samples;
 pub use observer::{Observer, Outcome};
 pub use photons::photon_maps;
 pub use pixel_sample::PixelSample;

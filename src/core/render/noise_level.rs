@@ -19,6 +19,7 @@ use super::dispatch::SampleIntegrator;
 use super::observer::{Observer, Outcome, should_leave};
 use super::schedule::passes;
 use super::statistics::Statistics;
+use super::stop_condition::StopCondition;
 use super::tiles::{advance, render};
 use crate::film::{BLOCK, Film, Tile};
 use crate::sampler::Sampler;
@@ -28,6 +29,21 @@ use rayon::prelude::*;
 const FIRST_DIFFERENCES: u64 = 256;
 /// A tile gets more blocks in rounds, each of this share of those it has: its error is known better after each.
 const GROWTH: f64 = 0.25;
+
+/// Adds samples to every pixel of `film` until the condition `stop` holds: as [`render`] if it names
+/// no noise level, else until the error of the film is that small.
+pub fn render_samples<S: Sampler>(
+    integrator: &dyn SampleIntegrator<S>,
+    sampler: &S,
+    film: &mut Film,
+    StopCondition { end, noise }: StopCondition,
+    observer: &impl Observer,
+) -> (Outcome, Statistics) {
+    match noise {
+        None => render(integrator, sampler, film, end, observer),
+        Some(level) => render_to_noise(integrator, sampler, film, level, end, observer),
+    }
+}
 
 /// Adds samples to `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
 /// more than `max` to a pixel; both counts are in whole blocks, `max` rounded down.
@@ -39,7 +55,7 @@ const GROWTH: f64 = 0.25;
 /// Decisions are made between rounds and from the film alone, so bits do not depend on threads. They look at the samples that they then
 /// keep, which moves means a little (Kirk and Arvo 1991): a tile that by chance has seen too little light is likely to get
 /// too few samples. A tile decides by all its pixels together, so that no single one decides for itself.
-pub fn render_to_noise<S: Sampler>(
+fn render_to_noise<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     film: &mut Film,

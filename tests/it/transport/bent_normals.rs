@@ -6,7 +6,7 @@
 //! [`balls_that_touch_in_a_white_sky_are_white`]).
 #![cfg(feature = "embree")]
 
-use crate::support::statistics::Mean;
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
@@ -478,5 +478,41 @@ fn light_from_below_a_bent_floor_does_not_leak() {
             }
         }
         assert!(wrong.is_empty(), "{wrong}");
+    });
+}
+
+/// A mirror with tilted normals throws the light of a lamp to the floor. Paths from the light multiply it
+/// by the adjoint factor of the mirror, which is 0.64 straight above the middle of the lamp.
+#[test]
+fn light_by_a_bent_mirror_agrees_with_camera_paths() {
+    let (scene, camera) = floor_lit_by_a_mirror(25.0);
+    let size = UVec2::splat(SIZE);
+    with_world(&scene, camera, size, |world| {
+        let (max_depth, roulette) = (Some(2), Roulette::default());
+        let light = LightIntegrator {
+            world,
+            max_depth,
+            roulette,
+        };
+        let bdpt = BidirectionalIntegrator {
+            world,
+            heuristic: Heuristic::Power,
+            max_depth,
+            roulette,
+        };
+        let paths = NaiveIntegrator::new(world, max_depth, roulette);
+        let mean = |film: Film| Mean::of_film(&film, 1);
+        let expected = mean(film_of(&paths, size, 8192, 1));
+        assert!(
+            expected.error() < 0.01 * expected.value,
+            "{expected}: too noisy to tell anything"
+        );
+        let means = |render: &dyn Fn(u64) -> Film| {
+            Mean::of(&(0..16).map(|seed| film_mean(&render(seed), 1)).collect::<Vec<_>>())
+        };
+        let light = means(&|seed| film_of_iterations(&light, size, 16, 10 + seed));
+        let bdpt = means(&|seed| film_of_iterations(&bdpt, size, 16, 50 + seed));
+        assert_same_mean("light", light, expected);
+        assert_same_mean("bdpt", bdpt, expected);
     });
 }

@@ -426,3 +426,96 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::brute::BruteForce;
+    use crate::camera::{Camera, CameraParameters};
+    use crate::color::Spectrum;
+    use crate::film::{Filter, FilterKind};
+    use crate::geometry::Mesh;
+    use crate::integrator::{MetropolisDirect, Uncounted};
+    use crate::material::Material;
+    use crate::math::{UVec2, Vec3};
+    use crate::scene::SceneBuilder;
+
+    /// A large step is a path of random numbers. Its mean target is that of seeds, which stand for all
+    /// strategies at once, on a film that a filter makes wider than the picture.
+    #[test]
+    fn chains_and_seeds_have_one_scale() {
+        // A lamp close above a floor: much of the light goes from the floor to the lens.
+        let mut b = SceneBuilder::new();
+        for (y, half, emission) in [(0.0, 1.0, 0.0), (0.3, 0.1, 5.0)] {
+            let material = Material {
+                name: "m".into(),
+                diffuse: Spectrum::splat(0.5),
+                emission: Spectrum::splat(emission),
+                ..Material::default()
+            };
+            let corner = |x: f32, z: f32| Vec3::new(half * x, y, half * z);
+            let square = Mesh {
+                positions: vec![
+                    corner(-1.0, -1.0),
+                    corner(-1.0, 1.0),
+                    corner(1.0, 1.0),
+                    corner(1.0, -1.0),
+                ],
+                triangles: match emission > 0.0 {
+                    true => vec![[0, 2, 1], [0, 3, 2]],
+                    false => vec![[0, 1, 2], [0, 2, 3]],
+                },
+                ..Mesh::default()
+            };
+            let material = b.add_material(material).unwrap();
+            b.add_mesh(square, material).unwrap();
+        }
+        let scene = b.build().unwrap().0;
+        let camera = CameraParameters {
+            position: Vec3::new(0.0, 1.0, 2.0),
+            look_at: Vec3::ZERO,
+            up: Vec3::Y,
+            vertical_fov: 40.0,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+        };
+        let camera = Camera::new(camera, UVec2::splat(8)).unwrap();
+        let filter = Filter::new(FilterKind::Gaussian, 2.0);
+        let accel = BruteForce::new(&scene);
+        let integrator = PrimarySpaceIntegrator {
+            world: World::new(&scene, &accel, &camera, &filter),
+            heuristic: Heuristic::Power,
+            max_depth: Some(2),
+            light_samples: 1,
+            metropolis: Metropolis {
+                direct: MetropolisDirect::Metropolis,
+                ..Metropolis::default()
+            },
+            importance: &ImportanceImage::even(),
+        };
+        let seed = |origin| integrator.seed(origin, &mut Uncounted).map_or(0.0, |seed| seed.weight);
+        let step = |origin| {
+            let numbers = PrimarySampler::new(mix(origin));
+            let target = |length| {
+                integrator
+                    .state(PathShape { length, turn: 0 }, &numbers, &mut Uncounted)
+                    .target
+            };
+            integrator.lengths().map(|length| target(length) as f64).sum::<f64>()
+        };
+        // Mean and its variance
+        let estimate = |of: &dyn Fn(u64) -> f64| {
+            let n = 40_000;
+            let [sum, squares] = (0..n)
+                .map(of)
+                .fold([0.0; 2], |[sum, squares], x| [sum + x, squares + x * x]);
+            let (n, mean) = (n as f64, sum / n as f64);
+            (mean, (squares / n - mean * mean) / n)
+        };
+        let [(seeds, of_seeds), (steps, of_steps)] = [estimate(&seed), estimate(&step)];
+        let error = (of_seeds + of_steps).sqrt();
+        println!("{seeds} and {steps} ± {error}");
+        assert!(error < 0.02 * seeds, "{seeds} ± {error}");
+        assert!((seeds - steps).abs() < 5.0 * error, "{seeds} and {steps} ± {error}");
+    }
+}

@@ -6,19 +6,11 @@ use crate::camera::{Camera, CameraParameters};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::{Mesh, Placement};
-use crate::integrator::{Heuristic, ImportanceImageMaker, MetropolisDirect, RayKind};
+use crate::integrator::{Heuristic, ImportanceImageMaker, MetropolisDirect, Uncounted};
 use crate::material::Material;
 use crate::math::{Affine3A, UVec2, Vec3};
 use crate::sampler::Independent;
 use crate::scene::{Scene, SceneBuilder};
-
-/// A sink that counts no rays.
-struct Uncounted;
-
-impl RaySink for Uncounted {
-    fn ray(&mut self, _: RayKind) {}
-    fn cut_walk(&mut self) {}
-}
 
 /// A rectangle with a corner at `p` and the edges `a` and `b`, its front towards `a × b`.
 fn quad(p: Vec3, a: Vec3, b: Vec3) -> Mesh {

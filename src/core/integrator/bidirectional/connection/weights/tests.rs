@@ -9,19 +9,11 @@ use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::Mesh;
 use crate::integrator::bidirectional::subpath::MAX_VERTICES;
-use crate::integrator::{Heuristic, Radii, RayKind, RaySink, Roulette, SearchRadius, World};
+use crate::integrator::{Heuristic, Radii, Roulette, SearchRadius, Uncounted, World};
 use crate::material::{Gloss, Material};
 use crate::math::UVec2;
 use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
 use crate::scene::SceneBuilder;
-
-/// A sink that counts no rays.
-struct Uncounted;
-
-impl RaySink for Uncounted {
-    fn ray(&mut self, _: RayKind) {}
-    fn cut_walk(&mut self) {}
-}
 
 fn matte(diffuse: f32) -> Material {
     Material {

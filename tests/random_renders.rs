@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 use support::program::{INTEGRATORS, PROGRAM, read_json, refused, write_grey_png};
 
 /// Runs of `make test`.
-const USUAL: Range<u64> = 0..100;
+const USUAL: Range<u64> = 0..if cfg!(long) { 100 } else { 30 };
 /// A run that takes longer hangs. All are limited to `LIMIT` seconds of rendering; a busy machine needs more for the rest.
 const PATIENCE: Duration = Duration::from_secs(90);
 const LIMIT: &str = "3s";
@@ -529,6 +529,7 @@ fn random_products_end_well() {
 
 /// Cards with holes and normals that have nothing to do with them passed rays to each other for ever, in every integrator.
 #[test]
+#[cfg_attr(not(long), ignore = "long")]
 fn foliage_ends_by_every_integrator() {
     let faults = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults");
     let folder = tempfile::tempdir().unwrap();

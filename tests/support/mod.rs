@@ -27,19 +27,24 @@ use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 
 /// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-long`, which sets
-/// `EMBRASURE_ALL_SAMPLES`, and a quarter elsewhere. A bound in standard errors holds for either;
-/// [`slack`] is the factor of one that was set for all.
+/// `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an eighth in `make test`. A bound in standard
+/// errors holds for each; [`slack`] is the factor of one that was set for all.
 pub fn budget(n: u32) -> u32 {
-    if takes_all_samples() { n } else { n / 4 }
+    n / share()
 }
 
 /// Standard errors of a test by its [`budget`], over those by all of its samples.
 pub fn slack() -> f64 {
-    if takes_all_samples() { 1.0 } else { 2.0 }
+    f64::from(share()).sqrt()
 }
 
-fn takes_all_samples() -> bool {
-    std::env::var_os("EMBRASURE_ALL_SAMPLES").is_some()
+/// All samples over those that are taken.
+fn share() -> u32 {
+    match std::env::var_os("EMBRASURE_ALL_SAMPLES") {
+        Some(_) => 1,
+        None if cfg!(long) => 4,
+        None => 8,
+    }
 }
 
 /// The backend that this program was built with, or the oracle.

@@ -237,7 +237,7 @@ fn places_and_directions_at_infinity_follow_their_densities() {
 
 /// Directions have the density of `emission_pdfs`, and given the direction places are even.
 fn follow_their_densities(of: impl Fn(&Case) -> bool) {
-    const SAMPLES: u32 = 400_000;
+    let samples = budget(1_600_000);
     let cases: Vec<Case> = cases().into_iter().filter(of).collect();
     assert!(!cases.is_empty());
     let level = sidak(0.01, 2 * cases.len());
@@ -272,11 +272,11 @@ fn follow_their_densities(of: impl Fn(&Case) -> bool) {
         };
         if is_delta {
             let mut sample = sample;
-            assert!((0..SAMPLES).all(|i| sample(i).is_some()));
+            assert!((0..samples).all(|i| sample(i).is_some()));
         } else {
             let pdf = |w| light.emission_pdfs(ng, w, TIME, &WORLD)[1] as f64;
             let has_edges = matches!(light, Light::Spot(_) | Light::Sun(_) | Light::Environment(_));
-            let outcome = chi_square(SAMPLES, sample, pdf, has_edges);
+            let outcome = chi_square(samples, sample, pdf, has_edges);
             eprintln!("{}: directions {outcome:?}", case.name);
             assert!(outcome.p_value > level, "{}: {outcome:?}", case.name);
             assert!((outcome.integral - 1.0).abs() < 2e-3, "{}: {outcome:?}", case.name);
@@ -413,9 +413,9 @@ fn power(case: &Case) -> [f64; 3] {
 
 #[test]
 fn the_mean_weight_is_the_power() {
-    const SAMPLES: u32 = 200_000;
+    let samples = budget(800_000);
     for case in cases() {
-        let means = mean(SAMPLES, |i| case.sample(i).map_or(Spectrum::ZERO, |e| e.weight()));
+        let means = mean(samples, |i| case.sample(i).map_or(Spectrum::ZERO, |e| e.weight()));
         let expected = power(&case);
         for (mean, expected) in means.into_iter().zip(expected) {
             assert_means_within(case.name, mean, Mean::exact(expected), 2e-4 * expected);
@@ -447,11 +447,11 @@ fn the_mean_weight_is_the_power() {
 /// Light that is followed onto a patch of the floor brings it what is sampled from there.
 #[test]
 fn the_floor_gets_what_it_would_sample() {
-    const SAMPLES: u32 = 300_000;
+    let samples = budget(1_200_000);
     let (middle, half) = (Vec2::new(0.1, -0.05), 0.4);
     let area: f32 = 4.0 * half * half;
     for case in cases() {
-        let followed = mean(SAMPLES, |i| {
+        let followed = mean(samples, |i| {
             let meet = |e: &Emission| {
                 let t = -e.origin.y / e.w.y;
                 let q = e.origin + t * e.w;
@@ -461,7 +461,7 @@ fn the_floor_gets_what_it_would_sample() {
             let e = case.sample(i).filter(meet);
             e.map_or(Spectrum::ZERO, |e| e.weight() / area)
         });
-        let sampled = mean(SAMPLES / 2, |i| {
+        let sampled = mean(samples / 2, |i| {
             let [u_place, u] = numbers(i);
             let place = middle + half * (2.0 * u_place - 1.0);
             let p = Vec3::new(place.x, 0.0, place.y);
@@ -514,7 +514,7 @@ fn splats_are_what_the_camera_sees() {
     let lamp = Light::Triangle(TriangleLight::new(CORNERS, Spectrum::ONE, TriangleSampling::Area));
     // A floor of albedo 1 that reaches far
     const REFLECTED: f64 = 1.0 / PI;
-    const SAMPLES: u32 = 400_000;
+    let samples = budget(1_600_000);
     let numbers = |i: u32| {
         let mut sampler = Independent::new(29);
         sampler.start(SampleKey::new(0, 0, i));
@@ -523,7 +523,7 @@ fn splats_are_what_the_camera_sees() {
     let pixels = || (0..size.y).flat_map(|y| (0..size.x).map(move |x| Vec2::new(x as f32, y as f32)));
     for (camera, filter) in cameras.iter().zip(&filters) {
         let mut splats = vec![[0.0; 2]; pixels().count()];
-        for i in 0..SAMPLES {
+        for i in 0..samples {
             let [u_position, u_direction, u_lens, u_time] = numbers(i);
             let time = camera.time(u_time.x);
             let Some(e) = lamp.sample_emission(time, u_position, u_direction, &[], &WORLD) else {
@@ -547,7 +547,7 @@ fn splats_are_what_the_camera_sees() {
                 *splat = [splat[0] + v, splat[1] + v * v];
             }
         }
-        let n = SAMPLES as f64;
+        let n = samples as f64;
         let brightest = splats.iter().fold(0.0, |brightest: f64, s| brightest.max(s[0] / n));
         for (pixel, [sum, squares]) in pixels().zip(splats) {
             let splat = Mean::new(sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt());

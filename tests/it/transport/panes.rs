@@ -345,7 +345,12 @@ fn pixels(path: &Path) -> [Vec<u32>; 3] {
 fn threads_crops_and_parts_change_no_bit_behind_glass() {
     let files = house();
     let folder = folder(&files.each_ref().map(|(name, text)| (*name, text.as_str())));
-    let run = |args: &str| done(folder.path(), &split(&format!("render s.toml -q --spp 128 {args}")));
+    let run = |args: &str| {
+        done(
+            folder.path(),
+            &split(&format!("render s.toml -q --size 12x8 --spp 128 {args}")),
+        )
+    };
     for integrator in ["path", "path --reuse none", "bdpt", "mlt"] {
         let with = format!("--integrator {integrator}");
         run(&format!("{with} -o whole.exr --threads 1"));

@@ -8,10 +8,7 @@ use embrasure::bsdf::Fresnel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Accumulator, Film, Filter, FilterKind, Rect};
-use embrasure::integrator::{
-    BidirectionalIntegrator, Heuristic, ImportanceImage, Metropolis, MetropolisDirect, PrimarySpaceIntegrator,
-    Roulette, World,
-};
+use embrasure::integrator::{Heuristic, ImportanceImage, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World};
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};

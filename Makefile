@@ -49,6 +49,8 @@ demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr 
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --quality good --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 	@echo 'Look at out/cornell-box.png. Next: $(TARGET)/release/embrasure render YOUR.obj -o YOUR.png'
 
+# Two tests more than processors, since some wait for files, signals and connections
+test: export RUST_TEST_THREADS = $(shell expr 2 + $$(getconf _NPROCESSORS_ONLN))
 test: setup ## run the quick tests; some minutes
 	$(CARGO) test --release $(FEATURES)
 	$(CARGO) test --release $(UNITS) $(call OPT_1,release)

@@ -22,6 +22,7 @@ fn main() {
     configure_shared();
     configure_chromium();
     configure_long();
+    configure_machine();
     // An installed program has its libraries beside it, wherever it lies (scripts/install). One that is built for other machines looks nowhere else.
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
     println!("cargo::rustc-link-arg-bins=-Wl,-rpath,$ORIGIN/../lib/embrasure/lib");
@@ -79,6 +80,19 @@ fn configure_long() {
     println!("cargo::rerun-if-env-changed=EMBRASURE_LONG");
     if env::var_os("EMBRASURE_LONG").is_some() {
         println!("cargo::rustc-cfg=long");
+    }
+}
+
+/// Sets the configurations `root` if root builds, and `python` if there is python3. Without them, tests that
+/// need them are ignored.
+fn configure_machine() {
+    println!("cargo::rustc-check-cfg=cfg(root, python)");
+    let output_of = |program: &str, arg: &str| Command::new(program).arg(arg).output();
+    if output_of("id", "-u").is_ok_and(|out| out.stdout.trim_ascii() == b"0") {
+        println!("cargo::rustc-cfg=root");
+    }
+    if output_of("python3", "--version").is_ok_and(|out| out.status.success()) {
+        println!("cargo::rustc-cfg=python");
     }
 }
 

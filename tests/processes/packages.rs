@@ -83,13 +83,9 @@ fn installed_programs_can_be_moved_and_removed() {
 }
 
 #[test]
-#[cfg_attr(not(long), ignore = "long")]
+#[cfg_attr(not(python), ignore = "needs python3")]
+#[cfg_attr(all(python, not(long)), ignore = "long")]
 fn wheels_hold_what_they_record() {
-    let has = |program: &str| Command::new(program).arg("--version").output().is_ok();
-    if !has("python3") || !has("readelf") {
-        println!("skipped: there is no python3 or no readelf");
-        return;
-    }
     let folder = folder(&[("a.txt", "")]);
     let prefix = folder.path().join("prefix");
     script("install", &[Path::new(PROGRAM), &prefix]);

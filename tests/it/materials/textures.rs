@@ -14,7 +14,7 @@ use image::ExtendedColorType::{self, L8, Rgb8, Rgba8};
 use image::{ImageEncoder, codecs};
 use png::{BitDepth, ColorType};
 use std::io::Cursor;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 // A picture of three columns and two rows, no two texels alike, in no symmetry.
@@ -616,60 +616,71 @@ fn middle_of(texture: &Texture, x: usize, y: usize) -> Vec2 {
     Vec2::new((x as f32 + 0.5) / width as f32, 1.0 - (y as f32 + 0.5) / height as f32)
 }
 
-/// Texels and means against what the image crate itself decodes.
-#[test]
-#[cfg_attr(not(shared), ignore = "needs ../shared")]
-#[cfg_attr(all(shared, not(long)), ignore = "long")]
-fn pictures_are_what_the_decoder_says() {
-    for path in pictures(&["jpg", "png"]) {
-        let picture = image::open(&path).unwrap().to_rgba8();
-        let texture = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
-        assert_eq!(texture.size(), (picture.width() as usize, picture.height() as usize));
-        let (mut sums, mut weights) = ([0.0; 3], 0.0);
-        for (x, y, texel) in picture.enumerate_pixels() {
-            let [r, g, b, a] = texel.0;
-            let weight = if texture.has_alpha() {
-                a as f64 / 255.0 + 1.0 / 1024.0
-            } else {
-                1.0
-            };
-            weights += weight;
-            let uv = middle_of(&texture, x as usize, y as usize);
-            let seen = texture.color(uv, 0.0).to_array();
-            for ((sum, code), seen) in sums.iter_mut().zip([r, g, b]).zip(seen) {
-                *sum += weight * linear(code as f64 / 255.0);
-                // The place in the row is a float: up to 2⁻¹² of a texel off.
-                assert!(
-                    (seen as f64 - linear(code as f64 / 255.0)).abs() < 5e-4,
-                    "{} {x} {y}: {seen}",
-                    path.display()
-                );
-            }
-            assert!((texture.alpha(uv, 0.0) - a as f32 / 255.0).abs() < 5e-4);
-        }
-        let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
-        for (m, sum) in mean.iter().zip(sums) {
-            // Half a step of 8 bits
-            assert!(
-                (*m as f64 - sum / weights).abs() < 0.0045,
-                "{}: {m}, not {}",
-                path.display(),
-                sum / weights
-            );
-        }
-        let third = texture.bytes() as f64 / picture.pixels().len() as f64;
-        println!("{}: mean {mean:.4?}, {third:.2} bytes a texel", path.display());
-    }
+/// Writes pictures of 61 × 37 texels into `folder`: one with alpha, one without, one compressed with loss,
+/// and one with values beyond 1.
+fn drawn_pictures(folder: &TempDir) -> [PathBuf; 4] {
+    let (width, height) = (61, 37);
+    let paths = ["alpha.png", "plain.png", "plain.jpg", "bright.exr"].map(|name| folder.path().join(name));
+    let code = |x: u32, y: u32, c: u32| (x * (3 + c) + y * y + 17 * c) as u8;
+    let rgba = image::RgbaImage::from_fn(width, height, |x, y| [0, 1, 2, 3].map(|c| code(x, y, c)).into());
+    rgba.save(&paths[0]).unwrap();
+    let rgb = image::RgbImage::from_fn(width, height, |x, y| [0, 1, 2].map(|c| code(x, y, c)).into());
+    rgb.save(&paths[1]).unwrap();
+    rgb.save(&paths[2]).unwrap();
+    let bright = |x: usize, y: usize| {
+        let [r, g, b] = [0, 1, 2].map(|c| f16::from_f32(f32::from(code(x as u32, y as u32, c)) / 8.0));
+        (r, g, b)
+    };
+    exr::write_rgb_file(&paths[3], width as usize, height as usize, bright).unwrap();
+    paths
 }
 
-/// A leaf is cut out of its picture by alpha.
-#[test]
-#[cfg_attr(not(shared), ignore = "needs ../shared")]
-fn opacity_is_alpha_where_there_is_some() {
-    let path = shared("scenes/living-room/textures/leaf.png");
+/// Texels and means of a texture are those that the image crate itself decodes.
+fn assert_decoded(path: &Path) {
+    let picture = image::open(path).unwrap().to_rgba8();
+    let texture = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();
+    assert_eq!(texture.size(), (picture.width() as usize, picture.height() as usize));
+    let (mut sums, mut weights) = ([0.0; 3], 0.0);
+    for (x, y, texel) in picture.enumerate_pixels() {
+        let [r, g, b, a] = texel.0;
+        let weight = if texture.has_alpha() {
+            a as f64 / 255.0 + 1.0 / 1024.0
+        } else {
+            1.0
+        };
+        weights += weight;
+        let uv = middle_of(&texture, x as usize, y as usize);
+        let seen = texture.color(uv, 0.0).to_array();
+        for ((sum, code), seen) in sums.iter_mut().zip([r, g, b]).zip(seen) {
+            *sum += weight * linear(code as f64 / 255.0);
+            // The place in the row is a float: up to 2⁻¹² of a texel off.
+            assert!(
+                (seen as f64 - linear(code as f64 / 255.0)).abs() < 5e-4,
+                "{} {x} {y}: {seen}",
+                path.display()
+            );
+        }
+        assert!((texture.alpha(uv, 0.0) - a as f32 / 255.0).abs() < 5e-4);
+    }
+    let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
+    for (m, sum) in mean.iter().zip(sums) {
+        // Half a step of 8 bits
+        assert!(
+            (*m as f64 - sum / weights).abs() < 0.0045,
+            "{}: {m}, not {}",
+            path.display(),
+            sum / weights
+        );
+    }
+    let third = texture.bytes() as f64 / picture.pixels().len() as f64;
+    println!("{}: mean {mean:.4?}, {third:.2} bytes a texel", path.display());
+}
+
+/// A map of opacity is the alpha of its picture.
+fn assert_opacity_is_alpha(path: &Path) {
     let kind = TextureKind::Value(Channel::Opacity);
-    let texture = load_texture(&path, kind, Wrap::Repeat).unwrap();
-    let color = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
+    let texture = load_texture(path, kind, Wrap::Repeat).unwrap();
+    let color = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();
     for k in 0..100 {
         let uv = Vec2::new(0.013 * k as f32, 0.029 * k as f32);
         assert!((texture.value(uv, 0.0) - color.alpha(uv, 0.0)).abs() < 1e-6);
@@ -678,34 +689,53 @@ fn opacity_is_alpha_where_there_is_some() {
     assert!(mean > 0.05 && mean < 0.95, "{mean}");
 }
 
-/// A picture of the sky: half floats beyond 1.
-#[test]
-#[cfg_attr(not(shared), ignore = "needs ../shared")]
-fn unbounded_pictures_say_so() {
-    for path in pictures(&["exr"]) {
-        let picture = embrasure::io::read_exr(&path).unwrap();
-        let texture = load_texture(&path, TextureKind::Color, Wrap::Repeat).unwrap();
-        assert_eq!(texture.size(), (picture.width, picture.height));
-        let largest = picture.pixels.as_flattened().iter().fold(0.0f32, |max, &v| max.max(v));
-        assert_eq!(texture.max_value(), largest);
-        assert_eq!(texture.is_reflectance(), largest <= 1.0);
-        let n = picture.pixels.len() as f64;
-        let sum = |c: usize| picture.pixels.iter().map(|texel| texel[c] as f64).sum::<f64>() / n;
-        let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
-        for (c, m) in mean.into_iter().enumerate() {
-            assert!(
-                (m as f64 / sum(c) - 1.0).abs() < 1e-3,
-                "{}: {m}, not {}",
-                path.display(),
-                sum(c)
-            );
-        }
-        println!(
-            "{}: mean {mean:.4?}, largest {largest}, {} bytes",
+/// A picture of half floats has its largest value and its means, also beyond 1.
+fn assert_unbounded(path: &Path) {
+    let picture = embrasure::io::read_exr(path).unwrap();
+    let texture = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();
+    assert_eq!(texture.size(), (picture.width, picture.height));
+    let largest = picture.pixels.as_flattened().iter().fold(0.0f32, |max, &v| max.max(v));
+    assert_eq!(texture.max_value(), largest);
+    assert_eq!(texture.is_reflectance(), largest <= 1.0);
+    let n = picture.pixels.len() as f64;
+    let sum = |c: usize| picture.pixels.iter().map(|texel| texel[c] as f64).sum::<f64>() / n;
+    let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
+    for (c, m) in mean.into_iter().enumerate() {
+        assert!(
+            (m as f64 / sum(c) - 1.0).abs() < 1e-3,
+            "{}: {m}, not {}",
             path.display(),
-            texture.bytes()
+            sum(c)
         );
     }
+    println!(
+        "{}: mean {mean:.4?}, largest {largest}, {} bytes",
+        path.display(),
+        texture.bytes()
+    );
+}
+
+#[test]
+fn drawn_pictures_are_what_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let [alpha, plain, lossy, bright] = drawn_pictures(&folder);
+    for path in [&alpha, &plain, &lossy] {
+        assert_decoded(path);
+    }
+    assert_opacity_is_alpha(&alpha);
+    assert_unbounded(&bright);
+    let texture = load_texture(&bright, TextureKind::Color, Wrap::Repeat).unwrap();
+    assert!(texture.max_value() > 30.0, "{}", texture.max_value());
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+#[cfg_attr(all(shared, not(long)), ignore = "long")]
+fn pictures_of_real_scenes_are_what_was_written() {
+    pictures(&["jpg", "png"]).iter().for_each(|path| assert_decoded(path));
+    pictures(&["exr"]).iter().for_each(|path| assert_unbounded(path));
+    // A leaf is cut out of its picture by alpha.
+    assert_opacity_is_alpha(&shared("scenes/living-room/textures/leaf.png"));
 }
 
 /// Pixels along a side of a panel, and texels across each of them.

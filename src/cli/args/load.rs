@@ -28,7 +28,7 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(long, value_name = "DIR", value_parser = parse_folder)]
     pub texture_dir: Vec<PathBuf>,
 
-    /// Treat missing and unreadable textures and material libraries as errors
+    /// Treat missing or unreadable textures and libraries, and wrong values, as errors
     #[arg(long)]
     pub strict: bool,
 

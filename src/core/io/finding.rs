@@ -149,11 +149,11 @@ impl Findings {
     }
 
     /// Adds that a file has `count` wrong statements more than were told.
-    pub(crate) fn add_untold(&mut self, file: &Path, count: usize) {
+    pub(crate) fn add_untold(&mut self, severity: Severity, file: &Path, count: usize) {
         if count > 0 {
             let error = FileError::new(file, format!("{count} more statements are wrong"));
             let error = error.help("correct those above, and check again");
-            self.push(Finding::new(Severity::Error, "wrong-statement", error).repeated(count as u64, []));
+            self.push(Finding::new(severity, "wrong-statement", error).repeated(count as u64, []));
         }
     }
 

@@ -1,3 +1,4 @@
+use super::mtl::LibraryOptions;
 use super::{MtlDialect, Severity};
 use crate::options::names::named;
 use crate::options::{Named, Range, parameters};
@@ -59,7 +60,16 @@ pub struct LoadOptions {
 }
 
 impl LoadOptions {
-    /// How bad it is that a file is missing, or cannot be used, which a render could do without.
+    /// How material libraries are read.
+    pub(crate) fn of_libraries(&self) -> LibraryOptions {
+        LibraryOptions {
+            dialect: self.parameters.mtl_dialect(),
+            of_wrong: self.severity_of_lack(),
+        }
+    }
+
+    /// Severity of a file that is missing or cannot be used, and of a wrong value of a material, which a
+    /// render could do without.
     pub fn severity_of_lack(&self) -> Severity {
         if self.strict {
             Severity::Error

@@ -3,8 +3,8 @@ use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::FileError;
 use crate::description::SceneFile;
-use crate::description::mtl::load_mtl;
-use crate::io::{Findings, MtlDialect};
+use crate::description::mtl::{LibraryOptions, load_mtl};
+use crate::io::Findings;
 use crate::math::Vec2;
 use crate::texture::{Channel, Mapping, Wrap};
 use std::collections::BTreeMap;
@@ -219,7 +219,7 @@ fn library(text: &str) -> Vec<FileMaterial> {
     let path = folder.path().join("m.mtl");
     std::fs::write(&path, text).unwrap();
     let mut findings = Findings::default();
-    let materials = load_mtl(&path, MtlDialect::Auto, &mut findings);
+    let materials = load_mtl(&path, LibraryOptions::default(), &mut findings);
     assert!(findings.first_error().is_none(), "{:?}", findings.first_error());
     materials
 }

@@ -201,10 +201,11 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
             "wrong numbers, all of them",
             "newmtl m\nKd 0.5 red 0\nNs -1\n  d  1.5\nmap_Kd -s a.png\n",
             &[
-                "error wrong-statement a.mtl:2:8",
-                "error wrong-statement a.mtl:3:4",
-                "error wrong-statement a.mtl:4:6",
-                "error wrong-statement a.mtl:5:8",
+                "warning wrong-statement a.mtl:2:8",
+                "warning wrong-statement a.mtl:3:4",
+                "note idle-number a.mtl:3:0",
+                "warning wrong-statement a.mtl:4:6",
+                "warning wrong-statement a.mtl:5:8",
             ],
         ),
         (

@@ -308,3 +308,33 @@ fn filter_with_negative_lobes_is_noted() {
     assert!(said("mitchell").contains("note: the mitchell filter has negative lobes"));
     assert!(!said("gaussian").contains("negative lobes"));
 }
+
+/// Exporters write numbers that the format has not. They cost a warning each, and no picture.
+#[test]
+fn materials_with_wrong_values_are_rendered_with_warnings() {
+    let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl red\nf 1 2 3 4\n";
+    let wrong = "newmtl red\nNs -1.960784\nKd 0.8 0.2 0.1\nKs -1 0 0\nNi -1.0\nd 1.000001\nillum 2.0\nmap_Kd\n";
+    let right = "newmtl red\nNs 0\nKd 0.8 0.2 0.1\nKs 0 0 0\nd 1\nillum 2\n";
+    let render = |mtl: &str| {
+        let folder = folder(&[("a.obj", square), ("a.mtl", mtl)]);
+        let args = split("render a.obj -q --size 16x16 --spp 4 -o x.exr");
+        let said = words(&done(folder.path(), &args));
+        let checked = printed(&run(folder.path(), &split("check a.obj")));
+        let strict = code(&run(
+            folder.path(),
+            &split("render a.obj -q --strict --size 4x4 -o y.exr"),
+        ));
+        (read_rgb(&folder.path().join("x.exr")), said, checked, strict)
+    };
+    let (picture, said, checked, strict) = render(wrong);
+    let (expected, .., strict_of_right) = render(right);
+    assert!(picture == expected, "the nearest right values count");
+    assert!(
+        said.contains("a.mtl:2:4: material `red`: Ns is `-1.960784`; 0 counts"),
+        "{said}"
+    );
+    for line in [2, 4, 5, 6, 7, 8] {
+        assert!(checked.contains(&format!("a.mtl:{line}:")), "line {line}: {checked}");
+    }
+    assert_eq!((strict, strict_of_right), (1, 0));
+}

@@ -7,13 +7,20 @@ use super::writer::{BlenderExport, Reading, Signature, Writer};
 use super::*;
 use crate::material::Gloss;
 
+fn in_dialect(dialect: MtlDialect) -> LibraryOptions {
+    LibraryOptions {
+        dialect,
+        ..LibraryOptions::default()
+    }
+}
+
 /// Materials of a library, their slots of textures, and what a render is told.
 fn read(text: &str, dialect: MtlDialect) -> (Vec<Material>, Vec<Vec<MapSlot>>, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.mtl");
     std::fs::write(&path, text).unwrap();
     let mut findings = Findings::default();
-    let found = load_mtl(&path, dialect, &mut findings);
+    let found = load_mtl(&path, in_dialect(dialect), &mut findings);
     assert_eq!(findings.first_error(), None, "{text}");
     let slots = found.iter().map(|m| m.maps.iter().map(|m| m.statement.slot).collect());
     let slots = slots.collect();
@@ -293,7 +300,7 @@ fn exporters_of_blender_are_told_by_their_exponents() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.mtl");
         std::fs::write(&path, text).unwrap();
-        load_mtl(&path, dialect, &mut findings);
+        load_mtl(&path, in_dialect(dialect), &mut findings);
         let mut sections = Vec::new();
         for (line, statement) in statements(text) {
             let (key, rest) = split_keyword(&statement);

@@ -89,12 +89,13 @@ impl MapRequest {
     }
 }
 
-/// The materials of an MTL file in its order. Statements that are wrong are left out.
-pub fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<FileMaterial> {
+/// The materials of an MTL file in its order. Of a value that is wrong the nearest counts that is right, or
+/// the default.
+pub fn load_mtl(path: &Path, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
     };
-    let library = Library::new(&text, dialect);
+    let library = Library::new(&text, options);
     let sections = library.sections(path, &text, findings);
     library.materials(path, sections, findings)
 }
@@ -114,11 +115,31 @@ pub(super) struct Library {
     dialect: MtlDialect,
     signature: Option<Signature>,
     is_blender: bool,
+    /// Severity of a wrong value.
+    pub of_wrong: Severity,
+}
+
+/// How a library is read.
+#[derive(Clone, Copy, Debug)]
+pub struct LibraryOptions {
+    /// The program that wrote it.
+    pub dialect: MtlDialect,
+    /// Severity of a wrong value.
+    pub of_wrong: Severity,
+}
+
+impl Default for LibraryOptions {
+    fn default() -> Self {
+        Self {
+            dialect: MtlDialect::Auto,
+            of_wrong: Severity::Warning,
+        }
+    }
 }
 
 impl Library {
     /// A library with this text.
-    pub fn new(text: &str, dialect: MtlDialect) -> Self {
+    pub fn new(text: &str, LibraryOptions { dialect, of_wrong }: LibraryOptions) -> Self {
         let signature = Signature::find(text);
         let is_blender = match dialect {
             MtlDialect::Auto => signature.as_ref().is_some_and(|s| s.dialect == MtlDialect::Blender),
@@ -128,6 +149,7 @@ impl Library {
             dialect,
             signature,
             is_blender,
+            of_wrong,
         }
     }
 
@@ -138,19 +160,23 @@ impl Library {
     }
 
     /// Takes a statement of a material.
+    ///
+    /// # Errors
+    ///
+    /// A value is wrong, as in [`Section::set`].
     pub fn read(&self, section: &mut Section, [key, rest]: [&str; 2], place: FileError) -> Result<Effect, Complaint> {
         let lower = key.to_ascii_lowercase();
         let line = place.position.map_or(0, |position| position.line);
         let Some(slot) = MapSlot::of_keyword(&lower, self.is_blender) else {
-            let is_known = section.set(&lower, key, rest)?;
-            if is_known {
+            let is_known = section.set(&lower, key, rest);
+            if !matches!(is_known, Ok(false)) {
                 section.lines.push((lower, line));
             }
-            return Ok(if is_known { Effect::Full } else { Effect::None });
+            return Ok(if is_known? { Effect::Full } else { Effect::None });
         };
         let statement = MapStatement::parse(slot, rest).map_err(|message| {
             let help = "options come first, then the name of a picture: map_Kd -s 2 2 wall.png";
-            (format!("{key}: {message}"), help)
+            (format!("{key}: {message}; it has no effect"), help)
         })?;
         let ignored = statement.ignored.clone();
         // The last one of a kind wins.
@@ -186,12 +212,12 @@ impl Library {
                     if wrong_count <= MAX_WRONG {
                         let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&section.name)));
                         let error = error.at(place_of(text, line, suspect(key, rest))).help(help);
-                        findings.add(Severity::Error, "wrong-statement", error);
+                        findings.add(self.of_wrong, "wrong-statement", error);
                     }
                 }
             }
         }
-        findings.add_untold(path, wrong_count.saturating_sub(MAX_WRONG));
+        findings.add_untold(self.of_wrong, path, wrong_count.saturating_sub(MAX_WRONG));
         if let Some((first, line)) = skipped.first() {
             let keys: Vec<_> = skipped.iter().map(|(key, _)| excerpt(key)).collect();
             let message = format!("no effect: {}; the first is here", keys.join(", "));

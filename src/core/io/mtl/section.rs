@@ -93,54 +93,56 @@ impl Section {
         }
     }
 
-    /// Takes a statement, whose keyword is given in lower case too; whether it has an effect.
+    /// Takes a statement, whose keyword is given in lower case too. Returns true if the keyword is known.
+    ///
+    /// # Errors
+    ///
+    /// A value is wrong. The nearest that is right counts, or none if there is none.
     pub fn set(&mut self, lower: &str, key: &str, rest: &str) -> Result<bool, Complaint> {
+        const SHARE: ([f32; 2], &str) = ([0.0, 1.0], "write a number from 0 to 1");
+        let mut complaint = None;
+        let mut number = |(range, help)| read(&mut complaint, number(key, rest, range, help));
         match lower {
-            "kd" => self.diffuse = Some(color(key, rest)?),
-            "ks" => self.specular = Some(color(key, rest)?),
-            "ke" => self.emission = Some(color(key, rest)?),
-            "tf" => self.filter = Some(color(key, rest)?),
-            "ns" => self.exponent = Some(number(key, rest, |n| n >= 0.0, "write a finite number, 0 or more")?),
-            "ni" => {
-                let ior = number(key, rest, |n| n >= 0.0, "write a finite number above 0")?;
-                // Some exporters write 0 for materials that do not refract.
-                self.ior = Some(ior).filter(|&ior| ior > 0.0);
-                self.has_no_ior = ior == 0.0;
+            "ns" => {
+                let exponent = number(([0.0, f32::MAX], "write a finite number, 0 or more"));
+                self.exponent = exponent.or(self.exponent);
             }
-            "d" => self.dissolve.d = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
-            "tr" => self.dissolve.tr = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
-            "pr" => self.roughness = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
-            "pm" => self.metallic = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
-            "pc" => {
-                let help = "write a number from 0 to 1";
-                self.clearcoat = number(key, rest, |n| n >= 0.0, help)?;
-                if self.clearcoat > self.max_clearcoat {
-                    self.clearcoat = 0.0;
-                    return Err((format!("{key} is `{}`", excerpt(rest)), help));
+            "ni" => {
+                let help = "write a finite number above 0";
+                let ior = number(([f32::MIN, f32::MAX], help));
+                // Some exporters write 0 or -1 for materials that do not refract.
+                self.ior = ior.filter(|&ior| ior > 0.0);
+                self.has_no_ior = ior == Some(0.0);
+                if ior.is_some_and(|ior| ior < 0.0) {
+                    complaint = Some((format!("{key} is `{}`; it has no effect", excerpt(rest)), help));
                 }
             }
-            "pcr" => self.clearcoat_roughness = number(key, rest, is_share, "write a number from 0 to 1")?,
-            "ps" => self.sheen = number(key, rest, is_share, "write a number from 0 to 1")?,
-            "aniso" => self.anisotropy = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "d" => self.dissolve.d = number(SHARE).or(self.dissolve.d),
+            "tr" => self.dissolve.tr = number(SHARE).or(self.dissolve.tr),
+            "pr" => self.roughness = number(SHARE).or(self.roughness),
+            "pm" => self.metallic = number(SHARE).or(self.metallic),
+            "pc" => {
+                let clearcoat = number(([0.0, self.max_clearcoat], SHARE.1));
+                self.clearcoat = clearcoat.unwrap_or(self.clearcoat);
+            }
+            "pcr" => self.clearcoat_roughness = number(SHARE).unwrap_or(self.clearcoat_roughness),
+            "ps" => self.sheen = number(SHARE).unwrap_or(self.sheen),
+            "aniso" => self.anisotropy = number(SHARE).unwrap_or(self.anisotropy),
             "anisor" => {
-                self.anisotropy_rotation = number(key, rest, |_| true, "write a share of a whole turn")?;
+                let turn = number(([f32::MIN, f32::MAX], "write a share of a whole turn"));
+                self.anisotropy_rotation = turn.unwrap_or(self.anisotropy_rotation);
             }
-            "illum" => {
-                let model = rest.parse().ok().filter(|&n: &u32| n <= 10);
-                let complaint = || {
-                    (
-                        format!("unknown illumination model `{}`", excerpt(rest)),
-                        "write a number from 0 to 10",
-                    )
-                };
-                self.illum = Some(model.ok_or_else(complaint)?);
-            }
+            "illum" => self.illum = read(&mut complaint, model(rest)).or(self.illum),
+            "kd" => self.diffuse = read(&mut complaint, color(key, rest)).or(self.diffuse),
+            "ks" => self.specular = read(&mut complaint, color(key, rest)).or(self.specular),
+            "ke" => self.emission = read(&mut complaint, color(key, rest)).or(self.emission),
+            "tf" => self.filter = read(&mut complaint, color(key, rest)).or(self.filter),
             // Ambient light is what path tracing computes, though some programs write other things as `Ka`; sharpness is of reflection maps.
             "ka" => self.ambient = color(key, rest).ok(),
             "map_ka" | "sharpness" => {}
             _ => return Ok(false),
         }
-        Ok(true)
+        complaint.map_or(Ok(true), Err)
     }
 
     /// The line of the last statement with this keyword, else that of the material.
@@ -410,19 +412,54 @@ fn counts_alone(key: &str) -> String {
     format!("{key} is 0 and would make its texture black; the texture is used without it")
 }
 
-fn is_share(n: f32) -> bool {
-    (0.0..=1.0).contains(&n)
+/// A value that is wrong: what counts in its place, and what is wrong.
+type Wrong<T> = (Option<T>, Complaint);
+
+/// The value, or what counts in its place; a complaint is kept.
+fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, Wrong<T>>) -> Option<T> {
+    match value {
+        Ok(value) => Some(value),
+        Err((used, what)) => {
+            *complaint = Some(what);
+            used
+        }
+    }
 }
 
 /// The last word as a number; options like `-halo` may come before it.
-fn number(key: &str, rest: &str, is_good: fn(f32) -> bool, help: &'static str) -> Result<f32, Complaint> {
+fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> Result<f32, Wrong<f32>> {
     let value: Option<f32> = rest.split_whitespace().next_back().and_then(|word| word.parse().ok());
-    let good = value.filter(|&n| n.is_finite() && is_good(n));
-    good.ok_or_else(|| (format!("{key} is `{}`", excerpt(rest)), help))
+    let Some(value) = value.filter(|n| n.is_finite()) else {
+        return Err((None, (format!("{key} is `{}`; it has no effect", excerpt(rest)), help)));
+    };
+    let used = value.clamp(low, high);
+    match used == value {
+        true => Ok(value),
+        false => Err((
+            Some(used),
+            (format!("{key} is `{}`; {used} counts", excerpt(rest)), help),
+        )),
+    }
+}
+
+/// An illumination model.
+fn model(rest: &str) -> Result<u32, Wrong<u32>> {
+    let help = "write a number from 0 to 10";
+    let is_model = |n: &u32| *n <= 10;
+    match rest.parse::<u32>().ok().filter(is_model) {
+        Some(model) => Ok(model),
+        None => {
+            // `2.0`
+            let whole = rest.parse().ok().filter(|n: &f32| n.fract() == 0.0 && *n >= 0.0);
+            let used = whole.map(|n| n as u32).filter(is_model);
+            let effect = used.map_or("it has no effect".into(), |model| format!("{model} counts"));
+            Err((used, (format!("illum is `{}`; {effect}", excerpt(rest)), help)))
+        }
+    }
 }
 
 /// One number for a grey, or three.
-fn color(key: &str, rest: &str) -> Result<Spectrum, Complaint> {
+fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
     let values: Option<Vec<f32>> = rest.split_whitespace().map(|word| word.parse().ok()).collect();
     let color = match values.as_deref() {
         Some(&[grey]) => Some(Spectrum::splat(grey)),
@@ -430,6 +467,14 @@ fn color(key: &str, rest: &str) -> Result<Spectrum, Complaint> {
         _ => None,
     };
     let help = "write one number or three, finite and 0 or more";
-    let good = color.filter(|c| c.is_valid());
-    good.ok_or_else(|| (format!("{key}: `{}` is not a colour", excerpt(rest)), help))
+    let Some(color) = color.filter(|color| color.to_array().iter().all(|n| n.is_finite())) else {
+        let message = format!("{key}: `{}` is not a colour; it has no effect", excerpt(rest));
+        return Err((None, (message, help)));
+    };
+    if color.is_valid() {
+        return Ok(color);
+    }
+    let [r, g, b] = color.to_array().map(|n| n.max(0.0));
+    let message = format!("{key}: `{}` is not a colour; `{r} {g} {b}` counts", excerpt(rest));
+    Err((Some(Spectrum::rgb(r, g, b)), (message, help)))
 }

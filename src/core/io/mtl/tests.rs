@@ -7,14 +7,14 @@ fn load(text: &str) -> Result<(Vec<Material>, Vec<String>), FileError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.mtl");
     std::fs::write(&path, text).unwrap();
-    let (materials, warnings) = load_file(&path, MtlDialect::Auto)?;
+    let (materials, warnings) = load_file(&path, LibraryOptions::default())?;
     let materials = materials.into_iter().map(|m| m.material);
     Ok((materials.collect(), warnings))
 }
 
-fn load_file(path: &Path, dialect: MtlDialect) -> Result<(Vec<FileMaterial>, Vec<String>), FileError> {
+fn load_file(path: &Path, options: LibraryOptions) -> Result<(Vec<FileMaterial>, Vec<String>), FileError> {
     let mut findings = Findings::default();
-    let materials = load_mtl(path, dialect, &mut findings);
+    let materials = load_mtl(path, options, &mut findings);
     match findings.first_error() {
         Some(error) => Err(error.clone()),
         None => Ok((materials, findings.warnings().into_iter().map(|w| w.text).collect())),
@@ -132,7 +132,11 @@ fn transparency_goes_by_dialect() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.mtl");
         std::fs::write(&path, text).unwrap();
-        let (materials, warnings) = load_file(&path, dialect).unwrap();
+        let options = LibraryOptions {
+            dialect,
+            ..LibraryOptions::default()
+        };
+        let (materials, warnings) = load_file(&path, options).unwrap();
         (materials[0].material.opacity, warnings.len())
     };
     use MtlDialect::*;
@@ -173,7 +177,7 @@ fn textures_are_asked_for() {
         "newmtl a\nKd 0 0 0\nmap_Kd a.png\nMAP_KD -s 2 2 b c.png\nbump d.png\nmap_Ks e.png\n",
     )
     .unwrap();
-    let (materials, warnings) = load_file(&path, MtlDialect::Auto).unwrap();
+    let (materials, warnings) = load_file(&path, LibraryOptions::default()).unwrap();
     let maps: Vec<_> = materials[0]
         .maps
         .iter()
@@ -274,33 +278,52 @@ fn numbers_without_effect_are_told() {
     }
 }
 
+/// Statements with a wrong value, and with what counts in its place, if anything does.
+const WRONG: [(&str, &str); 20] = [
+    ("Kd 0.5 red 0", ""),
+    ("Kd 1 2", ""),
+    ("Ke -1 0 2", "Ke 0 0 2"),
+    ("Ks nan", ""),
+    ("Kd", ""),
+    ("Ns -1.960784\nKs 0.5", "Ns 0\nKs 0.5"),
+    ("Ns nan\nKs 0.5", "Ks 0.5"),
+    ("Ni -1", ""),
+    ("Ni", ""),
+    ("d 1.000001", "d 1"),
+    ("Tr -0.1", "Tr 0"),
+    ("Pr 2", "Pr 1"),
+    ("Pm x", ""),
+    ("Pc 2", "Pc 1"),
+    ("Pcr -1\nPc 1", "Pcr 0\nPc 1"),
+    ("Ps 1.5", "Ps 1"),
+    ("aniso -0.5\nPr 1", "Pr 1"),
+    ("illum 2.0\nKs 0.5", "illum 2\nKs 0.5"),
+    ("Tf xyz 1 1 1", ""),
+    ("map_Kd", ""),
+];
+
 #[test]
-fn mistakes_are_named_with_their_line() {
-    let cases = [
-        "Kd 0.5 red 0",
-        "Kd 1 2",
-        "Ke -1 0 0",
-        "Ks nan",
-        "Kd",
-        "Ns -1",
-        "Ni -1",
-        "Ni",
-        "d 1.5",
-        "Tr -0.1",
-        "Pr 2",
-        "Pm x",
-        "Pc 2",
-        "Pcr -1",
-        "Ps 1.5",
-        "aniso -0.5",
-        "anisor inf",
-        "illum x",
-        "Kd spectral a.rfl",
-        "map_Kd",
-        "map_Kd -s a.png",
-    ];
-    for statement in cases {
-        let error = load(&format!("newmtl m\nKa 1\n{statement}\n")).unwrap_err();
+fn of_wrong_values_the_nearest_counts_or_none() {
+    for (wrong, right) in WRONG {
+        let (found, warnings) = load(&format!("newmtl m\nKa 1\n{wrong}\n")).unwrap();
+        let (expected, others) = load(&format!("newmtl m\nKa 1\n{right}\n")).unwrap();
+        assert_eq!(found, expected, "{wrong}");
+        assert_eq!(warnings.len(), others.len() + 1, "{wrong}: {warnings:?}");
+    }
+}
+
+#[test]
+fn wrong_values_are_named_with_their_line() {
+    let strict = LibraryOptions {
+        of_wrong: Severity::Error,
+        ..LibraryOptions::default()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.mtl");
+    let more = ["anisor inf", "illum x", "Kd spectral a.rfl", "map_Kd -s a.png"];
+    for statement in WRONG.iter().map(|(wrong, _)| *wrong).chain(more) {
+        std::fs::write(&path, format!("newmtl m\nKa 1\n{statement}\n")).unwrap();
+        let error = load_file(&path, strict).unwrap_err();
         assert_eq!(error.position.map(|p| p.line), Some(3), "{statement}: {error}");
         let key = statement.split(' ').next().unwrap();
         assert!(
@@ -316,7 +339,7 @@ fn an_index_of_refraction_of_0_counts_as_none() {
     let path = folder.path().join("a.mtl");
     std::fs::write(&path, "newmtl glass\nillum 7\nNi 0\n").unwrap();
     let mut findings = Findings::default();
-    let materials = load_mtl(&path, MtlDialect::default(), &mut findings);
+    let materials = load_mtl(&path, LibraryOptions::default(), &mut findings);
     assert_eq!(materials[0].material.ior, section::DEFAULT_IOR);
     let warning = findings.iter().find(|f| f.severity == Severity::Warning).unwrap();
     assert!(

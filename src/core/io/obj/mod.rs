@@ -99,7 +99,7 @@ pub(super) fn read_obj(
     for error in outline.wrong.drain(..) {
         findings.add(Severity::Error, "wrong-statement", error);
     }
-    findings.add_untold(path, untold);
+    findings.add_untold(Severity::Error, path, untold);
     let (materials, libraries) = load_libraries(path, &outline.libraries, options, findings);
     findings.extend(outline.remarks.findings(path));
     let is_wrong = outline.wrong_count > 0;
@@ -178,7 +178,7 @@ fn load_libraries(
                 ));
                 findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
-            materials.extend(load_mtl(&path, options.parameters.mtl_dialect(), findings));
+            materials.extend(load_mtl(&path, options.of_libraries(), findings));
             files.push(path);
         }
     }

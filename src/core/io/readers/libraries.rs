@@ -99,7 +99,12 @@ fn compare_library(path: &Path, options: &LoadOptions) -> (String, ComparedFile)
         }
     };
     let plain = plain_mtl(&text, &mut notes);
-    let library = Library::new(&text, options.parameters.mtl_dialect());
+    // A wrong value is what the readers may read differently.
+    let strict = LoadOptions {
+        strict: true,
+        ..*options
+    };
+    let library = Library::new(&text, strict.of_libraries());
     let mut findings = Findings::default();
     let own = library.sections(path, &text, &mut findings);
     let wrong = Wrong::of(path, &findings);

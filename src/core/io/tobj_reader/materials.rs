@@ -1,8 +1,8 @@
 //! Materials of tobj as statements of a library.
 
-use super::super::mtl::{FileMaterial, Library, MtlDialect, Section, read_library};
+use super::super::mtl::{FileMaterial, Library, LibraryOptions, Section, read_library};
 use super::super::statements::{split_keyword, statements};
-use super::super::{FileError, Findings, Position, Severity};
+use super::super::{FileError, Findings, Position};
 use crate::math::excerpt;
 use std::path::Path;
 
@@ -10,13 +10,13 @@ use std::path::Path;
 pub(super) fn load(
     path: &Path,
     read: &[tobj::Material],
-    dialect: MtlDialect,
+    options: LibraryOptions,
     findings: &mut Findings,
 ) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
     };
-    let library = Library::new(&text, dialect);
+    let library = Library::new(&text, options);
     let sections = sections(&library, path, &text, read, findings);
     library.materials(path, sections, findings)
 }
@@ -40,7 +40,7 @@ pub(in crate::io) fn sections(
             if let Err((message, help)) = library.read(&mut section, [&key, &value], place) {
                 let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&material.name)));
                 let error = error.at(Position::line(line)).help(help);
-                findings.add(Severity::Error, "wrong-statement", error);
+                findings.add(library.of_wrong, "wrong-statement", error);
             }
         }
         sections.push(section);

@@ -21,6 +21,14 @@ pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str
     .filter(|(_, statement)| !statement.is_empty())
 }
 
+/// The text with `\n` at the ends of lines, where the classic Mac wrote `\r` alone.
+pub(crate) fn with_line_feeds(text: String) -> String {
+    match text.contains('\n') {
+        true => text,
+        false => text.replace('\r', "\n"),
+    }
+}
+
 /// Cuts a text into chunks of `size` bytes or a little more, none of which ends within a statement.
 pub(crate) fn chunks(text: &str, size: usize) -> Vec<&str> {
     let mut chunks = Vec::new();

@@ -3,6 +3,9 @@
 use crate::math::{Vec2, excerpt};
 use crate::texture::{Channel, Mapping, Wrap};
 
+/// Bytes of a file name, at most.
+const MAX_NAME: usize = 4096;
+
 /// What a texture of an MTL file is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapSlot {
@@ -100,7 +103,12 @@ impl MapStatement {
 }
 
 impl MapStatement {
-    /// Reads what follows the keyword: options, and a name that may have blanks. An error says what is wrong.
+    /// Reads what follows the keyword: options, and a name that may have blanks. Some exporters write the
+    /// options after the name.
+    ///
+    /// # Errors
+    ///
+    /// Says what is wrong.
     pub fn parse(slot: MapSlot, rest: &str) -> Result<Self, String> {
         let mut map = Self {
             slot,
@@ -108,18 +116,36 @@ impl MapStatement {
             mapping: Mapping::default(),
             ignored: Vec::new(),
         };
-        let mapping = &mut map.mapping;
         let mut words = Words(rest);
+        map.options(&mut words)?;
+        let name = words.0.trim();
+        // A longer text is no name, and would be read many times.
+        let ends = name.match_indices(" -").filter(|_| name.len() <= MAX_NAME);
+        let after = ends.map(|(end, _)| end).find_map(|end| {
+            let (mut read, mut words) = (map.clone(), Words(&name[end..]));
+            read.file = name[..end].trim().to_string();
+            let is_all = read.options(&mut words).is_ok() && words.0.trim().is_empty();
+            (is_all && !read.file.is_empty()).then_some(read)
+        });
+        map.file = name.to_string();
+        if map.file.is_empty() {
+            return Err("the file name of the texture is missing".into());
+        }
+        Ok(after.unwrap_or(map))
+    }
+
+    /// Takes the options that come next.
+    fn options(&mut self, words: &mut Words) -> Result<(), String> {
         while let Some(option) = words.option() {
             match option {
-                "-s" => mapping.scale = words.vector(option, 1.0)?,
-                "-o" => mapping.offset = words.vector(option, 0.0)?,
+                "-s" => self.mapping.scale = words.vector(option, 1.0)?,
+                "-o" => self.mapping.offset = words.vector(option, 0.0)?,
                 "-t" => {
                     words.vector(option, 0.0)?;
-                    map.ignored.push("-t");
+                    self.ignored.push("-t");
                 }
                 "-clamp" => {
-                    mapping.wrap = match words.on_or_off(option)? {
+                    self.mapping.wrap = match words.on_or_off(option)? {
                         true => Wrap::Clamp,
                         false => Wrap::Repeat,
                     }
@@ -127,29 +153,25 @@ impl MapStatement {
                 "-blendu" | "-blendv" | "-cc" => {
                     words.on_or_off(option)?;
                 }
-                "-bm" => mapping.bump = words.number(option)?,
-                "-mm" => (mapping.base, mapping.gain) = (words.number(option)?, words.number(option)?),
+                "-bm" => self.mapping.bump = words.number(option)?,
+                "-mm" => (self.mapping.base, self.mapping.gain) = (words.number(option)?, words.number(option)?),
                 "-boost" | "-texres" => {
                     words.number(option)?;
                 }
-                "-imfchan" => mapping.channel = Some(words.channel(option)?),
+                "-imfchan" => self.mapping.channel = Some(words.channel(option)?),
                 "-type" => {
                     words.next();
-                    map.ignored.push("-type");
+                    self.ignored.push("-type");
                 }
                 // What a texture is for tells its colour space.
                 "-colorspace" => {
                     words.next();
-                    map.ignored.push("-colorspace");
+                    self.ignored.push("-colorspace");
                 }
                 _ => return Err(format!("unknown texture option `{}`", excerpt(option))),
             }
         }
-        map.file = words.0.trim().to_string();
-        if map.file.is_empty() {
-            return Err("the file name of the texture is missing".into());
-        }
-        Ok(map)
+        Ok(())
     }
 }
 
@@ -247,6 +269,12 @@ mod tests {
         assert_eq!((all.mapping, all.file.as_str()), (expected, "a b.png"));
         assert_eq!(map("-s 2 1.png").file, "1.png");
         assert_eq!(map("-1.png").file, "-1.png");
+        assert_eq!(map("a -b.png").file, "a -b.png");
+        assert_eq!(map("a -s 2 b.png").file, "a -s 2 b.png");
+        assert_eq!(
+            map("old wall.png -s 2 3 1 -clamp on"),
+            map("-s 2 3 1 -clamp on old wall.png")
+        );
         assert_eq!(map("-type sphere a.png").ignored, ["-type"]);
         let linear = map("-colorspace linear a.png");
         assert_eq!((&linear.ignored[..], &*linear.file), (&["-colorspace"][..], "a.png"));

@@ -11,7 +11,7 @@ mod translate;
 mod writer;
 
 use super::input::read_text;
-use super::statements::{place_of, split_keyword, statements};
+use super::statements::{place_of, split_keyword, statements, with_line_feeds};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::material::Material;
@@ -103,6 +103,7 @@ pub fn load_mtl(path: &Path, options: LibraryOptions, findings: &mut Findings) -
 /// The text of a library; `None` where it cannot be read.
 pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<String> {
     read_text(path, "the material library")
+        .map(with_line_feeds)
         .map_err(|error| {
             let error = error.help_if_none("check its permissions");
             findings.add(Severity::Error, "unreadable-file", error);

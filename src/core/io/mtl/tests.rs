@@ -334,6 +334,13 @@ fn wrong_values_are_named_with_their_line() {
 }
 
 #[test]
+fn lines_may_end_with_a_carriage_return_alone() {
+    let unix = load("newmtl m\nKd 0.8 0.1 0.1\nillum 1\n").unwrap();
+    assert_eq!(load("newmtl m\rKd 0.8 0.1 0.1\rillum 1\r").unwrap(), unix);
+    assert_eq!(load("newmtl m\r\nKd 0.8 0.1 0.1\r\nillum 1\r\n").unwrap(), unix);
+}
+
+#[test]
 fn an_index_of_refraction_of_0_counts_as_none() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mtl");

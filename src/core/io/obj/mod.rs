@@ -16,6 +16,7 @@ use super::find_file::{FileFinder, case_differs, count_alike};
 use super::input;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, library_path, load_mtl};
+use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
 use crate::math::excerpt_of_path;
@@ -111,13 +112,7 @@ pub(super) fn read_obj(
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {
-    let text = input::read_text(path, "the OBJ file")?;
-    // The classic Mac ended its lines with CR alone.
-    Ok(if text.contains('\n') {
-        text
-    } else {
-        text.replace('\r', "\n")
-    })
+    input::read_text(path, "the OBJ file").map(with_line_feeds)
 }
 
 /// The triangles of each material, in the order of first use.

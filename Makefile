@@ -50,7 +50,8 @@ demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr 
 	@echo 'Look at out/cornell-box.png. Next: $(TARGET)/release/embrasure render YOUR.obj -o YOUR.png'
 
 # Two tests more than processors, since some wait for files, signals and connections
-test: export RUST_TEST_THREADS = $(shell expr 2 + $$(getconf _NPROCESSORS_ONLN))
+THREADS := $(or $(RUST_TEST_THREADS),$(shell expr 2 + $$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN || echo 2)))
+test: export RUST_TEST_THREADS = $(THREADS)
 test: setup ## run the quick tests; some minutes
 	$(CARGO) test --release $(FEATURES)
 	$(CARGO) test --release $(UNITS) $(call OPT_1,release)
@@ -74,7 +75,7 @@ test-all: setup ## run all tests with checks of overflow, also of the Python mod
 	$(CARGO) test $(UNITS) $(call OPT_1,dev)
 	$(MAKE) test-obvhs
 
-test-long: setup ## run tests/it with all the samples of statistical tests, of which other targets take a quarter, and every command of the guide
+test-long: setup ## run tests/it with all the samples of statistical tests, of which other targets take a part, and every command of the guide
 	EMBRASURE_LONG=1 EMBRASURE_ALL_SAMPLES=1 EMBRASURE_GUIDE=all $(CARGO) test $(FEATURES) --test it
 
 test-obvhs: setup ## run the tests of ray queries in a build without Embree

@@ -83,7 +83,7 @@ fn configure_long() {
     }
 }
 
-/// Sets the configurations `root` if root builds, and `python` if there is python3. Without them, tests that
+/// Sets the configurations `root` if root builds, and `python` if there are python3 and readelf. Without them, tests that
 /// need them are ignored.
 fn configure_machine() {
     println!("cargo::rustc-check-cfg=cfg(root, python)");
@@ -91,7 +91,8 @@ fn configure_machine() {
     if output_of("id", "-u").is_ok_and(|out| out.stdout.trim_ascii() == b"0") {
         println!("cargo::rustc-cfg=root");
     }
-    if output_of("python3", "--version").is_ok_and(|out| out.status.success()) {
+    let is_there = |program: &str| output_of(program, "--version").is_ok_and(|out| out.status.success());
+    if is_there("python3") && is_there("readelf") {
         println!("cargo::rustc-cfg=python");
     }
 }

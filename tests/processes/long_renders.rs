@@ -593,7 +593,8 @@ fn usage_of_parts_is_checked() {
     assert_same(&folder, "all.exr", "one.exr");
 }
 
-/// A disk that fills up costs neither the checkpoint before nor the picture on another one. Root may lack the right to mount one, in a container.
+/// A disk that fills up costs neither the checkpoint before nor the picture on another one.
+/// Needs root. In a container root may lack the right to mount; the test then ends at once.
 #[cfg(target_os = "linux")]
 #[test]
 #[cfg_attr(not(root), ignore = "needs root")]

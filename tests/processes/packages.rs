@@ -83,7 +83,7 @@ fn installed_programs_can_be_moved_and_removed() {
 }
 
 #[test]
-#[cfg_attr(not(python), ignore = "needs python3")]
+#[cfg_attr(not(python), ignore = "needs python3 and readelf")]
 #[cfg_attr(all(python, not(long)), ignore = "long")]
 fn wheels_hold_what_they_record() {
     let folder = folder(&[("a.txt", "")]);

@@ -55,16 +55,17 @@ pub struct LoadOptions {
     pub parameters: LoadParameters,
     /// Bytes that the render, and reading its files, may take at most; `None` for what the system leaves.
     pub max_memory: Option<u64>,
-    /// Whether files that are missing or cannot be used are errors where a render could do without them.
+    /// Whether missing and unusable files, and wrong values of materials, are errors. A render can do without
+    /// them.
     pub strict: bool,
 }
 
 impl LoadOptions {
     /// How material libraries are read.
-    pub(crate) fn of_libraries(&self) -> LibraryOptions {
+    pub(crate) fn library_options(&self) -> LibraryOptions {
         LibraryOptions {
             dialect: self.parameters.mtl_dialect(),
-            of_wrong: self.severity_of_lack(),
+            wrong_severity: self.severity_of_lack(),
         }
     }
 

@@ -237,7 +237,7 @@ fn places_and_directions_at_infinity_follow_their_densities() {
 
 /// Directions have the density of `emission_pdfs`, and given the direction places are even.
 fn follow_their_densities(of: impl Fn(&Case) -> bool) {
-    let samples = budget(1_600_000);
+    let samples = budget(1_600_000).min(400_000);
     let cases: Vec<Case> = cases().into_iter().filter(of).collect();
     assert!(!cases.is_empty());
     let level = sidak(0.01, 2 * cases.len());
@@ -413,7 +413,7 @@ fn power(case: &Case) -> [f64; 3] {
 
 #[test]
 fn the_mean_weight_is_the_power() {
-    let samples = budget(800_000);
+    let samples = budget(800_000).min(200_000);
     for case in cases() {
         let means = mean(samples, |i| case.sample(i).map_or(Spectrum::ZERO, |e| e.weight()));
         let expected = power(&case);
@@ -447,7 +447,7 @@ fn the_mean_weight_is_the_power() {
 /// Light that is followed onto a patch of the floor brings it what is sampled from there.
 #[test]
 fn the_floor_gets_what_it_would_sample() {
-    let samples = budget(1_200_000);
+    let samples = budget(1_200_000).min(300_000);
     let (middle, half) = (Vec2::new(0.1, -0.05), 0.4);
     let area: f32 = 4.0 * half * half;
     for case in cases() {
@@ -514,7 +514,7 @@ fn splats_are_what_the_camera_sees() {
     let lamp = Light::Triangle(TriangleLight::new(CORNERS, Spectrum::ONE, TriangleSampling::Area));
     // A floor of albedo 1 that reaches far
     const REFLECTED: f64 = 1.0 / PI;
-    let samples = budget(1_600_000);
+    let samples = budget(1_600_000).min(400_000);
     let numbers = |i: u32| {
         let mut sampler = Independent::new(29);
         sampler.start(SampleKey::new(0, 0, i));

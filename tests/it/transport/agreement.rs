@@ -51,8 +51,8 @@ fn path_with(name: &str, spp: u32, strategy: Strategy, roulette: Roulette, light
 
 /// All of them, for `spp` samples of the better ones, and `blind` times as many of those that meet lights by chance.
 fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
-    // A quarter would leave their means too far from normal.
-    let rare = slack() as u32 * blind * spp;
+    // As few as the others have would leave their means too far from normal.
+    let rare = slack().ceil() as u32 * blind * spp;
     let mut all = Vec::new();
     for (d, directions) in [
         ("uniform", Directions::Uniform),

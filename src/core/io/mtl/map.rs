@@ -119,7 +119,7 @@ impl MapStatement {
         let mut words = Words(rest);
         map.options(&mut words)?;
         let name = words.0.trim();
-        // A longer text is no name, and would be read many times.
+        // A longer text is not a name, and would be read many times.
         let ends = name.match_indices(" -").filter(|_| name.len() <= MAX_NAME);
         let after = ends.map(|(end, _)| end).find_map(|end| {
             let (mut read, mut words) = (map.clone(), Words(&name[end..]));

@@ -89,8 +89,7 @@ impl MapRequest {
     }
 }
 
-/// The materials of an MTL file in its order. Of a value that is wrong the nearest counts that is right, or
-/// the default.
+/// The materials of an MTL file in its order. A wrong value is replaced by the nearest right one, or ignored.
 pub fn load_mtl(path: &Path, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
@@ -117,7 +116,7 @@ pub(super) struct Library {
     signature: Option<Signature>,
     is_blender: bool,
     /// Severity of a wrong value.
-    pub of_wrong: Severity,
+    pub wrong_severity: Severity,
 }
 
 /// How a library is read.
@@ -126,21 +125,27 @@ pub struct LibraryOptions {
     /// The program that wrote it.
     pub dialect: MtlDialect,
     /// Severity of a wrong value.
-    pub of_wrong: Severity,
+    pub wrong_severity: Severity,
 }
 
 impl Default for LibraryOptions {
     fn default() -> Self {
         Self {
             dialect: MtlDialect::Auto,
-            of_wrong: Severity::Warning,
+            wrong_severity: Severity::Warning,
         }
     }
 }
 
 impl Library {
     /// A library with this text.
-    pub fn new(text: &str, LibraryOptions { dialect, of_wrong }: LibraryOptions) -> Self {
+    pub fn new(
+        text: &str,
+        LibraryOptions {
+            dialect,
+            wrong_severity,
+        }: LibraryOptions,
+    ) -> Self {
         let signature = Signature::find(text);
         let is_blender = match dialect {
             MtlDialect::Auto => signature.as_ref().is_some_and(|s| s.dialect == MtlDialect::Blender),
@@ -150,7 +155,7 @@ impl Library {
             dialect,
             signature,
             is_blender,
-            of_wrong,
+            wrong_severity,
         }
     }
 
@@ -176,7 +181,7 @@ impl Library {
             return Ok(if is_known? { Effect::Full } else { Effect::None });
         };
         let statement = MapStatement::parse(slot, rest).map_err(|message| {
-            let help = "options come first, then the name of a picture: map_Kd -s 2 2 wall.png";
+            let help = "write options, then the name of a picture: map_Kd -s 2 2 wall.png";
             (format!("{key}: {message}; it has no effect"), help)
         })?;
         let ignored = statement.ignored.clone();
@@ -213,12 +218,12 @@ impl Library {
                     if wrong_count <= MAX_WRONG {
                         let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&section.name)));
                         let error = error.at(place_of(text, line, suspect(key, rest))).help(help);
-                        findings.add(self.of_wrong, "wrong-statement", error);
+                        findings.add(self.wrong_severity, "wrong-statement", error);
                     }
                 }
             }
         }
-        findings.add_untold(self.of_wrong, path, wrong_count.saturating_sub(MAX_WRONG));
+        findings.add_untold(self.wrong_severity, path, wrong_count.saturating_sub(MAX_WRONG));
         if let Some((first, line)) = skipped.first() {
             let keys: Vec<_> = skipped.iter().map(|(key, _)| excerpt(key)).collect();
             let message = format!("no effect: {}; the first is here", keys.join(", "));

@@ -97,7 +97,7 @@ impl Section {
     ///
     /// # Errors
     ///
-    /// A value is wrong. The nearest that is right counts, or none if there is none.
+    /// A value is wrong. The nearest right value is used; without one the statement has no effect.
     pub fn set(&mut self, lower: &str, key: &str, rest: &str) -> Result<bool, Complaint> {
         const SHARE: ([f32; 2], &str) = ([0.0, 1.0], "write a number from 0 to 1");
         let mut complaint = None;
@@ -109,12 +109,13 @@ impl Section {
             }
             "ni" => {
                 let help = "write a finite number above 0";
-                let ior = number(([f32::MIN, f32::MAX], help));
-                // Some exporters write 0 or -1 for materials that do not refract.
-                self.ior = ior.filter(|&ior| ior > 0.0);
-                self.has_no_ior = ior == Some(0.0);
-                if ior.is_some_and(|ior| ior < 0.0) {
-                    complaint = Some((format!("{key} is `{}`; it has no effect", excerpt(rest)), help));
+                match number(([f32::MIN, f32::MAX], help)) {
+                    Some(ior) if ior < 0.0 => {
+                        complaint = Some((format!("{key} is `{}`; it has no effect", excerpt(rest)), help));
+                    }
+                    // Some exporters write 0 for materials that do not refract.
+                    Some(ior) => (self.ior, self.has_no_ior) = (Some(ior).filter(|_| ior > 0.0), ior == 0.0),
+                    None => {}
                 }
             }
             "d" => self.dissolve.d = number(SHARE).or(self.dissolve.d),
@@ -122,7 +123,11 @@ impl Section {
             "pr" => self.roughness = number(SHARE).or(self.roughness),
             "pm" => self.metallic = number(SHARE).or(self.metallic),
             "pc" => {
-                let clearcoat = number(([0.0, self.max_clearcoat], SHARE.1));
+                let help = match self.max_clearcoat > 1.0 {
+                    true => "write a finite number, 0 or more",
+                    false => SHARE.1,
+                };
+                let clearcoat = number(([0.0, self.max_clearcoat], help));
                 self.clearcoat = clearcoat.unwrap_or(self.clearcoat);
             }
             "pcr" => self.clearcoat_roughness = number(SHARE).unwrap_or(self.clearcoat_roughness),

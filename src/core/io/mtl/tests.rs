@@ -304,7 +304,12 @@ const WRONG: [(&str, &str); 20] = [
 
 #[test]
 fn of_wrong_values_the_nearest_counts_or_none() {
-    for (wrong, right) in WRONG {
+    // Without a right value near, an earlier one stays.
+    let stay = [
+        ("Ni 1.5\nNi -1\nillum 7", "Ni 1.5\nillum 7"),
+        ("Kd 0.5\nKd 1 2", "Kd 0.5"),
+    ];
+    for (wrong, right) in WRONG.into_iter().chain(stay) {
         let (found, warnings) = load(&format!("newmtl m\nKa 1\n{wrong}\n")).unwrap();
         let (expected, others) = load(&format!("newmtl m\nKa 1\n{right}\n")).unwrap();
         assert_eq!(found, expected, "{wrong}");
@@ -315,7 +320,7 @@ fn of_wrong_values_the_nearest_counts_or_none() {
 #[test]
 fn wrong_values_are_named_with_their_line() {
     let strict = LibraryOptions {
-        of_wrong: Severity::Error,
+        wrong_severity: Severity::Error,
         ..LibraryOptions::default()
     };
     let folder = tempfile::tempdir().unwrap();

@@ -173,7 +173,7 @@ fn load_libraries(
                 ));
                 findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
-            materials.extend(load_mtl(&path, options.of_libraries(), findings));
+            materials.extend(load_mtl(&path, options.library_options(), findings));
             files.push(path);
         }
     }

@@ -104,7 +104,7 @@ fn compare_library(path: &Path, options: &LoadOptions) -> (String, ComparedFile)
         strict: true,
         ..*options
     };
-    let library = Library::new(&text, strict.of_libraries());
+    let library = Library::new(&text, strict.library_options());
     let mut findings = Findings::default();
     let own = library.sections(path, &text, &mut findings);
     let wrong = Wrong::of(path, &findings);

@@ -40,7 +40,7 @@ pub(in crate::io) fn sections(
             if let Err((message, help)) = library.read(&mut section, [&key, &value], place) {
                 let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&material.name)));
                 let error = error.at(Position::line(line)).help(help);
-                findings.add(library.of_wrong, "wrong-statement", error);
+                findings.add(library.wrong_severity, "wrong-statement", error);
             }
         }
         sections.push(section);

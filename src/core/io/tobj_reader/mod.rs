@@ -129,7 +129,7 @@ pub(super) fn read_obj(
     let (mut materials, mut files): (Vec<FileMaterial>, Vec<PathBuf>) = Default::default();
     for (file, read) in libraries.into_inner() {
         if !files.contains(&file) {
-            materials.extend(materials::load(&file, &read, options.of_libraries(), findings));
+            materials.extend(materials::load(&file, &read, options.library_options(), findings));
             files.push(file);
         }
     }

@@ -77,8 +77,8 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
             "wrong lines, all of them",
             "f 1 2 3 4\nf 1 2 x\n f 1  2/3 3\nv 1 z 2\n",
             &[
-                "error wrong-statement a.obj:8:7",
-                "error wrong-statement a.obj:9:7",
+                "warning wrong-statement a.obj:8:7",
+                "warning wrong-statement a.obj:9:7",
                 "error wrong-statement a.obj:10:5",
                 "note unused-vertex a.obj:10:0",
             ],
@@ -86,7 +86,7 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
         (
             "a continued line",
             "f 1 2 3 4\nf 1 2 \\\n  9\n",
-            &["error wrong-statement a.obj:9:3"],
+            &["warning wrong-statement a.obj:9:3"],
         ),
         (
             "no area",
@@ -401,7 +401,7 @@ fn a_scene_file_is_read_to_its_end() {
         .filter(|key| !key.contains("note"))
         .collect();
     let expected = [
-        "error wrong-statement a.obj:8:7",
+        "warning wrong-statement a.obj:8:7",
         "error scene-file s.toml:6:1",
         "error scene-file s.toml:10:9",
         "error scene-file s.toml:11:2",
@@ -482,11 +482,11 @@ fn many_findings_of_a_kind_are_one() {
     let out = run(folder.path(), &["check", "a.obj"]);
     let text = printed(&out);
     assert!(
-        text.contains("a.obj: error: 980 more statements are wrong [wrong-statement]"),
+        text.contains("a.obj: warning: 980 more statements are wrong [wrong-statement]"),
         "{text}"
     );
     assert!(text.lines().count() < 70, "{text}");
-    assert_eq!(out.status.code(), Some(1));
+    assert_eq!(out.status.code(), Some(0));
 }
 
 #[test]

@@ -288,7 +288,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["a.obj", "no faces", "help:"],
         ),
         (
-            &["render", "s.toml"],
+            &["render", "s.toml", "--strict"],
             |f| append(f, "a.obj", "f 1 2 99\n"),
             1,
             &["a.obj:12", "99", "help:"],

@@ -1,7 +1,7 @@
 //! What errors quote of input files, and what is repaired or ignored in them: pictures, repeated geometry, libraries.
 
-use crate::support::program::{code, done, folder, json, lit_floor, printed, run, split, words};
-use crate::support::read_rgb;
+use crate::support::program::{code, done, folder, json, lit_floor, printed, refused, run, split, words};
+use crate::support::{read_rgb, write_png};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -337,4 +337,38 @@ fn materials_with_wrong_values_are_rendered_with_warnings() {
         assert!(checked.contains(&format!("a.mtl:{line}:")), "line {line}: {checked}");
     }
     assert_eq!((strict, strict_of_right), (1, 0));
+}
+
+/// Wrong texture coordinates count as 0 0, and a face without a vertex is left out.
+#[test]
+fn faces_with_wrong_indices_cost_no_picture() {
+    let corners = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n";
+    let render = |faces: &str| {
+        let obj = format!("{corners}{faces}");
+        let folder = folder(&[("a.obj", &obj), ("a.mtl", "newmtl a\nmap_Kd a.png\n")]);
+        write_png(
+            &folder.path().join("a.png"),
+            2,
+            &[[255, 0, 0], [0, 255, 0], [0, 0, 255], [9, 9, 9]],
+        );
+        let args = split("render a.obj -q --size 16x16 --spp 4 -o x.exr");
+        let said = words(&done(folder.path(), &args));
+        let strict = split("render a.obj -q --strict --size 4x4 -o y.exr");
+        let strict = code(&run(folder.path(), &strict));
+        (read_rgb(&folder.path().join("x.exr")), said, strict)
+    };
+    let (picture, said, strict) = render("f 1/1 2/2 3/3\nf 1/3 3/2 4/7\nf 1 2 9\n");
+    let (expected, _, strict_of_right) = render("f 1/1 2/2 3/3\nf 1/3 3/2 4/1\n");
+    assert!(picture == expected, "wrong texture coordinates count as 0 0");
+    let (other, ..) = render("f 1/1 2/2 3/3\nf 1/3 3/2 4/3\n");
+    assert!(picture != other, "texture coordinates are seen");
+    let first =
+        "a.obj:11:13: texture coordinate index 7 in `4/7` is out of range; its texture coordinates count as 0 0";
+    assert!(said.contains(first) && said.contains("(and 1 more"), "{said}");
+    assert_eq!((strict, strict_of_right), (1, 0));
+    // Without any face there is no picture.
+    let folder = folder(&[("a.obj", &format!("{corners}f 1 2 9\n")), ("a.mtl", "newmtl a\n")]);
+    let said = refused(folder.path(), &split("render a.obj -q -o x.exr"), 1);
+    let only = "a.obj:10:7: vertex index 9 in `9` is out of range; the face is left out";
+    assert!(said.contains(only), "{said}");
 }

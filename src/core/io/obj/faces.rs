@@ -47,7 +47,7 @@ pub struct Face<'a> {
 }
 
 impl ObjFaces {
-    /// Reads a file as a render does. Statements that are wrong are left out.
+    /// Reads a file as a render does, without what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let text = read_text(path)?;
         let outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), true, &|_| ())?;

@@ -96,16 +96,25 @@ pub(super) fn read_obj(
     let mut outline = parse::parse(path, &chunks, false, &|bytes| observer.advance(bytes))?;
     drop(chunks);
     drop(text);
-    let untold = outline.wrong_count - outline.wrong.len();
-    for error in outline.wrong.drain(..) {
-        findings.add(Severity::Error, "wrong-statement", error);
+    // Without a face there is no picture.
+    let has_faces = outline.sections.iter().any(|section| section.corner_count() > 0);
+    let severities = match has_faces {
+        true => [options.severity_of_lack(), Severity::Error],
+        false => [Severity::Error; 2],
+    };
+    let wrong = std::mem::take(&mut outline.wrong);
+    for ((wrong, severity), count) in wrong.into_iter().zip(severities).zip(outline.wrong_count) {
+        let untold = count - wrong.len();
+        wrong
+            .into_iter()
+            .for_each(|error| findings.add(severity, "wrong-statement", error));
+        findings.add_untold(severity, path, untold);
     }
-    findings.add_untold(Severity::Error, path, untold);
     let (materials, libraries) = load_libraries(path, &outline.libraries, options, findings);
     findings.extend(outline.remarks.findings(path));
-    let is_wrong = outline.wrong_count > 0;
+    let wrong_count = outline.wrong_count;
     let groups = into_groups(outline);
-    if groups.is_empty() && !is_wrong {
+    if groups.is_empty() && wrong_count == [0; 2] {
         return Err(no_faces(path));
     }
     Ok(ObjFile::new(groups, materials, libraries))

@@ -19,10 +19,11 @@ pub(super) struct Outline {
     pub libraries: Vec<(String, usize)>,
     /// Faces that are left out, and assumptions.
     pub remarks: Remarks,
-    /// Statements that are wrong, the first ones of the file. What they name is left out; a wrong `v`, `vt` or `vn` is 0.
-    pub wrong: Vec<FileError>,
-    /// Number of all of them.
-    pub wrong_count: usize,
+    /// First wrong statements of the file: those that a picture can do without, and wrong positions.
+    /// Corners lack what they name wrongly; a wrong `v`, `vt` or `vn` is 0.
+    pub wrong: [Vec<FileError>; 2],
+    /// Number of all of either.
+    pub wrong_count: [usize; 2],
 }
 
 /// Values that corners of faces name by index.

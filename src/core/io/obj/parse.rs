@@ -1,7 +1,7 @@
 //! Statements of OBJ files, read in parallel.
 //!
-//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices mean in it, and names a wrong line at once. A render
-//! ends with the first error of the file.
+//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices mean in
+//! it, and names a wrong line at once.
 
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
@@ -83,17 +83,19 @@ pub(super) fn parse(
         sections: Vec::with_capacity(parsed.len()),
         libraries: Vec::new(),
         remarks: Remarks::default(),
-        wrong: Vec::new(),
-        wrong_count: 0,
+        wrong: Default::default(),
+        wrong_count: [0; 2],
     };
     for mut chunk in parsed {
         outline.vertices.append(&mut chunk.vertices);
         outline.sections.push(chunk.section);
         outline.libraries.append(&mut chunk.libraries);
         outline.remarks.append(&chunk.remarks);
-        let free = MAX_WRONG - outline.wrong.len();
-        outline.wrong.extend(chunk.wrong.into_iter().take(free));
-        outline.wrong_count += chunk.wrong_count;
+        for (i, wrong) in chunk.wrong.into_iter().enumerate() {
+            let free = MAX_WRONG - outline.wrong[i].len();
+            outline.wrong[i].extend(wrong.into_iter().take(free));
+            outline.wrong_count[i] += chunk.wrong_count[i];
+        }
     }
     // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
     // most.
@@ -158,6 +160,12 @@ impl Fault {
         let (word, message, help) = (word.into(), message.into(), help.into());
         Self { word, message, help }
     }
+
+    /// The fault, with its effect.
+    fn and(mut self, effect: &str) -> Self {
+        self.message = format!("{}; {effect}", self.message);
+        self
+    }
 }
 
 /// What a chunk of the file says.
@@ -168,8 +176,11 @@ struct Chunk<'a> {
     section: Section,
     libraries: Vec<(String, usize)>,
     remarks: Remarks,
-    wrong: Vec<FileError>,
-    wrong_count: usize,
+    /// As in [`Outline`].
+    wrong: [Vec<FileError>; 2],
+    wrong_count: [usize; 2],
+    /// The first wrong `vt` index and the first wrong `vn` index of the current face.
+    lost: [Option<Fault>; 2],
     keep_lines: bool,
 }
 
@@ -183,55 +194,56 @@ impl<'a> Chunk<'a> {
             section: Section::default(),
             libraries: Vec::new(),
             remarks: Remarks::default(),
-            wrong: Vec::new(),
-            wrong_count: 0,
+            wrong: Default::default(),
+            wrong_count: [0; 2],
+            lost: [None, None],
             keep_lines,
         };
         // The first state_change changes nothing: faces may belong to what came before the chunk.
         chunk.section.state_change();
         for (line, statement) in statements(text) {
-            let Err(fault) = chunk.read(&statement, before.lines + line) else {
+            let result = chunk.read(&statement, before.lines + line);
+            if result.is_ok() && chunk.lost.iter().all(Option::is_none) {
                 continue;
-            };
-            chunk.stand_in(&statement);
-            chunk.wrong_count += 1;
-            if chunk.wrong.len() < MAX_WRONG {
-                let place = place_of(text, line, &fault.word);
-                let place = Position {
-                    line: before.lines + place.line,
-                    ..place
+            }
+            let is_position = split_keyword(&statement).0 == "v";
+            let lost = std::mem::take(&mut chunk.lost);
+            for fault in result.err().into_iter().chain(lost.into_iter().flatten()) {
+                let (wrong, count) = match is_position {
+                    true => (&mut chunk.wrong[1], &mut chunk.wrong_count[1]),
+                    false => (&mut chunk.wrong[0], &mut chunk.wrong_count[0]),
                 };
-                chunk
-                    .wrong
-                    .push(FileError::new(path, fault.message).at(place).help(fault.help));
+                *count += 1;
+                if wrong.len() < MAX_WRONG {
+                    let place = place_of(text, line, &fault.word);
+                    let place = Position {
+                        line: before.lines + place.line,
+                        ..place
+                    };
+                    wrong.push(FileError::new(path, fault.message).at(place).help(fault.help));
+                }
             }
         }
         chunk.section.shrink_to_fit();
         chunk
     }
 
-    /// Puts something in the place of what a wrong statement names, so that the indices of others keep their meaning.
-    fn stand_in(&mut self, statement: &str) {
-        match split_keyword(statement).0 {
-            "v" => self.vertices.positions.push(Vec3::ZERO),
-            "vt" => self.vertices.uvs.push(Vec2::ZERO),
-            "vn" => self.vertices.normals.push(Vec3::ZERO),
-            _ => {}
-        }
-    }
-
     fn read(&mut self, statement: &str, line: usize) -> Result<(), Fault> {
         let (keyword, rest) = split_keyword(statement);
         match keyword {
+            // A wrong value is 0, so that the indices of others keep their meaning.
             "v" => {
-                let position = Vec3::from(numbers(statement, rest, 3)?);
-                if !position.is_finite() {
-                    return Err(not_finite(rest));
-                }
-                self.vertices.positions.push(position);
+                let position = numbers(statement, rest, 3).map(Vec3::from);
+                let position = position.and_then(|p| if p.is_finite() { Ok(p) } else { Err(not_finite(rest)) });
+                self.vertices.positions.push(*position.as_ref().unwrap_or(&Vec3::ZERO));
+                position?;
             }
             "vt" => {
-                let mut uv = Vec2::from(numbers(statement, rest, 1)?);
+                let uv = numbers(statement, rest, 1).map(Vec2::from);
+                let mut uv = uv.map_err(|fault| {
+                    self.vertices.uvs.push(Vec2::ZERO);
+                    fault.and("it counts as 0 0")
+                })?;
                 if !uv.is_finite() {
                     self.remarks.add(Remark::BadUv, line);
                     uv = Vec2::ZERO;
@@ -239,7 +251,11 @@ impl<'a> Chunk<'a> {
                 self.vertices.uvs.push(uv);
             }
             "vn" => {
-                let given = Vec3::from(numbers(statement, rest, 3)?);
+                let given = numbers(statement, rest, 3).map(Vec3::from);
+                let given = given.map_err(|fault| {
+                    self.vertices.normals.push(Vec3::ZERO);
+                    fault.and("it counts as none")
+                })?;
                 // In f64, where the square of no f32 is lost
                 let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
                 if normal == Vec3::ZERO {
@@ -268,8 +284,14 @@ impl<'a> Chunk<'a> {
             return Ok(());
         }
         for word in corners.split_ascii_whitespace() {
-            let corner = self.corner(word).inspect_err(|_| self.section.truncate(start))?;
-            self.section.push_corner(corner);
+            match self.corner(word) {
+                Ok(corner) => self.section.push_corner(corner),
+                Err(fault) => {
+                    self.section.truncate(start);
+                    self.lost = [None, None];
+                    return Err(fault.and("the face is left out"));
+                }
+            }
         }
         let size = self.section.corner_count() - start;
         if size > MAX_CLIPPED {
@@ -285,8 +307,9 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    fn corner(&self, word: &str) -> Result<[u32; 3], Fault> {
+    /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or `vn`
+    /// counts as none, with its fault in `lost`.
+    fn corner(&mut self, word: &str) -> Result<[u32; 3], Fault> {
         let mut corner = [NONE; 3];
         // As bytes: words are too short for what searches a string.
         for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
@@ -295,7 +318,16 @@ impl<'a> Chunk<'a> {
                 return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
             };
             if !part.is_empty() || kind == 0 {
-                *slot = self.index(kind, part, word)?;
+                match (self.index(kind, part, word), kind) {
+                    (Ok(index), _) => *slot = index,
+                    (Err(fault), 0) => return Err(fault),
+                    (Err(fault), 1) => {
+                        self.lost[0].get_or_insert(fault.and("its texture coordinates count as 0 0"));
+                    }
+                    (Err(fault), _) => {
+                        self.lost[1].get_or_insert(fault.and("its normal is computed"));
+                    }
+                }
             }
         }
         Ok(corner)
@@ -304,7 +336,10 @@ impl<'a> Chunk<'a> {
     /// The index, counted from 0, of a part of the corner `word`.
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
-            let message = format!("`{}` is not a face corner", excerpt(word));
+            let message = match kind {
+                0 => format!("`{}` is not a face corner", excerpt(word)),
+                _ => format!("{} index in `{}` is not a number", NAMES[kind], excerpt(word)),
+            };
             return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
         };
         let so_far = (self.before.elements[kind] + self.vertices.counts()[kind]) as i64;

@@ -57,7 +57,7 @@ kinds! {
     GreyColor, "grey-colour", "a colour may be one number; tobj panics";
     AmbientWords, "ambient", "Ka and map_Ka have no effect; tobj refuses values that are not a colour or a name";
     NumberOptions, "number-options", "options may stand before a number (d -halo 0.5); tobj refuses them";
-    WrongStatement, "wrong-statement", "a statement that is wrong is refused with its line; tobj takes it";
+    WrongStatement, "wrong-statement", "a wrong statement is left out, or a part of it; tobj takes it";
 BeforeMaterial, "before-material", "statements before the first newmtl have no effect; tobj refuses invalid ones";
 }
 

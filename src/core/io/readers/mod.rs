@@ -14,7 +14,7 @@ use super::input::Input;
 use super::memory::Allowance;
 use super::obj::{self, ObjFaces, ObjFile};
 use super::tobj_reader::{Part, read_parts};
-use super::{FileError, Findings, LoadOptions, Severity, find_file};
+use super::{FileError, Findings, LoadOptions, find_file};
 pub use kind::{Kind, Lines, Notes};
 use libraries::Libraries;
 use plain::{plain_obj, plain_text};
@@ -80,7 +80,7 @@ impl ComparedFile {
     }
 }
 
-/// Lines of a file in which the own reader refuses a statement.
+/// Lines of a file with statements that are wrong for the own reader.
 struct Wrong {
     lines: BTreeSet<usize>,
     /// Whether there are more than its findings name.
@@ -91,7 +91,7 @@ struct Wrong {
 impl Wrong {
     fn of(path: &Path, findings: &Findings) -> Self {
         let errors = || {
-            let errors = findings.iter().filter(|f| f.severity == Severity::Error);
+            let errors = findings.iter().filter(|f| f.code == "wrong-statement");
             errors.map(|f| &f.error).filter(|error| error.file == path)
         };
         Self {

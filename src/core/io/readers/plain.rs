@@ -27,6 +27,18 @@ pub(super) fn plain_text(path: &Path, what: &str, notes: &mut Notes) -> Result<S
     Ok(text)
 }
 
+/// A corner without the texture coordinates and the normal whose index is 0.
+fn without_zeros(corner: &str) -> String {
+    let mut parts = corner.split('/');
+    let v = parts.next().unwrap_or("");
+    let [vt, vn] = [parts.next(), parts.next()].map(|part| part.filter(|p| p.parse() != Ok(0i64)).unwrap_or(""));
+    match (vt, vn) {
+        ("", "") => v.to_string(),
+        (vt, "") => format!("{v}/{vt}"),
+        (vt, vn) => format!("{v}/{vt}/{vn}"),
+    }
+}
+
 /// A statement: its line, what the line is, and the words of the statement where the line is not plain.
 struct Statement<'a> {
     line: usize,
@@ -312,6 +324,11 @@ impl PlainObj {
             }
             if survey.has_forward && word.contains('-') {
                 word = Cow::Owned(self.absolute(&word));
+            }
+            // An index 0, which tobj takes for none
+            if word.split('/').skip(1).any(|part| part.parse() == Ok(0i64)) {
+                notes.add(Kind::WrongStatement, line);
+                word = Cow::Owned(without_zeros(&word));
             }
             let mut parts = word.split('/').skip(1).map(|part| !part.is_empty());
             patterns.push([parts.next().unwrap_or(false), parts.next().unwrap_or(false)]);

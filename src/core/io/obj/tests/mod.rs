@@ -31,11 +31,24 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
     }
 }
 
-fn load(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
+fn load_with(text: impl AsRef<[u8]>, options: &LoadOptions) -> Result<Read, FileError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.obj");
     fs::write(&path, text).unwrap();
-    load_file(&path, &LoadOptions::default())
+    load_file(&path, options)
+}
+
+fn load(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
+    load_with(text, &LoadOptions::default())
+}
+
+/// Reads a file where each wrong statement is an error.
+fn load_strictly(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
+    let options = LoadOptions {
+        strict: true,
+        ..LoadOptions::default()
+    };
+    load_with(text, &options)
 }
 
 /// The mesh of a file of one material, read without a warning.

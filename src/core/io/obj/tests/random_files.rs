@@ -137,8 +137,10 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
 /// What comes of a text that is read in chunks of so many bytes.
 fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let mut outline = parse::parse(Path::new("t.obj"), &Chunks::count(text, chunk_bytes), false, &|_| ())?;
-    match outline.wrong.pop() {
-        Some(last) => Err(outline.wrong.into_iter().next().unwrap_or(last)),
+    // The first of the file
+    let wrong = std::mem::take(&mut outline.wrong).into_iter().flatten();
+    match wrong.min_by_key(|error| error.position.map(|place| place.line)) {
+        Some(error) => Err(error),
         None => Ok(into_groups(outline)),
     }
 }

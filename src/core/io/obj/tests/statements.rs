@@ -1,4 +1,4 @@
-use super::{SQUARE, corners, load, mesh};
+use super::{Read, SQUARE, corners, load, load_strictly, mesh};
 use crate::math::Vec3;
 
 #[test]
@@ -82,7 +82,7 @@ fn broken_lines_are_named() {
         ("f 1 2 \u{7}\n", 5, "`\u{fffd}`"),
     ];
     for (rest, line, value) in cases {
-        let error = load(format!("{SQUARE}{rest}")).unwrap_err();
+        let error = load_strictly(format!("{SQUARE}{rest}")).unwrap_err();
         assert_eq!(error.position.map(|p| p.line), Some(line), "{rest:?}: {error}");
         assert!(error.message.contains(value), "{rest:?}: {error}");
         assert!(error.help.is_some(), "{rest:?}: {error}");
@@ -92,6 +92,52 @@ fn broken_lines_are_named() {
         long.message.chars().count() < 100 && long.message.contains("9x9x"),
         "{long}"
     );
+}
+
+#[test]
+fn corners_lack_what_they_name_wrongly() {
+    let cases = [
+        ("f 1 2 9\n", "", &["the face is left out"][..]),
+        ("f 1 2 x\n", "", &["the face is left out"]),
+        (
+            "f 1/1 2/1 3/4\n",
+            "f 1/1 2/1 3\n",
+            &["its texture coordinates count as 0 0"],
+        ),
+        (
+            "f 1/x 2/1 3/1\n",
+            "f 1 2/1 3/1\n",
+            &["texture coordinate index in `1/x` is not a number"],
+        ),
+        (
+            "f 1/9/9 2/1/9 3/1/1\n",
+            "f 1 2/1 3/1/1\n",
+            &["coordinates count as 0 0", "its normal is computed"],
+        ),
+        ("f 1//1 2//1 3//0\n", "f 1//1 2//1 3\n", &["its normal is computed"]),
+        (
+            "vt x\nf 1/2 2/2 3/2\n",
+            "vt 0\nf 1/2 2/2 3/2\n",
+            &["`x` is not a number; it counts as 0 0"],
+        ),
+    ];
+    for (wrong, right, words) in cases {
+        let of = |lines: &str| load(format!("{SQUARE}vt 0 1\nvn 0 0 1\nf 1/1/1 2/1/1 4/1/1\n{lines}")).unwrap();
+        let (found, expected) = (of(wrong), of(right));
+        let meshes = |read: &Read| format!("{:?}", read.groups);
+        assert_eq!(meshes(&found), meshes(&expected), "{wrong}");
+        assert_eq!(expected.warnings.len(), 0, "{wrong}");
+        assert_eq!(found.warnings.len(), words.len(), "{wrong}: {:?}", found.warnings);
+        for (warning, words) in found.warnings.iter().zip(words) {
+            assert!(warning.contains(words), "{warning}");
+        }
+    }
+    // Where a corner lies must be known. Others before it do not hide it.
+    let many = "f 1 2 9\n".repeat(30);
+    let error = load(format!("{SQUARE}f 1 2 3\n{many}v 1 x 2\n")).unwrap_err();
+    assert_eq!(error.position.map(|place| place.line), Some(36), "{error}");
+    // Without a face there is no picture.
+    assert!(load(format!("{SQUARE}f 1 2 9\n")).is_err());
 }
 
 #[test]

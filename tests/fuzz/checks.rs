@@ -79,7 +79,13 @@ fn check_obj(folder: &Path, bytes: &[u8]) {
             return;
         };
         if let Some(expected) = count_triangles(bytes) {
-            assert_eq!(triangles(&loaded), expected, "triangles, smooth: {smooth:?}");
+            // Faces without a vertex are left out.
+            let is_whole = loaded.warnings.iter().all(|warning| warning.kind != "wrong-statement");
+            let found = triangles(&loaded);
+            assert!(
+                found == expected || !is_whole && found < expected,
+                "{found} triangles, smooth: {smooth:?}"
+            );
         }
         check_render(&loaded.scene, None);
     }

@@ -75,7 +75,7 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
         ("sound", "f 1 2 3 4\n", &[]),
         (
             "wrong lines, all of them",
-            "f 1 2 3 4\nf 1 2 x\n f 1  2/3 3\nv 1 z 2\n",
+            "f 1 2 3 4\nf 1 2 x\n f 1  2/3 4\nv 1 z 2\n",
             &[
                 "warning wrong-statement a.obj:8:7",
                 "warning wrong-statement a.obj:9:7",

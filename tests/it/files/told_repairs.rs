@@ -1,7 +1,7 @@
 //! What errors quote of input files, and what is repaired or ignored in them: pictures, repeated geometry, libraries.
 
 use crate::support::program::{code, done, folder, json, lit_floor, printed, refused, run, split, words};
-use crate::support::{read_rgb, write_png};
+use crate::support::read_rgb;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -346,7 +346,7 @@ fn faces_with_wrong_indices_cost_no_picture() {
     let render = |faces: &str| {
         let obj = format!("{corners}{faces}");
         let folder = folder(&[("a.obj", &obj), ("a.mtl", "newmtl a\nmap_Kd a.png\n")]);
-        write_png(
+        crate::support::write_png(
             &folder.path().join("a.png"),
             2,
             &[[255, 0, 0], [0, 255, 0], [0, 0, 255], [9, 9, 9]],
@@ -363,7 +363,7 @@ fn faces_with_wrong_indices_cost_no_picture() {
     let (other, ..) = render("f 1/1 2/2 3/3\nf 1/3 3/2 4/3\n");
     assert!(picture != other, "texture coordinates are seen");
     let first =
-        "a.obj:11:13: texture coordinate index 7 in `4/7` is out of range; its texture coordinates count as 0 0";
+        "a.obj:11:11: texture coordinate index 7 in `4/7` is out of range; its texture coordinates count as 0 0";
     assert!(said.contains(first) && said.contains("(and 1 more"), "{said}");
     assert_eq!((strict, strict_of_right), (1, 0));
     // Without any face there is no picture.

@@ -102,13 +102,17 @@ pub(super) fn read_obj(
         true => [options.severity_of_lack(), Severity::Error],
         false => [Severity::Error; 2],
     };
-    let wrong = std::mem::take(&mut outline.wrong);
-    for ((wrong, severity), count) in wrong.into_iter().zip(severities).zip(outline.wrong_count) {
-        let untold = count - wrong.len();
-        wrong
-            .into_iter()
-            .for_each(|error| findings.add(severity, "wrong-statement", error));
-        findings.add_untold(severity, path, untold);
+    let told = [0, 1].map(|i| outline.wrong[i].len());
+    let wrong = std::mem::take(&mut outline.wrong).into_iter().zip(severities);
+    let mut wrong: Vec<_> = wrong
+        .flat_map(|(errors, severity)| errors.into_iter().map(move |error| (severity, error)))
+        .collect();
+    wrong.sort_by_key(|(_, error)| error.position.map(|place| place.line));
+    for (severity, error) in wrong {
+        findings.add(severity, "wrong-statement", error);
+    }
+    for i in [0, 1] {
+        findings.add_untold(severities[i], path, outline.wrong_count[i] - told[i]);
     }
     let (materials, libraries) = load_libraries(path, &outline.libraries, options, findings);
     findings.extend(outline.remarks.findings(path));

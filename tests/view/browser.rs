@@ -238,15 +238,15 @@ fn the_page_shows_and_steers_a_render() {
         &format!("{COMPLETE} && embrasure.picture.frame.channel === 'picture'"),
     );
 
-    // An edited library is loaded again, a wrong one is told with its place.
-    let mtl = folder.path().join("cornell-box.mtl");
-    let text = fs::read_to_string(&mtl).unwrap();
-    fs::write(&mtl, format!("{text}\nKd wrong\n")).unwrap();
+    // An edited file is loaded again, a wrong one is told with its place.
+    let obj = folder.path().join("cornell-box.obj");
+    let text = fs::read_to_string(&obj).unwrap();
+    fs::write(&obj, format!("{text}\nv 1 x 2\n")).unwrap();
     browser.wait(
         &tab,
-        "document.getElementById('message').textContent.includes('cornell-box.mtl:')",
+        "document.getElementById('message').textContent.includes('cornell-box.obj:')",
     );
-    fs::write(&mtl, text).unwrap();
+    fs::write(&obj, text).unwrap();
     browser.wait(
         &tab,
         "document.getElementById('message').textContent.includes('reloaded')",

@@ -340,11 +340,11 @@ fn files_are_watched() {
     let mut page = viewer.page();
     page.wait_for_all();
     let before = viewer.get("picture.exr").1;
-    let mtl = folder.path().join("a.mtl");
-    let text = fs::read_to_string(&mtl).unwrap();
-    fs::write(&mtl, text.replace("Kd 0.5 0.4 0.3", "Kd 0.5 x 0.3")).unwrap();
+    let obj = folder.path().join("a.obj");
+    let faces = fs::read_to_string(&obj).unwrap();
+    fs::write(&obj, format!("v 1 x 2\n{faces}")).unwrap();
     let said = page.message("error");
-    assert!(said["text"].as_str().unwrap().contains("a.mtl:2:"), "{said}");
+    assert!(said["text"].as_str().unwrap().contains("a.obj:1:"), "{said}");
     page.message_where("status", |status| status["phase"] == "complete");
     let rgb = |bytes: &[u8]| {
         let path = folder.path().join("now.exr");
@@ -352,7 +352,8 @@ fn files_are_watched() {
         crate::support::read_rgb(&path)
     };
     assert_eq!(rgb(&before), rgb(&viewer.get("picture.exr").1));
-    fs::write(&mtl, text.replace("Kd 0.5 0.4 0.3", "Kd 0.05 0.4 0.3")).unwrap();
+    let triangle = "v -1 0.2 -1\nv 1 0.2 -1\nv 0 1 -1\nusemtl floor\nf -3 -2 -1\n";
+    fs::write(&obj, format!("{faces}{triangle}")).unwrap();
     page.message("note");
     page.wait_for_all();
     save(&viewer, &folder.path().join("v.exr"));

@@ -83,8 +83,8 @@ fn configure_long() {
     }
 }
 
-/// Sets the configurations `root` if root builds, and `python` if there are python3 and readelf. Without them, tests that
-/// need them are ignored.
+/// Sets the configurations `root` if root builds, and `python` if there are python3 and readelf.
+/// Without them, tests that need them are ignored.
 fn configure_machine() {
     println!("cargo::rustc-check-cfg=cfg(root, python)");
     let output_of = |program: &str, arg: &str| Command::new(program).arg(arg).output();

@@ -102,13 +102,13 @@ mod compared {
     fn text_of(file: &ComparedFile) -> String {
         let name = file.path.display();
         let compared = match (is_library(&file.path), &file.refused_by_own, &file.refused_by_tobj) {
-            (_, Some(_), Some(_)) => "both readers refuse it".into(),
+            (_, Some(_), Some(_)) => "both readers find it wrong".into(),
             (true, ..) => format!("materials compared: {}", file.materials),
             (false, ..) => format!("triangles compared: {}", file.triangles),
         };
         let mut text = format!("{name}: {compared}\n");
         if let Some(refusal) = &file.refused_by_own {
-            text += &format!("  the own reader refuses it: {refusal}\n");
+            text += &format!("  the own reader finds it wrong: {refusal}\n");
         }
         if let Some(refusal) = &file.refused_by_tobj {
             text += &format!("  tobj refuses it: {refusal}\n");

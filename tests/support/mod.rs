@@ -26,9 +26,9 @@ use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 
-/// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-long`, which sets
-/// `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an eighth in `make test`. A bound in standard
-/// errors holds for each; [`slack`] is the factor of one that was set for all.
+/// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-long`,
+/// which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an eighth in `make test`.
+/// A bound in standard errors holds for each; [`slack`] is the factor of one that was set for all.
 pub fn budget(n: u32) -> u32 {
     n / share()
 }
@@ -244,8 +244,8 @@ pub fn panel(z: f32, half: f32) -> Mesh {
     ])
 }
 
-/// A floor that gets the light of a lamp by a mirror alone, seen from above. The mirror hangs level; its
-/// normals are tilted by so many degrees.
+/// A floor that gets the light of a lamp by a mirror alone, seen from above. The mirror hangs
+/// level; its normals are tilted by so many degrees.
 pub fn floor_lit_by_a_mirror(tilt: f32) -> (Scene, CameraParameters) {
     // A square, and whether its front is up
     let square = |[x, y]: [f32; 2], half: f32, is_up: bool| {

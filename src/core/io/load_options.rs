@@ -55,8 +55,8 @@ pub struct LoadOptions {
     pub parameters: LoadParameters,
     /// Bytes that the render, and reading its files, may take at most; `None` for what the system leaves.
     pub max_memory: Option<u64>,
-    /// Whether missing and unusable files, and wrong statements, are errors if a render can do without
-    /// them.
+    /// Whether missing and unusable files, and wrong statements, are errors if a render can do
+    /// without them.
     pub strict: bool,
 }
 
@@ -69,7 +69,8 @@ impl LoadOptions {
         }
     }
 
-    /// Severity of a missing or unusable file, and of a wrong statement, that a render can do without.
+    /// Severity of a missing or unusable file, and of a wrong statement, that a render can do
+    /// without.
     pub fn severity_of_lack(&self) -> Severity {
         if self.strict {
             Severity::Error

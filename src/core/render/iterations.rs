@@ -40,9 +40,12 @@ const PIXELS_A_LOOK: usize = 4;
 
 /// Adds iterations to `film`, after those that it has, until the stop condition holds; the error is an estimate.
 ///
-/// The result is the same to the bit for any number of threads: what a work item of an iteration finds depends on its place alone, and work items are added in
-/// their order. An iteration that is not whole when the observer asks to stop is thrown away; one that asks to pause waits for its end. The error is judged where blocks of samples end,
-/// as in [`render_samples`](super::render_samples), but for the whole picture alone: light goes where it will.
+/// The result is the same to the bit for any number of threads: what a work item of an iteration
+/// finds depends on its place alone, and work items are added in their order. An iteration that is
+/// not whole when the observer asks to stop is thrown away; one that asks to pause waits for its
+/// end. The error is judged where blocks of samples end, as in
+/// [`render_samples`](super::render_samples), but for the whole picture alone: light goes where it
+/// will.
 pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),

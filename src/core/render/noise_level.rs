@@ -30,8 +30,8 @@ const FIRST_DIFFERENCES: u64 = 256;
 /// A tile gets more blocks in rounds, each of this share of those it has: its error is known better after each.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to every pixel of `film` until the condition `stop` holds: as [`render`] if it names
-/// no noise level, else until the error of the film is that small.
+/// Adds samples to every pixel of `film` until the condition `stop` holds: as [`render`] if it
+/// names no noise level, else until the error of the film is that small.
 pub fn render_samples<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,

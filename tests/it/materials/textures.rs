@@ -616,8 +616,8 @@ fn middle_of(texture: &Texture, x: usize, y: usize) -> Vec2 {
     Vec2::new((x as f32 + 0.5) / width as f32, 1.0 - (y as f32 + 0.5) / height as f32)
 }
 
-/// Writes pictures of 61 × 37 texels into `folder`: one with alpha, one without, one compressed with loss,
-/// and one with values beyond 1.
+/// Writes pictures of 61 × 37 texels into `folder`: one with alpha, one without, one compressed
+/// with loss, and one with values beyond 1.
 fn drawn_pictures(folder: &TempDir) -> [PathBuf; 4] {
     let (width, height) = (61, 37);
     let paths = ["alpha.png", "plain.png", "plain.jpg", "bright.exr"].map(|name| folder.path().join(name));

@@ -31,17 +31,17 @@ fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], to
 }
 
 /// Fails unless pictures of `toml` with rising numbers of independent samples have the mean of the
-/// reference, of 4096 samples, and converge to it as 1/spp; and unless stratified samples and shared paths
-/// have the same mean and less error, by these factors. Means agree to `tolerance`. `flags` select what is
-/// rendered.
+/// reference, of 4096 samples, and converge to it as 1/spp; and unless stratified samples and
+/// shared paths have the same mean and less error, by these factors. Means agree to `tolerance`.
+/// `flags` select what is rendered.
 fn assert_converges(toml: &Path, flags: &[&str], reference: &[Vec<f32>; 3], (tolerance, factors): (f64, [f64; 2])) {
     let counts = [8, 32, 128].map(budget);
     let plain = [flags, &["--sampler", "independent", "--reuse", "none"]].concat();
     let images = counts.map(|spp| render(toml, spp, &plain));
     assert_means("most samples", &images[2], reference, tolerance);
 
-    // The error of independent samples falls as 1/spp. The reference has an error of its own, which is taken
-    // out before the slope is fitted in logarithms.
+    // The error of independent samples falls as 1/spp. The reference has an error of its own, which
+    // is taken out before the slope is fitted in logarithms.
     let raw = images.map(|image| rel_mse(&image, reference));
     println!("relMSE at {counts:?} spp: {raw:.5?}");
     let floor = raw[2] / (4096.0 / f64::from(counts[2]) + 1.0);

@@ -481,8 +481,9 @@ fn light_from_below_a_bent_floor_does_not_leak() {
     });
 }
 
-/// A mirror with tilted normals throws the light of a lamp to the floor. Paths from the light multiply it
-/// by the adjoint factor of the mirror, which is 0.64 straight above the middle of the lamp.
+/// A mirror with tilted normals throws the light of a lamp to the floor. Paths from the light
+/// multiply it by the adjoint factor of the mirror, which is 0.64 straight above the middle of the
+/// lamp.
 #[test]
 fn light_by_a_bent_mirror_agrees_with_camera_paths() {
     let (scene, camera) = floor_lit_by_a_mirror(25.0);

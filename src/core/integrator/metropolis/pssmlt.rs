@@ -440,8 +440,8 @@ mod tests {
     use crate::math::{UVec2, Vec3};
     use crate::scene::SceneBuilder;
 
-    /// A large step is a path of random numbers. Its mean target is that of seeds, which stand for all
-    /// strategies at once, on a film that a filter makes wider than the picture.
+    /// A large step is a path of random numbers. Its mean target is that of seeds, which stand for
+    /// all strategies at once, on a film that a filter makes wider than the picture.
     #[test]
     fn chains_and_seeds_have_one_scale() {
         // A lamp close above a floor: much of the light goes from the floor to the lens.

@@ -103,8 +103,8 @@ impl MapStatement {
 }
 
 impl MapStatement {
-    /// Reads what follows the keyword: options, and a name that may have blanks. Some exporters write the
-    /// options after the name.
+    /// Reads what follows the keyword: options, and a name that may have blanks. Some exporters
+    /// write the options after the name.
     ///
     /// # Errors
     ///

@@ -89,7 +89,8 @@ impl MapRequest {
     }
 }
 
-/// The materials of an MTL file in its order. A wrong value is replaced by the nearest right one, or ignored.
+/// The materials of an MTL file in its order. A wrong value is replaced by the nearest right one,
+/// or ignored.
 pub fn load_mtl(path: &Path, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();

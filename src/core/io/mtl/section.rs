@@ -93,7 +93,8 @@ impl Section {
         }
     }
 
-    /// Takes a statement, whose keyword is given in lower case too. Returns true if the keyword is known.
+    /// Takes a statement, whose keyword is given in lower case too. Returns true if the keyword is
+    /// known.
     ///
     /// # Errors
     ///

@@ -19,8 +19,8 @@ pub(super) struct Outline {
     pub libraries: Vec<(String, usize)>,
     /// Faces that are left out, and assumptions.
     pub remarks: Remarks,
-    /// First wrong statements of the file: those that a picture can do without, and wrong positions.
-    /// Corners lack what they name wrongly; a wrong `v`, `vt` or `vn` is 0.
+    /// First wrong statements of the file: those that a picture can do without, and wrong
+    /// positions. Corners lack what they name wrongly; a wrong `v`, `vt` or `vn` is 0.
     pub wrong: [Vec<FileError>; 2],
     /// Number of all of either.
     pub wrong_count: [usize; 2],

@@ -1,7 +1,7 @@
 //! Statements of OBJ files, read in parallel.
 //!
-//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices mean in
-//! it, and names a wrong line at once.
+//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices
+//! mean in it, and names a wrong line at once.
 
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
@@ -307,8 +307,8 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or `vn`
-    /// counts as none, with its fault in `lost`.
+    /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or
+    /// `vn` counts as none, with its fault in `lost`.
     fn corner(&mut self, word: &str) -> Result<[u32; 3], Fault> {
         let mut corner = [NONE; 3];
         // As bytes: words are too short for what searches a string.

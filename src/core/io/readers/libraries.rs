@@ -55,7 +55,7 @@ impl Libraries {
         self.files.iter().any(|(.., report)| !report.explained.0.is_empty())
     }
 
-    /// Whether both readers refuse a library, of which the own one keeps what is not wrong.
+    /// Returns true if tobj refuses a library in which the own reader finds a wrong statement.
     pub fn are_refused(&self) -> bool {
         let mut reports = self.files.iter().map(|(.., report)| report);
         reports.any(|report| report.refused_by_own.is_some() && report.refused_by_tobj.is_some())

@@ -36,7 +36,7 @@ pub struct ComparedFile {
     pub triangles: u64,
     /// Materials of a library.
     pub materials: u64,
-    /// The first error of the own reader, where it refuses the file.
+    /// The first wrong statement for the own reader, or why it refuses the file.
     pub refused_by_own: Option<String>,
     /// Why tobj refuses the file as it is, where it does.
     pub refused_by_tobj: Option<String>,

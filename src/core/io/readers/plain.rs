@@ -5,6 +5,7 @@
 
 use super::kind::{Kind, Notes};
 use crate::io::input::read_bytes;
+use crate::io::statements::with_line_feeds;
 use crate::io::{FileError, read_text};
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -21,7 +22,7 @@ pub(super) fn plain_text(path: &Path, what: &str, notes: &mut Notes) -> Result<S
         notes.add(Kind::ByteOrderMark, 1);
     }
     if !text.contains('\n') && text.contains('\r') {
-        text = text.replace('\r', "\n");
+        text = with_line_feeds(text);
         notes.add(Kind::LineEnds, 1);
     }
     Ok(text)

@@ -18,7 +18,7 @@ pub(super) struct Shape<'a> {
     pub faces: &'a ObjFaces,
     pub plain: &'a PlainObj,
     pub wrong: &'a Wrong,
-    /// Whether both readers refuse a library, of which the own one keeps the materials that are not wrong.
+    /// Whether tobj refuses a library in which the own reader finds a wrong statement.
     pub are_libraries_refused: bool,
 }
 

@@ -7,12 +7,13 @@ use super::error::CliError;
 use super::job::Job;
 use crate::description::{LightSection, SceneOptions};
 use crate::io::{DEFAULT_LIGHT, Output};
-use crate::options::{BackgroundOptions, SizeOptions};
+use crate::options::{BackgroundOptions, SizeOptions, ToneOptions};
 use crate::session::Session;
 
 /// Writes the scene of `job` as `session` renders it.
 pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Result<(), CliError> {
     let size = session.settings().resolution;
+    let tone = job.options.tone;
     let options = SceneOptions {
         size: SizeOptions {
             width: Some(size.x),
@@ -20,6 +21,10 @@ pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Resu
         },
         background: BackgroundOptions {
             background: Some(session.settings().background),
+        },
+        tone: ToneOptions {
+            exposure: tone.exposure.map(|_| session.settings().tone.exposure),
+            ..tone
         },
         ..job.options
     };

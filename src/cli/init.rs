@@ -56,6 +56,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     let mut options = job.options;
     options.load = job.scene.load.parameters;
     options.background.background = Some(session.settings().background);
+    options.tone.exposure = Some(session.settings().tone.exposure);
     let scene = session.lit_file().unwrap_or(&job.scene);
     let text = scene.template(&options, session.camera_description(), &inspection, &path)?;
     output.write(|writer| writer.write_all(text.as_bytes()))?;

@@ -53,9 +53,10 @@ impl Job {
 
     /// [`Job::to_show`] for a scene file that was read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
-        guess_picture(args, &mut scene);
+        let guesses_exposure = guess_picture(args, &mut scene);
         let mut job = Self::of_scene(args, scene)?;
         job.settings.guesses = guesses(&job.scene, &job.options);
+        job.settings.guesses.exposure = guesses_exposure;
         job.settings.guesses.ground &= !args.ground.no_ground;
         Ok(job)
     }
@@ -89,19 +90,22 @@ pub(super) fn guesses(scene: &SceneFile, options: &SceneOptions) -> Guesses {
         light: is_bare,
         ground: is_bare,
         background: is_bare && options.background.background.is_none(),
+        exposure: false,
     }
 }
 
-/// Sets the defaults of a picture of a bare OBJ: metered exposure, the tone curve AgX and good quality.
-pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) {
+/// Sets the defaults of a picture of a bare OBJ: metered exposure, the tone curve AgX and good
+/// quality. Returns true if nothing else says the exposure.
+pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     if scene.is_file() {
-        return;
+        return false;
     }
     let options = &mut scene.options;
     // Colours of debug views stand for numbers.
     if args.integrator.0.or(options.integrator).integrator() == IntegratorKind::Debug {
-        return;
+        return false;
     }
+    let guesses_exposure = args.tone.0.or(options.tone).exposure.is_none();
     options.tone = options.tone.or(ToneOptions {
         exposure: Some(Exposure::Auto),
         tone: Some(Curve::Agx),
@@ -112,6 +116,7 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) {
             quality: Some(Quality::Good),
         });
     }
+    guesses_exposure
 }
 
 /// What the scene file says of the picture, and flags over it.

@@ -7,7 +7,7 @@ use super::clock::Clock;
 use super::dump::write_scene;
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
-use super::outputs::{Images, Outputs, images_of_render};
+use super::outputs::{self, Images, Outputs, images_of_render};
 use super::pixel;
 use super::progress::{Heeding, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
 use super::stats::{Chains, Denoised, Dropped, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 /// Renders as the arguments say, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
-    let job = Job::to_show(args)?;
+    let mut job = Job::to_show(args)?;
     // Files that cannot be written are found before any work.
     let mut outputs = Outputs::default();
     let stats = args.stats.as_deref();
@@ -53,6 +53,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
+    // The exposure may suit the light, which is known by now.
+    job.settings.tone = session.settings().tone;
+    outputs::show(&mut files.images, job.settings.tone);
     // Default names avoid the scene's files, which are known by now.
     let mut renamed = None;
     if args.output.is_empty() && !job.scene.is_file() {

@@ -93,9 +93,9 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
         )),
         stop.words(),
         match (job.settings.tone.exposure, stats.exposure) {
-            (Exposure::Auto, Some(stops)) => {
+            (named @ (Exposure::Auto | Exposure::Studio), Some(stops)) => {
                 let brighter = ((100.0 * stops).round() / 100.0 + 1.0).min(MAX_EXPOSURE);
-                format!(", exposure {stops:+} (auto; --exposure {brighter:+.2} is brighter)")
+                format!(", exposure {stops:+} ({named}; --exposure {brighter:+.2} is brighter)")
             }
             _ => String::new(),
         },

@@ -9,4 +9,6 @@ pub struct Guesses {
     pub ground: bool,
     /// The background, with guessed light.
     pub background: bool,
+    /// The exposure, with guessed light.
+    pub exposure: bool,
 }

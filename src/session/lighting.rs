@@ -2,20 +2,20 @@
 
 use super::{Guesses, LitFile, LitWords, Settings};
 use crate::camera::CameraParameters;
-use crate::color::Spectrum;
+use crate::color::{Exposure, Spectrum};
 use crate::description::{Environment, LightSection, SceneFile, Viewpoint};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
+use crate::io::{DEFAULT_LIGHT, Warning};
 use crate::light::Light;
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
 use crate::math::Vec3;
 use crate::scene::{RectangleParameters, Scene};
 use toml::Spanned;
 
-/// Radiance of the backdrop of a bright object, and of a dark one, W·sr⁻¹·m⁻²: each separates from it.
-const BACKDROPS: [f32; 2] = [0.1, 0.9];
-/// Reflectance from which on an object is bright.
-const BRIGHT: f32 = 0.35;
+/// Radiance of the backdrop, W·sr⁻¹·m⁻²: a blue grey, from which white, grey and black subjects
+/// differ.
+const BACKDROP: Spectrum = Spectrum::rgb(0.105, 0.14, 0.19);
 /// Radiance of the lamp of a closed room, W·sr⁻¹·m⁻².
 const LAMP: f32 = 20.0;
 
@@ -30,6 +30,14 @@ fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     camera.up = Some(parameters.up);
     camera.vertical_fov = Some(parameters.vertical_fov);
     settings
+}
+
+/// Returns true if the scene may get light: nothing in it emits, as the `warnings` of loading it
+/// say, or surfaces of the OBJ alone do.
+pub(super) fn may_want_light(file: &SceneFile, settings: &Settings, (scene, warnings): (&Scene, &[Warning])) -> bool {
+    let is_dark = || warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
+    let is_lit_by_surfaces = || file.light.is_empty() && scene.lights().iter().all(|light| !light.is_infinite());
+    settings.guesses.light && scene.triangle_count() > 0 && (is_dark() || is_lit_by_surfaces())
 }
 
 /// Whether an object gets a ground though its light is said: in the environment of a flag, and where no finite light shines, of which a ground takes few.
@@ -107,10 +115,10 @@ pub(super) fn lit(
                 file.ground.get_or_insert_default();
             }
             if guesses.background && settings.method().shows_backgrounds() {
-                settings.background = Background::Gradient(Spectrum::splat(match survey.reflectance >= BRIGHT {
-                    true => BACKDROPS[0],
-                    false => BACKDROPS[1],
-                }));
+                settings.background = Background::Gradient(BACKDROP);
+            }
+            if guesses.exposure {
+                settings.tone.exposure = Exposure::Studio;
             }
             match catches {
                 true => "a studio, and a ground that catches shadows (--env sky, --no-ground, --background COLOUR change that)",

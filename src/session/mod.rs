@@ -41,7 +41,7 @@ use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Filter, LightPathError, LightPaths};
 use crate::guess::CameraGuess;
 use crate::integrator::{Backdrop, World};
-use crate::io::{DEFAULT_LIGHT, Finding, LoadObserver, MemoryLimit, Warning};
+use crate::io::{Finding, LoadObserver, MemoryLimit, Warning};
 use crate::lint;
 use crate::math::Vec3;
 use crate::options::Method;
@@ -377,7 +377,7 @@ impl LitWords {
     }
 }
 
-/// The camera of `settings` in the scene of `file`. With it the scene file in another light: with a guessed one if nothing in the scene emits and `settings`
+/// The camera of `settings` in the scene of `file`. With it the scene file in another light: with a guessed one if nothing lights the scene and `settings`
 /// ask for a guess, or with changes of light that depend on a guessed camera. `warnings` are those of loading the scene.
 ///
 /// # Errors
@@ -389,10 +389,9 @@ pub(crate) fn camera_and_lit(
     (scene, warnings): (&Scene, &[Warning]),
     pool: &rayon::ThreadPool,
 ) -> Result<(FoundCamera, Option<LitFile>), Error> {
-    let is_dark = scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
     let wanted = Wanted {
         survey: lighting::may_want_ground(file, settings, scene),
-        light: settings.guesses.light && is_dark,
+        light: lighting::may_want_light(file, settings, (scene, warnings)),
     };
     let (found, surveyed) = settings.camera_and_survey(file, scene, pool, wanted)?;
     let parameters = &found.description.parameters;

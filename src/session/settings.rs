@@ -357,7 +357,7 @@ impl Settings {
             let found = self.camera.found(finder.as_ref(), self.resolution)?;
             let CameraParameters { position, look_at, .. } = found.description.parameters;
             let survey = finder.map(|finder| {
-                let light = wanted.light.then(|| finder.light(position, look_at));
+                let light = wanted.light.then(|| finder.light(position, look_at)).flatten();
                 Surveyed {
                     survey: *finder.survey(),
                     light,

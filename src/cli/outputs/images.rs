@@ -31,6 +31,15 @@ impl Outputs {
     }
 }
 
+/// Makes PNG files among `images` show light as `tone` says.
+pub(in crate::cli) fn show(images: &mut Images, tone: Tone) {
+    for (format, _) in images {
+        if let Format::Png(shown) = format {
+            *shown = tone;
+        }
+    }
+}
+
 /// The images that a render writes, which join `outputs`, and a warning where the default names are other ones than usual. `read` are the files of the
 /// scene, as far as they are known.
 pub(in crate::cli) fn images_of_render(

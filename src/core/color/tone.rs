@@ -22,6 +22,9 @@ pub enum Exposure {
     Stops(f32),
     /// Metered in the picture itself (`film/metering.rs`).
     Auto,
+    /// Suits the light of the studio, shifted by what is metered by one stop at most: black and
+    /// white subjects stay black and white.
+    Studio,
 }
 
 impl Exposure {
@@ -29,7 +32,7 @@ impl Exposure {
     pub fn stops(self) -> Option<f32> {
         match self {
             Self::Stops(stops) => Some(stops),
-            Self::Auto => None,
+            Self::Auto | Self::Studio => None,
         }
     }
 }
@@ -46,6 +49,7 @@ impl fmt::Display for Exposure {
         match self {
             Self::Stops(stops) => write!(f, "{stops}"),
             Self::Auto => write!(f, "auto"),
+            Self::Studio => write!(f, "studio"),
         }
     }
 }

@@ -12,6 +12,10 @@
 //! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
 //! - Of the blocks 2 % at most reach white in some channel. To that end the median may fall to 0.25, and no further.
 //!
+//! The light of the studio is known: there a grey card that faces the key lamp needs no exposure.
+//! `Exposure::Studio` starts from that and goes a part of the way to what is metered, one stop at
+//! most. A black subject thus stays black, and a white one white.
+//!
 //! Sums run in one order over sorted values: threads, tiles and interruptions change no bit. The result is rounded down to hundredths of a stop, so
 //! that it can be given again as a number.
 
@@ -38,6 +42,11 @@ const MIN_MEDIAN: f32 = 0.25;
 const CLIPPED: f64 = 0.02;
 /// Code from which on a pixel is white: the nearest 8-bit code is 255.
 const WHITE: f32 = 254.5 / 255.0;
+/// Exposure that suits the light of the studio, stops.
+const STUDIO: f32 = 0.4;
+/// Share of the way from there to what is metered, and how far it goes at most, stops.
+const SUBJECT: f32 = 0.2;
+const MAX_SHIFT: f32 = 1.0;
 /// Edge of a block in pixels.
 const BLOCK_EDGE: u32 = 4;
 /// Pixels of a picture from which on blocks are metered instead of pixels.
@@ -45,13 +54,28 @@ const MIN_PIXELS: u64 = 128 * 128;
 
 /// `tone` with an automatic exposure metered in `image`; any other tone as it is.
 pub fn metered(tone: Tone, image: &Image) -> Tone {
-    match tone.exposure {
-        Exposure::Stops(_) => tone,
-        Exposure::Auto => Tone {
-            exposure: Exposure::Stops(Meter::of(image).stops(tone.curve)),
-            ..tone
-        },
+    let stops = match tone.exposure {
+        Exposure::Stops(stops) => stops,
+        Exposure::Auto => Meter::of(image).stops(tone.curve),
+        Exposure::Studio => in_studio(Meter::of(image).stops(tone.curve)),
+    };
+    Tone {
+        exposure: Exposure::Stops(stops),
+        ..tone
     }
+}
+
+/// The exposure in the studio of a subject for which these stops are metered.
+fn in_studio(metered: f32) -> f32 {
+    let shift = SUBJECT * (metered - STUDIO);
+    rounded(STUDIO + shift.clamp(-MAX_SHIFT, MAX_SHIFT))
+}
+
+/// `stops` rounded down to hundredths, within the range of exposures.
+fn rounded(stops: f32) -> f32 {
+    let rounded = (f64::from(stops) * 100.0).floor() / 100.0;
+    // Adding 0 turns −0 into 0.
+    (rounded as f32).clamp(-MAX_EXPOSURE, MAX_EXPOSURE) + 0.0
 }
 
 /// The light of a picture, block by block.
@@ -120,9 +144,7 @@ impl Meter {
             let min = to(MIN_MEDIAN, median).map_or(max, |min| min.max(max));
             stops = stops.min(min);
         }
-        let rounded = (f64::from(stops) * 100.0).floor() / 100.0;
-        // Adding 0 turns −0 into 0.
-        (rounded as f32).clamp(-MAX_EXPOSURE, MAX_EXPOSURE) + 0.0
+        rounded(stops)
     }
 
     /// Mean of the logarithms to base 2 of the luminances, without the ends; `None` where there is no light.
@@ -240,6 +262,27 @@ mod tests {
                     "{light}: {found} instead of {expected}"
                 );
             }
+        }
+    }
+
+    /// In the studio black and white subjects keep their places, and nothing moves by more than a stop.
+    #[test]
+    fn subjects_shift_the_exposure_of_the_studio_a_little() {
+        let studio = |light: f32| {
+            let tone = Tone {
+                exposure: Exposure::Studio,
+                curve: Curve::Agx,
+            };
+            let image = picture([16, 16], |_, _| Some(light));
+            metered(tone, &image).exposure.stops().unwrap()
+        };
+        let [black, grey, white] = [0.02, 0.136, 0.8].map(studio);
+        assert!(black > grey && grey > white, "{black} {grey} {white}");
+        assert!((grey - STUDIO).abs() < 0.02, "{grey}");
+        let shown = |light: f32, stops: f32| light * stops.exp2();
+        assert!(shown(0.02, black) < 0.3 * shown(0.136, grey) && shown(0.136, grey) < 0.3 * shown(0.8, white));
+        for light in [1e-6, 1e6] {
+            assert!((studio(light) - STUDIO).abs() <= MAX_SHIFT + 0.011, "{light}");
         }
     }
 

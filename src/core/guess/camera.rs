@@ -262,8 +262,9 @@ impl<'a> CameraFinder<'a> {
         self.guess(eye, target, self.frame().fov, words)
     }
 
-    /// Light for the scene, where nothing in it emits, seen from `position` towards `target`.
-    pub fn light(&self, position: Vec3, target: Vec3) -> LightGuess {
+    /// Light for the scene, seen from `position` towards `target`; `None` if its own emitters light
+    /// it. The scene has no other lights.
+    pub fn light(&self, position: Vec3, target: Vec3) -> Option<LightGuess> {
         LightGuess::new(&self.looker, &self.survey, position, target)
     }
 
@@ -466,15 +467,17 @@ impl<'a> CameraFinder<'a> {
             position.unwrap_or(short(eye, scale)),
             look_at.unwrap_or(short(target, scale)),
         );
-        let is_axis = |v: Vec3| v.abs().max_element() > 0.999_999;
-        let words = match (said_up, horizon.up() == Vec3::Y) {
-            (None, false) if is_axis(horizon.up()) => {
-                let name = ["x", "y", "z"][horizon.up().abs().max_position()];
-                format!("{words}; +{name} is up (--up 0,1,0 changes that)")
+        let words = match said_up {
+            None => {
+                let axis = horizon.up().abs().max_position();
+                let sign = if horizon.up()[axis] < 0.0 { '-' } else { '+' };
+                let other = if horizon.up() == Vec3::Y { "0,0,1" } else { "0,1,0" };
+                format!(
+                    "{words}; {sign}{} is up (--up {other} changes that)",
+                    ["x", "y", "z"][axis]
+                )
             }
-            // Walls look like floors: in interiors the guess may be wrong.
-            (None, true) if self.survey.is_interior => format!("{words}; +y is up (--up 0,0,1 changes that)"),
-            _ => words,
+            Some(_) => words,
         };
         // A camera that looks along what is up has another direction at the top of its image.
         let is_across =

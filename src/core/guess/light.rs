@@ -1,7 +1,10 @@
-//! The light of a scene without any, by what kind of scene it is.
+//! The light of a scene of which too little is lit, by what kind of scene it is.
 
+use super::emitters::{self, Requirement};
 use super::look::Looker;
-use super::survey::{Survey, points_inside};
+use super::spread::points_inside;
+use super::survey::Survey;
+use crate::light::Light;
 use crate::math::{Horizon, Vec3};
 
 /// Share of the rays from inside that must leave an interior for daylight to come in.
@@ -12,7 +15,20 @@ const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
 /// Edge of the lamp of a closed room as a share of the room's height, and its distance from the ceiling.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
-/// Light for a scene in which nothing emits.
+/// What the emitting surfaces of an object and of an interior must light for no other light to be
+/// guessed. A staged scene with a lamp of its own passes; an object that emits somewhere does not.
+const OBJECT: Requirement = Requirement {
+    share: 0.8,
+    irradiance: 1.0 / 32.0,
+};
+const INTERIOR: Requirement = Requirement {
+    share: 0.65,
+    irradiance: 1.0 / 64.0,
+};
+/// Half the angle of the cone in which an interior is seen, degrees.
+const INTERIOR_CONE: f32 = 35.0;
+
+/// Light for a scene that is not lit by what emits in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightGuess {
     /// Soft lamps around an object, on a ground that catches its shadow.
@@ -31,16 +47,39 @@ pub enum LightGuess {
 }
 
 impl LightGuess {
-    /// For a camera at `position` that looks at `target`.
-    pub(super) fn new(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> Self {
+    /// Light for a camera at `position` that looks at `target`; `None` if the scene's own emitters
+    /// light what the camera sees.
+    pub(super) fn new(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> Option<Self> {
+        if is_lit(looker, survey, position, target) {
+            return None;
+        }
         if !survey.is_interior {
-            return Self::Studio;
+            return Some(Self::Studio);
         }
         if survey.openness >= MIN_OPENNESS {
-            return Self::Daylight(sun_through_openings(looker, &survey.horizon));
+            return Some(Self::Daylight(sun_through_openings(looker, &survey.horizon)));
         }
-        lamp(looker, &survey.horizon, position, target).unwrap_or(Self::Daylight([-45.0, ELEVATIONS[0]]))
+        let lamp = lamp(looker, &survey.horizon, position, target);
+        Some(lamp.unwrap_or(Self::Daylight([-45.0, ELEVATIONS[0]])))
     }
+}
+
+/// Returns true if the scene's emitting surfaces light what a camera at `position` sees.
+fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> bool {
+    if looker.scene.lights().iter().all(Light::is_infinite) {
+        return false;
+    }
+    let bounds = looker.scene.bounds();
+    let (way, half_angle, requirement) = match survey.is_interior {
+        true => (target - position, INTERIOR_CONE.to_radians(), INTERIOR),
+        false => {
+            let way = bounds.center() - position;
+            let sine = bounds.radius() / way.length().max(bounds.radius());
+            (way, sine.asin().min(1.0), OBJECT)
+        }
+    };
+    let direction = way.try_normalize().unwrap_or(Vec3::NEG_Z);
+    emitters::light(looker, position, (direction, half_angle), requirement)
 }
 
 /// Azimuth and elevation of the sun from which light reaches the most points inside.

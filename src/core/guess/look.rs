@@ -1,7 +1,9 @@
 //! Rays into a scene by its own backend, and statistics of the surfaces that they meet.
 
+use super::triangles;
 use crate::accel::Accel;
 use crate::geometry::Hit;
+use crate::material::Material;
 use crate::math::{Ray, Vec3};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
@@ -50,11 +52,16 @@ impl Looker<'_> {
 
     /// Reflectance of what was seen: of its diffuse and specular colours, at most 1, or 0.5 where a texture says it.
     pub fn reflectance(&self, seen: &Seen) -> f32 {
-        let material = &self.scene.materials()[seen.material as usize];
+        let material = self.material(seen);
         match material.maps.diffuse.is_some() {
             true => 0.5,
             false => (material.diffuse + material.specular).luminance().min(1.0),
         }
+    }
+
+    /// Material of what was seen.
+    pub fn material(&self, seen: &Seen) -> &Material {
+        &self.scene.materials()[seen.material as usize]
     }
 
     /// Whether a ray leaves the scene, at most through cutouts and what is mostly clear, such as window panes.
@@ -81,7 +88,7 @@ impl Looker<'_> {
             normal,
             is_front: normal.dot(direction) < 0.0,
             material: self.scene.shape(hit.geom).material.0,
-            triangle: (u64::from(hit.geom.0) << 32 | u64::from(hit.prim.0)) ^ u64::from(hit.inst.0).rotate_right(20),
+            triangle: triangles::name(hit.geom, hit.prim, hit.inst),
         }
     }
 }

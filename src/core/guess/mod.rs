@@ -7,11 +7,14 @@
 //! Scores are compared with a margin, and results are rounded, so that two backends, which differ by roundings, agree; thread counts change nothing.
 
 mod camera;
+mod emitters;
 mod framing;
 mod interior;
 mod light;
 mod look;
 mod object;
+mod parts;
+mod spread;
 mod survey;
 mod triangles;
 mod up;

@@ -1,6 +1,7 @@
 //! The view of an object: which of its sides is its front, and from where around it shows most.
 
 use super::framing::Frame;
+use super::interior::upright_bounds;
 use super::look::{Looker, Seen, Tally};
 use crate::camera::{Camera, CameraParameters};
 use crate::math::{Horizon, UVec2, Vec2, Vec3};
@@ -15,12 +16,15 @@ const FEW: u64 = 1 << 15;
 /// Azimuths from the front, and elevations, of candidates; the first is taken where all show as much.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
+/// Height of an object over its width up to which it is flat, and the elevation of its candidates.
+const FLAT: f32 = 0.1;
+const FLAT_ELEVATION: [f32; 1] = [40.0];
 /// Share of its distance by which the depth of a surface changes at a step.
 const STEP: f32 = 0.03;
 /// Bits by which another candidate must show more to be preferred to one before it, so that roundings do not decide.
 const MARGIN: f32 = 0.02;
 /// Doublings of detail that azimuth 0 counts more than other sides: many models face it.
-const USUAL_FRONT: f32 = 0.1;
+const USUAL_FRONT: f32 = 1.2;
 /// Doublings of detail that a side counts more whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
 const SYMMETRY: f32 = 0.6;
 
@@ -41,7 +45,13 @@ pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
 
 /// Azimuth and elevation, in degrees, of the three-quarter view that shows most of an object whose front is at `front`.
 pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
-    let candidates: Vec<(f32, f32)> = ELEVATIONS
+    let bounds = upright_bounds(looker.scene.bounds(), horizon);
+    let size = bounds.max - bounds.min;
+    let elevations: &[f32] = match size.y <= FLAT * size.x.max(size.z) {
+        true => &FLAT_ELEVATION,
+        false => &ELEVATIONS,
+    };
+    let candidates: Vec<(f32, f32)> = elevations
         .iter()
         .flat_map(|&elevation| TURNS.map(|turn| (front + turn, elevation)))
         .collect();

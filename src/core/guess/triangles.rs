@@ -1,20 +1,28 @@
-use crate::geometry::{GeomId, Mesh, PrimId, triangle_area, triangle_normal};
+use crate::geometry::{GeomId, InstanceId, Mesh, PrimId, triangle_area, triangle_normal};
 use crate::math::{Affine3A, Vec3};
 use crate::scene::Scene;
 
 /// A triangle that stands in the world at time 0.
 pub(super) struct Triangle {
+    /// Names the triangle.
+    pub name: u64,
     pub corners: [Vec3; 3],
     /// Unit normal of its winding; zero without area.
     pub normal: Vec3,
     pub area: f64,
 }
 
+/// Name of a triangle of a scene.
+pub(super) fn name(geom: GeomId, prim: PrimId, inst: InstanceId) -> u64 {
+    (u64::from(geom.0) << 32 | u64::from(prim.0)) ^ u64::from(inst.0).rotate_right(20)
+}
+
 /// Calls `visit` with `max` triangles of the world at most, copies included and the ground left out: all of them, or evenly spread ones in the scene's order.
 pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&Triangle)) {
     let stride = scene.placed_triangle_count().div_ceil(max).max(1);
     let mut next = 0;
-    let mut visit_mesh = |mesh: &Mesh, placement: Option<&Affine3A>| {
+    let mut visit_mesh = |geom: GeomId, inst: InstanceId, placement: Option<&Affine3A>| {
+        let mesh: &Mesh = scene.mesh(geom);
         let count = mesh.triangles.len() as u64;
         while next < count {
             let corners = mesh.corners(PrimId(next as u32));
@@ -24,6 +32,7 @@ pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&
             };
             let [p0, p1, p2] = corners;
             visit(&Triangle {
+                name: name(geom, PrimId(next as u32), inst),
                 corners,
                 normal: triangle_normal(p0, p1, p2),
                 area: triangle_area(p0, p1, p2),
@@ -34,12 +43,12 @@ pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&
     };
     let ground = scene.ground().map(|ground| ground.geom().0);
     for geom in scene.standing().filter(|geom| Some(*geom) != ground) {
-        visit_mesh(scene.mesh(GeomId(geom)), None);
+        visit_mesh(GeomId(geom), InstanceId::NONE, None);
     }
-    for instance in scene.instances() {
+    for (inst, instance) in (0..).map(InstanceId).zip(scene.instances()) {
         let placement = instance.placement.at(0.0);
         for geom in scene.prototypes()[instance.prototype as usize].clone() {
-            visit_mesh(scene.mesh(GeomId(geom)), Some(&placement));
+            visit_mesh(GeomId(geom), inst, Some(&placement));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How an image came to be, as attributes of EXR files. Their names are in docs/guide/reference/output.md.
 
 use super::exr_text::{exr_text, text_attribute};
-use crate::color::{Exposure, Tone};
+use crate::color::Tone;
 use crate::compare::CommonErrors;
 use crate::film::{Aov, Image, metered};
 use crate::math::encode_fields;
@@ -141,7 +141,11 @@ impl Metadata {
 
     /// Notes the exposure of `image` where `tone` leaves it to be metered.
     pub fn note_exposure(&mut self, tone: Tone, image: &Image) {
-        self.tone = (tone.exposure == Exposure::Auto).then(|| metered(tone, image).to_string());
+        self.tone = tone
+            .exposure
+            .stops()
+            .is_none()
+            .then(|| metered(tone, image).to_string());
     }
 
     /// What attributes say that [`Metadata`] wrote; `None` where one is missing or invalid.

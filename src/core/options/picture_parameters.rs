@@ -35,10 +35,11 @@ parameters! {
 parameters! {
     /// How PNG files show the picture.
     pub struct ToneOptions, heading "", values tone_values {
-        /// Exposure of PNG files in stops, each of which doubles the light, or auto
+        /// Exposure of PNG files in stops, each of which doubles the light, auto or studio
         ///
-        /// From -64 to 64. `auto` meters the picture; `render` prints the stops that it finds.
-        exposure: Exposure = Exposure::Stops(0.0), default "0; auto for a bare OBJ";
+        /// From -64 to 64. `auto` meters the picture. `studio` suits the light of the studio, and
+        /// shifts by one stop at most towards what is metered. `render` prints the stops.
+        exposure: Exposure = Exposure::Stops(0.0), default "0; of a bare OBJ: studio or auto";
         /// Tone curve of PNG files; srgb clips
         tone: Curve = Curve::Srgb, default "srgb; agx for a bare OBJ";
     }
@@ -81,12 +82,13 @@ impl ToneOptions {
 
 impl Value for Exposure {
     const PLACEHOLDER: &'static str = "STOPS";
-    const KIND: &'static str = "a number of stops from -64 to 64, or auto";
+    const KIND: &'static str = "a number of stops from -64 to 64, auto or studio";
     const IS_STRING: bool = true;
 
     fn of_text(text: &str) -> Option<Self> {
         match text {
             "auto" => Some(Self::Auto),
+            "studio" => Some(Self::Studio),
             _ => text.parse().ok().map(Self::Stops),
         }
     }
@@ -96,7 +98,7 @@ impl Value for Exposure {
     }
 
     fn schema() -> serde_json::Value {
-        json!({ "anyOf": [{ "type": "number", "minimum": -MAX_EXPOSURE, "maximum": MAX_EXPOSURE }, { "enum": ["auto"] }] })
+        json!({ "anyOf": [{ "type": "number", "minimum": -MAX_EXPOSURE, "maximum": MAX_EXPOSURE }, { "enum": ["auto", "studio"] }] })
     }
 
     /// Whether the stops are in range.

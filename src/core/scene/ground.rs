@@ -7,6 +7,8 @@
 //! - The path tracer counts the direct light that is missing, `E − E₀`, and not that which arrives: a point from which nothing is near shows the background
 //!   without any noise. Samples may then be negative, and their mean is not, but for noise. Next to a lamp of finite size this is not done: what the lamp
 //!   would send from behind a surface is not known where a ray meets that surface.
+//! - Lamps whose emission is a texture, and lamps that are too many to be summed up at each point,
+//!   are left out of E₀ if there are infinitely distant lights: they brighten the ground around.
 //! - E₀ of infinitely distant lights is the same everywhere and is computed once. That of finite lights is computed for each point, without visibility:
 //!   a lamp that is part of the scene lights the ground around it, and does not darken it far away. Both have closed forms (`light/irradiance.rs`).
 //! - Towards the rim the share fades to 1, so that no edge shows.
@@ -204,26 +206,36 @@ impl Ground {
             finite: Vec::new(),
             knows_missing_light: true,
         };
+        let mut is_known = true;
         for (id, light) in (0..).map(LightId).zip(lights) {
             if light.power(1.0) == 0.0 {
                 continue;
             }
-            match (light.is_infinite(), light.irradiance_at(plane.point, plane.normal, 0.0)) {
-                (true, Some(irradiance)) => ground.irradiance += irradiance,
-                (false, Some(_)) => {
-                    ground.finite.push(id);
-                    ground.knows_missing_light &= light.is_delta();
-                }
-                (_, None) => return Err(BuildError::UnknownIrradiance),
+            let irradiance = light.irradiance_at(plane.point, plane.normal, 0.0);
+            is_known &= irradiance.is_some();
+            if light.is_infinite() {
+                ground.irradiance += irradiance.unwrap_or_default();
+            } else {
+                ground.finite.push(id);
+                ground.knows_missing_light &= light.is_delta();
             }
         }
-        if ground.finite.len() > MAX_FINITE_LIGHTS {
-            return Err(BuildError::TooManyLightsOfGround {
-                count: ground.finite.len(),
-                max: MAX_FINITE_LIGHTS,
-            });
+        let count = ground.finite.len();
+        if is_known && count <= MAX_FINITE_LIGHTS {
+            return Ok(ground);
         }
-        Ok(ground)
+        // Lamps brighten a ground that other light shines on.
+        if !ground.irradiance.is_black() {
+            ground.finite.clear();
+            return Ok(ground);
+        }
+        Err(match is_known {
+            false => BuildError::UnknownIrradiance,
+            true => BuildError::TooManyLightsOfGround {
+                count,
+                max: MAX_FINITE_LIGHTS,
+            },
+        })
     }
 
     /// Whether `hit` is on the ground.

@@ -154,7 +154,7 @@ impl Engine<'_> {
             self.shown.noise = state.film.relative_error();
             self.shown.exposure = match settings.tone.exposure {
                 Exposure::Stops(stops) => Some(stops),
-                Exposure::Auto => metered(settings.tone, &state.film.develop_picture()).exposure.stops(),
+                _ => metered(settings.tone, &state.film.develop_picture()).exposure.stops(),
             };
         }
         let phase = match (is_complete, self.is_paused) {

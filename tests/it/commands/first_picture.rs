@@ -193,8 +193,13 @@ fn what_cannot_be_an_exposure_quality_or_clamp_is_refused_with_what_can() {
     let folder = scene();
     let at = folder.path();
     for (flag, key, value, expected) in [
-        ("--exposure", "image.exposure", "automatic", "from -64 to 64, or auto"),
-        ("--exposure", "image.exposure", "65", "from -64 to 64, or auto"),
+        (
+            "--exposure",
+            "image.exposure",
+            "automatic",
+            "from -64 to 64, auto or studio",
+        ),
+        ("--exposure", "image.exposure", "65", "from -64 to 64, auto or studio"),
         ("--quality", "render.quality", "best", "choose among draft, good, final"),
         ("--quality", "render.quality", "fnal", "did you mean final?"),
         (

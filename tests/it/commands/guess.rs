@@ -49,15 +49,21 @@ impl Boxes {
 
     /// The model with +z up.
     fn upended(self) -> String {
-        let turn = |line: &str| {
-            let parts: Vec<&str> = line.split(' ').collect();
-            match parts[..] {
-                ["v", x, y, z] => format!("v {x} {} {y}\n", -z.parse::<f32>().unwrap()),
-                _ => format!("{line}\n"),
-            }
-        };
-        self.text.lines().map(turn).collect()
+        turned(&self.text, |[x, y, z]| [x, -z, y])
     }
+}
+
+/// The OBJ `text` with its vertices turned.
+fn turned(text: &str, turn: impl Fn([f32; 3]) -> [f32; 3]) -> String {
+    let line = |line: &str| match line.strip_prefix("v ") {
+        Some(v) => {
+            let v: Vec<f32> = v.split(' ').map(|x| x.parse().unwrap()).collect();
+            let [x, y, z] = turn([v[0], v[1], v[2]]);
+            format!("v {x} {y} {z}\n")
+        }
+        None => format!("{line}\n"),
+    };
+    text.lines().map(line).collect()
 }
 
 /// A column on a plinth, with a face of small boxes on its +z side.
@@ -108,7 +114,7 @@ fn objects_are_seen_from_their_front_and_above() {
     assert!((10.0..50.0).contains(&azimuth.abs()), "{azimuth}");
     assert!((10.0..30.0).contains(&elevation), "{elevation}");
     assert_eq!(vector(&camera["up"]), [0.0, 1.0, 0.0]);
-    assert!(!camera["guess"].as_str().unwrap().contains("is up"));
+    assert!(camera["guess"].as_str().unwrap().contains("+y is up (--up 0,0,1"));
 }
 
 #[test]
@@ -119,6 +125,58 @@ fn what_stands_on_z_is_upright() {
     let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
     assert!(eye[1] < target[1] && eye[2] > target[2], "{eye:.2?} {target:.2?}");
     assert!(camera["guess"].as_str().unwrap().contains("+z is up"));
+}
+
+/// A room is upright in each of four positions; a statue on a plinth with either usual axis up.
+#[test]
+fn rooms_and_objects_are_upright() {
+    type Turn = fn([f32; 3]) -> [f32; 3];
+    let turns: [([f64; 3], Turn); 4] = [
+        ([0.0, 1.0, 0.0], |v| v),
+        ([0.0, 0.0, 1.0], |[x, y, z]| [x, -z, y]),
+        ([0.0, -1.0, 0.0], |[x, y, z]| [x, -y, -z]),
+        ([0.0, 0.0, -1.0], |[x, y, z]| [x, z, -y]),
+    ];
+    for (name, text, turns) in [("room", room(&[]), &turns[..]), ("statue", statue().text, &turns[..2])] {
+        for (up, turn) in turns {
+            let folder = folder(&[("a.obj", &turned(&text, turn))]);
+            let camera = camera(folder.path(), "a.obj");
+            assert_eq!(vector(&camera["up"]), *up, "{name}: {}", camera["guess"]);
+            let sign = if up.iter().sum::<f64>() < 0.0 { '-' } else { '+' };
+            let said = format!("{sign}{} is up (--up ", if up[1] == 0.0 { 'z' } else { 'y' });
+            assert!(camera["guess"].as_str().unwrap().contains(&said), "{}", camera["guess"]);
+        }
+    }
+}
+
+/// A field whose plane is that of x and y lies on the ground, and is seen from high above.
+#[test]
+fn a_flat_field_lies() {
+    let field = "v -40 -26 0\nv 40 -26 0\nv 40 26 0\nv -40 26 0\nf 1 2 3 4\n";
+    let folder = folder(&[("field.obj", field)]);
+    let camera = camera(folder.path(), "field.obj");
+    assert_eq!(vector(&camera["up"]), [0.0, 0.0, 1.0]);
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let way = [0, 1, 2].map(|i| eye[i] - target[i]);
+    let elevation = way[2].atan2(way[0].hypot(way[1])).to_degrees();
+    assert!((elevation - 40.0).abs() < 1.0, "{elevation}");
+}
+
+/// A brick with a cavity is an object, though a camera would fit in.
+#[test]
+fn hollow_objects_are_seen_from_outside() {
+    let brick = Boxes::default()
+        .add([0.0, 0.0, 0.0], [16.0, 11.5, 16.0])
+        .room([1.2, 1.2, 1.2], [14.8, 10.3, 14.8], &[])
+        .add([3.0, 11.5, 3.0], [6.0, 13.0, 6.0])
+        .add([10.0, 11.5, 10.0], [13.0, 13.0, 13.0]);
+    let folder = folder(&[("brick.obj", &brick.text)]);
+    let camera = camera(folder.path(), "brick.obj");
+    assert!(
+        camera["guess"].as_str().unwrap().starts_with("an object"),
+        "{}",
+        camera["guess"]
+    );
 }
 
 /// What flags say of the light is meant for the guessed camera, and for what is up in the scene: the model on +y and the one on +z give one picture.
@@ -591,7 +649,7 @@ fn light(folder: &Path, args: &[&str]) -> Option<String> {
 }
 
 #[test]
-fn light_is_guessed_where_nothing_emits() {
+fn light_is_guessed_if_nothing_lights_the_scene() {
     // A room with a window in its wall at x = 2: the wall is four slabs around it.
     let slabs = [
         ([2.0, 0.0, -3.0], [2.1, 2.6, -1.0]),
@@ -605,13 +663,39 @@ fn light_is_guessed_where_nothing_emits() {
             .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6]),
         |boxes, (min, max)| boxes.add(*min, *max),
     );
-    let lit = format!("mtllib lit.mtl\nusemtl lamp\n{}", statue().text);
+    // What emits somewhere, and rooms with a lamp below the ceiling and in a cupboard
+    let lamp = |boxes: Boxes, min, max| {
+        let plain = boxes.text.len();
+        let text = boxes.add(min, max).text;
+        let (plain, lamp) = text.split_at(plain);
+        format!("mtllib lamp.mtl\n{plain}usemtl lamp\n{lamp}")
+    };
+    let closed = || Boxes::default().room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], &[]);
+    let eye = lamp(statue(), [-0.05, 1.2, 0.3], [0.05, 1.25, 0.32]);
+    let lit = lamp(closed(), [-0.4, 2.5, -0.4], [0.4, 2.55, 0.4]);
+    let dark = lamp(
+        closed().add([0.5, 0.0, -2.9], [1.9, 2.0, -1.5]),
+        [1.0, 0.5, -2.5],
+        [1.5, 0.6, -2.0],
+    );
+    let window_lamp = windowed.text.len();
+    let (windowed, glow) = {
+        let glowing = windowed.add([-1.99, 1.0, 0.0], [-1.98, 1.02, 0.02]).text;
+        let (windowed, glow) = glowing.split_at(window_lamp);
+        (
+            windowed.to_string(),
+            format!("mtllib lamp.mtl\n{windowed}usemtl lamp\n{glow}"),
+        )
+    };
     let folder = folder(&[
         ("statue.obj", &statue().text),
         ("closed.obj", &room(&[])),
-        ("windowed.obj", &windowed.text),
+        ("windowed.obj", &windowed),
+        ("eye.obj", &eye),
         ("lit.obj", &lit),
-        ("lit.mtl", "newmtl lamp\nKe 1 1 1\n"),
+        ("dark.obj", &dark),
+        ("glow.obj", &glow),
+        ("lamp.mtl", "newmtl lamp\nKe 1 1 1\n"),
         ("scene.toml", "version = 1\n[[object]]\nobj = \"statue.obj\"\n"),
     ]);
     let of = |args: &[&str]| light(folder.path(), args);
@@ -619,6 +703,10 @@ fn light_is_guessed_where_nothing_emits() {
     assert!(of(&["statue.obj", "--no-ground"]).unwrap().starts_with("a studio ("));
     assert!(of(&["closed.obj"]).unwrap().starts_with("a lamp below the ceiling"));
     assert!(of(&["windowed.obj"]).unwrap().starts_with("sky and sun"));
+    // Lamps that light little are no reason to leave the rest dark.
+    assert!(of(&["eye.obj"]).unwrap().starts_with("a studio, and a ground"));
+    assert!(of(&["dark.obj"]).unwrap().starts_with("a lamp below the ceiling"));
+    assert!(of(&["glow.obj"]).unwrap().starts_with("sky and sun"));
     // A method without support for a ground gets none.
     assert!(
         of(&["statue.obj", "--integrator", "bdpt"])

@@ -239,7 +239,7 @@ fn init_writes_what_renders_alike() {
     for expected in [
         "obj = \"../models/a.obj\"",
         "quality = \"good\"\n",
-        "exposure = \"auto\"\ntone = \"agx\"",
+        "exposure = \"studio\"\ntone = \"agx\"",
         "\nwidth = 512\nheight = 512\n",
         "#max_depth = 16\n",
         "type = \"studio\"",

@@ -343,8 +343,11 @@ fn wrong_backgrounds_and_grounds_are_refused() {
     let said = run("", "--ground --no-ground", 2);
     assert!(said.contains("--no-ground"), "{said}");
 
-    // A lamp whose emission is a picture
+    // A lamp whose emission is a picture, beside no other light
     let folder = stage("");
+    let path = folder.path().join("s.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("radiance = [0.6, 0.6, 0.6]", "radiance = 0")).unwrap();
     std::fs::write(folder.path().join("a.mtl"), "newmtl lamp\nKe 2 2 2\nmap_Ke t.png\n").unwrap();
     crate::support::program::write_grey_png(&folder.path().join("t.png"), &[0, 200]);
     let said = refused(folder.path(), &split("render s.toml -q --ground -o o.exr"), 1);

@@ -1,0 +1,122 @@
+//! Light that emitting surfaces give to the rest of a scene.
+//!
+//! The eye of a robot, the screen of a phone and the flame of a torch light little but themselves:
+//! such a scene needs other light. The lamps of a room light most of it.
+//!
+//! The measured points are those that a camera sees. Light paths of a few bounces give their
+//! irradiance, with one light sample at each vertex. Irradiances are compared with each other, and
+//! with a white display: programs that write `Ke 1` mean a surface that is as bright.
+
+use super::look::{Looker, Seen};
+use super::spread::radical_inverse;
+use crate::geometry::segment;
+use crate::light::LightSampleContext;
+use crate::math::{Frame, Vec2, Vec3};
+use crate::sampling::warp::{cosine_hemisphere, uniform_cone};
+use rayon::prelude::*;
+use std::f32::consts::PI;
+
+/// Points that the camera sees.
+const POINTS: u32 = 256;
+/// Light paths from each point.
+const PATHS: u32 = 8;
+/// Vertices of a path, the point included.
+const VERTICES: u32 = 4;
+/// Random numbers of a vertex.
+const NUMBERS: u32 = 5;
+/// Median radiance of white surfaces below which a scene is dark, 8 stops below white.
+const DARK: f32 = 1.0 / 256.0;
+/// Distance of a ray's origin from its surface, in radii of the scene.
+const OFFSET: f32 = 1e-4;
+
+/// Share of the visible surfaces that must be lit, and the irradiance from which on they are, in
+/// medians.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Requirement {
+    pub share: f32,
+    pub irradiance: f32,
+}
+
+/// Returns true if the scene's lights light the surfaces that are seen from `eye` in the cone of
+/// this half angle, radians, around `direction`, as `requirement` asks.
+pub(super) fn light(
+    looker: &Looker,
+    eye: Vec3,
+    (direction, half_angle): (Vec3, f32),
+    requirement: Requirement,
+) -> bool {
+    let frame = Frame::from_z(direction);
+    let point = |i: u32| {
+        let u = Vec2::new(radical_inverse(2, i), radical_inverse(3, i));
+        let w = frame.to_world(uniform_cone(u, half_angle.cos()));
+        let seen = looker.look(eye, w)?;
+        let emits = !looker.material(&seen).emission_factor().is_black();
+        (!emits).then(|| irradiance(looker, eye + seen.distance * w, &seen, w, i))
+    };
+    let mut points: Vec<f32> = (0..POINTS).into_par_iter().filter_map(point).collect();
+    points.sort_by(f32::total_cmp);
+    let median = points.get(points.len() / 2).copied().unwrap_or(0.0);
+    let darkest_lit = points.len() - (requirement.share * points.len() as f32).ceil() as usize;
+    median >= DARK * PI && points[darkest_lit] >= requirement.irradiance * median
+}
+
+/// Estimate of the irradiance at the point `p` that a ray in the direction `w` sees; `i` is its
+/// number among the points.
+fn irradiance(looker: &Looker, p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
+    let offset = OFFSET * looker.scene.bounds().radius();
+    let paths = (0..PATHS).map(|k| {
+        let (mut p, mut seen, mut w) = (p, *seen, w);
+        let (mut sum, mut beta) = (0.0, 1.0);
+        for vertex in 0..VERTICES {
+            let u = |dimension: u32| {
+                let index = (i * PATHS + k) * VERTICES + vertex;
+                number(index * NUMBERS + dimension)
+            };
+            let n = if seen.normal.dot(w) > 0.0 {
+                -seen.normal
+            } else {
+                seen.normal
+            };
+            let origin = p + offset * n;
+            sum += beta * direct(looker, origin, n, [u(0), u(1), u(2)]);
+            w = Frame::from_z(n).to_world(cosine_hemisphere(Vec2::new(u(3), u(4))));
+            let Some(next) = looker.look(origin, w) else { break };
+            (p, beta) = (origin + next.distance * w, beta * looker.reflectance(&next));
+            seen = next;
+        }
+        sum
+    });
+    paths.sum::<f32>() / PATHS as f32
+}
+
+/// Estimate of the direct irradiance at `p`, where the normal is `n`.
+fn direct(looker: &Looker, p: Vec3, n: Vec3, [choice, u, v]: [f32; 3]) -> f32 {
+    let scene = looker.scene;
+    let (selection, lights) = (scene.light_selection(), scene.lights());
+    let context = LightSampleContext { p, n };
+    let Some((id, pmf)) = selection.sample(lights, &context, choice) else {
+        return 0.0;
+    };
+    let to = (&context, 0.0);
+    let Some(sample) = selection.sample_light(lights, id, to, Vec2::new(u, v), scene.textures()) else {
+        return 0.0;
+    };
+    let cos = sample.wi.dot(n);
+    let is_met = |target: Vec3| {
+        let ray = segment(p, target);
+        let seen = looker.look(p, ray.direction);
+        seen.is_none_or(|seen| seen.distance >= ray.t_max)
+    };
+    match cos > 0.0 && sample.target.is_none_or(is_met) {
+        true => sample.radiance.luminance() * cos / (sample.pdf * pmf),
+        false => 0.0,
+    }
+}
+
+/// A number in [0, 1) for each index, by a hash of its bits (splitmix64).
+fn number(index: u32) -> f32 {
+    let mut bits = u64::from(index).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((bits ^ (bits >> 31)) >> 40) as f32 / (1u64 << 24) as f32
+}

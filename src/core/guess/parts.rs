@@ -1,0 +1,198 @@
+//! Parts of a scene: connected components of its triangles, and which of them rest on others.
+
+use super::look::Looker;
+use super::triangles::for_each_triangle;
+use crate::math::{Bounds3, Vec3};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Triangles of a scene whose parts are found at most.
+const MAX_TRIANGLES: u64 = 1 << 18;
+/// Parts that are tried at most, evenly spread over all.
+const MAX_PARTS: usize = 512;
+/// Lowest vertices of a part that are tried.
+const MAX_FEET: usize = 8;
+/// Share of the scene's extent along two axes from which on a part is the hull of the scene: its
+/// walls, or its ground.
+const HULL: f32 = 0.8;
+/// Distance within which parts touch, in diagonals of the scene.
+const TOUCH: f32 = 1.5e-3;
+/// Cosine from which on a surface faces up.
+const FACES_UP: f32 = 0.9;
+/// Surfaces of the part itself that a ray may meet before another part.
+const MAX_OWN: u32 = 3;
+
+/// The connected components of a scene, but for its hull.
+pub(super) struct Parts<'a> {
+    looker: &'a Looker<'a>,
+    bounds: Bounds3,
+    parts: Vec<Vec<Vec3>>,
+    /// Part of each triangle, by its name. Those of the hull have none of `parts`.
+    of_triangles: HashMap<u64, u32>,
+}
+
+impl<'a> Parts<'a> {
+    /// The parts of the looker's scene; none of a scene of many triangles.
+    pub fn of(looker: &'a Looker) -> Self {
+        let bounds = looker.scene.bounds();
+        let mut parts = Self {
+            looker,
+            bounds,
+            parts: Vec::new(),
+            of_triangles: HashMap::new(),
+        };
+        if looker.scene.placed_triangle_count() <= MAX_TRIANGLES {
+            parts.find();
+        }
+        parts
+    }
+
+    /// Joins triangles that share a corner.
+    fn find(&mut self) {
+        let mut vertices: HashMap<[u32; 3], u32> = HashMap::new();
+        let mut positions: Vec<Vec3> = Vec::new();
+        let mut joined = Joined::default();
+        let mut first_vertices: Vec<(u64, u32)> = Vec::new();
+        for_each_triangle(self.looker.scene, MAX_TRIANGLES, |triangle| {
+            let [a, b, c] = triangle.corners.map(|p| {
+                // Adding 0 turns −0 into 0.
+                let bits = (p + Vec3::ZERO).to_array().map(f32::to_bits);
+                *vertices.entry(bits).or_insert_with(|| {
+                    positions.push(p);
+                    joined.add()
+                })
+            });
+            joined.join(a, b);
+            joined.join(a, c);
+            first_vertices.push((triangle.name, a));
+        });
+        let mut numbers: HashMap<u32, u32> = HashMap::new();
+        for (vertex, &p) in (0..).zip(&positions) {
+            let count = numbers.len() as u32;
+            let number = *numbers.entry(joined.root(vertex)).or_insert(count);
+            if number == count {
+                self.parts.push(Vec::new());
+            }
+            self.parts[number as usize].push(p);
+        }
+        let number = |(name, vertex): (u64, u32)| (name, numbers[&joined.root(vertex)]);
+        self.of_triangles = first_vertices.into_iter().map(number).collect();
+    }
+
+    /// Whether a part is a wall, the floor or the like.
+    fn is_hull(&self, part: &[Vec3]) -> bool {
+        let bounds: Bounds3 = part.iter().copied().collect();
+        let (size, whole) = (bounds.max - bounds.min, self.bounds.max - self.bounds.min);
+        (0..3).filter(|&axis| size[axis] >= HULL * whole[axis]).count() >= 2
+    }
+
+    /// How well the parts stand, by direction of `ups`, each with its opposite beside it: the sum over
+    /// the parts that rest on something below and touch nothing above, each as its shape tells, over
+    /// the number of parts. Zeros if there are few parts.
+    pub fn standing(&self, ups: &[[Vec3; 2]; 3]) -> [[f32; 2]; 3] {
+        const FEW: usize = 3;
+        let parts: Vec<(u32, &[Vec3])> = (0..)
+            .zip(&self.parts)
+            .map(|(number, part)| (number, part.as_slice()))
+            .filter(|(_, part)| !self.is_hull(part))
+            .collect();
+        if parts.len() < FEW {
+            return [[0.0; 2]; 3];
+        }
+        let stride = parts.len().div_ceil(MAX_PARTS);
+        let tried: Vec<_> = parts.into_iter().step_by(stride).collect();
+        ups.map(|ups| {
+            let sums = tried.par_iter().map(|&(number, part)| {
+                let rests = ups.map(|up| self.rests(number, part, up));
+                match rests {
+                    [true, false] => [weight(part, ups[0]), 0.0],
+                    [false, true] => [0.0, weight(part, ups[0])],
+                    _ => [0.0, 0.0],
+                }
+            });
+            let sums: Vec<[f32; 2]> = sums.collect();
+            [0, 1].map(|side| sums.iter().map(|sum| sum[side]).sum::<f32>() / tried.len() as f32)
+        })
+    }
+
+    /// Whether a vertex among the lowest ones of a part touches something below.
+    fn rests(&self, number: u32, part: &[Vec3], up: Vec3) -> bool {
+        let touch = TOUCH * 2.0 * self.bounds.radius();
+        let height = |p: &Vec3| p.dot(up);
+        let lowest = part.iter().map(height).fold(f32::INFINITY, f32::min);
+        let ground = self.bounds.corners().iter().map(height).fold(f32::INFINITY, f32::min);
+        if lowest <= ground + touch {
+            return true;
+        }
+        let feet: Vec<Vec3> = part.iter().copied().filter(|p| height(p) <= lowest + touch).collect();
+        let stride = feet.len().div_ceil(MAX_FEET);
+        feet.iter()
+            .step_by(stride)
+            .any(|&foot| self.touches(number, foot, up, touch))
+    }
+
+    /// Returns true if another part lies within `touch` of the point and faces up.
+    fn touches(&self, number: u32, foot: Vec3, up: Vec3, touch: f32) -> bool {
+        let mut way = 0.0;
+        for _ in 0..=MAX_OWN {
+            let Some(seen) = self.looker.look(foot + (touch - way) * up, -up) else {
+                return false;
+            };
+            way += seen.distance;
+            if way > 2.0 * touch {
+                return false;
+            }
+            if self.of_triangles.get(&seen.triangle) != Some(&number) {
+                return seen.normal.dot(up) > FACES_UP;
+            }
+            way += 0.01 * touch;
+        }
+        false
+    }
+}
+
+/// What the contact of a part tells, from 0 to 1: sheets lie on floors and hang on walls, and poles
+/// lean anywhere, but a chair stands.
+fn weight(part: &[Vec3], up: Vec3) -> f32 {
+    let bounds: Bounds3 = part.iter().copied().collect();
+    let size = bounds.max - bounds.min;
+    let axis = up.abs().max_position();
+    let across = [size[(axis + 1) % 3], size[(axis + 2) % 3]];
+    let (narrow, wide) = (across[0].min(across[1]), across[0].max(across[1]));
+    let height = size[axis].max(f32::MIN_POSITIVE);
+    (narrow / height).min(height / wide.max(f32::MIN_POSITIVE)).min(1.0)
+}
+
+/// Disjoint sets of numbers (union-find with path halving).
+#[derive(Default)]
+struct Joined(Vec<u32>);
+
+impl Joined {
+    fn add(&mut self) -> u32 {
+        let number = self.0.len() as u32;
+        self.0.push(number);
+        number
+    }
+
+    fn find(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            let above = self.0[self.0[i as usize] as usize];
+            self.0[i as usize] = above;
+            i = above;
+        }
+        i
+    }
+
+    /// The number that stands for the set of `i`.
+    fn root(&self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            i = self.0[i as usize];
+        }
+        i
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}

@@ -219,7 +219,7 @@ fn library(text: &str) -> Vec<FileMaterial> {
     let path = folder.path().join("m.mtl");
     std::fs::write(&path, text).unwrap();
     let mut findings = Findings::default();
-    let materials = load_mtl(&path, LibraryOptions::default(), &mut findings);
+    let materials = load_mtl(&path, None, LibraryOptions::default(), &mut findings);
     assert!(findings.first_error().is_none(), "{:?}", findings.first_error());
     materials
 }

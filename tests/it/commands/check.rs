@@ -225,8 +225,18 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
         ),
         (
             "too bright",
-            "newmtl x\nKd 1\nnewmtl m\nKd 0.8\nKs 0.8\nNs 5\n",
+            "newmtl x\nKd 1\nnewmtl m\nKd 0.8\nKs 0.8\nillum 3\n",
             &["note unused-definition a.mtl:1:0", "warning scaled-material a.mtl:3:0"],
+        ),
+        (
+            "highlights of lamps",
+            "newmtl m\nKd 0.8\nKs 0.8\nNs 5\n",
+            &["note mtl-dialect a.mtl:3:0"],
+        ),
+        (
+            "a highlight without a shape",
+            "newmtl m\nKd 0.8\nKs 0.1\nNs 0\n",
+            &["note mtl-dialect a.mtl:4:0"],
         ),
         (
             "defined twice",

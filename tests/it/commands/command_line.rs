@@ -632,7 +632,7 @@ fn textures_are_part_of_the_scene() {
     for (args, word) in [
         (
             ["--mtl-dialect", "zbrush"],
-            "--mtl-dialect zbrush\n  help: choose among auto, spec, blender, max, maya, sketchup, cinema4d, meshlab",
+            "--mtl-dialect zbrush\n  help: choose among auto, spec, blender, max, maya, sketchup, cinema4d, meshlab, rhino, wings3d, 3dfier, assimp, highlight",
         ),
         (
             ["--texture-dir", "gone"],

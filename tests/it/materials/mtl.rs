@@ -98,6 +98,11 @@ fn each_dialect_has_a_reading_of_its_own() {
         ("sketchup", "mirror", 0.75, 1.0),
         ("cinema4d", "mirror", 0.75, 1.0),
         ("meshlab", "mirror", 0.75, 1.0),
+        ("rhino", "mirror", 0.8, 1.0),
+        ("wings3d", "mirror", 0.75, 1.0),
+        ("3dfier", "mirror", 0.75, 1.0),
+        ("assimp", "mirror", 0.8, 1.0),
+        ("highlight", "mirror", 0.75, 1.0),
     ] {
         let (found, passes, covers) = told(dialect);
         assert!(found.starts_with(gloss), "{dialect}: {found}");

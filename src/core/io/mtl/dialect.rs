@@ -3,7 +3,7 @@
 pub enum MtlDialect {
     /// The dialect of the program that wrote the library, as its comments or the habits of its statements show it; [`MtlDialect::Spec`] where
     /// neither does. Without a known writer, `Tr` is another word for `d` where both are equal in all materials, or where all materials would be
-    /// clear.
+    /// clear, and `Ks` with `Ns 0` has no effect.
     #[default]
     Auto,
     /// The literal reading: `Ks` and `Ns` are a Phong lobe, `Tr` is 1 − d and counts where there is no `d`.
@@ -18,8 +18,19 @@ pub enum MtlDialect {
     Sketchup,
     /// Cinema 4D: `Ks` and `Ns` stand for a highlight of lamps.
     Cinema4d,
-    /// MeshLab: `Tr` is another word for `d`, and `Ks` of `Ns 0` is a constant without meaning.
+    /// MeshLab: `Tr` is another word for `d`, `Ks` of `Ns 0` is a constant without meaning, and
+    /// another one stands for a highlight of lamps.
     Meshlab,
+    /// Rhino: `Ks` and `Ns` stand for a highlight of lamps, and `Tf` is a constant without meaning.
+    Rhino,
+    /// Wings 3D: `Ks` and `Ns` stand for a highlight of lamps.
+    Wings3d,
+    /// 3dfier: `Ks` and `Ns` stand for a highlight of lamps.
+    Threedfier,
+    /// Assimp: `Ks` and `Ns` stand for a highlight of lamps, and `Tf` has no meaning.
+    Assimp,
+    /// An unknown program whose `Ks` and `Ns` stand for a highlight of lamps.
+    Highlight,
 }
 
 impl MtlDialect {
@@ -33,6 +44,11 @@ impl MtlDialect {
         ("sketchup", Self::Sketchup),
         ("cinema4d", Self::Cinema4d),
         ("meshlab", Self::Meshlab),
+        ("rhino", Self::Rhino),
+        ("wings3d", Self::Wings3d),
+        ("3dfier", Self::Threedfier),
+        ("assimp", Self::Assimp),
+        ("highlight", Self::Highlight),
     ];
 }
 

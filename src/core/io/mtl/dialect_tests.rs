@@ -3,7 +3,7 @@
 use super::dialect::TrMeaning;
 use super::reflectance::ior_of_dielectric;
 use super::section::DEFAULT_IOR;
-use super::writer::{BlenderExport, Reading, Signature, Writer};
+use super::writer::{BlenderExport, Reading, Signature, Signatures, Writer};
 use super::*;
 use crate::material::Gloss;
 
@@ -14,13 +14,25 @@ fn in_dialect(dialect: MtlDialect) -> LibraryOptions {
     }
 }
 
+type Read = (Vec<Material>, Vec<Vec<MapSlot>>, Vec<String>);
+
 /// Materials of a library, their slots of textures, and what a render is told.
-fn read(text: &str, dialect: MtlDialect) -> (Vec<Material>, Vec<Vec<MapSlot>>, Vec<String>) {
+fn read(text: &str, dialect: MtlDialect) -> Read {
+    read_of(None, text, dialect)
+}
+
+/// As [`read`], where an OBJ file of this text names the library.
+fn read_of(obj: Option<&str>, text: &str, dialect: MtlDialect) -> Read {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.mtl");
     std::fs::write(&path, text).unwrap();
     let mut findings = Findings::default();
-    let found = load_mtl(&path, in_dialect(dialect), &mut findings);
+    let found = load_mtl(
+        &path,
+        obj.and_then(Signature::find).as_ref(),
+        in_dialect(dialect),
+        &mut findings,
+    );
     assert_eq!(findings.first_error(), None, "{text}");
     let slots = found.iter().map(|m| m.maps.iter().map(|m| m.statement.slot).collect());
     let slots = slots.collect();
@@ -211,8 +223,7 @@ fn sketchup_meshlab_and_cinema_4d_write_constants() {
     assert_eq!(material.opacity, 1.0);
     assert_eq!(auto(&meshlab.replace("Tr 1", "Tr 0")).opacity, 1.0);
     assert_eq!(auto(&meshlab.replace("Tr 1", "Tr 0.25")).opacity, 0.25);
-    let shiny = auto(&meshlab.replace("Ns 0", "Ns 50"));
-    assert_eq!((shiny.specular, shiny.gloss), (Spectrum::ONE, Gloss::Phong(50.0)));
+    assert_eq!(auto(&meshlab.replace("Ns 0", "Ns 50")).gloss, Gloss::Metallic(0.0));
     let cinema = auto("# Wavefront OBJ, CINEMA 4D\nnewmtl m\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 50\n");
     assert_eq!(cinema.gloss, Gloss::Metallic(0.0));
 }
@@ -283,12 +294,37 @@ fn writers_are_told_by_their_comments() {
         ("# CINEMA 4D\n", Some((MtlDialect::Cinema4d, None, 1))),
         ("# Converted by VCGLIB\n", Some((MtlDialect::Meshlab, None, 1))),
         ("# Autodesk Maya 2019\n", Some((MtlDialect::Maya, None, 1))),
+        ("# Material Count: 3\n", Some((MtlDialect::Blender, None, 1))),
+        ("# Rhino\n", Some((MtlDialect::Rhino, None, 1))),
+        ("# Exported from Wings 3D 2.2.9\n", Some((MtlDialect::Wings3d, None, 1))),
+        ("# Created by 3dfier\n", Some((MtlDialect::Threedfier, None, 1))),
+        (
+            "# File produced by Open Asset Import Library (http://www.assimp.sf.net)\n# (assimp v4.1.2)\n",
+            Some((MtlDialect::Assimp, None, 1)),
+        ),
+        // Comments of OBJ files
+        (
+            "# Blender v2.79 (sub 0) OBJ File: 'a.blend'\n",
+            Some((MtlDialect::Blender, Some("2.79"), 1)),
+        ),
+        ("# Blender 3.6.0\n", Some((MtlDialect::Blender, Some("3.6.0"), 1))),
+        (
+            "# Blender3D v249 OBJ File: \n",
+            Some((MtlDialect::Blender, Some("249"), 1)),
+        ),
+        ("# Rhino of Sumatra, made with blender\n", None),
         ("# a blender full of soup\n# the Mayan temple\n", None),
         ("newmtl a\n# Blender 4.1.1 MTL File: 'x'\n", None),
         ("", None),
     ] {
         let found = Signature::find(text);
-        let found = found.as_ref().map(|s| (s.dialect, s.version.as_deref(), s.line));
+        let found = found.as_ref().map(|s| {
+            (
+                s.dialect,
+                s.version.as_ref().map(|(version, _)| version.as_str()),
+                s.line,
+            )
+        });
         assert_eq!(found, expected, "{text:?}");
     }
 }
@@ -300,7 +336,7 @@ fn exporters_of_blender_are_told_by_their_exponents() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.mtl");
         std::fs::write(&path, text).unwrap();
-        load_mtl(&path, in_dialect(dialect), &mut findings);
+        load_mtl(&path, None, in_dialect(dialect), &mut findings);
         let mut sections = Vec::new();
         for (line, statement) in statements(text) {
             let (key, rest) = split_keyword(&statement);
@@ -309,7 +345,15 @@ fn exporters_of_blender_are_told_by_their_exponents() {
                 _ => drop(sections.last_mut().unwrap().set(&key.to_lowercase(), key, rest)),
             }
         }
-        Reading::new(dialect, Signature::find(text).as_ref(), &sections).writer
+        Reading::new(
+            dialect,
+            Signatures {
+                library: Signature::find(text).as_ref(),
+                obj: None,
+            },
+            &sections,
+        )
+        .writer
     };
     let native = |before_4| Writer::Blender(BlenderExport::Native { before_4 });
     let of = |header: &str, ns: &[f32]| {
@@ -340,8 +384,148 @@ fn exporters_of_blender_are_told_by_their_exponents() {
             "{header}{ns:?}"
         );
     }
-    let meaning = |text: &str| Reading::new(MtlDialect::Auto, Signature::find(text).as_ref(), &[]).tr;
+    let meaning = |text: &str| {
+        let library = Signature::find(text);
+        let signatures = Signatures {
+            library: library.as_ref(),
+            obj: None,
+        };
+        Reading::new(MtlDialect::Auto, signatures, &[]).tr
+    };
     assert_eq!(meaning("# 3ds Max\n"), TrMeaning::TransparencyFirst);
     assert_eq!(meaning("# MeshLab\n"), TrMeaning::Opacity);
     assert_eq!(meaning(""), TrMeaning::Transparency);
+}
+
+/// What the new dialects have in common: a highlight of lamps.
+#[test]
+fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
+    let wood = "Kd 0.45 0.33 0.19\nKs 1.0 1.0 1.0\nd 0.5\n";
+    for (header, filter) in [
+        ("# Rhino\n", "Tf 0.0 0.0 0.0\n"),
+        ("# Exported from Wings 3D 2.2.9\n", ""),
+        ("# 3dfier\n", ""),
+        (
+            "# File produced by Open Asset Import Library (http://www.assimp.sf.net)\n",
+            "Tf 0.0 0.0 0.0\n",
+        ),
+    ] {
+        let shiny = auto(&format!("{header}newmtl oak\n{wood}{filter}Ns 60\n"));
+        assert_eq!(shiny.gloss, Gloss::Metallic(0.0), "{header}");
+        assert!(
+            is_near(shiny.ior, ior_of_dielectric(0.08, shiny.roughness)),
+            "{header}{shiny:?}"
+        );
+        let matte = auto(&format!("{header}newmtl oak\n{wood}{filter}Ns 0\n"));
+        assert_eq!(matte.specular, Spectrum::ZERO, "{header}");
+        assert_eq!((matte.opacity, matte.transmission), (0.5, Spectrum::ZERO), "{header}");
+    }
+    // 3dfier writes no comment, and one colour for all.
+    let (materials, _, told) = read(
+        "newmtl Forest\nKa 0.3 0.4 0.3\nKd 0.3 0.4 0.3\nKs 0.3 0.4 0.3\nillum 2\nNs 60.0000\n",
+        MtlDialect::Auto,
+    );
+    assert_eq!(materials[0].gloss, Gloss::Metallic(0.0));
+    assert!(told[0].contains("a file of 3dfier by its habits"), "{told:?}");
+}
+
+#[test]
+fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
+    let material = |name: &str, statements: &str| format!("newmtl {name}\n{statements}\n");
+    let bright = material("roof", "Kd 0.87 0.26 0.28\nKs 0.87 0.26 0.28\nNs 60\nillum 2");
+    let dark = material("rubber", "Kd 0.1\nKs 0.2\nNs 20");
+    let (materials, _, told) = read(&format!("{dark}{bright}"), MtlDialect::Auto);
+    // Of one writer: one material shows it for all.
+    assert!(
+        materials.iter().all(|m| m.gloss == Gloss::Metallic(0.0)),
+        "{materials:?}"
+    );
+    assert!(
+        told.len() == 1 && told[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
+        "{told:?}"
+    );
+    // A picture is darker than its factor: a dielectric beside it shows nothing.
+    for (ks, gloss) in [("0.04", Gloss::Phong(20.0)), ("0.5", Gloss::Metallic(0.0))] {
+        for kd in ["", "Kd 1\n"] {
+            let wood = material("wood", &format!("{kd}map_Kd a.png\nKs {ks}\nNs 20"));
+            assert_eq!(auto(&wood).gloss, gloss, "{wood}");
+        }
+    }
+    let picture = material("a", "Kd 0.5\nmap_Ks a.png\nNs 20");
+    assert_eq!(auto(&picture).gloss, Gloss::Phong(20.0));
+    // Up to 1 the file is literal, and so it is if the user says so.
+    let (materials, _, told) = read(&dark, MtlDialect::Auto);
+    assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(20.0), 0));
+    let exact = material("a", "Kd 0.7 0.5 0.5\nKs 0.3 0.5 0.5\nNs 20");
+    assert_eq!(auto(&exact).gloss, Gloss::Phong(20.0));
+    let (materials, _, told) = read(&bright, MtlDialect::Spec);
+    assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(60.0), 0));
+    let (materials, _, told) = read(&dark, MtlDialect::Highlight);
+    assert_eq!((materials[0].gloss, told.len()), (Gloss::Metallic(0.0), 0));
+    // Mirrors, glass, surfaces without a highlight and the extension show nothing, and keep their meaning.
+    for statements in ["illum 3", "illum 5", "illum 1", "illum 7\nTf 1 1 1", "Pr 0.5"] {
+        let other = material("other", &format!("Kd 0.8\nKs 0.8\nNs 20\n{statements}"));
+        let alone = read(&format!("{other}{dark}"), MtlDialect::Auto).0;
+        assert_eq!(alone[1].gloss, Gloss::Phong(20.0), "{statements}");
+        assert_eq!(
+            alone[0],
+            read(&format!("{other}{bright}"), MtlDialect::Auto).0[0],
+            "{statements}"
+        );
+    }
+}
+
+#[test]
+fn highlights_of_exponent_0_have_no_effect() {
+    let text = "newmtl m\nKd 0.5\nKs 0.3\nNs 0\n";
+    let (materials, _, told) = read(text, MtlDialect::Auto);
+    assert_eq!(
+        (materials[0].diffuse, materials[0].specular),
+        (Spectrum::splat(0.5), Spectrum::ZERO)
+    );
+    assert!(
+        told.len() == 1 && told[0].contains("t.mtl:4: Ks with Ns 0 is ignored"),
+        "{told:?}"
+    );
+    for &(name, dialect) in MtlDialect::NAMES {
+        let material = &read(text, dialect).0[0];
+        let keeps = matches!(dialect, MtlDialect::Spec | MtlDialect::Blender);
+        assert_eq!(!material.specular.is_black(), keeps, "{name}");
+    }
+    let (materials, _, _) = read("newmtl m\nKd 0\nKs 0.9\nNs 0\nillum 3\n", MtlDialect::Auto);
+    assert_eq!(materials[0].specular, Spectrum::splat(0.9), "a mirror");
+}
+
+#[test]
+fn the_obj_file_names_the_writer_too() {
+    let surface = blender(96.078_43, 1.0, 0.25, 1.0, 1.0, 2);
+    let flat = PYTHON.to_string() + &blender(0.0, 1.0, 0.5, 1.0, 1.0, 2) + "map_Bump a.png\n";
+    let slot = |obj| read_of(obj, &flat, MtlDialect::Auto).1[0][0];
+    // The version, which tells heights from normals
+    assert_eq!(slot(None), MapSlot::Normal);
+    assert_eq!(
+        slot(Some("# Blender v2.79 (sub 0) OBJ File: 'a.blend'\n")),
+        MapSlot::Bump
+    );
+    assert_eq!(
+        slot(Some("# Blender v2.80 (sub 75) OBJ File: 'a.blend'\n")),
+        MapSlot::Normal
+    );
+    // A library without a comment
+    let obj = Some("# Blender v2.54 (sub 0) OBJ File: ''\n# www.blender.org\nmtllib a.mtl\n");
+    let (materials, _, told) = read_of(obj, &surface, MtlDialect::Auto);
+    assert_eq!(materials[0].gloss, Gloss::Metallic(0.0));
+    assert!(
+        told[0].contains("t.mtl:1: written by Blender 2.54, as its OBJ file says; "),
+        "{told:?}"
+    );
+    // One that was written by hand stays literal, and one with a comment has its own writer.
+    for by_hand in ["newmtl m\nKd 0.2\nKs 0.5\nNs 30\n", "newmtl m\nKs 0.9\nillum 3\n"] {
+        let (materials, _, told) = read_of(obj, by_hand, MtlDialect::Auto);
+        assert_eq!((&materials[0], told.len()), (&auto(by_hand), 0));
+    }
+    let (_, _, told) = read_of(obj, "# Rhino\nnewmtl m\nKd 0.2\nKs 0.5\nNs 30\n", MtlDialect::Auto);
+    assert!(told[0].contains("written by Rhino; "), "{told:?}");
+    let rhino = read_of(Some("# Rhino\n"), "newmtl m\nKd 0.2\nKs 0.5\nNs 30\n", MtlDialect::Auto);
+    assert_eq!(rhino.0[0].gloss, Gloss::Metallic(0.0));
 }

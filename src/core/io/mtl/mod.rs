@@ -21,7 +21,8 @@ pub use map::{MapSlot, MapStatement};
 pub(super) use section::{Complaint, Section};
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
-use writer::{Reading, Signature};
+pub use writer::Signature;
+use writer::{Reading, Signatures};
 
 /// Default diffuse reflectance of a surface.
 const DEFAULT_DIFFUSE: f32 = 0.8;
@@ -89,13 +90,18 @@ impl MapRequest {
     }
 }
 
-/// The materials of an MTL file in its order. A wrong value is replaced by the nearest right one,
-/// or ignored.
-pub fn load_mtl(path: &Path, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
+/// The materials of an MTL file in its order; `obj` is the signature of the OBJ file that names it.
+/// A wrong value is replaced by the nearest right one, or ignored.
+pub fn load_mtl(
+    path: &Path,
+    obj: Option<&Signature>,
+    options: LibraryOptions,
+    findings: &mut Findings,
+) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
     };
-    let library = Library::new(&text, options);
+    let library = Library::new(&text, obj, options);
     let sections = library.sections(path, &text, findings);
     library.materials(path, sections, findings)
 }
@@ -112,9 +118,11 @@ pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<Strin
 }
 
 /// What the statements of a library mean, by its writer and by what the user says.
-pub(super) struct Library {
+pub(super) struct Library<'a> {
     dialect: MtlDialect,
     signature: Option<Signature>,
+    /// Signature of the OBJ file.
+    obj: Option<&'a Signature>,
     is_blender: bool,
     /// Severity of a wrong value.
     pub wrong_severity: Severity,
@@ -138,25 +146,20 @@ impl Default for LibraryOptions {
     }
 }
 
-impl Library {
-    /// A library with this text.
-    pub fn new(
-        text: &str,
-        LibraryOptions {
-            dialect,
-            wrong_severity,
-        }: LibraryOptions,
-    ) -> Self {
+impl<'a> Library<'a> {
+    /// A library with this text; `obj` is the signature of its OBJ file.
+    pub fn new(text: &str, obj: Option<&'a Signature>, options: LibraryOptions) -> Self {
         let signature = Signature::find(text);
-        let is_blender = match dialect {
+        let is_blender = match options.dialect {
             MtlDialect::Auto => signature.as_ref().is_some_and(|s| s.dialect == MtlDialect::Blender),
             dialect => dialect == MtlDialect::Blender,
         };
         Self {
-            dialect,
+            dialect: options.dialect,
             signature,
+            obj,
             is_blender,
-            wrong_severity,
+            wrong_severity: options.wrong_severity,
         }
     }
 
@@ -238,7 +241,11 @@ impl Library {
 
     /// The materials of these statements, by the habits of the writer.
     pub fn materials(&self, path: &Path, sections: Vec<Section>, findings: &mut Findings) -> Vec<FileMaterial> {
-        let reading = Reading::new(self.dialect, self.signature.as_ref(), &sections);
+        let signatures = Signatures {
+            library: self.signature.as_ref(),
+            obj: self.obj,
+        };
+        let reading = Reading::new(self.dialect, signatures, &sections);
         let mut is_read_otherwise = false;
         let mut idle: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         let mut materials = Vec::with_capacity(sections.len());

@@ -17,7 +17,7 @@ use crate::math::list;
 use std::collections::BTreeMap;
 
 /// Phong exponent of a `Ks` without `Ns`.
-const DEFAULT_EXPONENT: f32 = 10.0;
+pub(super) const DEFAULT_EXPONENT: f32 = 10.0;
 /// Where the format's range of `Ns` ends.
 const MAX_EXPONENT: f32 = 1000.0;
 /// Index of refraction of glass without `Ni`.

@@ -11,12 +11,19 @@
 //!   specular channels, and `Ks` and `Ns` are read as such.
 //! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are `Ks 1 1 1`, `Ns 0` and, until
 //!   its issue 213 of 2023, `Tr 1` for opaque surfaces.
+//! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`, `d` and, without gloss,
+//!   `Ns 0`; other programs write the same (`honeybee` of Ladybug Tools, `dash_obj_in_3dmesh`).
+//! - Wings 3D: `e3d/e3d_obj.erl` of its sources, which writes the colours of an OpenGL material, and its shininess times 100.
+//! - 3dfier: `resources/3dfier.mtl` of its sources has one colour as `Ka`, `Kd` and `Ks`, and `Ns 60`.
+//! - Assimp: `code/AssetLib/Obj/ObjExporter.cpp` of its sources, which writes the colours of an OpenGL material, of whatever
+//!   format they came from; `Tf` is a colour that `d` does not count on.
 //!
-//! The highlight of Max, Maya and Cinema 4D is what lamps alone draw on a surface, and no share of the light around it. It becomes that of a dielectric.
+//! The highlight of all but Blender is what lamps alone draw on a surface, and no share of the light around it. It becomes
+//! that of a dielectric. A highlight of exponent 0 has no shape: programs write it for surfaces without one.
 
 use super::map::MapSlot;
 use super::reflectance::{MAX_F0, f0_of_ior};
-use super::section::{DEFAULT_IOR, Section};
+use super::section::{DEFAULT_EXPONENT, DEFAULT_IOR, Section};
 use super::writer::{BlenderExport, Writer};
 use crate::color::Spectrum;
 
@@ -34,21 +41,25 @@ pub(super) const BLENDER_COAT: f32 = 4.0;
 impl Section {
     /// Replaces what `writer` wrote by what it meant.
     pub(super) fn translate(&mut self, writer: Writer) {
+        // Blender means the roughness of a principled surface.
+        let has_meaning = matches!(writer, Writer::Spec | Writer::Blender(_));
+        if self.has_flat_highlight() && !has_meaning {
+            self.drop_highlight();
+        }
         match writer {
-            Writer::Unknown => {}
+            Writer::Spec | Writer::Unknown => {}
             Writer::Blender(export) => self.translate_blender(export),
             Writer::Max => self.translate_max(),
             Writer::Maya => self.translate_maya(),
             Writer::Sketchup => self.drop_highlight(),
-            Writer::Cinema4d => {
-                let power = self.exponent.unwrap_or(MAYA_COSINE_POWER);
-                self.make_highlight(roughness_of_phong(power));
+            Writer::Cinema4d => self.make_phong_highlight(MAYA_COSINE_POWER),
+            Writer::Rhino | Writer::Assimp => {
+                self.filter = None;
+                self.make_phong_highlight(DEFAULT_EXPONENT);
             }
-            Writer::Meshlab => {
-                if self.exponent.unwrap_or(0.0) == 0.0 && !self.has_map(MapSlot::Specular) {
-                    self.drop_highlight();
-                }
-            }
+            Writer::Wings3d | Writer::Threedfier | Writer::Highlight => self.make_phong_highlight(DEFAULT_EXPONENT),
+            Writer::Meshlab if self.exponent.is_none() && !self.has_map(MapSlot::Specular) => self.drop_highlight(),
+            Writer::Meshlab => self.make_phong_highlight(DEFAULT_EXPONENT),
         }
     }
 
@@ -79,9 +90,13 @@ impl Section {
             self.roughness = Some(self.exponent.map_or(BLENDER_ROUGHNESS, roughness));
         }
 
-        let level = match self.specular.take() {
-            _ if self.has_map(MapSlot::Specular) => 1.0,
-            given => given.map_or(0.0, Spectrum::mean),
+        let level = match (
+            self.specular.take().map(Spectrum::mean),
+            self.has_map(MapSlot::Specular),
+        ) {
+            (Some(level), true) if export == BlenderExport::Internal && level > 0.0 => level,
+            (_, true) => 1.0,
+            (level, false) => level.unwrap_or(0.0),
         };
         let full = match export {
             BlenderExport::Native { before_4: false } => 2.0 * f0_of_ior(self.ior.unwrap_or(DEFAULT_IOR)),
@@ -127,19 +142,37 @@ impl Section {
         if self.has_map(MapSlot::Diffuse) && self.diffuse.is_some_and(Spectrum::is_black) {
             self.diffuse = None;
         }
-        let power = self.exponent.unwrap_or(MAYA_COSINE_POWER);
-        self.make_highlight(roughness_of_phong(power));
+        self.make_phong_highlight(MAYA_COSINE_POWER);
+    }
+
+    /// Returns true if the model of illumination leaves `Ks` a highlight: surfaces without one,
+    /// mirrors, glass and the extension keep their meaning.
+    pub(super) fn may_have_highlight(&self) -> bool {
+        !self.is_physical() && !matches!(self.illum, Some(0 | 1 | 3..=7))
+    }
+
+    /// Returns true if there is a highlight of exponent 0.
+    pub(super) fn has_flat_highlight(&self) -> bool {
+        let has_map = self.has_map(MapSlot::Specular) || self.has_map(MapSlot::Exponent);
+        let shines = self.specular.is_some_and(|ks| !ks.is_black());
+        shines && self.exponent == Some(0.0) && !has_map && self.may_have_highlight()
+    }
+
+    /// [`Section::make_highlight`] with the roughness of a Phong lobe, of exponent `default` if
+    /// there is no `Ns`.
+    fn make_phong_highlight(&mut self, default: f32) {
+        let exponent = self.exponent.unwrap_or(default);
+        self.make_highlight(roughness_of_phong(exponent));
     }
 
     /// Reads `Ks` as the level of a dielectric's highlight of this roughness, or, with a black `Kd`, as the colour of a metal. Returns whether there was one.
     fn make_highlight(&mut self, roughness: f32) -> bool {
-        let has_model = self.is_physical() || matches!(self.illum, Some(0 | 1 | 3..=7));
         let level = match self.specular {
             Some(color) if !color.is_black() => color.mean(),
             _ if self.has_map(MapSlot::Specular) => 1.0,
             _ => 0.0,
         };
-        if has_model || level == 0.0 {
+        if level == 0.0 || !self.may_have_highlight() {
             return false;
         }
         let is_bare = self.diffuse.is_some_and(Spectrum::is_black) && !self.has_map(MapSlot::Diffuse);

@@ -1,10 +1,14 @@
-//! The program that wrote a material library: its leading comments name it, or the habits of its statements show it.
+//! The program that wrote a material library: its leading comments name it, or those of its OBJ file,
+//! or the habits of its statements show it.
 //!
-//! What the programs write, and where that is from, stands with the translation of each dialect in `translate`.
+//! What the programs write, and where that is from, stands with the translation of each dialect in
+//! `translate`.
 
 use super::dialect::{MtlDialect, TrMeaning, is_tr_opacity};
+use super::map::MapSlot;
 use super::section::Section;
 use crate::color::Spectrum;
+use crate::math::excerpt;
 
 /// Exporter of Blender, of which there were three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +24,9 @@ pub(super) enum BlenderExport {
 /// Program that wrote a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Writer {
-    /// An unknown one: the file is read literally.
+    /// The format itself: the file is read literally.
+    Spec,
+    /// An unknown program: the file is read literally, but for highlights without a shape.
     Unknown,
     Blender(BlenderExport),
     Max,
@@ -28,20 +34,27 @@ pub(super) enum Writer {
     Sketchup,
     Cinema4d,
     Meshlab,
+    Rhino,
+    Wings3d,
+    Threedfier,
+    Assimp,
+    /// An unknown program that writes highlights of lamps.
+    Highlight,
 }
 
-/// What the leading comments of a library say of its writer.
+/// What the leading comments of a library or of an OBJ file say of the writer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Signature {
+pub struct Signature {
+    /// Dialect of the program.
     pub dialect: MtlDialect,
-    /// Version of Blender, such as `3.6.0`, where it is given.
-    pub version: Option<String>,
+    /// Version of Blender, such as `3.6.0`, and its exporter, if the comment has a version.
+    pub(super) version: Option<(String, BlenderExport)>,
     /// Line of the comment.
     pub line: usize,
 }
 
 impl Signature {
-    /// The signature among the comments before the first material.
+    /// The signature among the comments before the first statement.
     pub fn find(text: &str) -> Option<Self> {
         let lines = text.lines().enumerate();
         let leading = lines.take_while(|(_, line)| {
@@ -56,7 +69,10 @@ impl Signature {
     fn of_comment(comment: &str, line: usize) -> Option<Self> {
         let has = |words: &[&str]| words.iter().any(|word| comment.contains(word));
         let has_word = |wanted: &str| comment.split(|c: char| !c.is_alphanumeric()).any(|word| word == wanted);
-        let dialect = if has(&["blender"]) && has(&["mtl file"]) {
+        let content = comment.trim_matches(|c: char| c.is_whitespace() || matches!(c, '#' | '\u{feff}'));
+        let version = blender_version(content);
+        let is_blender = version.is_some() || has(&["blender"]) && has(&["mtl file", "obj file"]);
+        let dialect = if is_blender || content.starts_with("material count:") {
             MtlDialect::Blender
         } else if has(&["3ds max", "3dsmax", "guruware", "max2mtl"]) {
             MtlDialect::Max
@@ -68,14 +84,61 @@ impl Signature {
             MtlDialect::Meshlab
         } else if has_word("maya") {
             MtlDialect::Maya
+        } else if content == "rhino" || has_word("rhinoceros") {
+            MtlDialect::Rhino
+        } else if has(&["wings 3d", "wings3d"]) {
+            MtlDialect::Wings3d
+        } else if has_word("3dfier") {
+            MtlDialect::Threedfier
+        } else if has(&["open asset import library"]) || has_word("assimp") {
+            MtlDialect::Assimp
         } else {
             return None;
         };
-        let after = comment.split("blender ").nth(1).unwrap_or("");
-        let version: String = after.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect();
-        let version = Some(version).filter(|v| dialect == MtlDialect::Blender && v.starts_with(|c: char| c != '.'));
         Some(Self { dialect, version, line })
     }
+
+    /// Returns true if a library without a comment may come from the program that this signature of
+    /// its OBJ file names. Other libraries are written by hand.
+    fn fits(&self, sections: &[Section]) -> bool {
+        match self.dialect {
+            MtlDialect::Blender => sections.iter().all(has_statements_of_blender),
+            // By the letter of other programs `Tf` and `Tr` could make everything invisible. The
+            // libraries of Maya have a habit.
+            MtlDialect::Maya => false,
+            MtlDialect::Meshlab => sections.iter().all(|section| section.dissolve.tr.is_none()),
+            _ => true,
+        }
+    }
+}
+
+/// Version of Blender that a comment in lower case names, and the exporter of that version.
+///
+/// Exporters in Python write `Blender v2.79 (sub 0) OBJ File`, of which the oldest wrote
+/// `Blender3D v249 OBJ File`. The later exporter writes `Blender 3.6.0`.
+fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
+    let after = comment.strip_prefix("blender")?;
+    let after = after.strip_prefix("3d").unwrap_or(after).trim_start();
+    let (digits, is_python) = match after.strip_prefix('v') {
+        Some(digits) => (digits, true),
+        None => (after, false),
+    };
+    let end = digits.find(|c: char| !c.is_ascii_digit() && c != '.');
+    let version = digits[..end.unwrap_or(digits.len())].trim_end_matches('.');
+    let mut numbers = version.split('.').map(|number| number.parse::<u16>().ok());
+    let major = u32::from(numbers.next()??);
+    let minor = numbers.next().flatten().unwrap_or(0);
+    let number = if major < 100 {
+        100 * major + u32::from(minor)
+    } else {
+        major
+    };
+    let export = match number {
+        ..280 => BlenderExport::Internal,
+        _ if is_python => BlenderExport::Python,
+        _ => BlenderExport::Native { before_4: number < 400 },
+    };
+    Some((version.to_string(), export))
 }
 
 /// How a library is read.
@@ -87,31 +150,54 @@ pub(super) struct Reading {
     pub guess: Option<(usize, String)>,
 }
 
+/// The signatures of a library and of its OBJ file.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Signatures<'a> {
+    pub library: Option<&'a Signature>,
+    pub obj: Option<&'a Signature>,
+}
+
 impl Reading {
     /// The literal reading.
     pub const LETTER: Self = Self {
-        writer: Writer::Unknown,
+        writer: Writer::Spec,
         tr: TrMeaning::Transparency,
         guess: None,
     };
 
-    /// Reading of a library in the `dialect` that the user chose, or as its `signature` and the habits of its materials show it.
-    pub fn new(dialect: MtlDialect, signature: Option<&Signature>, sections: &[Section]) -> Self {
+    /// Reading of a library in the `dialect` that the user chose, or as its signatures and the
+    /// habits of its materials show it.
+    pub fn new(dialect: MtlDialect, signatures: Signatures, sections: &[Section]) -> Self {
         let is_auto = dialect == MtlDialect::Auto;
-        let habit = || habit_of(sections).filter(|_| is_auto && signature.is_none());
+        let of_obj = signatures.obj.filter(|obj| obj.fits(sections));
+        let signature = signatures.library.or(of_obj);
         let dialect = match dialect {
-            MtlDialect::Auto => signature.map(|s| s.dialect).or_else(habit).unwrap_or(MtlDialect::Spec),
+            MtlDialect::Auto => signature
+                .map(|signature| signature.dialect)
+                .or_else(|| habit_of(sections))
+                .unwrap_or_default(),
             chosen => chosen,
         };
-        let of_blender = signature.filter(|s| s.dialect == MtlDialect::Blender);
+        // The OBJ file may have the version that the library lacks.
+        let mut versions = [signatures.library, signatures.obj].into_iter().flatten();
+        let version = versions.find_map(|signature| signature.version.as_ref());
         let writer = match dialect {
-            MtlDialect::Auto | MtlDialect::Spec => Writer::Unknown,
-            MtlDialect::Blender => Writer::Blender(BlenderExport::of(of_blender, sections)),
+            MtlDialect::Auto => Writer::Unknown,
+            MtlDialect::Spec => Writer::Spec,
+            MtlDialect::Blender => Writer::Blender(match version {
+                Some(&(_, export)) => export,
+                None => BlenderExport::of_exponents(signature.is_some(), sections),
+            }),
             MtlDialect::Max => Writer::Max,
             MtlDialect::Maya => Writer::Maya,
             MtlDialect::Sketchup => Writer::Sketchup,
             MtlDialect::Cinema4d => Writer::Cinema4d,
             MtlDialect::Meshlab => Writer::Meshlab,
+            MtlDialect::Rhino => Writer::Rhino,
+            MtlDialect::Wings3d => Writer::Wings3d,
+            MtlDialect::Threedfier => Writer::Threedfier,
+            MtlDialect::Assimp => Writer::Assimp,
+            MtlDialect::Highlight => Writer::Highlight,
         };
         let dissolves: Vec<_> = sections.iter().map(|section| section.dissolve).collect();
         // MeshLab wrote opacity until 2023, and transparency since.
@@ -122,27 +208,49 @@ impl Reading {
             Writer::Max => TrMeaning::TransparencyFirst,
             _ => TrMeaning::Transparency,
         };
-        let line = signature.map_or(1, |s| s.line);
         let guess = is_auto.then(|| match writer {
-            Writer::Unknown if tr == TrMeaning::Opacity => {
-                Some("`Tr` is read as opacity: as transparency it would contradict the other statements".into())
-            }
-            Writer::Unknown => None,
+            Writer::Unknown | Writer::Highlight => guess_of_unknown(tr, sections),
             writer => {
-                let name = writer.name(of_blender.and_then(|s| s.version.as_deref()));
-                let source = match signature {
-                    Some(_) => format!("written by {name}"),
-                    None => format!("recognised as a file of {name} by its habits; it has no comment"),
+                let name = writer.name(version.map(|(version, _)| version.as_str()));
+                let (line, source) = match (signatures.library, signature) {
+                    (Some(own), _) => (own.line, format!("written by {name}")),
+                    (None, Some(_)) => (1, format!("written by {name}, as its OBJ file says")),
+                    (None, None) => {
+                        let source = format!("recognised as a file of {name} by its habits; it has no comment");
+                        (1, source)
+                    }
                 };
-                Some(format!("{source}; {}", writer.meaning()))
+                Some((line, format!("{source}; {}", writer.meaning())))
             }
         });
         Self {
             writer,
             tr,
-            guess: guess.flatten().map(|words| (line, words)),
+            guess: guess.flatten(),
         }
     }
+}
+
+/// Guesses about a library of an unknown program in words, with the line that shows the first.
+fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, String)> {
+    let excess = excess_of(sections).map(|(section, sum)| {
+        let name = excerpt(&section.name);
+        let words = format!(
+            "Kd + Ks of material `{name}` is {sum:.2}, more than all light; so Ks and Ns of this library are read as \
+             the highlight of a dielectric"
+        );
+        (section.line_of("ks"), words)
+    });
+    let flat = sections.iter().find(|section| section.has_flat_highlight());
+    let flat = flat.map(|section| (section.line_of("ns"), "Ks with Ns 0 is ignored".to_string()));
+    let tr = (tr == TrMeaning::Opacity).then(|| {
+        let words = "`Tr` is read as opacity: as transparency it would contradict the other statements";
+        (1, words.to_string())
+    });
+    let guesses: Vec<_> = [tr, excess, flat].into_iter().flatten().collect();
+    let &(line, _) = guesses.first()?;
+    let words: Vec<_> = guesses.into_iter().map(|(_, words)| words).collect();
+    Some((line, words.join("; ")))
 }
 
 impl Writer {
@@ -158,7 +266,11 @@ impl Writer {
             (Self::Sketchup, _) => "SketchUp",
             (Self::Cinema4d, _) => "Cinema 4D",
             (Self::Meshlab, _) => "MeshLab",
-            (Self::Unknown, _) => "an unknown program",
+            (Self::Rhino, _) => "Rhino",
+            (Self::Wings3d, _) => "Wings 3D",
+            (Self::Threedfier, _) => "3dfier",
+            (Self::Assimp, _) => "Assimp",
+            (Self::Spec | Self::Unknown | Self::Highlight, _) => "an unknown program",
         };
         name.into()
     }
@@ -166,28 +278,26 @@ impl Writer {
     /// How its statements are read, in words.
     fn meaning(self) -> &'static str {
         match self {
-            Self::Unknown => "the file is read literally",
+            Self::Spec | Self::Unknown => "the file is read literally",
             Self::Blender(_) => "Ks and Ns are read as specular level and roughness",
             Self::Max => "Ks and Ns are read as specular level and glossiness, and map_Kd replaces Kd",
             Self::Maya => "Tf is read as opacity, Ks and Ns as the highlight of a dielectric",
+            Self::Meshlab => "Tr is read as opacity, Ks and Ns as the highlight of a dielectric",
             Self::Sketchup => "its constant Ks is ignored",
-            Self::Cinema4d => "Ks and Ns are read as the highlight of a dielectric",
-            Self::Meshlab => "Tr is read as opacity, and Ks with Ns 0 is ignored",
+            Self::Cinema4d | Self::Wings3d | Self::Threedfier | Self::Highlight => {
+                "Ks and Ns are read as the highlight of a dielectric"
+            }
+            Self::Rhino | Self::Assimp => "Ks and Ns are read as the highlight of a dielectric, and Tf is ignored",
         }
     }
 }
 
 impl BlenderExport {
-    /// The exporter, by the version in the signature, or by the values of `Ns`.
+    /// The exporter of a library without a version, by the values of `Ns`.
     ///
     /// Blender Internal had whole numbers h from 1 to 511 for hardness, and its exporters wrote `Ns` = (h − 1)/0.51; 0 and 900 are values of both
     /// older exporters. The one in Python ends at 900, and the roughness 0.5 of new materials is 225 there and 250 later.
-    fn of(signature: Option<&Signature>, sections: &[Section]) -> Self {
-        let version = signature.and_then(|s| s.version.as_deref());
-        let major: Option<u32> = version.and_then(|v| v.split('.').next()?.parse().ok());
-        if let Some(major) = major {
-            return Self::Native { before_4: major < 4 };
-        }
+    fn of_exponents(has_signature: bool, sections: &[Section]) -> Self {
         let exponents = || sections.iter().filter_map(|section| section.exponent);
         let is_near = |ns: f32, value: f32| (ns - value).abs() < 1e-3;
         let is_hardness = |ns: f32| is_near(ns * 0.51, (ns * 0.51).round());
@@ -196,7 +306,7 @@ impl BlenderExport {
             return Self::Internal;
         }
         let is_native = exponents().any(|ns| ns > 900.5 || is_near(ns, 250.0));
-        match signature.is_some() || !is_native && exponents().any(|ns| is_near(ns, 225.0) || is_near(ns, 324.0)) {
+        match has_signature || !is_native && exponents().any(|ns| is_near(ns, 225.0) || is_near(ns, 324.0)) {
             true => Self::Python,
             false => Self::Native { before_4: true },
         }
@@ -212,18 +322,49 @@ fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
         Some(MtlDialect::Maya)
     } else if all(is_like_sketchup) {
         Some(MtlDialect::Sketchup)
+    } else if all(is_like_3dfier) {
+        Some(MtlDialect::Threedfier)
     } else {
-        None
+        excess_of(sections).map(|_| MtlDialect::Highlight)
     }
 }
 
-/// All exporters of Blender write these statements, in this order, and `Ke` among them; `Ks` is grey, and `Ka` is 1 or metallic.
-fn is_like_blender(section: &Section) -> bool {
+/// Sum of the shares of a surface up to which roundings count as 1.
+const FULL: f32 = 1.0001;
+/// Limit of this sum if a picture multiplies one of the shares: its colours are darker than their
+/// factor of 1, and leave room for the reflectance of a dielectric, 0.17 at most (diamond).
+const FULL_OF_PICTURE: f32 = 1.2;
+
+/// The first material by the letter of which `Kd` and `Ks` reflect more than all light, and their
+/// sum.
+///
+/// A library has one writer, so one such material shows that `Ks` is no share of the light in any of
+/// them.
+fn excess_of(sections: &[Section]) -> Option<(&Section, f32)> {
+    let shines = |section: &&Section| {
+        let is_given = section.specular.is_some_and(|ks| !ks.is_black());
+        is_given && section.may_have_highlight() && !section.has_flat_highlight()
+    };
+    let mut sums = sections.iter().filter(shines).map(|section| {
+        let (material, _) = section.material(TrMeaning::Transparency);
+        (section, (material.diffuse + material.specular).max_component())
+    });
+    let has_picture = |section: &Section| section.has_map(MapSlot::Diffuse) || section.has_map(MapSlot::Specular);
+    sums.find(|(section, sum)| *sum > if has_picture(section) { FULL_OF_PICTURE } else { FULL })
+}
+
+/// All exporters of Blender write these statements, in this order, and `Ke` among them.
+fn has_statements_of_blender(section: &Section) -> bool {
     let keys = section.lines.iter().map(|(key, _)| key.as_str());
     let keys = keys.filter(|key| *key != "ke" && !key.starts_with("map_"));
+    keys.eq(["ns", "ka", "kd", "ks", "ni", "d", "illum"])
+}
+
+/// Blender writes a grey `Ks`, and `Ka` is 1 or metallic.
+fn is_like_blender(section: &Section) -> bool {
     let is_grey = |color: Option<Spectrum>| color.is_some_and(|c| c == Spectrum::splat(c.max_component()));
     let is_metal = matches!(section.illum, Some(3 | 6));
-    keys.eq(["ns", "ka", "kd", "ks", "ni", "d", "illum"])
+    has_statements_of_blender(section)
         && is_grey(section.specular)
         && is_grey(section.ambient)
         && (is_metal || section.ambient == Some(Spectrum::ONE))
@@ -241,4 +382,12 @@ fn is_like_maya(section: &Section) -> bool {
 /// SketchUp writes one `Ks` for every surface, and neither `Ns` nor `illum`.
 fn is_like_sketchup(section: &Section) -> bool {
     section.specular == Some(Spectrum::splat(0.33)) && section.exponent.is_none() && section.illum.is_none()
+}
+
+/// 3dfier colours the classes of its objects, each in one colour for all statements.
+fn is_like_3dfier(section: &Section) -> bool {
+    section.specular.is_some()
+        && section.specular == section.diffuse
+        && section.specular == section.ambient
+        && (section.exponent, section.illum) == (Some(60.0), Some(2))
 }

@@ -15,7 +15,7 @@ mod smoothing;
 use super::find_file::{FileFinder, case_differs, count_alike};
 use super::input;
 use super::memory::Allowance;
-use super::mtl::{FileMaterial, library_path, load_mtl};
+use super::mtl::{FileMaterial, Signature, library_path, load_mtl};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
@@ -90,6 +90,7 @@ pub(super) fn read_obj(
     let length = fs::metadata(path).map_or(0, |data| data.len());
     allowance.check(path, length)?;
     let text = read_text(path)?;
+    let signature = Signature::find(&text);
     observer.begin(&format!("reading {}", path.display()), text.len() as u64);
     let chunks = Chunks::count(&text, CHUNK_BYTES);
     allowance.check(path, chunks.bytes(length))?;
@@ -114,7 +115,7 @@ pub(super) fn read_obj(
     for i in [0, 1] {
         findings.add_untold(severities[i], path, outline.wrong_count[i] - told[i]);
     }
-    let (materials, libraries) = load_libraries(path, &outline.libraries, options, findings);
+    let (materials, libraries) = load_libraries(path, &outline, signature.as_ref(), options, findings);
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
     let groups = into_groups(outline);
@@ -138,7 +139,8 @@ fn into_groups(mut outline: Outline) -> Vec<Group> {
 /// The materials of the libraries, each read once, in the order of the lines that name them, and the files of the libraries.
 fn load_libraries(
     obj: &Path,
-    libraries: &[(String, usize)],
+    outline: &Outline,
+    signature: Option<&Signature>,
     options: &LoadOptions,
     findings: &mut Findings,
 ) -> (Vec<FileMaterial>, Vec<PathBuf>) {
@@ -146,7 +148,7 @@ fn load_libraries(
     let mut seen = HashSet::new();
     let (mut materials, mut files) = (Vec::new(), Vec::new());
     let mut finder = FileFinder::default();
-    for (named, line) in libraries {
+    for (named, line) in &outline.libraries {
         // One name with blanks, or several names.
         let names = match finder.find(folder, named) {
             Some(_) => vec![named.clone()],
@@ -186,7 +188,7 @@ fn load_libraries(
                 ));
                 findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
-            materials.extend(load_mtl(&path, options.library_options(), findings));
+            materials.extend(load_mtl(&path, signature, options.library_options(), findings));
             files.push(path);
         }
     }

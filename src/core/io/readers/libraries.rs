@@ -99,7 +99,7 @@ fn compare_library(path: &Path, options: &LoadOptions) -> (String, ComparedFile)
         }
     };
     let plain = plain_mtl(&text, &mut notes);
-    let library = Library::new(&text, options.library_options());
+    let library = Library::new(&text, None, options.library_options());
     let mut findings = Findings::default();
     let own = library.sections(path, &text, &mut findings);
     let wrong = Wrong::of(path, &findings);

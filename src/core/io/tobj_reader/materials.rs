@@ -1,6 +1,6 @@
 //! Materials of tobj as statements of a library.
 
-use super::super::mtl::{FileMaterial, Library, LibraryOptions, Section, read_library};
+use super::super::mtl::{FileMaterial, Library, LibraryOptions, Section, Signature, read_library};
 use super::super::statements::{split_keyword, statements};
 use super::super::{FileError, Findings, Position};
 use crate::math::excerpt;
@@ -9,6 +9,7 @@ use std::path::Path;
 /// The materials of a library that tobj has read. The file is read once more for what tobj leaves out: comments, which name the writer, and lines.
 pub(super) fn load(
     path: &Path,
+    obj: Option<&Signature>,
     read: &[tobj::Material],
     options: LibraryOptions,
     findings: &mut Findings,
@@ -16,7 +17,7 @@ pub(super) fn load(
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
     };
-    let library = Library::new(&text, options);
+    let library = Library::new(&text, obj, options);
     let sections = sections(&library, path, &text, read, findings);
     library.materials(path, sections, findings)
 }

@@ -8,9 +8,9 @@ mod materials;
 
 use super::input::Input;
 use super::memory::Allowance;
-use super::mtl::{FileMaterial, library_path};
+use super::mtl::{FileMaterial, Signature, library_path};
 use super::obj::{Group, ObjFile, no_faces};
-use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded};
+use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded, read_text};
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{Vec2, Vec3};
 pub(super) use materials::sections;
@@ -126,10 +126,15 @@ pub(super) fn read_obj(
     let (parts, _) = read.map_err(|refusal| failure.or(path, refused(path, &refusal)))?;
     observer.advance(length);
     findings.extend(lacks.into_inner());
+    // tobj skips comments.
+    let signature = read_text(path, "the OBJ file")
+        .ok()
+        .and_then(|text| Signature::find(&text));
     let (mut materials, mut files): (Vec<FileMaterial>, Vec<PathBuf>) = Default::default();
     for (file, read) in libraries.into_inner() {
         if !files.contains(&file) {
-            materials.extend(materials::load(&file, &read, options.library_options(), findings));
+            let read = materials::load(&file, signature.as_ref(), &read, options.library_options(), findings);
+            materials.extend(read);
             files.push(file);
         }
     }

@@ -152,6 +152,46 @@ fn pictures_of_blender_replace_numbers() {
 }
 
 #[test]
+fn pictures_scale_the_specular_level_of_blender() {
+    let maps = "map_Ks a.png\n";
+    // A picture replaces the level, but for Blender Internal, whose colours it multiplies.
+    for (text, f0, roughness) in [
+        (
+            format!("{NATIVE_3}{}{maps}", blender(250.0, 1.0, 0.5, 1.45, 1.0, 2)),
+            0.08,
+            0.5,
+        ),
+        (
+            format!("{PYTHON}{}{maps}", blender(96.078_43, 1.0, 0.5, 1.0, 1.0, 2)),
+            0.04,
+            0.690_035,
+        ),
+    ] {
+        let mut findings = Findings::default();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.mtl");
+        std::fs::write(&path, &text).unwrap();
+        let found = load_mtl(&path, None, LibraryOptions::default(), &mut findings).remove(0);
+        assert!(found.has_map(MapSlot::Specular), "{text}");
+        assert_eq!(found.material.specular, Spectrum::ONE, "the picture's factor");
+        assert!(is_near(found.material.ior, ior_of_dielectric(f0, roughness)), "{text}");
+        assert!(
+            findings.iter().all(|finding| finding.code != "no-effect"),
+            "{findings:?}"
+        );
+    }
+    // A constant has no place in the model of the extension.
+    let (_, _, told) = read("newmtl m\nPr 0.5\nKs 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
+    assert!(
+        told.iter()
+            .any(|words| words.contains("Ks has no effect with Pr or Pm")),
+        "{told:?}"
+    );
+    let (_, _, told) = read("newmtl m\nPr 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
+    assert!(told.is_empty(), "{told:?}");
+}
+
+#[test]
 fn max_writes_levels_and_percent() {
     let header = "# 3ds Max Wavefront OBJ Exporter v0.97b - (c)2007 guruware\n# File Created: 01.02.2012 10:00:00\n\nnewmtl m\n\t";
     let end = "\tNi 1.5\n\td 1.0\n\tTr 0.0\n\tTf 1.0 1.0 1.0\n\tillum 2\n\tKa 0.6 0.6 0.6\n\tKd 0.6 0.6 0.6\n";

@@ -49,10 +49,12 @@ impl Section {
                 format!("d has no effect with illum {model}: Tf sets the transmission"),
             );
         }
-        let shines = self.specular.is_some_and(|ks| !ks.is_black()) || self.has_map(MapSlot::Specular);
+        let shines = self.specular.is_some_and(|ks| !ks.is_black());
+        let has_picture = self.has_map(MapSlot::Specular);
+        // A picture scales the reflection of any model.
         if shines && is_physical {
             lost("ks", "Ks has no effect with Pr or Pm: Ni sets the reflection".into());
-        } else if shines && matches!(self.illum, Some(0 | 1)) {
+        } else if (shines || has_picture) && matches!(self.illum, Some(0 | 1)) && !is_physical {
             lost("ks", format!("Ks has no effect: illum {model} has no highlight"));
         }
         let is_mirror = matches!(material.gloss, Gloss::Mirror(_)) && !material.specular.is_black();

@@ -163,6 +163,7 @@ impl MapSection {
             bump: number(&map.height, default.bump),
         };
         let statement = MapStatement {
+            whole_file: None,
             slot,
             file: map.file.to_string_lossy().into_owned(),
             mapping,

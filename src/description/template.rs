@@ -113,7 +113,8 @@ impl SceneFile {
         let missing = RefCell::new(Vec::new());
         let path = |request: &MapRequest| -> Option<PathBuf> {
             let statement = &request.statement;
-            match find_file(request.place.file.parent().unwrap_or(Path::new("")), &statement.file) {
+            let beside = request.place.file.parent().unwrap_or(Path::new(""));
+            match statement.names().find_map(|name| find_file(beside, name)) {
                 Some(found) => Some(relocated(&found, Path::new(""), folder)),
                 None => {
                     missing.borrow_mut().push(statement.file.clone());

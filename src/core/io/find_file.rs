@@ -7,15 +7,36 @@ use std::path::{Component, Path, PathBuf};
 
 /// The file that another one, in `folder`, calls `name`.
 ///
-/// Names from other systems are understood: where no file has the very name, `\` separates folders like `/`, and
-/// letters may be of the other case. Of several such files or folders the first in the order of their names is taken.
+/// Names from other systems are understood: if no file has the very name, `\` separates folders like
+/// `/`, letters may be of the other case, and blanks may be underscores. Of several such files or
+/// folders the first in the order of their names is taken.
 pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     FileFinder::default().find(folder, name)
 }
 
+/// Last part of a name, of whatever system; drives and folders end in `/` or `\`.
+pub fn base_name(name: &str) -> Option<&str> {
+    let base = name.rsplit(['/', '\\']).next();
+    base.filter(|base| !base.is_empty() && *base != "..")
+}
+
+/// The name without quotes around it.
+pub fn unquoted(name: &str) -> &str {
+    let inner = ['"', '\''].map(|quote| name.strip_prefix(quote)?.strip_suffix(quote));
+    inner.into_iter().flatten().next().unwrap_or(name).trim()
+}
+
+/// The folder that a folder lies in.
+pub fn folder_above(folder: &Path) -> PathBuf {
+    match folder.components().next_back() {
+        Some(Component::Normal(_)) => folder.parent().unwrap_or(Path::new("")).to_path_buf(),
+        _ => folder.join(".."),
+    }
+}
+
 /// Finds files by [`find_file`], and lists each folder once.
 #[derive(Debug, Default)]
-pub(crate) struct FileFinder {
+pub struct FileFinder {
     /// First entry of each folder by its name in lower case.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
 }
@@ -37,7 +58,7 @@ impl FileFinder {
         is_there(&path).then_some(path)
     }
 
-    /// The entry of a folder that has this name, in whatever case.
+    /// The entry of a folder that has this name, in whatever case, with blanks or underscores.
     fn find_entry(&mut self, folder: &Path, name: &OsStr) -> Option<PathBuf> {
         let exact = folder.join(name);
         if exact.exists() {
@@ -46,7 +67,14 @@ impl FileFinder {
         if !self.listings.contains_key(folder) {
             self.listings.insert(folder.to_path_buf(), listing(folder));
         }
-        let found = self.listings.get(folder)?.get(&lowercase(name))?;
+        let entries = self.listings.get(folder)?;
+        let wanted = lowercase(name);
+        let found = entries.get(&wanted).or_else(|| {
+            // Blanks that became underscores, or the other way round
+            let is_alike =
+                |entry: &&String| entry.len() == wanted.len() && entry.replace(' ', "_") == wanted.replace(' ', "_");
+            entries.get(entries.keys().filter(is_alike).min()?)
+        })?;
         Some(folder.join(found))
     }
 }
@@ -109,6 +137,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn names_have_a_base_and_folders_one_above() {
+        for (name, base) in [
+            ("C:\\a\\b.mtl", Some("b.mtl")),
+            ("a/b.mtl", Some("b.mtl")),
+            ("b", Some("b")),
+            ("a/", None),
+        ] {
+            assert_eq!(base_name(name), base, "{name}");
+        }
+        for (name, inner) in [
+            ("\"a b\"", "a b"),
+            ("' a'", "a"),
+            ("\"a", "\"a"),
+            ("\"", "\""),
+            ("a", "a"),
+        ] {
+            assert_eq!(unquoted(name), inner, "{name}");
+        }
+        for (folder, above) in [("", ".."), ("a", ""), ("a/b", "a"), ("..", "../.."), (".", "./..")] {
+            assert_eq!(folder_above(Path::new(folder)), Path::new(above), "{folder}");
+        }
+    }
+
+    #[test]
     fn names_of_other_systems_find_their_file() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
@@ -129,6 +181,7 @@ mod tests {
             (".\\Textures\\Brick.PNG", Some("Textures/Brick.PNG"), false),
             ("textures\\brick.png", Some("Textures/Brick.PNG"), true),
             ("TEXTURES/inner\\X Y.png", Some("Textures/inner/x y.png"), true),
+            ("Textures/inner/x_y.png", Some("Textures/inner/x y.png"), true),
             ("Textures/../A.MTL", Some("a.mtl"), true),
             ("b.mtl", Some("B.mtl"), true),
             ("b.MTL", Some("b.MTL"), false),

@@ -55,8 +55,9 @@ pub struct Finding {
 /// Name of the note that nothing in a scene emits light, which is why it has a light that its files do not name.
 pub const DEFAULT_LIGHT: &str = "default-light";
 
-/// Notes that a render tells, since what they assume changes the picture: the light, and the dialect of a library.
-const TOLD_NOTES: [&str; 3] = [DEFAULT_LIGHT, "mtl-dialect", "negative-lobes"];
+/// Notes that a render tells, since what they assume changes the picture: the light, the dialect of a
+/// library, and files that lie elsewhere than named.
+const TOLD_NOTES: [&str; 4] = [DEFAULT_LIGHT, "mtl-dialect", "negative-lobes", "found-elsewhere"];
 
 /// Places that a finding names besides the first.
 pub const MAX_PLACES: usize = 5;

@@ -3,22 +3,47 @@
 use super::Position;
 use std::borrow::Cow;
 
+/// A statement of an OBJ or MTL file.
+pub(crate) struct Statement<'a> {
+    /// Line it starts on, counted from 1.
+    pub line: usize,
+    /// Statement without its comment.
+    pub text: Cow<'a, str>,
+    /// Line with its comment, if it has one and no line continues it.
+    commented: Option<&'a str>,
+}
+
+impl<'a> Statement<'a> {
+    /// What follows the keyword, with a comment that may be a part of a name such as `Paint #1`.
+    pub fn whole_name(&self) -> Option<&'a str> {
+        self.commented.map(|line| split_keyword(line).1)
+    }
+}
+
 /// The statements of an OBJ or MTL file with the lines they start on, counted from 1.
+pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    whole_statements(text).map(|statement| (statement.line, statement.text))
+}
+
+/// The statements of an OBJ or MTL file.
 ///
 /// A byte-order mark is skipped, a `\` at the end of a line joins the next line to it, and comments are left out: a `#`
 /// starts one at the beginning of a word, so that names like `Mat#2` stay whole. Empty statements are left out too.
-pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
         let (index, line) = lines.next()?;
-        let line = uncommented(line);
-        let statement = match line.strip_suffix('\\') {
-            None => Cow::Borrowed(line),
-            Some(start) => Cow::Owned(joined(start, lines.by_ref().map(|(_, line)| line))),
+        let whole = line.trim();
+        let line = uncommented(whole);
+        let is_commented = line.len() < whole.len();
+        let (text, commented) = match line.strip_suffix('\\') {
+            None => (Cow::Borrowed(line), is_commented.then_some(whole)),
+            Some(start) => (Cow::Owned(joined(start, lines.by_ref().map(|(_, line)| line))), None),
         };
-        Some((index + 1, statement))
+        let line = index + 1;
+        Some(Statement { line, text, commented })
     })
-    .filter(|(_, statement)| !statement.is_empty())
+    .filter(|statement| !statement.text.is_empty())
 }
 
 /// The text with `\n` at the ends of lines, where the classic Mac wrote `\r` alone.
@@ -139,6 +164,16 @@ mod tests {
             ]
         );
         assert_eq!(got.iter().map(|(n, _)| *n).collect::<Vec<_>>(), [1, 4, 7, 8]);
+    }
+
+    #[test]
+    fn names_keep_what_may_be_a_comment() {
+        let whole = |text| whole_statements(text).next().unwrap().whole_name();
+        assert_eq!(whole("\tusemtl  Paint  #1 \r\n"), Some("Paint  #1"));
+        assert_eq!(whole("newmtl #1\n"), Some("#1"));
+        for text in ["usemtl Mat#2\n", "# all\nusemtl a\n", "usemtl a \\\n #1\n"] {
+            assert_eq!(whole(text), None, "{text}");
+        }
     }
 
     #[test]

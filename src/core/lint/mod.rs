@@ -44,7 +44,10 @@ pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<
         .is_some_and(|(eye, scene)| contains(scene, eye));
     for obj in &inspection.objs {
         // What cannot be read is among the findings of the reader.
-        let Ok(faces) = ObjFaces::read(&obj.path) else { continue };
+        let defined = obj.materials.iter().map(|(name, ..)| name.as_str()).collect();
+        let Ok(faces) = ObjFaces::read(&obj.path, &defined) else {
+            continue;
+        };
         let uses = uses(inspection, &obj.path, &faces);
         let lint = FaceLint::new(&obj.path, &faces, &uses);
         findings.extend(lint.findings());

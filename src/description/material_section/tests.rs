@@ -3,7 +3,7 @@ use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::FileError;
 use crate::description::SceneFile;
-use crate::description::mtl::{LibraryOptions, load_mtl};
+use crate::description::mtl::{LibraryOptions, ObjContext, load_mtl};
 use crate::io::Findings;
 use crate::math::Vec2;
 use crate::texture::{Channel, Mapping, Wrap};
@@ -219,7 +219,7 @@ fn library(text: &str) -> Vec<FileMaterial> {
     let path = folder.path().join("m.mtl");
     std::fs::write(&path, text).unwrap();
     let mut findings = Findings::default();
-    let materials = load_mtl(&path, None, LibraryOptions::default(), &mut findings);
+    let materials = load_mtl(&path, &ObjContext::default(), LibraryOptions::default(), &mut findings);
     assert!(findings.first_error().is_none(), "{:?}", findings.first_error());
     materials
 }

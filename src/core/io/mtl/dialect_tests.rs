@@ -5,6 +5,7 @@ use super::reflectance::ior_of_dielectric;
 use super::section::DEFAULT_IOR;
 use super::writer::{BlenderExport, Reading, Signature, Signatures, Writer};
 use super::*;
+use crate::io::statements::statements;
 use crate::material::Gloss;
 
 fn in_dialect(dialect: MtlDialect) -> LibraryOptions {
@@ -27,12 +28,11 @@ fn read_of(obj: Option<&str>, text: &str, dialect: MtlDialect) -> Read {
     let path = folder.path().join("t.mtl");
     std::fs::write(&path, text).unwrap();
     let mut findings = Findings::default();
-    let found = load_mtl(
-        &path,
-        obj.and_then(Signature::find).as_ref(),
-        in_dialect(dialect),
-        &mut findings,
-    );
+    let context = ObjContext {
+        signature: obj.and_then(Signature::find),
+        ..ObjContext::default()
+    };
+    let found = load_mtl(&path, &context, in_dialect(dialect), &mut findings);
     assert_eq!(findings.first_error(), None, "{text}");
     let slots = found.iter().map(|m| m.maps.iter().map(|m| m.statement.slot).collect());
     let slots = slots.collect();
@@ -171,7 +171,7 @@ fn pictures_scale_the_specular_level_of_blender() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.mtl");
         std::fs::write(&path, &text).unwrap();
-        let found = load_mtl(&path, None, LibraryOptions::default(), &mut findings).remove(0);
+        let found = load_mtl(&path, &ObjContext::default(), LibraryOptions::default(), &mut findings).remove(0);
         assert!(found.has_map(MapSlot::Specular), "{text}");
         assert_eq!(found.material.specular, Spectrum::ONE, "the picture's factor");
         assert!(is_near(found.material.ior, ior_of_dielectric(f0, roughness)), "{text}");
@@ -376,7 +376,7 @@ fn exporters_of_blender_are_told_by_their_exponents() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.mtl");
         std::fs::write(&path, text).unwrap();
-        load_mtl(&path, None, in_dialect(dialect), &mut findings);
+        load_mtl(&path, &ObjContext::default(), in_dialect(dialect), &mut findings);
         let mut sections = Vec::new();
         for (line, statement) in statements(text) {
             let (key, rest) = split_keyword(&statement);

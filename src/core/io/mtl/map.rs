@@ -36,6 +36,8 @@ pub struct MapStatement {
     pub slot: MapSlot,
     /// The file's name, as it is written.
     pub file: String,
+    /// The file's name if what follows it is no comment, as in `wall #2.png`.
+    pub whole_file: Option<String>,
     /// Mapping of the texture on the surface.
     pub mapping: Mapping,
     /// Options that have no effect here.
@@ -103,6 +105,11 @@ impl MapStatement {
 }
 
 impl MapStatement {
+    /// Names that the file may have, the longest first.
+    pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.whole_file.iter().chain([&self.file]).map(String::as_str)
+    }
+
     /// Reads what follows the keyword: options, and a name that may have blanks. Some exporters
     /// write the options after the name.
     ///
@@ -113,6 +120,7 @@ impl MapStatement {
         let mut map = Self {
             slot,
             file: String::new(),
+            whole_file: None,
             mapping: Mapping::default(),
             ignored: Vec::new(),
         };

@@ -11,7 +11,7 @@ mod translate;
 mod writer;
 
 use super::input::read_text;
-use super::statements::{place_of, split_keyword, statements, with_line_feeds};
+use super::statements::{place_of, split_keyword, whole_statements, with_line_feeds};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::material::Material;
@@ -90,14 +90,18 @@ impl MapRequest {
     }
 }
 
-/// The materials of an MTL file in its order; `obj` is the signature of the OBJ file that names it.
-/// A wrong value is replaced by the nearest right one, or ignored.
-pub fn load_mtl(
-    path: &Path,
-    obj: Option<&Signature>,
-    options: LibraryOptions,
-    findings: &mut Findings,
-) -> Vec<FileMaterial> {
+/// What an OBJ file says of how its libraries are read.
+#[derive(Debug, Default)]
+pub struct ObjContext {
+    /// The program that wrote it.
+    pub signature: Option<Signature>,
+    /// Names of used materials in which a comment could begin, such as `Paint #1`.
+    pub whole_names: HashSet<String>,
+}
+
+/// The materials of an MTL file in its order; `obj` is what the OBJ file says that names it. A wrong
+/// value is replaced by the nearest right one, or ignored.
+pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
     };
@@ -121,8 +125,7 @@ pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<Strin
 pub(super) struct Library<'a> {
     dialect: MtlDialect,
     signature: Option<Signature>,
-    /// Signature of the OBJ file.
-    obj: Option<&'a Signature>,
+    obj: &'a ObjContext,
     is_blender: bool,
     /// Severity of a wrong value.
     pub wrong_severity: Severity,
@@ -147,8 +150,8 @@ impl Default for LibraryOptions {
 }
 
 impl<'a> Library<'a> {
-    /// A library with this text; `obj` is the signature of its OBJ file.
-    pub fn new(text: &str, obj: Option<&'a Signature>, options: LibraryOptions) -> Self {
+    /// A library with this text; `obj` is what its OBJ file says.
+    pub fn new(text: &str, obj: &'a ObjContext, options: LibraryOptions) -> Self {
         let signature = Signature::find(text);
         let is_blender = match options.dialect {
             MtlDialect::Auto => signature.as_ref().is_some_and(|s| s.dialect == MtlDialect::Blender),
@@ -169,12 +172,18 @@ impl<'a> Library<'a> {
         Section::new(name, line, max_clearcoat)
     }
 
-    /// Takes a statement of a material.
+    /// Takes a statement of a material; `whole` is what follows its keyword with a comment.
     ///
     /// # Errors
     ///
     /// A value is wrong, as in [`Section::set`].
-    pub fn read(&self, section: &mut Section, [key, rest]: [&str; 2], place: FileError) -> Result<Effect, Complaint> {
+    pub fn read(
+        &self,
+        section: &mut Section,
+        [key, rest]: [&str; 2],
+        whole: Option<&str>,
+        place: FileError,
+    ) -> Result<Effect, Complaint> {
         let lower = key.to_ascii_lowercase();
         let line = place.position.map_or(0, |position| position.line);
         let Some(slot) = MapSlot::of_keyword(&lower, self.is_blender) else {
@@ -184,10 +193,12 @@ impl<'a> Library<'a> {
             }
             return Ok(if is_known? { Effect::Full } else { Effect::None });
         };
-        let statement = MapStatement::parse(slot, rest).map_err(|message| {
+        let mut statement = MapStatement::parse(slot, rest).map_err(|message| {
             let help = "write options, then the name of a picture: map_Kd -s 2 2 wall.png";
             (format!("{key}: {message}; it has no effect"), help)
         })?;
+        let whole = whole.and_then(|whole| MapStatement::parse(slot, whole).ok());
+        statement.whole_file = whole.map(|whole| whole.file);
         let ignored = statement.ignored.clone();
         // The last one of a kind wins.
         section.maps.retain(|m| m.statement.slot != slot);
@@ -201,16 +212,17 @@ impl<'a> Library<'a> {
         let mut skipped: Vec<(String, usize)> = Vec::new();
         let mut wrong_count = 0;
         let mut unknown: HashSet<String> = HashSet::new();
-        for (line, statement) in statements(text) {
-            let (key, rest) = split_keyword(&statement);
+        for statement in whole_statements(text) {
+            let ((key, rest), line, whole) = (split_keyword(&statement.text), statement.line, statement.whole_name());
             if key.eq_ignore_ascii_case("newmtl") {
-                sections.push(self.section(rest, line));
+                let whole = whole.filter(|&name| self.obj.whole_names.contains(name));
+                sections.push(self.section(whole.unwrap_or(rest), line));
                 continue;
             }
             // Statements before the first material belong to none.
             let Some(section) = sections.last_mut() else { continue };
             let place = FileError::new(path, "").at(Position::line(line));
-            match self.read(section, [key, rest], place) {
+            match self.read(section, [key, rest], whole, place) {
                 Ok(Effect::Full) => {}
                 Ok(Effect::Without(options)) => {
                     skipped.extend(options.into_iter().map(|option| (option.to_string(), line)));
@@ -243,7 +255,7 @@ impl<'a> Library<'a> {
     pub fn materials(&self, path: &Path, sections: Vec<Section>, findings: &mut Findings) -> Vec<FileMaterial> {
         let signatures = Signatures {
             library: self.signature.as_ref(),
-            obj: self.obj,
+            obj: self.obj.signature.as_ref(),
         };
         let reading = Reading::new(self.dialect, signatures, &sections);
         let mut is_read_otherwise = false;

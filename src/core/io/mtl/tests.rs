@@ -14,7 +14,7 @@ fn load(text: &str) -> Result<(Vec<Material>, Vec<String>), FileError> {
 
 fn load_file(path: &Path, options: LibraryOptions) -> Result<(Vec<FileMaterial>, Vec<String>), FileError> {
     let mut findings = Findings::default();
-    let materials = load_mtl(path, None, options, &mut findings);
+    let materials = load_mtl(path, &ObjContext::default(), options, &mut findings);
     match findings.first_error() {
         Some(error) => Err(error.clone()),
         None => Ok((materials, findings.warnings().into_iter().map(|w| w.text).collect())),
@@ -351,7 +351,7 @@ fn an_index_of_refraction_of_0_counts_as_none() {
     let path = folder.path().join("a.mtl");
     std::fs::write(&path, "newmtl glass\nillum 7\nNi 0\n").unwrap();
     let mut findings = Findings::default();
-    let materials = load_mtl(&path, None, LibraryOptions::default(), &mut findings);
+    let materials = load_mtl(&path, &ObjContext::default(), LibraryOptions::default(), &mut findings);
     assert_eq!(materials[0].material.ior, section::DEFAULT_IOR);
     let warning = findings.iter().find(|f| f.severity == Severity::Warning).unwrap();
     assert!(

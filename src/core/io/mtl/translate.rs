@@ -9,17 +9,20 @@
 //! - SketchUp: a surface is a colour, a picture and an opacity; `Ks 0.33 0.33 0.33` is a constant of the exporter.
 //! - Cinema 4D: its manual, "OBJ Export: Material", says that its materials cannot be written without loss; what else is known of it is that it had
 //!   specular channels, and `Ks` and `Ns` are read as such.
-//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are `Ks 1 1 1`, `Ns 0` and, until
-//!   its issue 213 of 2023, `Tr 1` for opaque surfaces.
-//! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`, `d` and, without gloss,
-//!   `Ns 0`; other programs write the same (`honeybee` of Ladybug Tools, `dash_obj_in_3dmesh`).
-//! - Wings 3D: `e3d/e3d_obj.erl` of its sources, which writes the colours of an OpenGL material, and its shininess times 100.
+//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are
+//!   `Ks 1 1 1`, `Ns 0` and, until its issue 213 of 2023, `Tr 1` for opaque surfaces.
+//! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`, `d`
+//!   and, without gloss, `Ns 0`; other programs write the same (`honeybee` of Ladybug Tools,
+//!   `dash_obj_in_3dmesh`).
+//! - Wings 3D: `e3d/e3d_obj.erl` of its sources, which writes the colours of an OpenGL material, and
+//!   its shininess times 100.
 //! - 3dfier: `resources/3dfier.mtl` of its sources has one colour as `Ka`, `Kd` and `Ks`, and `Ns 60`.
-//! - Assimp: `code/AssetLib/Obj/ObjExporter.cpp` of its sources, which writes the colours of an OpenGL material, of whatever
-//!   format they came from; `Tf` is a colour that `d` does not count on.
+//! - Assimp: `code/AssetLib/Obj/ObjExporter.cpp` of its sources, which writes the colours of an OpenGL
+//!   material, of whatever format they came from; `Tf` is a colour that `d` does not count on.
 //!
-//! The highlight of all but Blender is what lamps alone draw on a surface, and no share of the light around it. It becomes
-//! that of a dielectric. A highlight of exponent 0 has no shape: programs write it for surfaces without one.
+//! The highlight of all but Blender is what lamps alone draw on a surface, and no share of the light
+//! around it. It becomes that of a dielectric. A highlight of exponent 0 has no shape: programs write
+//! it for surfaces without one.
 
 use super::map::MapSlot;
 use super::reflectance::{MAX_F0, f0_of_ior};

@@ -6,7 +6,7 @@ use crate::io::FileError;
 use crate::io::normals::area_vector;
 use crate::io::statements::{split_keyword, statements};
 use crate::math::{Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// Share of a polygon's area that roundings of f64 make of nothing, with room to spare.
@@ -47,10 +47,12 @@ pub struct Face<'a> {
 }
 
 impl ObjFaces {
-    /// Reads a file as a render does, without what is wrong in it.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
+    /// Reads a file as a render does, without what is wrong in it; its libraries define materials of
+    /// the names `defined`.
+    pub fn read(path: &Path, defined: &HashSet<&str>) -> Result<Self, FileError> {
         let text = read_text(path)?;
-        let outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), true, &|_| ())?;
+        let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), true, &|_| ())?;
+        outline.set_whole_names(defined);
         let (mut materials, mut runs) = (Vec::new(), Vec::new());
         let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
         let (mut name, mut line) = (None, 0);

@@ -1,30 +1,34 @@
-//! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or as they are written (`faces`), polygons (`polygon`),
-//! smoothing groups (`smoothing`).
+//! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or as
+//! they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
+//! libraries (`libraries`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
 //! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
 
 mod faces;
 mod groups;
+mod libraries;
 mod outline;
 mod parse;
 mod polygon;
 mod remarks;
 mod smoothing;
 
-use super::find_file::{FileFinder, case_differs, count_alike};
 use super::input;
 use super::memory::Allowance;
-use super::mtl::{FileMaterial, Signature, library_path, load_mtl};
+use super::mtl::{FileMaterial, ObjContext, Signature};
 use super::statements::with_line_feeds;
-use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
+use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::geometry::Mesh;
-use crate::math::excerpt_of_path;
 pub use faces::{Face, FaceMaterial, ObjFaces};
+pub(super) use libraries::find_libraries;
+use libraries::load_libraries;
+#[cfg(feature = "tobj")]
+pub(super) use libraries::{LibraryName, ObjLibrary};
 use outline::Outline;
 use parse::Chunks;
 use rayon::prelude::*;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -115,7 +119,13 @@ pub(super) fn read_obj(
     for i in [0, 1] {
         findings.add_untold(severities[i], path, outline.wrong_count[i] - told[i]);
     }
-    let (materials, libraries) = load_libraries(path, &outline, signature.as_ref(), options, findings);
+    let context = ObjContext {
+        signature,
+        whole_names: outline.whole_names(),
+    };
+    let libraries = find_libraries(path, &outline.libraries, outline.uses_materials());
+    let (materials, libraries) = load_libraries(path, &libraries, &context, options, findings);
+    outline.set_whole_names(&materials.iter().map(|found| found.material.name.as_str()).collect());
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
     let groups = into_groups(outline);
@@ -134,71 +144,6 @@ fn into_groups(mut outline: Outline) -> Vec<Group> {
     let faces = groups::by_material(&outline.sections);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
     faces.into_par_iter().map(|f| f.into_group(&outline)).collect()
-}
-
-/// The materials of the libraries, each read once, in the order of the lines that name them, and the files of the libraries.
-fn load_libraries(
-    obj: &Path,
-    outline: &Outline,
-    signature: Option<&Signature>,
-    options: &LoadOptions,
-    findings: &mut Findings,
-) -> (Vec<FileMaterial>, Vec<PathBuf>) {
-    let folder = obj.parent().unwrap_or(Path::new(""));
-    let mut seen = HashSet::new();
-    let (mut materials, mut files) = (Vec::new(), Vec::new());
-    let mut finder = FileFinder::default();
-    for (named, line) in &outline.libraries {
-        // One name with blanks, or several names.
-        let names = match finder.find(folder, named) {
-            Some(_) => vec![named.clone()],
-            None => split_names(named),
-        };
-        for name in names {
-            if !seen.insert(name.clone()) {
-                continue;
-            }
-            let remark = |message: String| FileError::new(obj, message).at(Position::line(*line));
-            let Some(path) = finder.find(folder, &name) else {
-                let missing = remark(format!(
-                    "material library `{}` is missing",
-                    excerpt_of_path(&library_path(obj, &name).to_string_lossy())
-                ));
-                let help = "put the file there; until then the default material replaces its materials";
-                findings.add(options.severity_of_lack(), "missing-library", missing.help(help));
-                continue;
-            };
-            if case_differs(folder, &name, &path) {
-                let others = match count_alike(&path) {
-                    0 | 1 => String::new(),
-                    n => format!(", the first of {n} files whose names differ by case"),
-                };
-                let other_case = remark(format!(
-                    "the file of material library `{}` is called `{}`{others}",
-                    excerpt_of_path(&name),
-                    path.display()
-                ));
-                let help = "write the name exactly as the file is called; other systems may not find it";
-                findings.add(Severity::Warning, "other-case", other_case.help(help));
-            } else if name.contains('\\') {
-                let error = remark(format!(
-                    "material library `{}` is found as `{}`",
-                    excerpt_of_path(&name),
-                    path.display()
-                ));
-                findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
-            }
-            materials.extend(load_mtl(&path, signature, options.library_options(), findings));
-            files.push(path);
-        }
-    }
-    (materials, files)
-}
-
-/// Names of libraries between blanks; a `\` before a blank makes it a part of the name.
-pub(super) fn split_names(names: &str) -> Vec<String> {
-    let hidden = names.replace("\\ ", "\0");
-    hidden.split_whitespace().map(|name| name.replace('\0', " ")).collect()
 }
 
 #[cfg(test)]

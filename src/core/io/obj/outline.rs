@@ -1,9 +1,11 @@
 //! What the statements of an OBJ file say, before faces are cut into triangles: values, faces and changes of state. Corners are kept as three lists of
 //! indices. A list that no face uses stays empty, so that a mesh of positions alone takes 16 bytes a triangle beside the text.
 
+use super::libraries::LibraryName;
 use super::remarks::Remarks;
 use crate::io::FileError;
 use crate::math::{Vec2, Vec3};
+use std::collections::HashSet;
 use std::ops::Range;
 
 /// The index of what a corner does not have.
@@ -15,8 +17,8 @@ pub(super) struct Outline {
     pub vertices: VertexData,
     /// Faces and changes of state, in the file's order.
     pub sections: Vec<Section>,
-    /// Names in `mtllib` with their lines.
-    pub libraries: Vec<(String, usize)>,
+    /// Names in `mtllib`.
+    pub libraries: Vec<LibraryName>,
     /// Faces that are left out, and assumptions.
     pub remarks: Remarks,
     /// First wrong statements of the file: those that a picture can do without, and wrong
@@ -24,6 +26,30 @@ pub(super) struct Outline {
     pub wrong: [Vec<FileError>; 2],
     /// Number of all of either.
     pub wrong_count: [usize; 2],
+}
+
+impl Outline {
+    /// Returns true if the file names a material.
+    pub fn uses_materials(&self) -> bool {
+        let mut states = self.sections.iter().flat_map(|section| &section.state_changes);
+        states.any(|state| state.material.is_some() || state.whole_name.is_some())
+    }
+
+    /// Names of materials in which a comment could begin.
+    pub fn whole_names(&self) -> HashSet<String> {
+        let states = self.sections.iter().flat_map(|section| &section.state_changes);
+        states.filter_map(|state| state.whole_name.clone()).collect()
+    }
+
+    /// Gives materials the whole names that are `defined`.
+    pub fn set_whole_names(&mut self, defined: &HashSet<&str>) {
+        for state in self.sections.iter_mut().flat_map(|section| &mut section.state_changes) {
+            let whole = state.whole_name.take();
+            state.material = whole
+                .filter(|name| defined.contains(name.as_str()))
+                .or(state.material.take());
+        }
+    }
 }
 
 /// Values that corners of faces name by index.
@@ -91,6 +117,8 @@ pub(super) struct StateChange {
     pub line: usize,
     /// The material from now on; `None` leaves it as it was.
     pub material: Option<String>,
+    /// Name of the material if what follows it is no comment, as in `Paint #1`.
+    pub whole_name: Option<String>,
     /// The smoothing group from now on, 0 for none; `None` leaves it as it was.
     pub smoothing: Option<u32>,
 }

@@ -3,10 +3,11 @@
 //! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices
 //! mean in it, and names a wrong line at once.
 
+use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};
-use crate::io::statements::{chunks, place_of, split_keyword, statements};
+use crate::io::statements::{Statement, chunks, place_of, split_keyword, statements, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{Vec2, Vec3, excerpt};
 use rayon::prelude::*;
@@ -174,7 +175,7 @@ struct Chunk<'a> {
     total: &'a Counts,
     vertices: VertexData,
     section: Section,
-    libraries: Vec<(String, usize)>,
+    libraries: Vec<LibraryName>,
     remarks: Remarks,
     /// As in [`Outline`].
     wrong: [Vec<FileError>; 2],
@@ -201,12 +202,13 @@ impl<'a> Chunk<'a> {
         };
         // The first state_change changes nothing: faces may belong to what came before the chunk.
         chunk.section.state_change();
-        for (line, statement) in statements(text) {
+        for statement in whole_statements(text) {
+            let line = statement.line;
             let result = chunk.read(&statement, before.lines + line);
             if result.is_ok() && chunk.lost.iter().all(Option::is_none) {
                 continue;
             }
-            let is_position = split_keyword(&statement).0 == "v";
+            let is_position = split_keyword(&statement.text).0 == "v";
             let lost = std::mem::take(&mut chunk.lost);
             for fault in result.err().into_iter().chain(lost.into_iter().flatten()) {
                 let (wrong, count) = match is_position {
@@ -228,7 +230,8 @@ impl<'a> Chunk<'a> {
         chunk
     }
 
-    fn read(&mut self, statement: &str, line: usize) -> Result<(), Fault> {
+    fn read(&mut self, whole: &Statement, line: usize) -> Result<(), Fault> {
+        let statement = &*whole.text;
         let (keyword, rest) = split_keyword(statement);
         match keyword {
             // A wrong value is 0, so that the indices of others keep their meaning.
@@ -264,14 +267,23 @@ impl<'a> Chunk<'a> {
                 self.vertices.normals.push(normal);
             }
             "f" | "fo" => self.read_face(rest, line)?,
-            "usemtl" if !rest.is_empty() => {
-                let state_change = self.section.state_change();
-                (state_change.material, state_change.line) = (Some(rest.into()), line);
+            "usemtl" => {
+                let whole_name = whole.whole_name();
+                if !rest.is_empty() || whole_name.is_some() {
+                    let state_change = self.section.state_change();
+                    state_change.line = line;
+                    state_change.whole_name = whole_name.map(Into::into);
+                    state_change.material = Some(rest.to_string()).filter(|name| !name.is_empty());
+                }
             }
             "s" => self.section.state_change().smoothing = Some(self.smoothing_group(rest, line)),
-            "mtllib" => self.libraries.push((rest.into(), line)),
+            "mtllib" => self.libraries.push(LibraryName {
+                text: rest.into(),
+                whole: whole.whole_name().map(Into::into),
+                line,
+            }),
             // Names, lines and points, and how other programs should show the mesh
-            "" | "usemtl" | "o" | "g" | "mg" | "l" | "p" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
+            "" | "o" | "g" | "mg" | "l" | "p" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
             _ => self.remarks.add_unknown(&excerpt(keyword), line),
         }
         Ok(())

@@ -42,7 +42,7 @@ kinds! {
     KeywordBlanks, "keyword-blanks", "names may follow a tab, and lines may be indented; tobj takes the name from the first blank of the line on";
     KeywordCase, "keyword-case", "keywords of MTL are known in any case; tobj knows one spelling";
     Nameless, "nameless", "materials and libraries may have no name; tobj refuses them";
-    LibraryName, "library-name", "libraries are found whatever the case and the separators of their names, several on a line; tobj takes the very name";
+    LibraryName, "library-name", "libraries are found whatever the case and the separators of their names, several on a line, in other folders, and by the name of the OBJ file; tobj takes the very name";
     LateLibrary, "late-library", "a library may be named after its materials are used; tobj knows those named before";
     UndefinedMaterial, "undefined-material", "faces keep the name of a material that no library defines; tobj gives them none";
     ForwardReference, "forward-reference", "faces may name vertices that come later in the file; tobj knows those so far";

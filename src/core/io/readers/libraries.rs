@@ -1,51 +1,73 @@
 //! Material libraries read by both readers.
 
-use super::plain::{NAMELESS, PlainObj, plain_mtl, plain_text};
-use super::{ComparedFile, Kind, Notes, Wrong, find_file::find_file};
+use super::plain::{NAMELESS, ObjNames, plain_mtl, plain_text, whole_names_of_mtl};
+use super::{ComparedFile, Kind, Notes, Wrong};
 use crate::io::input::Input;
-use crate::io::mtl::{Library, Section, library_path};
-use crate::io::obj::split_names;
+use crate::io::mtl::{Library, ObjContext, Section, library_path};
+use crate::io::obj::{ObjLibrary, find_libraries};
 use crate::io::tobj_reader::{Materials, read_library, sections};
 use crate::io::{Findings, LoadOptions};
 use crate::math::excerpt;
+use std::collections::BTreeSet;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// The libraries of an OBJ file.
 pub(super) struct Libraries {
     obj: PathBuf,
+    /// The libraries by the rules of the own reader.
+    found: Vec<ObjLibrary>,
     /// Each file with its rewritten text and its report.
     files: Vec<(PathBuf, String, ComparedFile)>,
 }
 
-/// The files of a `mtllib` statement, by the rules of the own reader: one name with blanks, or several names.
-pub(super) fn resolve(obj: &Path, named: &str) -> Vec<Option<PathBuf>> {
-    let folder = obj.parent().unwrap_or(Path::new(""));
-    match find_file(folder, named) {
-        Some(path) => vec![Some(path)],
-        None => split_names(named).iter().map(|name| find_file(folder, name)).collect(),
-    }
-}
-
 impl Libraries {
-    /// Compares all libraries that the OBJ file names; notes where tobj does not find what the own reader finds.
-    pub fn compare(obj: &Path, plain: &PlainObj, options: &LoadOptions, notes: &mut Notes) -> Self {
+    /// Finds the libraries of an OBJ file, and keeps of its names those that they define.
+    pub fn find(obj: &Path, names: &mut ObjNames) -> Vec<ObjLibrary> {
+        let found = find_libraries(obj, &names.libraries, names.uses_materials);
+        let texts = found
+            .iter()
+            .filter_map(|library| library.path.as_ref())
+            .filter_map(|path| {
+                let text = plain_text(path, "the material library", &mut Notes::default());
+                text.ok()
+            });
+        let defined: BTreeSet<String> = texts.flat_map(|text| whole_names_of_mtl(&text)).collect();
+        names.whole_names.retain(|name| defined.contains(name));
+        found
+    }
+
+    /// Compares the libraries `found`; notes where tobj does not find what the own reader finds.
+    pub fn compare(
+        obj: &Path,
+        names: &ObjNames,
+        found: Vec<ObjLibrary>,
+        options: &LoadOptions,
+        notes: &mut Notes,
+    ) -> Self {
         let mut files: Vec<(PathBuf, String, ComparedFile)> = Vec::new();
-        for (named, line) in &plain.libraries {
-            let found: Vec<PathBuf> = resolve(obj, named).into_iter().flatten().collect();
-            let by_tobj = Some(library_path(obj, named)).filter(|path| path.is_file());
-            if found.iter().ne(&by_tobj) {
-                notes.add(Kind::LibraryName, *line);
+        let mut lines: Vec<usize> = found.iter().map(|library| library.line).collect();
+        lines.dedup();
+        for line in lines {
+            let here = found.iter().filter(|library| library.line == line);
+            let found_here: Vec<&PathBuf> = here.filter_map(|library| library.path.as_ref()).collect();
+            let name = names.libraries.iter().find(|name| name.line == line);
+            let by_tobj = name
+                .map(|name| library_path(obj, &name.text))
+                .filter(|path| path.is_file());
+            if found_here != by_tobj.iter().collect::<Vec<_>>() {
+                notes.add(Kind::LibraryName, line);
             }
-            for path in found {
-                if files.iter().all(|(known, ..)| *known != path) {
-                    let (text, report) = compare_library(&path, options);
-                    files.push((path, text, report));
-                }
+        }
+        for path in found.iter().filter_map(|library| library.path.clone()) {
+            if files.iter().all(|(known, ..)| *known != path) {
+                let (text, report) = compare_library(&path, names, options);
+                files.push((path, text, report));
             }
         }
         Self {
             obj: obj.to_path_buf(),
+            found,
             files,
         }
     }
@@ -69,12 +91,13 @@ impl Libraries {
         read.unwrap_or_else(|| Ok(Default::default()))
     }
 
-    /// What tobj reads of the rewritten libraries of a statement.
+    /// What tobj reads of the rewritten libraries of a statement, which has its line as a name.
     pub fn plain(&self, named: &Path) -> Materials {
-        let named = named.to_string_lossy();
+        let line: Option<usize> = named.to_str().and_then(|line| line.parse().ok());
+        let here = self.found.iter().filter(|library| Some(library.line) == line);
         let mut text = String::new();
-        for path in resolve(&self.obj, &named).into_iter().flatten() {
-            let known = self.files.iter().find(|(known, ..)| *known == path);
+        for path in here.filter_map(|library| library.path.as_ref()) {
+            let known = self.files.iter().find(|(known, ..)| known == path);
             text += known.map_or("", |(_, text, _)| text);
         }
         read_library(&mut text.as_bytes()).unwrap_or_else(|_| Ok(Default::default()))
@@ -86,7 +109,7 @@ impl Libraries {
 }
 
 /// Compares a library; also returns its rewritten text.
-fn compare_library(path: &Path, options: &LoadOptions) -> (String, ComparedFile) {
+fn compare_library(path: &Path, names: &ObjNames, options: &LoadOptions) -> (String, ComparedFile) {
     let mut report = ComparedFile::new(path);
     let mut notes = Notes::default();
     let text = match plain_text(path, "the material library", &mut notes) {
@@ -98,8 +121,12 @@ fn compare_library(path: &Path, options: &LoadOptions) -> (String, ComparedFile)
             return (String::new(), report);
         }
     };
-    let plain = plain_mtl(&text, &mut notes);
-    let library = Library::new(&text, None, options.library_options());
+    let plain = plain_mtl(&text, &names.whole_names, &mut notes);
+    let context = ObjContext {
+        whole_names: names.whole_names.iter().cloned().collect(),
+        ..ObjContext::default()
+    };
+    let library = Library::new(&text, &context, options.library_options());
     let mut findings = Findings::default();
     let own = library.sections(path, &text, &mut findings);
     let wrong = Wrong::of(path, &findings);

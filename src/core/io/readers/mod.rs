@@ -14,10 +14,10 @@ use super::input::Input;
 use super::memory::Allowance;
 use super::obj::{self, ObjFaces, ObjFile};
 use super::tobj_reader::{Part, read_parts};
-use super::{FileError, Findings, LoadOptions, find_file};
+use super::{FileError, Findings, LoadOptions};
 pub use kind::{Kind, Lines, Notes};
 use libraries::Libraries;
-use plain::{plain_obj, plain_text};
+use plain::{ObjNames, plain_obj, plain_text};
 use std::collections::BTreeSet;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -129,7 +129,13 @@ fn compare(
 ) -> Result<Vec<ComparedFile>, FileError> {
     let mut report = ComparedFile::new(path);
     let mut notes = Notes::default();
-    let plain = plain_obj(&plain_text(path, "the OBJ file", &mut notes)?, &mut notes);
+    let text = plain_text(path, "the OBJ file", &mut notes)?;
+    let mut names = ObjNames::of(&text);
+    let found = Libraries::find(path, &mut names);
+    let mut plain = plain_obj(&text, &names.whole_names, &mut notes);
+    if found.iter().any(|library| library.line == 0) {
+        plain.text.insert_str(0, "mtllib 0\n");
+    }
 
     let mut findings = Findings::default();
     let own = obj::read_obj(path, options, Allowance::of_system(), &(), &mut findings);
@@ -147,7 +153,7 @@ fn compare(
     };
     plant(&mut own);
 
-    let libraries = Libraries::compare(path, &plain, options, &mut notes);
+    let libraries = Libraries::compare(path, &names, found, options, &mut notes);
     let by_name = |name: &Path| libraries.by_very_name(name);
     let mut input = BufReader::new(Input::open(path, "the OBJ file")?);
     let first = read_parts(&mut input, &by_name).map(|(parts, _)| parts);
@@ -175,7 +181,8 @@ fn compare(
         Err(_) => {}
         Ok(parts) => {
             report.explained = notes;
-            let faces = ObjFaces::read(path)?;
+            let defined = own.materials.iter().map(|found| found.material.name.as_str()).collect();
+            let faces = ObjFaces::read(path, &defined)?;
             shape::Shape {
                 own: &own,
                 faces: &faces,

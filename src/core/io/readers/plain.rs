@@ -5,9 +5,11 @@
 
 use super::kind::{Kind, Notes};
 use crate::io::input::read_bytes;
+use crate::io::obj::LibraryName;
 use crate::io::statements::with_line_feeds;
 use crate::io::{FileError, read_text};
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -45,6 +47,14 @@ struct Statement<'a> {
     line: usize,
     raw: &'a str,
     content: Cow<'a, str>,
+}
+
+impl Statement<'_> {
+    /// What follows the keyword, with its comment; `None` without one, or if lines continue it.
+    fn whole_name(&self) -> Option<&str> {
+        let is_whole = has_comment(self.raw) && !uncommented(self.raw).ends_with('\\');
+        is_whole.then(|| split(self.raw.trim()).1)
+    }
 }
 
 /// The statements of a text, with notes of comments and of continued lines.
@@ -110,14 +120,15 @@ pub(super) struct PlainObj {
     pub text: String,
     /// Faces in the file's order.
     pub faces: Vec<PlainFace>,
-    /// Lines that name libraries.
-    pub libraries: Vec<(String, usize)>,
+    /// Lines that name libraries; in the text they have their number as a name.
+    pub libraries: Vec<usize>,
     /// Lines of `usemtl` with their names.
     pub uses: Vec<(String, usize)>,
     /// Statements by line where values stand; moved to the front where faces name what comes later.
     values: String,
     pattern: Option<Pattern>,
     is_smooth: bool,
+    whole_names: BTreeSet<String>,
     /// `v`, `vt` and `vn` so far.
     counts: [i64; 3],
 }
@@ -176,11 +187,57 @@ fn indices(word: &str) -> [i64; 3] {
     all
 }
 
-/// Rewrites an OBJ file.
-pub(super) fn plain_obj(text: &str, notes: &mut Notes) -> PlainObj {
+/// What the libraries of an OBJ file depend on.
+#[derive(Default)]
+pub(super) struct ObjNames {
+    /// Names in `mtllib`.
+    pub libraries: Vec<LibraryName>,
+    /// Whether the file names a material.
+    pub uses_materials: bool,
+    /// Names of materials that go on behind what could begin a comment.
+    pub whole_names: BTreeSet<String>,
+}
+
+impl ObjNames {
+    /// The names in an OBJ file.
+    pub fn of(text: &str) -> Self {
+        let mut names = Self::default();
+        for statement in statements(text, &mut Notes::default()) {
+            let whole = statement.whole_name().map(str::to_string);
+            match split(&statement.content) {
+                ("mtllib", text) => names.libraries.push(LibraryName {
+                    text: text.into(),
+                    whole,
+                    line: statement.line,
+                }),
+                ("usemtl", name) => {
+                    names.uses_materials |= !name.is_empty() || whole.is_some();
+                    names.whole_names.extend(whole);
+                }
+                _ => {}
+            }
+        }
+        names
+    }
+}
+
+/// Names of materials of a library that go on behind what could begin a comment.
+pub(super) fn whole_names_of_mtl(text: &str) -> BTreeSet<String> {
+    let all = statements(text, &mut Notes::default());
+    let named = all
+        .iter()
+        .filter(|s| split(&s.content).0.eq_ignore_ascii_case("newmtl"));
+    named.filter_map(Statement::whole_name).map(str::to_string).collect()
+}
+
+/// Rewrites an OBJ file, whose libraries define materials of these `whole_names`.
+pub(super) fn plain_obj(text: &str, whole_names: &BTreeSet<String>, notes: &mut Notes) -> PlainObj {
     let all = statements(text, notes);
     let survey = FileSurvey::of(&all);
-    let mut plain = PlainObj::default();
+    let mut plain = PlainObj {
+        whole_names: whole_names.clone(),
+        ..PlainObj::default()
+    };
     for statement in &all {
         plain.add(statement, &survey, notes);
     }
@@ -270,6 +327,11 @@ impl PlainObj {
     /// A statement with a name: tobj takes what stands after the first blank of the line.
     fn name(&mut self, keyword: &str, rest: &str, statement: &Statement, notes: &mut Notes) {
         let line = statement.line;
+        let whole = statement.whole_name();
+        let rest = match whole.filter(|name| keyword == "usemtl" && self.whole_names.contains(*name)) {
+            Some(name) => name,
+            None => rest,
+        };
         let by_tobj = statement.raw.split_once(' ').map_or("", |(_, name)| name.trim());
         if rest.is_empty() {
             notes.add(Kind::Nameless, line);
@@ -283,7 +345,10 @@ impl PlainObj {
                 self.pattern = None;
                 self.uses.push((rest.to_string(), line));
             }
-            _ => self.libraries.push((rest.to_string(), line)),
+            _ => {
+                self.libraries.push(line);
+                return self.line(&format!("{keyword} {line}"));
+            }
         }
         self.line(&format!("{keyword} {rest}"));
     }
@@ -383,12 +448,17 @@ const TOBJ_KEYWORDS: [&str; 20] = [
     "map_Ns", "map_ns", "map_NS", "bump", "map_d", "Tf",
 ];
 
-/// Rewrites a material library.
-pub(super) fn plain_mtl(text: &str, notes: &mut Notes) -> String {
+/// Rewrites a material library, of whose materials the OBJ file uses these `whole_names`.
+pub(super) fn plain_mtl(text: &str, whole_names: &BTreeSet<String>, notes: &mut Notes) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut materials = 0;
     for statement in statements(text, notes) {
         let (keyword, rest) = split(&statement.content);
+        let is_name = keyword.eq_ignore_ascii_case("newmtl");
+        let whole = statement
+            .whole_name()
+            .filter(|name| is_name && whole_names.contains(*name));
+        let rest = whole.unwrap_or(rest);
         let line = statement.line;
         let known = TOBJ_KEYWORDS.iter().find(|known| known.eq_ignore_ascii_case(keyword));
         let is_exact = TOBJ_KEYWORDS.contains(&keyword);

@@ -148,7 +148,7 @@ impl Shape<'_> {
         if let (Some(name), None) = (own, of_tobj) {
             let uses = &self.plain.uses;
             let used = uses[..uses.partition_point(|&(_, line)| line < face.line)].last();
-            let is_late = used.is_some_and(|(_, used)| self.plain.libraries.iter().any(|(_, line)| line > used));
+            let is_late = used.is_some_and(|(_, used)| self.plain.libraries.iter().any(|line| line > used));
             match self.own.material(name) {
                 None => return report.explained.add(Kind::UndefinedMaterial, face.line),
                 Some(_) if self.are_libraries_refused => {

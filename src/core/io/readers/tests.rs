@@ -26,7 +26,7 @@ fn found(reports: &[ComparedFile]) -> (Vec<&'static str>, Vec<(usize, String)>) 
 #[test]
 fn each_documented_difference_is_explained() {
     // A file, and the kinds that explain what differs
-    let cases: [(&str, &[&str]); 35] = [
+    let cases: [(&str, &[&str]); 37] = [
         ("f 1/1/2 2/2/2 3/3/2\nf 1/1/1 2/2/1 3/3/1 4/4/1", &[]),
         ("v 0.2 0.2 0\nf 1 2 3 4\nf 2 5 4 1", &["polygon-cut"]),
         ("s 1\nf 1 2 3\nv 0 0 1\nf 1 4 5", &["smoothing-group"]),
@@ -49,6 +49,11 @@ fn each_documented_difference_is_explained() {
         ("mtllib .\\a.mtl\nusemtl red\nf 1 2 3", &["library-name"]),
         ("mtllib gone.mtl a.mtl\nusemtl red\nf 1 2 3", &["library-name"]),
         ("mtllib gone.mtl\nusemtl red\nf 1 2 3", &["undefined-material"]),
+        ("mtllib b/a.mtl\nusemtl red\nf 1 2 3", &["library-name"]),
+        (
+            "mtllib a.mtl\nusemtl red # one\nf 1 2 3\nusemtl red\nf 2 3 4",
+            &["comment"],
+        ),
         ("usemtl red\nf 1 2 3\nmtllib a.mtl\nf 2 3 4", &["late-library"]),
         (
             "mtllib a.mtl\nusemtl blue\nf 1 2 3\nusemtl red\nf 2 3 4",
@@ -186,5 +191,32 @@ fn planted_mistakes_are_found() {
             |file: &mut ObjFile| file.groups[0].mesh.triangles = wrong.map(|t| t.map(|i| i as u32)).to_vec();
         let (_, unexplained) = found(&compared(concave.as_bytes(), "", &mut plant));
         assert_eq!(unexplained.len(), 1);
+    }
+}
+
+/// What looks like a comment is a part of a name that both the file and its library have.
+#[test]
+fn names_with_number_signs_are_the_same() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl Paint #1\nf 1 2 3\nusemtl Paint #2\nf 2 3 4\n");
+    let mtl = "newmtl Paint #1\nKd 1 0 0\nnewmtl Paint #2\nKd 0 0 1\n";
+    let reports = compared(obj.as_bytes(), mtl, &mut |own| {
+        assert_eq!(own.groups.len(), 2);
+    });
+    assert_eq!(found(&reports), (vec![], vec![]));
+    let reports = compared(obj.as_bytes(), mtl, &mut |own| {
+        own.groups[1].material = Some("Paint".into())
+    });
+    assert!(!found(&reports).1.is_empty(), "a planted mistake");
+}
+
+#[test]
+fn a_library_of_the_name_of_the_file_is_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.obj");
+    std::fs::write(folder.path().join("own.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
+    for statement in ["", "mtllib gone.mtl\n"] {
+        std::fs::write(&path, format!("{SQUARE}{statement}usemtl red\nf 1 2 3\n")).unwrap();
+        let reports = compare_readers(&path, &LoadOptions::default()).unwrap();
+        assert_eq!(found(&reports), (vec!["library-name"], vec![]), "{statement}");
     }
 }

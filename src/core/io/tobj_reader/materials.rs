@@ -1,6 +1,6 @@
 //! Materials of tobj as statements of a library.
 
-use super::super::mtl::{FileMaterial, Library, LibraryOptions, Section, Signature, read_library};
+use super::super::mtl::{FileMaterial, Library, LibraryOptions, ObjContext, Section, read_library};
 use super::super::statements::{split_keyword, statements};
 use super::super::{FileError, Findings, Position};
 use crate::math::excerpt;
@@ -9,7 +9,7 @@ use std::path::Path;
 /// The materials of a library that tobj has read. The file is read once more for what tobj leaves out: comments, which name the writer, and lines.
 pub(super) fn load(
     path: &Path,
-    obj: Option<&Signature>,
+    obj: &ObjContext,
     read: &[tobj::Material],
     options: LibraryOptions,
     findings: &mut Findings,
@@ -38,7 +38,7 @@ pub(in crate::io) fn sections(
         let mut section = library.section(&material.name, line);
         for (key, value) in statements_of(material) {
             let place = FileError::new(path, "").at(Position::line(line));
-            if let Err((message, help)) = library.read(&mut section, [&key, &value], place) {
+            if let Err((message, help)) = library.read(&mut section, [&key, &value], None, place) {
                 let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&material.name)));
                 let error = error.at(Position::line(line)).help(help);
                 findings.add(library.wrong_severity, "wrong-statement", error);

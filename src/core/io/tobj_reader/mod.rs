@@ -8,7 +8,7 @@ mod materials;
 
 use super::input::Input;
 use super::memory::Allowance;
-use super::mtl::{FileMaterial, Signature, library_path};
+use super::mtl::{FileMaterial, ObjContext, Signature, library_path};
 use super::obj::{Group, ObjFile, no_faces};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded, read_text};
 use crate::geometry::{Mesh, triangle_normal};
@@ -127,13 +127,15 @@ pub(super) fn read_obj(
     observer.advance(length);
     findings.extend(lacks.into_inner());
     // tobj skips comments.
-    let signature = read_text(path, "the OBJ file")
-        .ok()
-        .and_then(|text| Signature::find(&text));
+    let text = read_text(path, "the OBJ file").ok();
+    let context = ObjContext {
+        signature: text.and_then(|text| Signature::find(&text)),
+        ..ObjContext::default()
+    };
     let (mut materials, mut files): (Vec<FileMaterial>, Vec<PathBuf>) = Default::default();
     for (file, read) in libraries.into_inner() {
         if !files.contains(&file) {
-            let read = materials::load(&file, signature.as_ref(), &read, options.library_options(), findings);
+            let read = materials::load(&file, &context, &read, options.library_options(), findings);
             materials.extend(read);
             files.push(file);
         }

@@ -1,6 +1,110 @@
-use super::{SQUARE, load, load_file};
+use super::{ObjFaces, SQUARE, load, load_file};
 use crate::io::LoadOptions;
 use std::fs;
+use std::path::Path;
+
+/// Names of the materials of an OBJ file of these statements, and what a render is told.
+fn materials(folder: &Path, statements: &str) -> (Vec<String>, Vec<String>) {
+    let path = folder.join("t.obj");
+    fs::write(&path, format!("{SQUARE}{statements}\nf 1 2 3\n")).unwrap();
+    let file = load_file(&path, &LoadOptions::default()).unwrap();
+    let names = file.materials.into_iter().map(|found| found.material.name).collect();
+    (names, file.warnings)
+}
+
+/// A folder with these libraries, each of a material of its name.
+fn folder(libraries: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for name in libraries {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, format!("newmtl {}\nKd 1\n", name.trim_end_matches(".mtl"))).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn libraries_lie_close_by() {
+    let all = folder(&["in/a.mtl", "in/my red.mtl", "in/my blue.mtl", "above.mtl", "in/c_d.mtl"]);
+    let at = all.path().join("in");
+    for (statement, names) in [
+        ("mtllib models/block/a.mtl", &["in/a"][..]),
+        ("mtllib C:\\Users\\me\\A.MTL", &["in/a"]),
+        ("mtllib other/above.mtl", &["above"]),
+        ("mtllib \"a.mtl\"", &["in/a"]),
+        ("mtllib \"my red.mtl\" \"my blue.mtl\"", &["in/my red", "in/my blue"]),
+        ("mtllib my red.mtl my blue.mtl", &["in/my red", "in/my blue"]),
+        ("mtllib my_red.mtl a.mtl", &["in/my red", "in/a"]),
+        ("mtllib c d.mtl", &["in/c_d"]),
+        ("mtllib no.mtl a.mtl", &["in/a"]),
+        ("mtllib huh a.mtl", &["in/a"]),
+    ] {
+        let (found, told) = materials(&at, statement);
+        assert_eq!(found, names, "{statement}");
+        let is_exact = statement == "mtllib my red.mtl my blue.mtl";
+        let wanted = if is_exact { 0 } else { names.len() };
+        // A quoted name of several is told each.
+        assert!(
+            told.len() <= wanted.max(1) && (is_exact || !told.is_empty()),
+            "{statement}: {told:?}"
+        );
+        assert!(told.iter().all(|words| words.contains("t.obj:5: ")), "{told:?}");
+    }
+}
+
+#[test]
+fn a_library_of_the_name_of_the_file_is_taken() {
+    let at = folder(&["t.mtl", "a.mtl"]);
+    let at = at.path();
+    let (names, told) = materials(at, "mtllib typo.mtl\nmtllib gone.mtl\nusemtl t");
+    assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 1));
+    assert!(
+        told[0].contains("t.obj:5: material library `typo.mtl` is missing; `") && told[0].contains("t.mtl` is used"),
+        "{told:?}"
+    );
+    let (names, told) = materials(at, "usemtl t");
+    assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 1));
+    assert!(
+        told[0].contains("t.obj: the file names no material library; "),
+        "{told:?}"
+    );
+    // Not if nothing asks for a material, or if there is a library.
+    assert!(materials(at, "").0.is_empty());
+    assert_eq!(materials(at, "mtllib a.mtl gone.mtl\nusemtl a").0, ["a"]);
+    fs::rename(at.join("t.mtl"), at.join("T.obj.mtl")).unwrap();
+    assert_eq!(materials(at, "usemtl t").0, ["t"]);
+}
+
+#[test]
+fn names_may_have_number_signs() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mtl = "newmtl Paint #1\nKd 1 0 0\nnewmtl Paint #2\nKd 0 0 1\nmap_Kd wall #2.png # of brick\nnewmtl red # the wall\nKd 1 0 0\nnewmtl #9\n";
+    fs::write(at.join("my #1.mtl"), mtl).unwrap();
+    let statements = "mtllib my #1.mtl\nusemtl Paint #1\nf 1 2 3\nusemtl Paint #2\nf 1 2 4\nusemtl red # used\nf 1 2 3 # all\nusemtl #9\n";
+    let path = at.join("t.obj");
+    fs::write(&path, format!("{SQUARE}{statements}\nf 1 2 3\n")).unwrap();
+    let file = load_file(&path, &LoadOptions::default()).unwrap();
+    let groups: Vec<_> = file
+        .groups
+        .iter()
+        .map(|group| group.material.as_deref().unwrap())
+        .collect();
+    assert_eq!(groups, ["Paint #1", "Paint #2", "red", "#9"]);
+    let names: Vec<_> = file
+        .materials
+        .iter()
+        .map(|found| found.material.name.as_str())
+        .collect();
+    assert_eq!(names, ["Paint #1", "Paint #2", "red", "#9"]);
+    let map = &file.materials[1].maps[0].statement;
+    assert_eq!(map.names().collect::<Vec<_>>(), ["wall #2.png # of brick", "wall"]);
+    assert!(file.warnings.is_empty(), "{:?}", file.warnings);
+    let defined = names.into_iter().collect();
+    let faces = ObjFaces::read(&path, &defined).unwrap();
+    let used: Vec<_> = faces.materials().iter().map(|m| m.name.as_deref().unwrap()).collect();
+    assert_eq!(used, groups);
+}
 
 #[test]
 fn a_missing_library_is_a_warning() {

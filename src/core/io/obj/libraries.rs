@@ -1,0 +1,200 @@
+//! Material libraries of an OBJ file: where they lie, and their materials.
+//!
+//! A library that is not where the OBJ file says is looked for by its base name, beside the OBJ file
+//! and in the folder above. If there is no library at all, one that is called like the OBJ file is
+//! taken.
+
+use crate::io::find_file::{FileFinder, base_name, case_differs, count_alike, folder_above, unquoted};
+use crate::io::mtl::{FileMaterial, ObjContext, library_path, load_mtl};
+use crate::io::{FileError, Findings, LoadOptions, Position, Severity};
+use crate::math::excerpt_of_path;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// Names in a `mtllib` statement.
+#[derive(Clone, Debug)]
+pub(in crate::io) struct LibraryName {
+    /// Text that follows the keyword.
+    pub text: String,
+    /// The text with a comment, which may be a part of a name.
+    pub whole: Option<String>,
+    /// Line of the statement.
+    pub line: usize,
+}
+
+/// A library of an OBJ file.
+#[derive(Debug)]
+pub(in crate::io) struct ObjLibrary {
+    /// Name in the OBJ file; empty if that names none.
+    name: String,
+    /// Line that names it; 0 if none does.
+    pub line: usize,
+    /// The file, if there is one.
+    pub path: Option<PathBuf>,
+    /// Whether the file lies elsewhere than named, or has another name.
+    is_elsewhere: bool,
+}
+
+/// The libraries that an OBJ file names, each once; the one of its own name if there is none of them
+/// and the file `uses_materials`.
+pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], uses_materials: bool) -> Vec<ObjLibrary> {
+    let folder = obj.parent().unwrap_or(Path::new(""));
+    let mut finder = FileFinder::default();
+    let mut seen = HashSet::new();
+    let mut all = Vec::new();
+    for statement in named {
+        for name in names(&mut finder, folder, statement) {
+            if !seen.insert(name.clone()) {
+                continue;
+            }
+            let found = find_near(&mut finder, folder, &name);
+            let (path, is_elsewhere) = found.map_or((None, false), |(path, is)| (Some(path), is));
+            let line = statement.line;
+            all.push(ObjLibrary {
+                name,
+                line,
+                path,
+                is_elsewhere,
+            });
+        }
+    }
+    let is_any_found = all.iter().any(|library| library.path.is_some());
+    let of_same_name = (!is_any_found && uses_materials).then(|| find_of_same_name(&mut finder, obj));
+    if let Some(path) = of_same_name.flatten() {
+        let first = all.into_iter().next();
+        let (name, line) = first.map_or((String::new(), 0), |library| (library.name, library.line));
+        return vec![ObjLibrary {
+            name,
+            line,
+            path: Some(path),
+            is_elsewhere: true,
+        }];
+    }
+    all
+}
+
+/// The names in a statement: one, or several between blanks, of which names may have some.
+fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec<String> {
+    let mut is_there = |name: &str| finder.find(folder, name).is_some();
+    let mut whole = statement.whole.iter().chain([&statement.text]);
+    if let Some(name) = whole.find(|name| is_there(name)) {
+        return vec![name.clone()];
+    }
+    let parts = split_names(&statement.text);
+    let mut names = Vec::with_capacity(parts.len());
+    for part in parts {
+        let words: Vec<String> = part.split_whitespace().map(str::to_string).collect();
+        let are_words = words.len() > 1 && !is_there(&part) && words.iter().any(|word| is_there(word));
+        names.extend(if are_words { words } else { vec![part] });
+    }
+    names
+}
+
+/// Names of libraries: in quotes, which stay, or up to the ending `.mtl`. A `\` before a blank makes it a part of
+/// the name.
+fn split_names(text: &str) -> Vec<String> {
+    let hidden = text.replace("\\ ", "\0");
+    let mut names = Vec::new();
+    for (index, part) in hidden.split('"').enumerate() {
+        if index % 2 == 1 {
+            names.push(format!("\"{part}\""));
+            continue;
+        }
+        let mut words: Vec<&str> = Vec::new();
+        for word in part.split_whitespace() {
+            words.push(word);
+            if word.to_ascii_lowercase().ends_with(".mtl") {
+                names.push(words.join(" "));
+                words.clear();
+            }
+        }
+        names.push(words.join(" "));
+    }
+    names.retain(|name| !unquoted(name).is_empty());
+    names.into_iter().map(|name| name.replace('\0', " ")).collect()
+}
+
+/// The file of this name, or of its base name beside the OBJ file or in the folder above, and
+/// whether it lies elsewhere than named.
+fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(PathBuf, bool)> {
+    if let Some(path) = finder.find(folder, name) {
+        return Some((path, false));
+    }
+    let (name, above) = (unquoted(name), folder_above(folder));
+    let base = base_name(name)?;
+    let mut places = [(folder, name), (folder, base), (&above, base)].into_iter();
+    let found = places.find_map(|(folder, name)| finder.find(folder, name));
+    found.map(|path| (path, true))
+}
+
+/// The library of `x.obj` that is called `x.mtl` or `x.obj.mtl`.
+fn find_of_same_name(finder: &mut FileFinder, obj: &Path) -> Option<PathBuf> {
+    let folder = obj.parent().unwrap_or(Path::new(""));
+    let [stem, name] = [obj.file_stem()?, obj.file_name()?].map(|name| format!("{}.mtl", name.to_string_lossy()));
+    finder.find(folder, &stem).or_else(|| finder.find(folder, &name))
+}
+
+/// The materials of the libraries, each read once, in the order of the lines that name them, and the files of the libraries.
+pub(super) fn load_libraries(
+    obj: &Path,
+    libraries: &[ObjLibrary],
+    context: &ObjContext,
+    options: &LoadOptions,
+    findings: &mut Findings,
+) -> (Vec<FileMaterial>, Vec<PathBuf>) {
+    let (mut materials, mut files) = (Vec::new(), Vec::new());
+    for library in libraries {
+        remark(obj, library, options, findings);
+        if let Some(path) = library.path.as_ref().filter(|path| !files.contains(*path)) {
+            materials.extend(load_mtl(path, context, options.library_options(), findings));
+            files.push(path.clone());
+        }
+    }
+    (materials, files)
+}
+
+/// Tells of a library that is missing, or not where the OBJ file says.
+fn remark(obj: &Path, library: &ObjLibrary, options: &LoadOptions, findings: &mut Findings) {
+    let folder = obj.parent().unwrap_or(Path::new(""));
+    let ObjLibrary { name, line, .. } = library;
+    let shown = excerpt_of_path(name);
+    let at_line = |message: String| {
+        let error = FileError::new(obj, message);
+        if *line == 0 {
+            error
+        } else {
+            error.at(Position::line(*line))
+        }
+    };
+    let Some(path) = &library.path else {
+        let missing = at_line(format!(
+            "material library `{}` is missing",
+            excerpt_of_path(&library_path(obj, name).to_string_lossy())
+        ));
+        let help = "put the file there; until then the default material replaces its materials";
+        return findings.add(options.severity_of_lack(), "missing-library", missing.help(help));
+    };
+    let found = path.display();
+    if library.is_elsewhere {
+        let what = match name.as_str() {
+            "" => "the file names no material library".to_string(),
+            _ => format!("material library `{shown}` is missing"),
+        };
+        let elsewhere = at_line(format!("{what}; `{found}` is used"));
+        let help = "write `mtllib` with the name of the file relative to the OBJ file";
+        findings.add(Severity::Note, "found-elsewhere", elsewhere.help(help));
+    } else if case_differs(folder, name, path) {
+        let others = match count_alike(path) {
+            0 | 1 => String::new(),
+            n => format!(", the first of {n} files whose names differ by case"),
+        };
+        let other_case = at_line(format!(
+            "the file of material library `{shown}` is called `{found}`{others}"
+        ));
+        let help = "write the name exactly as the file is called; other systems may not find it";
+        findings.add(Severity::Warning, "other-case", other_case.help(help));
+    } else if name.contains('\\') {
+        let error = at_line(format!("material library `{shown}` is found as `{found}`"));
+        findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
+    }
+}

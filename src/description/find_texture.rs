@@ -1,10 +1,10 @@
 //! The search for textures. Libraries name them as they lay on the machine of the modeller, such as `C:\\Users\\bob\\Textures\\a.png`.
 
-use super::find_file::find_file;
+use super::find_file::{FileFinder, base_name, folder_above, unquoted};
 use std::path::{Path, PathBuf};
 
-/// Folders beside a library in which textures lie.
-const USUAL_FOLDERS: [&str; 2] = ["textures", "maps"];
+/// Folders beside a library, or beside its folder, in which textures lie.
+const USUAL_FOLDERS: [&str; 4] = ["textures", "maps", "texture", "images"];
 
 /// The folders in which the textures of a material are looked for.
 pub(super) struct TextureSearch<'a> {
@@ -36,50 +36,60 @@ impl<'a> TextureSearch<'a> {
         }
     }
 
-    /// The file that is called `name`: where that says, then in the folders that the user gave, by the whole name and by the base name, then by the
-    /// base name beside the library and the OBJ file and in the usual folders there.
-    pub fn find(&self, name: &str) -> Option<FoundTexture> {
-        if let Some(path) = find_file(self.folder, name) {
-            return Some(FoundTexture::AsNamed(path));
-        }
-        // Drives and folders of other systems end in `/` or `\`.
-        let base = name
-            .rsplit(['/', '\\'])
-            .next()
-            .filter(|base| !base.is_empty() && *base != "..")?;
-        let given = self.given.iter();
-        let given = given.flat_map(|folder| [(folder.as_path(), name.to_string()), (folder, base.to_string())]);
-        let beside = self.beside().map(|(folder, usual)| match usual {
-            Some(usual) => (folder, format!("{usual}/{base}")),
-            None => (folder, base.to_string()),
-        });
-        let found = given.chain(beside).find_map(|(folder, name)| find_file(folder, &name));
-        found.map(FoundTexture::Elsewhere)
+    /// The file of the first of these `names` that is there. Else it is looked for in the folders that
+    /// the user gave, by the whole name and by the base name, then by the base name beside the
+    /// library, the OBJ file and their folders, and in the usual folders there.
+    pub fn find<'n>(
+        &self,
+        names: impl Iterator<Item = &'n str> + Clone,
+        finder: &mut FileFinder,
+    ) -> Option<FoundTexture> {
+        let as_named = names.clone().find_map(|name| finder.find(self.folder, name));
+        as_named
+            .map(FoundTexture::AsNamed)
+            .or_else(|| names.map(unquoted).find_map(|name| self.find_elsewhere(name, finder)))
     }
 
-    /// The folders of the library and of the OBJ file, each alone and with the usual folders in it.
-    fn beside(&self) -> impl Iterator<Item = (&'a Path, Option<&'static str>)> {
-        let obj = (self.obj != self.folder).then_some(self.obj);
-        let places = [Some(self.folder), obj].into_iter().flatten();
-        places.flat_map(|place| {
-            let usual = USUAL_FOLDERS.map(|name| (place, Some(name)));
-            std::iter::once((place, None)).chain(usual)
-        })
+    fn find_elsewhere(&self, name: &str, finder: &mut FileFinder) -> Option<FoundTexture> {
+        let base = base_name(name)?;
+        let given = self.given.iter().flat_map(|folder| [(folder, name), (folder, base)]);
+        let given = given.map(|(folder, name)| (folder.clone(), name.to_string()));
+        let unquoted = std::iter::once((self.folder.to_path_buf(), name.to_string()));
+        let beside = self.places().into_iter().flat_map(|place| {
+            let usual = USUAL_FOLDERS.map(|folder| (place.clone(), format!("{folder}/{base}")));
+            std::iter::once((place, base.to_string())).chain(usual)
+        });
+        let mut all = given.chain(unquoted).chain(beside);
+        all.find_map(|(folder, name)| finder.find(&folder, &name))
+            .map(FoundTexture::Elsewhere)
+    }
+
+    /// The folders of the library and of the OBJ file, and those that they lie in.
+    fn places(&self) -> Vec<PathBuf> {
+        let here = [self.folder, self.obj];
+        let mut places: Vec<PathBuf> = Vec::with_capacity(4);
+        for place in here.map(Path::to_path_buf).into_iter().chain(here.map(folder_above)) {
+            if !places.contains(&place) {
+                places.push(place);
+            }
+        }
+        places
     }
 
     /// What to do about a texture that is nowhere.
     pub fn help(&self) -> String {
-        let beside = self.beside().map(|(place, usual)| place.join(usual.unwrap_or("")));
-        let folders = self.given.iter().cloned().chain(beside);
+        let folders = self.given.iter().cloned().chain(self.places());
         // Without a trailing `/`
         let names = folders.map(|folder| match folder.components().as_path() {
             folder if folder.as_os_str().is_empty() => ".".to_string(),
             folder => folder.display().to_string(),
         });
         let names: Vec<String> = names.collect();
+        let [others @ .., last] = USUAL_FOLDERS;
         format!(
-            "searched in {}; put it there, or name its folder with --texture-dir",
-            names.join(", ")
+            "searched in {}, and in the folders {} and {last} there; put it there, or name its folder with --texture-dir",
+            names.join(", "),
+            others.join(", ")
         )
     }
 }
@@ -100,6 +110,9 @@ mod tests {
             "obj/maps/d.png",
             "given/e.png",
             "given/x/f.png",
+            "textures/g.png",
+            "h.png",
+            "obj/i j.png",
         ] {
             fs::create_dir_all(at(name).parent().unwrap()).unwrap();
             fs::write(at(name), name).unwrap();
@@ -116,13 +129,16 @@ mod tests {
             ("old/d.png", Some("obj/maps/d.png")),
             ("e.png", Some("given/e.png")),
             ("x/f.png", Some("given/x/f.png")),
+            ("g.png", Some("textures/g.png")),
+            ("D:/h.png", Some("h.png")),
+            ("\"i j.png\"", Some("obj/i j.png")),
             ("gone.png", None),
             ("lib/", None),
             ("..", None),
             ("a/..", None),
             ("\\", None),
         ] {
-            let found = search.find(name);
+            let found = search.find(std::iter::once(name), &mut FileFinder::default());
             let is_named = matches!(found, Some(FoundTexture::AsNamed(_)));
             let content = found
                 .map(|(FoundTexture::AsNamed(path) | FoundTexture::Elsewhere(path))| fs::read_to_string(path).unwrap());
@@ -130,7 +146,7 @@ mod tests {
             assert_eq!(is_named, name == "a.png", "{name}");
         }
         let help = search.help();
-        for part in ["given, ", "lib, ", "textures, ", "maps", "obj", "--texture-dir"] {
+        for part in ["given, ", "lib, ", "textures, ", "maps", "obj, ", "--texture-dir"] {
             assert!(help.contains(part), "{help}");
         }
     }
@@ -138,7 +154,8 @@ mod tests {
     #[test]
     fn folders_of_one_place_are_named_once() {
         let search = TextureSearch::new(Path::new("a.mtl"), &[], Path::new("a.obj"));
-        let help = "searched in ., textures, maps; put it there, or name its folder with --texture-dir";
+        let help = "searched in ., .., and in the folders textures, maps, texture and images there; put it there, or name its \
+                    folder with --texture-dir";
         assert_eq!(search.help(), help);
     }
 }

@@ -7,6 +7,7 @@ mod materials;
 mod objects;
 mod textures;
 
+use super::find_file::FileFinder;
 use super::load_obj::load_obj;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest};
@@ -94,8 +95,9 @@ struct Loader<'a> {
     asked: Vec<MapRequest>,
     /// Folders in which textures are looked for.
     texture_dirs: Vec<PathBuf>,
-    /// Textures that were found elsewhere than named, each by the file that names it.
-    found_elsewhere: HashSet<(PathBuf, String)>,
+    finder: FileFinder,
+    /// Textures that were found elsewhere than named, by the file that names them and their folder.
+    found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -144,7 +146,8 @@ impl<'a> Loader<'a> {
             textures: Vec::new(),
             asked: Vec::new(),
             texture_dirs: Vec::new(),
-            found_elsewhere: HashSet::new(),
+            finder: FileFinder::default(),
+            found_elsewhere: BTreeMap::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
             files: file

@@ -2,6 +2,7 @@
 
 use super::Loader;
 use crate::color::Spectrum;
+use crate::description::Finding;
 use crate::description::find_file::case_differs;
 use crate::description::find_texture::{FoundTexture, TextureSearch};
 use crate::description::mtl::{FileMaterial, MapSlot, default_material};
@@ -34,25 +35,28 @@ impl Loader<'_> {
                 _ => kind,
             };
             let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
-            let found = search.find(&statement.file).map(|found| match found {
-                FoundTexture::AsNamed(path) => {
-                    if case_differs(folder, &statement.file, &path) || statement.file.contains('\\') {
-                        let found = request.remark(&format!("is found as {}", path.display()));
-                        let help = "write the name exactly as the file is called; other systems may not find it";
-                        self.findings.add(Severity::Note, "other-case", found.help(help));
+            let found = search
+                .find(statement.names(), &mut self.finder)
+                .map(|found| match found {
+                    FoundTexture::AsNamed(path) => {
+                        let is_exact = |name: &str| !case_differs(folder, name, &path) && !name.contains('\\');
+                        if !statement.names().any(is_exact) {
+                            let found = request.remark(&format!("is found as {}", path.display()));
+                            let help = "write the name exactly as the file is called; other systems may not find it";
+                            self.findings.add(Severity::Note, "other-case", found.help(help));
+                        }
+                        path
                     }
-                    path
-                }
-                FoundTexture::Elsewhere(path) => {
-                    let name = (request.place.file.clone(), statement.file.clone());
-                    if self.found_elsewhere.insert(name) {
-                        let found = request.remark(&format!("is missing there; {} is used", path.display()));
-                        let found = found.help("write its path relative to the file that names it");
-                        self.findings.add(Severity::Warning, "found-elsewhere", found);
+                    FoundTexture::Elsewhere(path) => {
+                        let place = path.parent().unwrap_or(Path::new(""));
+                        let place = (request.place.file.clone(), place.to_path_buf());
+                        let found = self.found_elsewhere.entry(place).or_default();
+                        if found.iter().all(|(known, _)| known.statement.file != statement.file) {
+                            found.push((request.clone(), path.clone()));
+                        }
+                        path
                     }
-                    path
-                }
-            });
+                });
             match found {
                 Some(path) => {
                     *slot = Some(Map {
@@ -80,7 +84,25 @@ impl Loader<'_> {
         material
     }
 
+    /// Tells of textures that lie elsewhere than named, once for each folder.
+    fn tell_of_found_elsewhere(&mut self) {
+        for found in std::mem::take(&mut self.found_elsewhere).into_values() {
+            let Some((first, path)) = found.first() else { continue };
+            let others = match found.len() - 1 {
+                0 => String::new(),
+                1 => ", and another one in that folder".into(),
+                n => format!(", and {n} others in that folder"),
+            };
+            let error = first.remark(&format!("is missing there; {} is used{others}", path.display()));
+            let error = error.help("write its path relative to the file that names it");
+            let more = found.iter().skip(1).filter_map(|(request, _)| request.place.position);
+            let finding = Finding::new(Severity::Note, "found-elsewhere", error);
+            self.findings.push(finding.repeated(found.len() as u64, more));
+        }
+    }
+
     pub(super) fn load_textures(&mut self) {
+        self.tell_of_found_elsewhere();
         self.files
             .extend(self.textures.iter().map(|texture| texture.path.clone()));
         let loaded = match load_textures_within(&self.textures, self.allowance, self.observer) {

@@ -141,7 +141,7 @@ fn textures_are_found_elsewhere() {
         "{said}"
     );
     assert!(
-        said.contains("searched in lib, lib/textures, lib/maps, ., textures, maps; put it there, or name its folder with --texture-dir"),
+        said.contains("searched in lib, ., .., and in the folders textures, maps, texture and images there; put it there, or name its folder with --texture-dir"),
         "{said}"
     );
     let said = refused(at, &["render", "a.obj", "--strict"], 1);
@@ -199,4 +199,38 @@ fn textures_are_found_elsewhere() {
     fs::write(at.join("s.toml"), scene.replace("texture_dir", "texture_dirs")).unwrap();
     let said = refused(at, &["render", "s.toml"], 1);
     assert!(said.contains("texture_dir"), "{said}");
+}
+
+/// The layout of most downloads: `source/x.obj` beside `textures`. Its textures are told once for each
+/// folder.
+#[test]
+fn downloads_have_their_textures_beside_the_source() {
+    let mtl =
+        "newmtl m\nmap_Kd a.png\nmap_Ks C:\\tex\\b.png\nnewmtl n\nmap_Kd a.png\nmap_d \"c d.png\"\nmap_Ke e #1.png\n";
+    let obj = format!("mtllib x.mtl\n{SQUARE}usemtl n\nf 1/1 2/2 3/3\n");
+    let folder = folder(&[]);
+    let at = folder.path();
+    for name in ["source", "textures"] {
+        fs::create_dir(at.join(name)).unwrap();
+    }
+    fs::write(at.join("source/x.obj"), obj).unwrap();
+    fs::write(at.join("source/x.mtl"), mtl).unwrap();
+    for name in [
+        "textures/a.png",
+        "textures/b.png",
+        "source/c_d.png",
+        "textures/e #1.png",
+    ] {
+        write_grey_png(&at.join(name), &[100]);
+    }
+    for (inside, obj) in [(at.to_path_buf(), "source/x.obj"), (at.join("source"), "x.obj")] {
+        let checked = run(&inside, &["check", obj]);
+        let said = String::from_utf8_lossy(&checked.stdout).into_owned();
+        let told: Vec<&str> = said.lines().filter(|line| line.contains("[found-elsewhere]")).collect();
+        assert_eq!(told.len(), 2, "{said}");
+        assert!(said.contains("note: texture `a.png` is missing there; "), "{said}");
+        assert!(said.contains("a.png is used, and 2 others in that folder"), "{said}");
+        assert!(said.contains("c_d.png is used [found-elsewhere]"), "{said}");
+        assert!(!said.contains("missing-texture"), "{said}");
+    }
 }

@@ -33,11 +33,9 @@ pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
         let (index, line) = lines.next()?;
-        let whole = line.trim();
-        let line = uncommented(whole);
-        let is_commented = line.len() < whole.len();
+        let (line, commented) = parts(line);
         let (text, commented) = match line.strip_suffix('\\') {
-            None => (Cow::Borrowed(line), is_commented.then_some(whole)),
+            None => (Cow::Borrowed(line), commented),
             Some(start) => (Cow::Owned(joined(start, lines.by_ref().map(|(_, line)| line))), None),
         };
         let line = index + 1;
@@ -134,13 +132,21 @@ fn statement_end(text: &str, from: usize) -> usize {
 
 /// The line without its comment and surrounding blanks.
 pub fn uncommented(line: &str) -> &str {
+    parts(line).0
+}
+
+/// The line without surrounding blanks: without its comment, and with it if there is one.
+fn parts(line: &str) -> (&str, Option<&str>) {
     // Few lines have a comment, and this is the faster search.
     if !line.as_bytes().contains(&b'#') {
-        return line.trim();
+        return (line.trim(), None);
     }
     let starts_word = |i: usize| line[..i].chars().next_back().is_none_or(char::is_whitespace);
-    let end = line.match_indices('#').map(|(i, _)| i).find(|&i| starts_word(i));
-    line[..end.unwrap_or(line.len())].trim()
+    let starts = line.match_indices('#').map(|(i, _)| i);
+    match { starts }.find(|&i| starts_word(i)) {
+        Some(start) => (line[..start].trim(), Some(line.trim())),
+        None => (line.trim(), None),
+    }
 }
 
 #[cfg(test)]

@@ -236,6 +236,10 @@ fn maya_writes_glass_for_everything() {
     );
     let textured = auto("# Maya\nnewmtl m\nillum 4\nKd 0.00 0.00 0.00\nTf 1 1 1\nmap_Kd a.png\nNi 1.00\n");
     assert_eq!(textured.diffuse, Spectrum::ONE);
+    assert_eq!(
+        auto(&lambert("1.00 1.00 1.00").replace("Ni 1.00", "Ni 0.00")).diffuse,
+        Spectrum::splat(0.5)
+    );
     // Glass that refracts is no habit of Maya's.
     let glass = auto("newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nNi 1.5\n");
     assert_eq!((glass.transmission, glass.ior), (Spectrum::ONE, DEFAULT_IOR));
@@ -350,7 +354,7 @@ fn writers_are_told_by_their_comments() {
         ("# Blender 3.6.0\n", Some((MtlDialect::Blender, Some("3.6.0"), 1))),
         (
             "# Blender3D v249 OBJ File: \n",
-            Some((MtlDialect::Blender, Some("249"), 1)),
+            Some((MtlDialect::Blender, Some("2.49"), 1)),
         ),
         ("# Rhino of Sumatra, made with blender\n", None),
         ("# a blender full of soup\n# the Mayan temple\n", None),
@@ -486,7 +490,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     );
     // A picture is darker than its factor: a dielectric beside it shows nothing.
     for (ks, gloss) in [("0.04", Gloss::Phong(20.0)), ("0.5", Gloss::Metallic(0.0))] {
-        for kd in ["", "Kd 1\n"] {
+        for kd in ["", "Kd 1\n", "Kd 0.512\n"] {
             let wood = material("wood", &format!("{kd}map_Kd a.png\nKs {ks}\nNs 20"));
             assert_eq!(auto(&wood).gloss, gloss, "{wood}");
         }

@@ -55,7 +55,7 @@ pub(crate) struct Section {
     pub exponent: Option<f32>,
     pub ior: Option<f32>,
     /// Whether the last `Ni` is 0.
-    has_no_ior: bool,
+    pub(super) has_no_ior: bool,
     pub(super) dissolve: Dissolve,
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,

@@ -138,7 +138,11 @@ fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
         _ if is_python => BlenderExport::Python,
         _ => BlenderExport::Native { before_4: number < 400 },
     };
-    Some((version.to_string(), export))
+    let name = match version.strip_prefix('2') {
+        Some(minor) if major >= 100 => format!("2.{minor}"),
+        _ => version.to_string(),
+    };
+    Some((name, export))
 }
 
 /// How a library is read.
@@ -331,26 +335,27 @@ fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
 
 /// Sum of the shares of a surface up to which roundings count as 1.
 const FULL: f32 = 1.0001;
-/// Limit of this sum if a picture multiplies one of the shares: its colours are darker than their
-/// factor of 1, and leave room for the reflectance of a dielectric, 0.17 at most (diamond).
-const FULL_OF_PICTURE: f32 = 1.2;
+/// Reflectance along the normal that no dielectric exceeds: that of diamond is 0.17.
+const MAX_DIELECTRIC: f32 = 0.2;
 
 /// The first material by the letter of which `Kd` and `Ks` reflect more than all light, and their
 /// sum.
 ///
 /// A library has one writer, so one such material shows that `Ks` is no share of the light in any of
-/// them.
+/// them. Colours of a picture are darker than their factor, and leave room for a dielectric's
+/// reflectance.
 fn excess_of(sections: &[Section]) -> Option<(&Section, f32)> {
     let shines = |section: &&Section| {
         let is_given = section.specular.is_some_and(|ks| !ks.is_black());
         is_given && section.may_have_highlight() && !section.has_flat_highlight()
     };
-    let mut sums = sections.iter().filter(shines).map(|section| {
+    sections.iter().filter(shines).find_map(|section| {
         let (material, _) = section.material(TrMeaning::Transparency);
-        (section, (material.diffuse + material.specular).max_component())
-    });
-    let has_picture = |section: &Section| section.has_map(MapSlot::Diffuse) || section.has_map(MapSlot::Specular);
-    sums.find(|(section, sum)| *sum > if has_picture(section) { FULL_OF_PICTURE } else { FULL })
+        let sum = (material.diffuse + material.specular).max_component();
+        let has_picture = section.has_map(MapSlot::Diffuse) || section.has_map(MapSlot::Specular);
+        let has_room = has_picture && material.specular.max_component() <= MAX_DIELECTRIC;
+        (sum > FULL && !has_room).then_some((section, sum))
+    })
 }
 
 /// All exporters of Blender write these statements, in this order, and `Ke` among them.
@@ -370,11 +375,12 @@ fn is_like_blender(section: &Section) -> bool {
         && (is_metal || section.ambient == Some(Spectrum::ONE))
 }
 
-/// Maya writes `illum 4`, glass by the letter, for every surface, and `Ni 1.00`, by which that glass could not be seen.
+/// Maya writes `illum 4`, glass by the letter, for every surface, and `Ni 1.00` or `Ni 0.00`, by which
+/// that glass could not be seen.
 fn is_like_maya(section: &Section) -> bool {
     section.illum == Some(4)
         && section.filter.is_some()
-        && section.ior == Some(1.0)
+        && (section.ior == Some(1.0) || section.has_no_ior)
         && !section.dissolve.is_given()
         && !section.is_physical()
 }

@@ -54,6 +54,8 @@ pub struct CameraSettings {
     pub up_close: Option<Vec3>,
     /// When the shutter opens and closes, from 0 to 1.
     pub shutter: Option<[f32; 2]>,
+    /// Axis that is up in most files of the program that wrote the scene; evidence for guesses.
+    pub usual_up: Option<Vec3>,
 }
 
 encode_fields!(CameraSettings {
@@ -74,13 +76,17 @@ encode_fields!(CameraSettings {
     look_at_close,
     up_close,
     shutter,
+    usual_up,
 });
 
 impl CameraSettings {
     /// Camera settings of the scene file.
     pub fn of(file: &SceneFile) -> Self {
         let Some(section) = &file.camera else {
-            return Self::default();
+            return Self {
+                usual_up: file.usual_up(),
+                ..Self::default()
+            };
         };
         let vector = |key: &Option<Spanned<[f32; 3]>>| key.as_ref().map(|v| Vec3::from(*v.get_ref()));
         let number = |key: &Option<Spanned<f32>>| key.as_ref().map(|v| *v.get_ref());
@@ -102,6 +108,7 @@ impl CameraSettings {
             look_at_close: vector(&section.look_at_close),
             up_close: vector(&section.up_close),
             shutter: section.shutter.as_ref().map(|s| *s.get_ref()),
+            usual_up: file.usual_up(),
         }
     }
 
@@ -130,6 +137,7 @@ impl CameraSettings {
             vertical_fov: self.vertical_fov,
             view: self.view.unwrap_or_default(),
             orbit: self.orbit,
+            usual_up: self.usual_up,
         };
         CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
     }

@@ -154,6 +154,8 @@ pub struct Asked {
     pub view: View,
     /// Azimuth and elevation, in place of a named view.
     pub orbit: Option<Orbit>,
+    /// Axis that is up in most files of the program that wrote the scene.
+    pub usual_up: Option<Vec3>,
 }
 
 /// A camera of which something was guessed. Its numbers are as short as they are printed.
@@ -211,7 +213,7 @@ impl<'a> CameraFinder<'a> {
     pub fn new(scene: &'a Scene, accel: &'a dyn Accel, asked: Asked, aspect: f32) -> Self {
         let looker = Looker { scene, accel };
         Self {
-            survey: Survey::new(&looker, asked.up),
+            survey: Survey::new(&looker, asked.up, asked.usual_up),
             looker,
             asked,
             aspect,

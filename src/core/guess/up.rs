@@ -26,6 +26,9 @@ const UPS: [[Vec3; 2]; 3] = [[Vec3::X, Vec3::NEG_X], [Vec3::Y, Vec3::NEG_Y], [Ve
 const USUAL: [[f32; 2]; 3] = [[-1.5, -1.5], [2.5, -0.3], [1.0, -0.3]];
 /// How usual each direction is in interiors, whose evidence is clearer.
 const USUAL_INSIDE: [[f32; 2]; 3] = [[-0.3, -0.3], [0.3, 0.0], [0.2, 0.0]];
+/// How much more usual an axis is if the program that wrote the file usually writes it: for objects
+/// and for interiors.
+const USUAL_FOR_PROGRAM: [f32; 2] = [1.2, 0.2];
 /// Score by which another direction must be better than +y.
 const MARGIN: f32 = 0.02;
 
@@ -46,12 +49,19 @@ const MAX_LOOKS: f32 = 0.15;
 /// Cosine from which on a normal looks up.
 const LOOKS_UP: f32 = 0.2;
 
-/// The upright axis of the scene's shapes; of an interior by points inside of its rooms.
-pub(super) fn guess_up(looker: &Looker, rooms: Option<&[Vec3]>) -> Vec3 {
-    let scores = match rooms {
+/// The upright axis of the scene's shapes; of an interior by points inside of its rooms. `usual` is
+/// the axis that the program usually writes, if that is known.
+pub(super) fn guess_up(looker: &Looker, rooms: Option<&[Vec3]>, usual: Option<Vec3>) -> Vec3 {
+    let mut scores = match rooms {
         Some(rooms) => scores_inside(looker, rooms),
         None => scores_outside(looker),
     };
+    if let Some(usual) = usual {
+        scores[usual.abs().max_position()][0] += match rooms {
+            Some(_) => USUAL_FOR_PROGRAM[1],
+            None => USUAL_FOR_PROGRAM[0],
+        };
+    }
     let mut best = (Vec3::Y, scores[1][0] + MARGIN);
     for (up, score) in UPS.iter().flatten().zip(scores.iter().flatten()) {
         if *score > best.1 {

@@ -9,6 +9,7 @@ mod tests;
 use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::light_changes::ChangedLight;
+use super::obj::usual_up;
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::source::Source;
@@ -220,6 +221,15 @@ impl SceneFile {
     }
 
     /// What `[image]` and `[render]` say, or an error and the byte that it is about.
+    /// The axis that is up in most files of the program that wrote the scene's OBJ file; `None` if
+    /// that is unknown, or if there are several objects.
+    pub(crate) fn usual_up(&self) -> Option<Vec3> {
+        match self.object.as_slice() {
+            [object] if object.transform.is_none() => usual_up(&self.resolve(object.obj.get_ref())),
+            _ => None,
+        }
+    }
+
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
         self.image.read("image", &self.source, &mut options.image_mut(), &[])?;

@@ -13,6 +13,7 @@ mod parse;
 mod polygon;
 mod remarks;
 mod smoothing;
+mod usual_up;
 
 use super::input;
 use super::memory::Allowance;
@@ -31,6 +32,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+pub use usual_up::usual_up;
 
 /// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
 const CHUNK_BYTES: usize = 1 << 20;

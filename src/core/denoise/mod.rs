@@ -25,6 +25,8 @@ use thiserror::Error;
 pub enum Denoiser {
     /// The neural network of Open Image Denoise 2, guided by albedo and normal; needs the feature `oidn`.
     Oidn,
+    /// The small network of Open Image Denoise 2, by guides as they are: for first looks.
+    OidnFast,
     /// A wavelet filter that stops at edges, guided by albedo, normal, depth and variance.
     Atrous,
     /// A plain blur.
@@ -77,13 +79,23 @@ impl Denoiser {
         }
     }
 
+    /// [`Denoiser::best`] for first looks: the small network in place of the large one.
+    pub fn fast() -> Self {
+        match Self::best() {
+            Self::Oidn => Self::OidnFast,
+            other => other,
+        }
+    }
+
     /// Name of the filter, with the version of its library if it has one: `oidn 2.5.1`. An error where it cannot be used.
     pub fn version(self) -> Result<String, DenoiseError> {
         match self {
             #[cfg(feature = "oidn")]
-            Self::Oidn => oidn::version(),
+            Self::Oidn => oidn::version("oidn"),
+            #[cfg(feature = "oidn")]
+            Self::OidnFast => oidn::version("oidn-fast"),
             #[cfg(not(feature = "oidn"))]
-            Self::Oidn => Err(DenoiseError::NotBuilt),
+            Self::Oidn | Self::OidnFast => Err(DenoiseError::NotBuilt),
             Self::Atrous => Ok("atrous".into()),
             Self::Gaussian => Ok("gaussian".into()),
             Self::Nlm => Ok("nlm".into()),
@@ -95,7 +107,7 @@ impl Denoiser {
     pub fn pixels(self, size: UVec2) -> u64 {
         let [width, height] = size.to_array().map(u64::from);
         match self {
-            Self::Oidn => width.next_multiple_of(OIDN_BLOCK) * height.next_multiple_of(OIDN_BLOCK),
+            Self::Oidn | Self::OidnFast => width.next_multiple_of(OIDN_BLOCK) * height.next_multiple_of(OIDN_BLOCK),
             Self::Atrous | Self::Gaussian | Self::Nlm => width * height,
         }
     }
@@ -104,7 +116,7 @@ impl Denoiser {
     /// (docs/denoise.md, "Memory").
     pub fn bytes(self, pixels: u64) -> u64 {
         match self {
-            Self::Oidn => 220 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
+            Self::Oidn | Self::OidnFast => 220 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
             Self::Atrous => 280 * pixels,
             Self::Gaussian => 140 * pixels,
             Self::Nlm => 200 * pixels,
@@ -115,7 +127,7 @@ impl Denoiser {
     /// window of `nlm`.
     pub fn default_radius(self) -> Option<f32> {
         match self {
-            Self::Oidn | Self::Atrous => None,
+            Self::Oidn | Self::OidnFast | Self::Atrous => None,
             Self::Gaussian => Some(gaussian::RADIUS),
             Self::Nlm => Some(nlm::RADIUS),
         }
@@ -166,8 +178,10 @@ impl Denoiser {
         match self {
             #[cfg(feature = "oidn")]
             Self::Oidn => oidn::denoise(layers),
+            #[cfg(feature = "oidn")]
+            Self::OidnFast => oidn::denoise_fast(layers),
             #[cfg(not(feature = "oidn"))]
-            Self::Oidn => Err(DenoiseError::NotBuilt),
+            Self::Oidn | Self::OidnFast => Err(DenoiseError::NotBuilt),
             Self::Atrous => Ok(atrous::denoise(atrous::Input::new(layers)?)),
             Self::Gaussian => Ok(gaussian::denoise(&layers.color, layers.size, radius)),
             Self::Nlm => nlm::denoise(layers, radius),
@@ -249,7 +263,13 @@ mod tests {
 
     /// Filters of this build.
     fn built() -> impl Iterator<Item = Denoiser> {
-        let all = [Denoiser::Oidn, Denoiser::Atrous, Denoiser::Gaussian, Denoiser::Nlm];
+        let all = [
+            Denoiser::Oidn,
+            Denoiser::OidnFast,
+            Denoiser::Atrous,
+            Denoiser::Gaussian,
+            Denoiser::Nlm,
+        ];
         all.into_iter().filter(|d| d.version().is_ok())
     }
 

@@ -43,7 +43,7 @@ const CLIPPED: f64 = 0.02;
 /// Code from which on a pixel is white: the nearest 8-bit code is 255.
 const WHITE: f32 = 254.5 / 255.0;
 /// Exposure that suits the light of the studio, stops.
-const STUDIO: f32 = 0.4;
+const STUDIO: f32 = 0.15;
 /// Share of the way from there to what is metered, and how far it goes at most, stops.
 const SUBJECT: f32 = 0.2;
 const MAX_SHIFT: f32 = 1.0;

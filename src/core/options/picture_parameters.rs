@@ -164,7 +164,8 @@ impl Backend {
 }
 
 named! {
-    Denoising: "off" => Self::Off, "oidn" => Self::By(Denoiser::Oidn), "atrous" => Self::By(Denoiser::Atrous),
+    Denoising: "off" => Self::Off, "oidn" => Self::By(Denoiser::Oidn),
+        "oidn-fast" => Self::By(Denoiser::OidnFast), "atrous" => Self::By(Denoiser::Atrous),
         "gaussian" => Self::By(Denoiser::Gaussian), "nlm" => Self::By(Denoiser::Nlm);
     Backend: "embree" => Self::Embree, "obvhs" => Self::Obvhs, "brute" => Self::Brute;
 }

@@ -8,8 +8,8 @@ parameters! {
     pub struct QualityOptions, heading "", values values {
         /// Sets samples, noise level and denoiser; --spp, --noise, --denoise override it
         ///
-        /// `draft`: 4 samples; `good`: 16; `final`: up to 2048, until the relative error is 0.01. The denoiser is `oidn` if it is built in, else
-        /// `atrous`. `samples` and `denoise` of the scene file override its `quality`; the flag `--quality` overrides all three.
+        /// `draft`: 4 samples; `good`: 16; `final`: up to 2048, until the relative error is 0.01. The denoiser is `oidn`, of a draft
+        /// `oidn-fast`, if they are built in, else `atrous`. `samples` and `denoise` of the scene file override its `quality`; the flag `--quality` overrides all three.
         quality: Quality, default "good for a bare OBJ, else none";
     }
 }
@@ -42,7 +42,10 @@ impl Quality {
         };
         SamplingOptions {
             samples: Some(samples),
-            denoise: Some(Denoising::By(Denoiser::best())),
+            denoise: Some(Denoising::By(match self {
+                Self::Draft => Denoiser::fast(),
+                Self::Good | Self::Final => Denoiser::best(),
+            })),
             ..SamplingOptions::default()
         }
     }

@@ -104,27 +104,38 @@ impl Device {
 
     /// An albedo without its noise; three numbers from 0 to 1 a pixel, row by row.
     pub fn albedo(&self, albedo: &[f32], size: Size) -> Result<Vec<f32>, Error> {
-        self.run(&[(c"albedo", albedo)], &[], size)
+        self.run(&[(c"albedo", albedo)], &[], Quality::HIGH, size)
     }
 
     /// Normals without their noise; three numbers from −1 to 1 a pixel, row by row.
     pub fn normal(&self, normal: &[f32], size: Size) -> Result<Vec<f32>, Error> {
-        self.run(&[(c"normal", normal)], &[], size)
+        self.run(&[(c"normal", normal)], &[], Quality::HIGH, size)
     }
 
     /// A picture of linear radiance without its noise, by guides that have none: albedo and normals, if there are any.
     pub fn color(&self, color: &[f32], guides: Option<[&[f32]; 2]>, size: Size) -> Result<Vec<f32>, Error> {
-        match guides {
-            Some([albedo, normal]) => {
-                let images = [(c"color", color), (c"albedo", albedo), (c"normal", normal)];
-                self.run(&images, &[c"hdr", c"cleanAux"], size)
-            }
-            None => self.run(&[(c"color", color)], &[c"hdr"], size),
-        }
+        let flags: &[&CStr] = if guides.is_some() {
+            &[c"hdr", c"cleanAux"]
+        } else {
+            &[c"hdr"]
+        };
+        self.run(&images(color, guides), flags, Quality::HIGH, size)
+    }
+
+    /// A picture of linear radiance with little noise, by the library's fast quality and by guides that
+    /// may have noise: albedo and normals, if there are any.
+    pub fn color_fast(&self, color: &[f32], guides: Option<[&[f32]; 2]>, size: Size) -> Result<Vec<f32>, Error> {
+        self.run(&images(color, guides), &[c"hdr"], Quality::FAST, size)
     }
 
     /// Runs the filter `RT` over `images`, named as it names them, with `flags` on.
-    fn run(&self, images: &[(&CStr, &[f32])], flags: &[&CStr], size: Size) -> Result<Vec<f32>, Error> {
+    fn run(
+        &self,
+        images: &[(&CStr, &[f32])],
+        flags: &[&CStr],
+        quality: Quality,
+        size: Size,
+    ) -> Result<Vec<f32>, Error> {
         let [width, height] = size;
         let len = width.checked_mul(height).and_then(|pixels| pixels.checked_mul(3));
         if images.iter().any(|(_, image)| Some(image.len()) != len) {
@@ -146,6 +157,8 @@ impl Device {
             // SAFETY: the filter is live, and the name ends with a zero.
             unsafe { oidnSetFilterBool(filter.0, flag.as_ptr(), true) };
         }
+        // SAFETY: the filter is live, and the name ends with a zero; the value is one of the header's.
+        unsafe { oidnSetFilterInt(filter.0, c"quality".as_ptr(), quality.0) };
         let limit = i32::try_from(self.max_memory_mb).unwrap_or(i32::MAX);
         // SAFETY: the filter is live, and the name ends with a zero.
         unsafe { oidnSetFilterInt(filter.0, c"maxMemoryMB".as_ptr(), limit) };
@@ -158,6 +171,23 @@ impl Device {
         self.check()?;
         Ok(pixels)
     }
+}
+
+/// A picture and its guides, as the filter `RT` names them.
+fn images<'a>(color: &'a [f32], guides: Option<[&'a [f32]; 2]>) -> Vec<(&'static CStr, &'a [f32])> {
+    let guides = guides.map(|[albedo, normal]| [(c"albedo", albedo), (c"normal", normal)]);
+    std::iter::once((c"color", color))
+        .chain(guides.into_iter().flatten())
+        .collect()
+}
+
+/// Quality of a filter, as the library numbers it.
+#[derive(Clone, Copy)]
+struct Quality(i32);
+
+impl Quality {
+    const HIGH: Self = Self(OIDNQuality_OIDN_QUALITY_HIGH as i32);
+    const FAST: Self = Self(OIDNQuality_OIDN_QUALITY_FAST as i32);
 }
 
 /// A filter, released where it goes out of use.

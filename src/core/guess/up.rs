@@ -26,8 +26,8 @@ const UPS: [[Vec3; 2]; 3] = [[Vec3::X, Vec3::NEG_X], [Vec3::Y, Vec3::NEG_Y], [Ve
 const USUAL: [[f32; 2]; 3] = [[-1.5, -1.5], [2.5, -0.3], [1.0, -0.3]];
 /// How usual each direction is in interiors, whose evidence is clearer.
 const USUAL_INSIDE: [[f32; 2]; 3] = [[-0.3, -0.3], [0.3, 0.0], [0.2, 0.0]];
-/// How much more usual an axis is if the program that wrote the file usually writes it: for objects
-/// and for interiors.
+/// Score of the axis that the program which wrote the file usually writes: for objects and for
+/// interiors.
 const USUAL_FOR_PROGRAM: [f32; 2] = [1.2, 0.2];
 /// Score by which another direction must be better than +y.
 const MARGIN: f32 = 0.02;

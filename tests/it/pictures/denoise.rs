@@ -255,7 +255,7 @@ fn a_denoiser_that_is_not_there_is_refused_before_any_work() {
     };
     for name in ["median", "bilateral"] {
         let words = said(&format!("--denoise={name}"));
-        assert!(words.contains("off, oidn, atrous, gaussian, nlm"), "{words}");
+        assert!(words.contains("off, oidn, oidn-fast, atrous, gaussian, nlm"), "{words}");
     }
     if cfg!(not(feature = "oidn")) {
         // A bare --denoise is oidn, also right before the scene.

@@ -26,6 +26,7 @@ pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Resu
             exposure: tone.exposure.map(|_| session.settings().tone.exposure),
             ..tone
         },
+        load: job.scene.load.parameters,
         ..job.options
     };
     let scene = session.lit_file().unwrap_or(&job.scene);

@@ -5,9 +5,10 @@ use super::error::CliError;
 use super::job::{guess_picture, guesses, read_scene};
 use super::words;
 use crate::description::{Loaded, load_scene};
-use crate::guess::CameraGuess;
+use crate::guess::position_text;
 use crate::io::Warning;
 use crate::light::LightId;
+use crate::math::{DVec3, Vec3};
 use crate::options::Backend;
 use crate::scene::SceneBuilder;
 use crate::session::{
@@ -20,6 +21,7 @@ use std::process::ExitCode;
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let mut file = read_scene(&args.scene, &args.load)?;
     let camera = CameraSettings::of(&file);
+    let origin = file.origin();
     file.change_light(args.light.changes(), &camera.viewpoint());
     let Loaded {
         mut scene,
@@ -86,17 +88,18 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         "camera": camera.map(|FoundCamera { description, guess, .. }| {
             let parameters = &description.parameters;
             json!({
-                "position": decimal(parameters.position.to_array()),
-                "look_at": decimal(parameters.look_at.to_array()),
+                "position": in_file(parameters.position, origin),
+                "look_at": in_file(parameters.look_at, origin),
                 "up": decimal(parameters.up.to_array()),
                 "vertical_fov": decimal([parameters.vertical_fov; 3])[0],
                 "lens_radius": decimal([parameters.lens_radius; 3])[0],
                 "focus_distance": decimal([parameters.focus_distance; 3])[0],
                 "guess": guess.as_ref().map(|guess| &guess.words),
-                "flags": guess.as_ref().map(CameraGuess::flags),
+                "flags": guess.as_ref().map(|guess| guess.flags(origin)),
             })
         }),
-        "bounds": [decimal(bounds.min.to_array()), decimal(bounds.max.to_array())],
+        "bounds": [in_file(bounds.min, origin), in_file(bounds.max, origin)],
+        "origin": origin.to_array(),
         "memory_forecast_bytes": {
             "scene": memory.scene(),
             "bvh": memory.accel(backend),
@@ -116,6 +119,11 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
 /// The shortest decimals that name these `f32`, where their `f64` neighbours would show seventeen digits.
 pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
+}
+
+/// Coordinates of `p` in the OBJ file whose point `origin` is the scene's.
+pub(super) fn in_file(p: Vec3, origin: DVec3) -> [f64; 3] {
+    position_text(p, origin).map(|x| x.parse().unwrap_or(f64::NAN))
 }
 
 fn print_text(info: &serde_json::Value, warnings: &[Warning]) {

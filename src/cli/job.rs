@@ -144,7 +144,7 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
         max: UVec2::new(x1, y1),
     });
 
-    args.camera.apply(&mut settings.camera);
+    args.camera.apply(&mut settings.camera, scene.origin());
     let size = settings.resolution;
     let is_inside = |at: &Vec2| at.cmpge(Vec2::ZERO).all() && at.cmple(size.as_vec2()).all();
     if let Some(at) = args.camera.focus_at().filter(|at| !is_inside(at)) {
@@ -209,6 +209,7 @@ pub(super) fn scene_of_text(path: &Path, text: &str, args: &LoadArgs) -> Result<
 fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliError> {
     scene.patch_materials(&args.patches)?;
     set_load(&mut scene, args);
+    scene.settle_origin();
     Ok(scene)
 }
 

@@ -10,8 +10,19 @@ use crate::session::Session;
 
 /// Prints what the program has chosen: camera and light where nothing gives them, and the distance that `--focus-at` has found.
 pub(super) fn print_choices(session: &Session) {
+    let origin = session.settings().camera.origin.to_array();
+    if origin != [0.0; 3] {
+        let list = origin.map(|x| x.to_string()).join(",");
+        errln!(
+            "origin: {list} is subtracted from all positions, since the file lies far from its own (--origin off keeps them)"
+        );
+    }
     if let Some(guess) = session.camera_guess() {
-        errln!("camera: {}\n  {}", guess.words, guess.flags());
+        errln!(
+            "camera: {}\n  {}",
+            guess.words,
+            guess.flags(session.settings().camera.origin)
+        );
     }
     if let Some(at) = session.settings().camera.focus_at {
         let distance = session.camera_description().parameters.focus_distance;

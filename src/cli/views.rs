@@ -55,10 +55,11 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
 
     let candidates = session.candidate_cameras()?;
+    let origin = session.settings().camera.origin;
     if args.json {
         let list: Vec<_> = candidates
             .iter()
-            .map(|(flags, camera)| json!({ "flags": flags, "camera": camera.flags(), "words": camera.words }))
+            .map(|(flags, camera)| json!({ "flags": flags, "camera": camera.flags(origin), "words": camera.words }))
             .collect();
         outln!("{:#}", json!(list));
     } else {

@@ -6,7 +6,7 @@ use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
 use crate::guess::{Asked, CameraFinder, CameraGuess, Orbit, View};
 use crate::io::FileError;
-use crate::math::{Encode, UVec2, Vec2, Vec3, encode_fields};
+use crate::math::{DVec3, Encode, UVec2, Vec2, Vec3, encode_fields};
 use crate::scene::Scene;
 use toml::Spanned;
 
@@ -56,6 +56,8 @@ pub struct CameraSettings {
     pub shutter: Option<[f32; 2]>,
     /// Axis that is up in most files of the program that wrote the scene; evidence for guesses.
     pub usual_up: Option<Vec3>,
+    /// Point of the OBJ file's coordinates that is the scene's origin, for messages.
+    pub origin: DVec3,
 }
 
 encode_fields!(CameraSettings {
@@ -77,6 +79,7 @@ encode_fields!(CameraSettings {
     up_close,
     shutter,
     usual_up,
+    origin,
 });
 
 impl CameraSettings {
@@ -85,6 +88,7 @@ impl CameraSettings {
         let Some(section) = &file.camera else {
             return Self {
                 usual_up: file.usual_up(),
+                origin: file.origin(),
                 ..Self::default()
             };
         };
@@ -109,6 +113,7 @@ impl CameraSettings {
             up_close: vector(&section.up_close),
             shutter: section.shutter.as_ref().map(|s| *s.get_ref()),
             usual_up: file.usual_up(),
+            origin: file.origin(),
         }
     }
 
@@ -138,6 +143,7 @@ impl CameraSettings {
             view: self.view.unwrap_or_default(),
             orbit: self.orbit,
             usual_up: self.usual_up,
+            origin: self.origin,
         };
         CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
     }

@@ -3,7 +3,7 @@
 use super::flags::NameParser;
 use super::values::parse_list;
 use crate::guess::{Orbit, View};
-use crate::math::{Vec2, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::session::CameraSettings;
 
 /// Camera flags. What neither flags nor the scene file set is guessed.
@@ -18,12 +18,12 @@ pub(in crate::cli) struct CameraArgs {
     orbit: Option<Orbit>,
 
     /// Camera position
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
-    pub position: Option<[f32; 3]>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f64, 3>, allow_hyphen_values = true)]
+    pub position: Option<[f64; 3]>,
 
     /// Point in the middle of the image
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
-    look_at: Option<[f32; 3]>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f64, 3>, allow_hyphen_values = true)]
+    look_at: Option<[f64; 3]>,
 
     /// Direction that is up in the image [default: 0,1,0, or guessed with the camera]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
@@ -72,8 +72,10 @@ impl CameraArgs {
         self.focus_at.map(Vec2::from)
     }
 
-    /// The camera of the scene file with these flags over it.
-    pub fn apply(&self, camera: &mut CameraSettings) {
+    /// The camera of the scene file with these flags over it, whose positions are those of a file with
+    /// the scene's origin at `origin`.
+    pub fn apply(&self, camera: &mut CameraSettings, origin: DVec3) {
+        let near = |position: [f64; 3]| (DVec3::from(position) - origin).as_vec3a();
         // A view replaces the place of the camera, not its lens.
         if self.view.is_some() || self.orbit.is_some() {
             *camera = CameraSettings {
@@ -99,8 +101,8 @@ impl CameraArgs {
         if self.f_stop.is_some() {
             camera.lens_radius = None;
         }
-        camera.position = self.position.map(Vec3::from).or(camera.position);
-        camera.look_at = self.look_at.map(Vec3::from).or(camera.look_at);
+        camera.position = self.position.map(near).or(camera.position);
+        camera.look_at = self.look_at.map(near).or(camera.look_at);
         camera.up = self.up.map(Vec3::from).or(camera.up);
         camera.vertical_fov = self.fov.or(camera.vertical_fov);
         camera.lens_radius = self.lens_radius.or(camera.lens_radius);

@@ -2,12 +2,13 @@
 
 use super::trace::{Contribution, Place, Technique, Trace, Vertex};
 use crate::bsdf::Lobe;
-use crate::cli::info::decimal;
+use crate::cli::info::{decimal, in_file};
 use crate::color::Spectrum;
 use crate::integrator::{EmissionRecord, LightSampleRecord, ScatteringRecord};
 use crate::light::{Light, LightId};
 use crate::math::Vec3;
 use crate::scene::Scene;
+use crate::session::Session;
 use serde_json::{Map, Value, json};
 
 pub(super) fn color(value: Spectrum) -> [f64; 3] {
@@ -39,7 +40,7 @@ fn light(scene: &Scene, id: LightId) -> Value {
 }
 
 /// A trace.
-pub(super) fn trace(scene: &Scene, trace: &Trace) -> Value {
+pub(super) fn trace(session: &Session, trace: &Trace) -> Value {
     json!({
         "from": match trace.key.y {
             y if y > i32::MAX as u32 => json!({ "chain": trace.key.x }),
@@ -47,15 +48,16 @@ pub(super) fn trace(scene: &Scene, trace: &Trace) -> Value {
         },
         "filter_weight": number(trace.weight),
         "radiance": color(trace.sum()),
-        "vertices": trace.vertices.iter().map(|v| vertex(scene, v)).collect::<Vec<_>>(),
+        "vertices": trace.vertices.iter().map(|v| vertex(session, v)).collect::<Vec<_>>(),
         "contributions": trace.contributions.iter().map(contribution).collect::<Vec<_>>(),
     })
 }
 
-fn vertex(scene: &Scene, vertex: &Vertex) -> Value {
+fn vertex(session: &Session, vertex: &Vertex) -> Value {
+    let (scene, origin) = (session.scene(), session.settings().camera.origin);
     let mut value = json!({
         "parent": vertex.parent,
-        "position": vector(vertex.p),
+        "position": in_file(vertex.p, origin),
         "beta": color(vertex.beta),
     });
     match vertex.place {

@@ -119,7 +119,7 @@ pub(super) fn facts(renderer: &Renderer, pixel: [u32; 2], samples: &[(u32, Vec<T
         json!({
             "sample": index,
             "radiance": json::color(light_of(traces)),
-            "traces": traces.iter().map(|trace| json::trace(session.scene(), trace)).collect::<Vec<_>>(),
+            "traces": traces.iter().map(|trace| json::trace(session, trace)).collect::<Vec<_>>(),
         })
     };
     json!({

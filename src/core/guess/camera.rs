@@ -8,7 +8,7 @@ use super::object;
 use super::survey::Survey;
 use crate::accel::Accel;
 use crate::camera::CameraParameters;
-use crate::math::{Horizon, Vec3, encode_fields, encode_variants};
+use crate::math::{DVec3, Horizon, Vec3, encode_fields, encode_variants};
 use crate::scene::Scene;
 
 /// Vertical field of view of objects, degrees.
@@ -156,6 +156,8 @@ pub struct Asked {
     pub orbit: Option<Orbit>,
     /// Axis that is up in most files of the program that wrote the scene.
     pub usual_up: Option<Vec3>,
+    /// Point of the file's coordinates that is the scene's origin, for flags.
+    pub origin: DVec3,
 }
 
 /// A camera of which something was guessed. Its numbers are as short as they are printed.
@@ -188,10 +190,11 @@ impl CameraGuess {
         }
     }
 
-    /// The flags that give this camera.
-    pub fn flags(&self) -> String {
+    /// The flags that give this camera in the file whose point `origin` is the scene's.
+    pub fn flags(&self, origin: DVec3) -> String {
         let list = |v: Vec3| v.to_array().map(|x| x.to_string()).join(",");
-        let mut flags = format!("--position {} --look-at {}", list(self.position), list(self.look_at));
+        let [position, look_at] = [self.position, self.look_at].map(|p| position_text(p, origin).join(","));
+        let mut flags = format!("--position {position} --look-at {look_at}");
         if self.up != Vec3::Y {
             flags += &format!(" --up {}", list(self.up));
         }
@@ -213,7 +216,7 @@ impl<'a> CameraFinder<'a> {
     pub fn new(scene: &'a Scene, accel: &'a dyn Accel, asked: Asked, aspect: f32) -> Self {
         let looker = Looker { scene, accel };
         Self {
-            survey: Survey::new(&looker, asked.up, asked.usual_up),
+            survey: Survey::new(&looker, asked.up.or(height_axis(asked.origin)), asked.usual_up),
             looker,
             asked,
             aspect,
@@ -277,6 +280,7 @@ impl<'a> CameraFinder<'a> {
                 asked: Asked {
                     up: self.asked.up,
                     vertical_fov: self.asked.vertical_fov,
+                    origin: self.asked.origin,
                     ..asked
                 },
                 ..*self
@@ -287,7 +291,7 @@ impl<'a> CameraFinder<'a> {
         if self.survey.is_interior || self.asked.view == View::Inside {
             for view in self.distinct_views() {
                 let guess = self.inside_guess(view);
-                candidates.push((guess.flags(), guess));
+                candidates.push((guess.flags(self.asked.origin), guess));
             }
         }
         let inside = candidates.len();
@@ -493,6 +497,27 @@ impl<'a> CameraFinder<'a> {
             words,
         }
     }
+}
+
+/// The upright axis of a file that lies far from its own origin, at `origin`: national grids have
+/// large eastings and northings, and small heights. `None` of other files.
+fn height_axis(origin: DVec3) -> Option<Vec3> {
+    let axis = origin.abs().min_position();
+    (origin != DVec3::ZERO).then(|| Vec3::AXES[axis])
+}
+
+/// Coordinates of `p` in the file whose point `origin` is the scene's, as short as those of `p`.
+pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
+    [0, 1, 2].map(|axis| {
+        let short = p[axis].to_string();
+        match origin[axis] == 0.0 {
+            true => short,
+            false => {
+                let decimals = short.split('.').nth(1).map_or(0, str::len).min(9);
+                format!("{:.decimals$}", f64::from(p[axis]) + origin[axis])
+            }
+        }
+    })
 }
 
 /// `v` rounded to decimals of a thousandth of `scale`.

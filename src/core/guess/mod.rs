@@ -19,6 +19,6 @@ mod survey;
 mod triangles;
 mod up;
 
-pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View};
+pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View, position_text};
 pub use light::LightGuess;
 pub use survey::Survey;

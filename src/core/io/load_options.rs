@@ -1,4 +1,5 @@
 use super::mtl::LibraryOptions;
+use super::origin::Origin;
 use super::{MtlDialect, Severity};
 use crate::options::names::named;
 use crate::options::{Named, Range, parameters};
@@ -24,6 +25,12 @@ parameters! {
         ///
         /// `straight`: shadow rays pass, and flat panes count as thin. `refract`: only scattered rays find the light, and panes are bodies.
         panes: Panes = Panes::Straight;
+        /// Point of the OBJ file's coordinates that becomes the origin: X,Y,Z, auto or off
+        ///
+        /// It is subtracted before coordinates are rounded to 32 bits. `auto` finds one for a file that
+        /// lies far from its own origin. Positions in a scene file and the channels `P` are relative to
+        /// it; those of flags, of `info` and of `paths` are those of the OBJ file.
+        origin: Origin = Origin::Off, default "off; auto for a bare OBJ";
     }
 }
 

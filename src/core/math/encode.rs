@@ -1,6 +1,6 @@
 //! Values as bytes that are the same on every machine: what hashes are taken of.
 
-use super::{Affine3A, Quat, UVec2, Vec2, Vec3};
+use super::{Affine3A, DVec3, Quat, UVec2, Vec2, Vec3};
 use std::ops::Range;
 
 /// A value that hashes cover.
@@ -131,7 +131,7 @@ macro_rules! encode_arrays {
         }
     )+};
 }
-encode_arrays!(Vec2 => to_array, Vec3 => to_array, UVec2 => to_array, Quat => to_array, Affine3A => to_cols_array);
+encode_arrays!(Vec2 => to_array, Vec3 => to_array, DVec3 => to_array, UVec2 => to_array, Quat => to_array, Affine3A => to_cols_array);
 
 #[cfg(test)]
 mod tests {

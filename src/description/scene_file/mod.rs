@@ -9,7 +9,7 @@ mod tests;
 use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::light_changes::ChangedLight;
-use super::obj::usual_up;
+use super::obj::{origin_of, usual_up};
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::source::Source;
@@ -18,7 +18,8 @@ use super::{
     CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection,
     ObjectSection, Position, SceneOptions,
 };
-use crate::math::Vec3;
+use crate::io::Origin;
+use crate::math::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -221,6 +222,30 @@ impl SceneFile {
     }
 
     /// What `[image]` and `[render]` say, or an error and the byte that it is about.
+    /// Finds the origin if it is to be found: that of a bare OBJ, unless it is given.
+    pub(crate) fn settle_origin(&mut self) {
+        let is_wanted = match self.load.parameters.origin {
+            None => !self.is_file(),
+            given => given == Some(Origin::Auto),
+        };
+        if is_wanted {
+            let origin = self
+                .object
+                .first()
+                .map(|object| origin_of(&self.resolve(object.obj.get_ref())));
+            let origin = origin.filter(|origin| *origin != DVec3::ZERO);
+            self.load.parameters.origin = origin.map(Origin::At);
+        }
+    }
+
+    /// The point of the OBJ file's coordinates that is the scene's origin.
+    pub(crate) fn origin(&self) -> DVec3 {
+        match self.load.parameters.origin {
+            Some(Origin::At(origin)) => origin,
+            _ => DVec3::ZERO,
+        }
+    }
+
     /// The axis that is up in most files of the program that wrote the scene's OBJ file; `None` if
     /// that is unknown, or if there are several objects.
     pub(crate) fn usual_up(&self) -> Option<Vec3> {

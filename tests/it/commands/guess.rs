@@ -179,6 +179,78 @@ fn hollow_objects_are_seen_from_outside() {
     );
 }
 
+/// A stair in the metres of a national grid keeps its steps: its picture is that of the stair at the
+/// origin, by guesses and by flags, and `info` tells where it is.
+#[test]
+fn files_far_from_the_origin_are_moved() {
+    let place = [512_300.0, 5_412_300.0, 430.0];
+    let stair = |place: [f64; 3]| {
+        let (mut text, mut count) = (String::new(), 0);
+        for step in 0..6 {
+            let z = place[2] + 0.25 * f64::from(step);
+            let y = place[1] + 0.5 * f64::from(step);
+            for (dx, dy, dz) in [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1), (1, 2, 1), (0, 2, 1)] {
+                let [x, y, z] = [
+                    place[0] + f64::from(dx),
+                    y + 0.25 * f64::from(dy),
+                    z + 0.25 * f64::from(dz),
+                ];
+                writeln!(text, "v {x} {y} {z}").unwrap();
+            }
+            for face in [[1, 2, 3, 4], [4, 3, 5, 6]] {
+                let [a, b, c, d] = face.map(|corner| corner + count);
+                writeln!(text, "f {a} {b} {c} {d}").unwrap();
+            }
+            count += 6;
+        }
+        text
+    };
+    let folder = folder(&[("far.obj", &stair(place)), ("near.obj", &stair([0.0; 3]))]);
+    let at = folder.path();
+    let picture = |line: &str| {
+        let said = words(&done(
+            at,
+            &split(&format!("render {line} --size 24x16 --spp 1 -o x.exr")),
+        ));
+        (read_rgb(&at.join("x.exr")), said)
+    };
+    let (far, said) = picture("far.obj");
+    assert!(said.contains("origin: 512300,5412300,430 is subtracted"), "{said}");
+    assert!(!said.contains("far-from-origin"), "{said}");
+    assert_eq!(far, picture("near.obj").0);
+    let camera = "--position {} --look-at {} --up 0,0,1 --fov 40";
+    let flags = |places: [&str; 2]| {
+        places
+            .iter()
+            .fold(camera.to_string(), |line, place| line.replacen("{}", place, 1))
+    };
+    let far = picture(&format!(
+        "far.obj {}",
+        flags(["512304.5,5412296,433", "512300.5,5412301.5,430.75"])
+    ))
+    .0;
+    assert_eq!(
+        far,
+        picture(&format!("near.obj {}", flags(["4.5,-4,3", "0.5,1.5,0.75"]))).0
+    );
+
+    let info = json(&done(at, &split("info far.obj --json")));
+    assert_eq!(vector(&info["origin"]), place);
+    assert_eq!(vector(&info["bounds"][1]), [512_301.0, 5_412_303.0, 431.5]);
+    // A scene file has positions near its origin.
+    done(
+        at,
+        &split("render far.obj --size 8x8 --spp 1 -q -o a.exr --dump-scene d.toml"),
+    );
+    let text = std::fs::read_to_string(at.join("d.toml")).unwrap();
+    assert!(text.contains("origin = \"512300,5412300,430\""), "{text}");
+    done(at, &split("render d.toml -q -o b.exr"));
+    assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
+    // Without it the steps are lost, with a warning.
+    let said = picture("far.obj --origin off").1;
+    assert!(said.contains("far-from-origin"), "{said}");
+}
+
 /// What flags say of the light is meant for the guessed camera, and for what is up in the scene: the model on +y and the one on +z give one picture.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]

@@ -5,7 +5,7 @@ use super::{CHUNK_BYTES, read_text};
 use crate::io::FileError;
 use crate::io::normals::area_vector;
 use crate::io::statements::{split_keyword, statements};
-use crate::math::{Vec2, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -51,7 +51,7 @@ impl ObjFaces {
     /// the names `defined`.
     pub fn read(path: &Path, defined: &HashSet<&str>) -> Result<Self, FileError> {
         let text = read_text(path)?;
-        let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), true, &|_| ())?;
+        let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), (DVec3::ZERO, true), &|_| ())?;
         outline.set_whole_names(defined);
         let (mut materials, mut runs) = (Vec::new(), Vec::new());
         let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();

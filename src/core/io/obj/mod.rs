@@ -8,6 +8,7 @@
 mod faces;
 mod groups;
 mod libraries;
+mod origin;
 mod outline;
 mod parse;
 mod polygon;
@@ -26,6 +27,8 @@ pub(super) use libraries::find_libraries;
 use libraries::load_libraries;
 #[cfg(feature = "tobj")]
 pub(super) use libraries::{LibraryName, ObjLibrary};
+pub(super) use origin::chosen_origin;
+pub use origin::origin_of;
 use outline::Outline;
 use parse::Chunks;
 use rayon::prelude::*;
@@ -100,7 +103,8 @@ pub(super) fn read_obj(
     observer.begin(&format!("reading {}", path.display()), text.len() as u64);
     let chunks = Chunks::count(&text, CHUNK_BYTES);
     allowance.check(path, chunks.bytes(length))?;
-    let mut outline = parse::parse(path, &chunks, false, &|bytes| observer.advance(bytes))?;
+    let origin = chosen_origin(path, options);
+    let mut outline = parse::parse(path, &chunks, (origin, false), &|bytes| observer.advance(bytes))?;
     drop(chunks);
     drop(text);
     // Without a face there is no picture.

@@ -9,7 +9,7 @@ use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};
 use crate::io::statements::{Statement, chunks, place_of, split_keyword, statements, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
-use crate::math::{Vec2, Vec3, excerpt};
+use crate::math::{DVec3, Vec2, Vec3, excerpt};
 use rayon::prelude::*;
 use std::path::Path;
 use std::str;
@@ -61,7 +61,7 @@ impl<'a> Chunks<'a> {
 pub(super) fn parse(
     path: &Path,
     chunks: &Chunks,
-    keep_lines: bool,
+    (origin, keep_lines): (DVec3, bool),
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
     let Chunks { texts, before, total } = chunks;
@@ -69,7 +69,7 @@ pub(super) fn parse(
         .par_iter()
         .zip(before)
         .map(|(text, before)| {
-            let chunk = Chunk::parse(path, text, [before, total], keep_lines);
+            let chunk = Chunk::parse(path, text, [before, total], (origin, keep_lines));
             advance(text.len() as u64);
             chunk
         })
@@ -182,12 +182,14 @@ struct Chunk<'a> {
     wrong_count: [usize; 2],
     /// The first wrong `vt` index and the first wrong `vn` index of the current face.
     lost: [Option<Fault>; 2],
+    /// The point of the file that becomes the origin.
+    origin: DVec3,
     keep_lines: bool,
 }
 
 impl<'a> Chunk<'a> {
     /// Reads a chunk of a file that has `total` counts, `before` of them before the chunk.
-    fn parse(path: &Path, text: &str, [before, total]: [&'a Counts; 2], keep_lines: bool) -> Self {
+    fn parse(path: &Path, text: &str, [before, total]: [&'a Counts; 2], (origin, keep_lines): (DVec3, bool)) -> Self {
         let mut chunk = Self {
             before,
             total,
@@ -198,6 +200,7 @@ impl<'a> Chunk<'a> {
             wrong: Default::default(),
             wrong_count: [0; 2],
             lost: [None, None],
+            origin,
             keep_lines,
         };
         // The first state_change changes nothing: faces may belong to what came before the chunk.
@@ -230,13 +233,25 @@ impl<'a> Chunk<'a> {
         chunk
     }
 
+    /// Position of a vertex. Far from the file's origin 32 bits round a part of it away.
+    fn position(&self, statement: &str, rest: &str) -> Result<Vec3, Fault> {
+        let near: [f32; 3] = numbers(statement, rest, 3)?;
+        if self.origin == DVec3::ZERO {
+            return Ok(near.into());
+        }
+        let exact = |word: &str| word.parse().unwrap_or(f64::NAN);
+        let mut words = rest.split_ascii_whitespace().map(exact);
+        let p = DVec3::from([0; 3].map(|_| words.next().unwrap_or(f64::NAN)));
+        Ok((p - self.origin).as_vec3a())
+    }
+
     fn read(&mut self, whole: &Statement, line: usize) -> Result<(), Fault> {
         let statement = &*whole.text;
         let (keyword, rest) = split_keyword(statement);
         match keyword {
             // A wrong value is 0, so that the indices of others keep their meaning.
             "v" => {
-                let position = numbers(statement, rest, 3).map(Vec3::from);
+                let position = self.position(statement, rest);
                 let position = position.and_then(|p| if p.is_finite() { Ok(p) } else { Err(not_finite(rest)) });
                 self.vertices.positions.push(*position.as_ref().unwrap_or(&Vec3::ZERO));
                 position?;

@@ -9,7 +9,7 @@ mod materials;
 use super::input::Input;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, ObjContext, Signature, library_path};
-use super::obj::{Group, ObjFile, no_faces};
+use super::obj::{Group, ObjFile, chosen_origin, no_faces};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded, read_text};
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{Vec2, Vec3};
@@ -140,7 +140,15 @@ pub(super) fn read_obj(
             files.push(file);
         }
     }
-    let groups = into_groups(parts);
+    let mut groups = into_groups(parts);
+    // tobj has rounded the coordinates by now.
+    let origin = chosen_origin(path, options).as_vec3a();
+    if origin != Vec3::ZERO {
+        groups
+            .iter_mut()
+            .flat_map(|group| &mut group.mesh.positions)
+            .for_each(|p| *p -= origin);
+    }
     if groups.is_empty() {
         return Err(no_faces(path));
     }

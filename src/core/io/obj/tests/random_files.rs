@@ -3,7 +3,7 @@ use super::super::{Group, into_groups};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
 use crate::math::hash::mix;
-use crate::math::{Vec2, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 use std::path::Path;
 
 /// Random numbers for the generator of files below.
@@ -136,7 +136,12 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
 
 /// What comes of a text that is read in chunks of so many bytes.
 fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
-    let mut outline = parse::parse(Path::new("t.obj"), &Chunks::count(text, chunk_bytes), false, &|_| ())?;
+    let mut outline = parse::parse(
+        Path::new("t.obj"),
+        &Chunks::count(text, chunk_bytes),
+        (DVec3::ZERO, false),
+        &|_| (),
+    )?;
     // The first of the file
     let wrong = std::mem::take(&mut outline.wrong).into_iter().flatten();
     match wrong.min_by_key(|error| error.position.map(|place| place.line)) {

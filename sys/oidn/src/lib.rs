@@ -186,8 +186,8 @@ fn images<'a>(color: &'a [f32], guides: Option<[&'a [f32]; 2]>) -> Vec<(&'static
 struct Quality(i32);
 
 impl Quality {
-    const HIGH: Self = Self(OIDNQuality_OIDN_QUALITY_HIGH as i32);
-    const FAST: Self = Self(OIDNQuality_OIDN_QUALITY_FAST as i32);
+    const HIGH: Self = Self(OIDNQuality_OIDN_QUALITY_HIGH);
+    const FAST: Self = Self(OIDNQuality_OIDN_QUALITY_FAST);
 }
 
 /// A filter, released where it goes out of use.

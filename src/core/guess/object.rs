@@ -16,6 +16,10 @@ const FEW: u64 = 1 << 15;
 /// Azimuths from the front, and elevations, of candidates; the first is taken where all show as much.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
+/// Length of an object towards its front over its width from which on it is long, and by how much
+/// it is turned further: a rifle is not seen into its muzzle.
+const LONG: f32 = 2.5;
+const LONG_TURN: f32 = 30.0;
 /// Height of an object over its width up to which it is flat, and the elevation of its candidates.
 const FLAT: f32 = 0.1;
 const FLAT_ELEVATION: [f32; 1] = [40.0];
@@ -51,9 +55,12 @@ pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, f
         true => &FLAT_ELEVATION,
         false => &ELEVATIONS,
     };
+    let ahead = horizon.coordinates(horizon.direction(front, 0.0)).abs();
+    let (length, width) = (size.dot(ahead), size.x + size.z - size.dot(ahead));
+    let more = if length > LONG * width { LONG_TURN } else { 0.0 };
     let candidates: Vec<(f32, f32)> = elevations
         .iter()
-        .flat_map(|&elevation| TURNS.map(|turn| (front + turn, elevation)))
+        .flat_map(|&elevation| TURNS.map(|turn: f32| (front + turn + more * turn.signum(), elevation)))
         .collect();
     let scores: Vec<f32> = candidates
         .par_iter()

@@ -23,7 +23,7 @@ use std::collections::HashMap;
 /// The directions: two of each axis.
 const UPS: [[Vec3; 2]; 3] = [[Vec3::X, Vec3::NEG_X], [Vec3::Y, Vec3::NEG_Y], [Vec3::Z, Vec3::NEG_Z]];
 /// How usual each direction is: most programs write +y up, some +z.
-const USUAL: [[f32; 2]; 3] = [[-1.5, -1.5], [2.5, -0.3], [1.0, -0.3]];
+const USUAL: [[f32; 2]; 3] = [[-1.5, -1.5], [2.5, -0.6], [1.0, -0.6]];
 /// How usual each direction is in interiors, whose evidence is clearer.
 const USUAL_INSIDE: [[f32; 2]; 3] = [[-0.3, -0.3], [0.3, 0.0], [0.2, 0.0]];
 /// Score of the axis that the program which wrote the file usually writes: for objects and for

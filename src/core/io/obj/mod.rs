@@ -1,6 +1,6 @@
 //! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or as
 //! they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
-//! libraries (`libraries`).
+//! libraries (`libraries`), fronts and backs at one place (`sides`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
 //! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
@@ -13,6 +13,7 @@ mod outline;
 mod parse;
 mod polygon;
 mod remarks;
+mod sides;
 mod smoothing;
 mod usual_up;
 
@@ -33,7 +34,7 @@ use outline::Outline;
 use parse::Chunks;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 pub use usual_up::usual_up;
 
@@ -134,7 +135,12 @@ pub(super) fn read_obj(
     outline.set_whole_names(&materials.iter().map(|found| found.material.name.as_str()).collect());
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
-    let groups = into_groups(outline);
+    let (groups, pairs) = into_groups(outline);
+    if pairs > 0 {
+        let noun = if pairs == 1 { "face has" } else { "faces have" };
+        let message = format!("{pairs} {noun} another material on the back; each side shows its own");
+        findings.add(Severity::Note, "two-sided", FileError::new(path, message));
+    }
     if groups.is_empty() && wrong_count == [0; 2] {
         return Err(no_faces(path));
     }
@@ -145,11 +151,19 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     input::read_text(path, "the OBJ file").map(with_line_feeds)
 }
 
-/// The triangles of each material, in the order of first use.
-fn into_groups(mut outline: Outline) -> Vec<Group> {
+/// The file, for a look ahead; `None` unless it is a regular one: a pipe would be emptied.
+fn open_regular(path: &Path) -> Option<File> {
+    let is_regular = fs::metadata(path).is_ok_and(|data| data.is_file());
+    is_regular.then(|| File::open(path).ok()).flatten()
+}
+
+/// The triangles of each material, in the order of first use, and the number of faces with another
+/// material on the back.
+fn into_groups(mut outline: Outline) -> (Vec<Group>, usize) {
     let faces = groups::by_material(&outline.sections);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
-    faces.into_par_iter().map(|f| f.into_group(&outline)).collect()
+    let pairs = sides::separate(&mut outline, &faces);
+    (faces.into_par_iter().map(|f| f.into_group(&outline)).collect(), pairs)
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! The origin of a file that lies far from its own: surveyors write national grids in metres, whose
 //! coordinates of millions have few steps of 32 bits across a building.
 
+use super::open_regular;
 use crate::io::{LoadOptions, Origin};
 use crate::math::DVec3;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const FAR: f64 = 500.0;
 /// The origin that is to be subtracted from the vertices of an OBJ file; zero unless all of it lies
 /// far away. It is a multiple of a power of ten that is not smaller than the file's size.
 pub fn origin_of(path: &Path) -> DVec3 {
-    let Ok(file) = File::open(path) else {
+    let Some(file) = open_regular(path) else {
         return DVec3::ZERO;
     };
     let mut bounds: Option<[DVec3; 2]> = None;

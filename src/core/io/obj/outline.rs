@@ -196,6 +196,11 @@ impl Section {
         [self.v[i], optional(&self.vt), optional(&self.vn)]
     }
 
+    /// Gives a corner another position.
+    pub fn set_position(&mut self, i: usize, index: u32) {
+        self.v[i] = index;
+    }
+
     /// Gives a corner another normal.
     pub fn set_normal(&mut self, i: usize, index: u32) {
         self.vn.resize(self.v.len(), NONE);

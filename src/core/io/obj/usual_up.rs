@@ -1,7 +1,7 @@
 //! The upright axis that a program usually writes, by the first comments of an OBJ file.
 
+use super::open_regular;
 use crate::math::Vec3;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -45,7 +45,7 @@ const KEEP: [&str; 13] = [
 /// name no known program.
 pub fn usual_up(path: &Path) -> Option<Vec3> {
     let mut head = Vec::new();
-    File::open(path).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+    open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;
     let head = String::from_utf8_lossy(&head).to_lowercase();
     let mut comments = head.lines().filter(|line| line.trim_start().starts_with('#'));
     comments.find_map(|comment| {

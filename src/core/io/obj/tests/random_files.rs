@@ -146,7 +146,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let wrong = std::mem::take(&mut outline.wrong).into_iter().flatten();
     match wrong.min_by_key(|error| error.position.map(|place| place.line)) {
         Some(error) => Err(error),
-        None => Ok(into_groups(outline)),
+        None => Ok(into_groups(outline).0),
     }
 }
 

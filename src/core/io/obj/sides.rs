@@ -1,0 +1,190 @@
+//! Faces that lie at one place, with opposite orders of their corners and different materials:
+//! SketchUp, ShapeNet and Minecraft exporters write the front and the back of a wall so.
+//!
+//! Which of both a ray meets would be chance. The two are moved apart by a distance that nobody sees,
+//! each along its normal: a ray then meets the face that looks towards it, in every backend.
+
+use super::groups::Faces;
+use super::outline::{Outline, Section, VertexData};
+use crate::math::hash::mix;
+use crate::math::{Bounds3, Vec3};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// Distance by which a face is moved, in diagonals of the file.
+const GAP: f32 = 1e-5;
+
+/// A face: the numbers of its material and of its section, and its corners there.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    material: usize,
+    section: usize,
+    first: usize,
+    end: usize,
+}
+
+impl Place {
+    fn corners(&self) -> Range<usize> {
+        self.first..self.end
+    }
+}
+
+/// Moves such faces apart, by materials `faces`. Returns the number of pairs.
+pub(super) fn separate(outline: &mut Outline, faces: &[Faces]) -> usize {
+    let pairs = two_sided(outline, faces);
+    if pairs.is_empty() {
+        return 0;
+    }
+    let bounds: Bounds3 = outline.vertices.positions.iter().copied().collect();
+    let gap = GAP * 2.0 * bounds.radius();
+    for face in pairs.iter().flatten() {
+        lift(
+            &mut outline.vertices,
+            &mut outline.sections[face.section],
+            face.corners(),
+            gap,
+        );
+    }
+    pairs.len()
+}
+
+/// Pairs of faces of different materials whose corners are the same in opposite orders.
+fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
+    if faces.len() < 2 {
+        return Vec::new();
+    }
+    let Outline { vertices, sections, .. } = outline;
+    let positions = |section: usize, corners: Range<usize>| -> Vec<Vec3> {
+        corners.map(|i| vertices.position(&sections[section], i)).collect()
+    };
+    // Hashes are cheap; only faces at places of several are compared.
+    let hash = |section: usize, corners: Range<usize>| {
+        let hashes = corners.map(|i| hash(vertices.position(&sections[section], i)));
+        hashes.fold(0, u64::wrapping_add)
+    };
+    let runs = || faces.iter().flat_map(|faces| &faces.runs);
+    let mut hashes: Vec<u64> = runs()
+        .par_bridge()
+        .flat_map_iter(|run| {
+            let faces = sections[run.section].faces(&run.faces);
+            faces.map(|face| hash(run.section, face))
+        })
+        .collect();
+    hashes.par_sort_unstable();
+    let runs_of_equal = hashes.chunk_by(|a, b| a == b);
+    let several: Vec<u64> = runs_of_equal
+        .filter(|equal| equal.len() > 1)
+        .map(|equal| equal[0])
+        .collect();
+    if several.is_empty() {
+        return Vec::new();
+    }
+    let mut at: HashMap<u64, Vec<Place>> = HashMap::new();
+    for (material, run) in (0..)
+        .zip(faces)
+        .flat_map(|(i, faces)| faces.runs.iter().map(move |run| (i, run)))
+    {
+        for face in sections[run.section].faces(&run.faces) {
+            let hash = hash(run.section, face.clone());
+            if several.binary_search(&hash).is_ok() {
+                at.entry(hash).or_default().push(Place {
+                    material,
+                    section: run.section,
+                    first: face.start,
+                    end: face.end,
+                });
+            }
+        }
+    }
+    let is_two_sided = |[a, b]: &[Place; 2]| {
+        let [front, back] = [a, b].map(|place| positions(place.section, place.corners()));
+        a.material != b.material && is_opposite(&front, &back)
+    };
+    let pairs = at
+        .into_values()
+        .filter_map(|places| <[Place; 2]>::try_from(places).ok());
+    let mut pairs: Vec<_> = pairs.filter(is_two_sided).collect();
+    pairs.sort_unstable();
+    pairs
+}
+
+/// A hash of a position.
+fn hash(p: Vec3) -> u64 {
+    // Adding 0 turns −0 into 0.
+    let [x, y, z] = (p + Vec3::ZERO).to_array().map(|x| u64::from(x.to_bits()));
+    mix(mix(mix(x) ^ y) ^ z)
+}
+
+/// Returns true if both faces have the same corners in opposite orders.
+fn is_opposite(a: &[Vec3], b: &[Vec3]) -> bool {
+    let n = a.len();
+    let from = |start: usize| (0..n).all(|i| a[i] == b[(start + n - i) % n]);
+    n == b.len() && (0..n).any(from)
+}
+
+/// Gives the face with these corners positions of its own, `gap` along its normal.
+fn lift(vertices: &mut VertexData, section: &mut Section, corners: Range<usize>, gap: f32) {
+    let positions: Vec<Vec3> = corners.clone().map(|i| vertices.position(section, i)).collect();
+    // Newell's normal, of any polygon
+    let next = positions.iter().cycle().skip(1);
+    let sum: Vec3 = positions
+        .iter()
+        .zip(next)
+        .map(|(a, b)| (*a - positions[0]).cross(*b - positions[0]))
+        .sum();
+    let offset = gap * sum.normalize_or_zero();
+    for (corner, p) in corners.zip(positions) {
+        section.set_position(corner, vertices.positions.len() as u32);
+        vertices.positions.push(p + offset);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parse::{Chunks, parse};
+    use super::super::{Group, into_groups};
+    use crate::math::DVec3;
+    use std::path::Path;
+
+    /// The groups of a square of side 1 and of `faces`, and the number of pairs.
+    fn groups(faces: &str) -> (Vec<Group>, usize) {
+        let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
+        let chunks = Chunks::count(&text, 1 << 20);
+        into_groups(parse(Path::new("t.obj"), &chunks, (DVec3::ZERO, false), &|_| ()).unwrap())
+    }
+
+    #[test]
+    fn fronts_and_backs_are_moved_apart() {
+        // The diagonals of both squares differ.
+        for back in ["f 4 3 2 1", "f 1 4 3 2"] {
+            let (groups, pairs) = groups(&format!("usemtl a\nf 1 2 3 4\nusemtl b\n{back}\n"));
+            assert_eq!(pairs, 1);
+            let heights = |group: &Group| group.mesh.positions.iter().map(|p| p.z).collect::<Vec<_>>();
+            let gap = heights(&groups[0])[0];
+            assert!(gap > 0.0 && gap < 1e-4, "{gap}");
+            assert_eq!(heights(&groups[0]), [gap; 4]);
+            assert_eq!(heights(&groups[1]), [-gap; 4]);
+        }
+    }
+
+    #[test]
+    fn other_faces_stay() {
+        for faces in [
+            // The same order, one material, three at one place, and other corners
+            "usemtl a\nf 1 2 3 4\nusemtl b\nf 2 3 4 1\n",
+            "usemtl a\nf 1 2 3 4\nf 4 3 2 1\nusemtl b\nf 1 2 3\n",
+            "usemtl a\nf 1 2 3\nf 2 3 1\nusemtl b\nf 3 2 1\n",
+            "usemtl a\nf 1 2 3\nusemtl b\nf 4 3 1\n",
+        ] {
+            let (groups, pairs) = groups(faces);
+            assert_eq!(pairs, 0, "{faces}");
+            assert!(
+                groups
+                    .iter()
+                    .flat_map(|group| &group.mesh.positions)
+                    .all(|p| p.z == 0.0)
+            );
+        }
+    }
+}

@@ -25,6 +25,7 @@ use crate::scene::{BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NA
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use textures::AskedTexture;
 use toml::Spanned;
 
 /// A scene read from files.
@@ -92,7 +93,7 @@ struct Loader<'a> {
     light_groups: HashMap<String, LightGroupId>,
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
-    asked: Vec<MapRequest>,
+    asked: Vec<AskedTexture>,
     /// Folders in which textures are looked for.
     texture_dirs: Vec<PathBuf>,
     finder: FileFinder,

@@ -16,6 +16,7 @@ use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::material::Material;
 use crate::math::{excerpt, excerpt_of_path};
+use crate::texture::Channel;
 pub use dialect::MtlDialect;
 pub use map::{MapSlot, MapStatement};
 pub(super) use section::{Complaint, Section};
@@ -77,9 +78,26 @@ pub struct MapRequest {
     pub statement: MapStatement,
     /// Place of the statement: an error without a message.
     pub place: FileError,
+    /// Whether the slot is meant as written. In libraries the picture decides between heights and
+    /// normals.
+    pub is_literal: bool,
+    /// File of the texture, if it was found.
+    pub path: Option<PathBuf>,
 }
 
 impl MapRequest {
+    /// Slot of the texture if its picture is a normal map in place of heights, or the other way
+    /// round; `None` if the picture does not decide.
+    pub fn other_slot(&self) -> Option<MapSlot> {
+        let is_value = self.statement.mapping.channel.is_some_and(|c| c != Channel::Luminance);
+        match self.statement.slot {
+            _ if self.is_literal || is_value => None,
+            MapSlot::Bump => Some(MapSlot::Normal),
+            MapSlot::Normal => Some(MapSlot::Bump),
+            _ => None,
+        }
+    }
+
     /// Says of the texture what is worth a warning.
     pub fn remark(&self, words: &str) -> FileError {
         let message = format!("texture `{}` {words}", excerpt_of_path(&self.statement.file));
@@ -202,7 +220,12 @@ impl<'a> Library<'a> {
         let ignored = statement.ignored.clone();
         // The last one of a kind wins.
         section.maps.retain(|m| m.statement.slot != slot);
-        section.maps.push(MapRequest { statement, place });
+        section.maps.push(MapRequest {
+            statement,
+            place,
+            is_literal: false,
+            path: None,
+        });
         Ok(Effect::Without(ignored))
     }
 

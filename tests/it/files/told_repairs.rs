@@ -498,3 +498,52 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
     assert_eq!(said.matches("[heights-or-normals]").count(), 1, "{said}");
     assert!(said.contains("and another one of this file"), "{said}");
 }
+
+#[test]
+fn names_in_other_encodings_stay_apart_and_match() {
+    let folder = folder(&[]);
+    let at = folder.path();
+    let latin = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
+    let utf8 = |text: &str| text.as_bytes().to_vec();
+    let names = ["Käbel", "Kübel", "Kabel", "Straße"];
+    let mut obj = format!("mtllib größe.mtl\n{TRIANGLE}vt 0 0\n");
+    let mut mtl = String::new();
+    for name in names {
+        obj += &format!("usemtl {name}\nf 1/1 2/1 3/1\n");
+        mtl += &format!("newmtl {name}\nKd 0.5 0.5 0.5\nmap_Kd Holztür.png\n");
+    }
+    fs::create_dir(at.join("textures")).unwrap();
+    write_rgb_png(&at.join("textures/Holztür.png"), 1, &[[9; 3]]);
+    for (of_obj, of_mtl) in [
+        (latin(&obj), latin(&mtl)),
+        (latin(&obj), utf8(&mtl)),
+        (utf8(&obj), latin(&mtl)),
+        (utf8(&obj), utf8(&mtl)),
+    ] {
+        fs::write(at.join("a.obj"), of_obj).unwrap();
+        fs::write(at.join("größe.mtl"), of_mtl).unwrap();
+        let checked = printed(&run(at, &split("check a.obj")));
+        assert!(
+            checked.contains("4 materials") && checked.contains(" 0 errors"),
+            "{checked}"
+        );
+        for code in ["missing-", "duplicate-material", "unused-definition"] {
+            assert!(!checked.contains(code), "{checked}");
+        }
+    }
+    let facts = json(&run(at, &["explain", "a.obj", "Käbel", "--json"]));
+    assert_eq!(
+        facts["textures"]["diffuse"]["file"], "textures/Holztür.png",
+        "{facts:#}"
+    );
+
+    // A file name in Latin-1, as old archives have it
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::unix::ffi::OsStringExt;
+        let name = std::ffi::OsString::from_vec(latin("Holztür.png"));
+        fs::rename(at.join("textures/Holztür.png"), at.join("textures").join(name)).unwrap();
+        let checked = printed(&run(at, &split("check a.obj")));
+        assert!(!checked.contains("missing-texture"), "{checked}");
+    }
+}

@@ -31,7 +31,7 @@ fn numbers_are_read_as_written_in_the_wild() {
         );
     }
     let latin = load(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl Wei\xdf\nf 1 2 3\n").unwrap();
-    assert_eq!(latin.groups[0].material.as_deref(), Some("Wei\u{fffd}"));
+    assert_eq!(latin.groups[0].material.as_deref(), Some("Weiß"));
 }
 
 #[test]

@@ -56,13 +56,15 @@ pub struct Finding {
 pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render tells, since what they assume changes the picture: the light, the dialect of a
-/// library, files that lie elsewhere than named, and pictures that decide between heights and normals.
-const TOLD_NOTES: [&str; 5] = [
+/// library, files that lie elsewhere than named, pictures that decide between heights and normals, and
+/// elements that are not rendered.
+const TOLD_NOTES: [&str; 6] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "negative-lobes",
     "found-elsewhere",
     "heights-or-normals",
+    "skipped-elements",
 ];
 
 /// Places that a finding names besides the first.

@@ -499,6 +499,80 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
     assert!(said.contains("and another one of this file"), "{said}");
 }
 
+/// An empty picture has a reason, which a render tells.
+#[test]
+fn scenes_without_a_visible_face_say_why() {
+    let face = |vertices: &str, face: &str| format!("mtllib a.mtl\n{vertices}usemtl m\n{face}\n");
+    let plain = "newmtl m\nKd 0.5\n";
+    let folder = folder(&[]);
+    let at = folder.path();
+    write_rgb_png(&at.join("black.png"), 2, &[[0; 3]; 4]);
+    let cases = [
+        (
+            "newmtl m\nKd 0.8\nd 0\n",
+            "f 1 2 3",
+            "a.mtl:3: no face can be seen: material `m` is invisible, since its opacity is 0",
+        ),
+        (
+            "newmtl m\nd 1\nd 0\nmap_Kd black.png\n",
+            "f 1 2 3",
+            "a.mtl:3: no face can be seen",
+        ),
+        (
+            "newmtl m\nmap_d black.png\n",
+            "f 1 2 3",
+            "a.mtl:1: no face can be seen: material `m` is invisible, since the texture",
+        ),
+        (
+            "newmtl m\nd 0\nnewmtl n\nd 0\n",
+            "f 1 2 3\nusemtl n\nf 1 2 3",
+            "since its opacity is 0, and so is another material",
+        ),
+        ("newmtl m\nTf 1 1 1\n", "f 1 2 3", "since all light passes it straight"),
+        (
+            plain,
+            "f 1 2 1",
+            "a.obj: no face can be seen: the only triangle has no area",
+        ),
+        (plain, "f 1 2 1\nf 1 1 3", "none of the 2 triangles has an area"),
+    ];
+    for (mtl, faces, told) in cases {
+        fs::write(at.join("a.obj"), face(TRIANGLE, faces)).unwrap();
+        fs::write(at.join("a.mtl"), mtl).unwrap();
+        let said = words(&done(at, &split("render a.obj --size 4x4 --spp 1 -o x.exr")));
+        assert!(
+            said.contains(told) && said.contains("[no-visible-face]"),
+            "{mtl} {faces}: {said}"
+        );
+    }
+    // One visible face is enough, and so is light.
+    for (mtl, faces) in [
+        ("newmtl m\nd 0\nnewmtl n\nd 0.1\n", "f 1 2 3\nusemtl n\nf 1 2 3"),
+        ("newmtl m\nd 0\nKe 1\n", "f 1 2 3"),
+        ("newmtl m\nTf 1 1 0.9\n", "f 1 2 3"),
+        ("newmtl m\nTf 1 1 1\nNi 1.5\n", "f 1 2 3"),
+    ] {
+        fs::write(at.join("a.obj"), face(TRIANGLE, faces)).unwrap();
+        fs::write(at.join("a.mtl"), mtl).unwrap();
+        let said = words(&done(at, &split("render a.obj --size 4x4 --spp 1 -o x.exr")));
+        assert!(!said.contains("[no-visible-face]"), "{mtl} {faces}: {said}");
+    }
+    for (obj, told) in [
+        (TRIANGLE.to_string(), "it is a point cloud of 3 vertices"),
+        (
+            format!("{TRIANGLE}l 1 2 3\np 1\n"),
+            "its 1 line (`l`) and 1 point (`p`) are skipped",
+        ),
+    ] {
+        fs::write(at.join("a.obj"), obj).unwrap();
+        let said = refused(at, &split("render a.obj -o x.exr"), 1);
+        assert!(
+            said.contains("a.obj: no faces in this OBJ file: ") && said.contains(told),
+            "{said}"
+        );
+    }
+}
+
 #[test]
 fn names_in_other_encodings_stay_apart_and_match() {
     let folder = folder(&[]);

@@ -52,6 +52,8 @@ pub struct FileMaterial {
     pub library: PathBuf,
     /// Line of the material's `newmtl`.
     pub line: usize,
+    /// Line of the statement that sets the opacity, if the library has one.
+    pub opacity_line: Option<usize>,
 }
 
 impl FileMaterial {
@@ -62,6 +64,7 @@ impl FileMaterial {
             maps: Vec::new(),
             library: PathBuf::new(),
             line: 0,
+            opacity_line: None,
         }
     }
 
@@ -308,6 +311,7 @@ impl<'a> Library<'a> {
             }
             materials.push(FileMaterial {
                 material,
+                opacity_line: section.opacity_line(),
                 maps: section.maps,
                 library: path.to_path_buf(),
                 line: section.line,

@@ -153,8 +153,18 @@ impl Section {
 
     /// The line of the last statement with this keyword, else that of the material.
     pub fn line_of(&self, key: &str) -> usize {
-        let found = self.lines.iter().rev().find(|(k, _)| k == key);
-        found.map_or(self.line, |&(_, line)| line)
+        self.line_of_statement(key).unwrap_or(self.line)
+    }
+
+    /// The line of the statement that sets the opacity.
+    pub(super) fn opacity_line(&self) -> Option<usize> {
+        let mut keys = ["d", "tr", "tf"].into_iter();
+        keys.find_map(|key| self.line_of_statement(key))
+    }
+
+    fn line_of_statement(&self, key: &str) -> Option<usize> {
+        let mut lines = self.lines.iter().rev();
+        lines.find(|(known, _)| known == key).map(|&(_, line)| line)
     }
 
     /// All that the statements say, as keywords with their values: equal texts are equal bits.

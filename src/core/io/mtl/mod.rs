@@ -11,7 +11,7 @@ mod translate;
 mod writer;
 
 use super::input::read_text;
-use super::statements::{place_of, split_keyword, whole_statements, with_line_feeds};
+use super::statements::{place_of, possible_names, split_keyword, whole_statements, with_line_feeds};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::material::Material;
@@ -241,7 +241,8 @@ impl<'a> Library<'a> {
         for statement in whole_statements(text) {
             let ((key, rest), line, whole) = (split_keyword(&statement.text), statement.line, statement.whole_name());
             if key.eq_ignore_ascii_case("newmtl") {
-                let whole = whole.filter(|&name| self.obj.whole_names.contains(name));
+                let is_used = |name: &&str| self.obj.whole_names.contains(*name);
+                let whole = whole.and_then(|whole| possible_names(whole).find(is_used));
                 sections.push(self.section(whole.unwrap_or(rest), line));
                 continue;
             }

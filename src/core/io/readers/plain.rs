@@ -4,6 +4,7 @@
 //! Lines are cut here anew, without the code of the own reader.
 
 use super::kind::{Kind, Notes};
+use crate::color::xyz::equal_energy_to_linear;
 use crate::io::input::read_bytes;
 use crate::io::obj::LibraryName;
 use crate::io::statements::{possible_names, with_line_feeds};
@@ -486,6 +487,13 @@ pub(super) fn plain_mtl(text: &str, whole_names: &BTreeSet<String>, notes: &mut 
                 notes.add(Kind::GreyColor, line);
                 Cow::Owned(format!("{grey} {grey} {grey}"))
             }
+            ("Kd" | "Ks" | "Ke", ["xyz", xyz @ ..]) => match rgb_of_xyz(key, xyz) {
+                Some([r, g, b]) => {
+                    notes.add(Kind::XyzColor, line);
+                    Cow::Owned(format!("{r} {g} {b}"))
+                }
+                None => Cow::Borrowed(rest),
+            },
             ("Ka", [_, _]) => {
                 notes.add(Kind::GreyColor, line);
                 continue;
@@ -508,6 +516,19 @@ pub(super) fn plain_mtl(text: &str, whole_names: &BTreeSet<String>, notes: &mut 
         let _ = writeln!(plain, "{key} {value}");
     }
     plain
+}
+
+/// The linear colour of CIE XYZ, of which one number is a grey.
+fn rgb_of_xyz(key: &str, words: &[&str]) -> Option<[f32; 3]> {
+    let numbers: Vec<f32> = words.iter().map(|word| word.parse().ok()).collect::<Option<_>>()?;
+    let xyz = match numbers[..] {
+        [grey] => [grey; 3],
+        [x, y, z] => [x, y, z],
+        _ => return None,
+    };
+    let max = if key == "Ke" { f32::MAX } else { 1.0 };
+    let is_finite = xyz.iter().all(|n| n.is_finite());
+    is_finite.then(|| equal_energy_to_linear(xyz).map(|c| c.clamp(0.0, max)))
 }
 
 /// Begin of the names that stand for those of nameless materials.

@@ -39,7 +39,7 @@ pub struct MapSection {
     pub base: Option<Spanned<f32>>,
     /// Factor of its values.
     pub gain: Option<Spanned<f32>>,
-    /// Factor of heights.
+    /// Factor of heights, and of the slopes of a normal map.
     pub height: Option<Spanned<f32>>,
 }
 
@@ -170,7 +170,12 @@ impl MapSection {
             ignored: Vec::new(),
         };
         let place = file.error(section.span(), "");
-        Ok(MapRequest { statement, place })
+        Ok(MapRequest {
+            statement,
+            place,
+            is_literal: true,
+            path: None,
+        })
     }
 }
 

@@ -1,6 +1,5 @@
 //! The commented scene file of a bare OBJ (`embrasure init`): what a render of it takes, and each material as a patch that is commented out.
 
-use super::find_file::find_file;
 use super::glob::Glob;
 use super::mtl::MapRequest;
 use super::option_section::OptionSection;
@@ -9,9 +8,8 @@ use super::{FileError, Inspection, LightSection, MaterialSection, MaterialSource
 use crate::camera::CameraDescription;
 use crate::io::DEFAULT_LIGHT;
 use crate::options::{IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
-use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Names of materials in one comment.
 const MAX_NAMED: usize = 20;
@@ -110,21 +108,13 @@ impl SceneFile {
         });
         let mut text = comment(&format!("{name}: {triangles} triangle{plural}{place}"));
 
-        let missing = RefCell::new(Vec::new());
-        let path = |request: &MapRequest| -> Option<PathBuf> {
-            let statement = &request.statement;
-            let beside = request.place.file.parent().unwrap_or(Path::new(""));
-            match statement.names().find_map(|name| find_file(beside, name)) {
-                Some(found) => Some(relocated(&found, Path::new(""), folder)),
-                None => {
-                    missing.borrow_mut().push(statement.file.clone());
-                    None
-                }
-            }
+        let path = |request: &MapRequest| {
+            let found = request.path.as_ref()?;
+            Some(relocated(found, Path::new(""), folder))
         };
         let section = MaterialSection::of(&source.found, &path);
-        for file in missing.into_inner() {
-            text += &comment(&format!("Its texture {file} is missing."));
+        for request in source.found.maps.iter().filter(|request| request.path.is_none()) {
+            text += &comment(&format!("Its texture {} is missing.", request.statement.file));
         }
         // Patches that are there already have other spellings of the name.
         let glob = Glob::exact(name);

@@ -123,10 +123,12 @@ fn check_scene_file(folder: &Path, bytes: &[u8]) {
 fn check_texture(folder: &Path, bytes: &[u8]) {
     let path = folder.join("t.tga");
     write(&path, bytes);
-    let kind = match bytes.last().map_or(0, |last| last % 4) {
+    let kind = match bytes.last().map_or(0, |last| last % 6) {
         0 => TextureKind::Normal,
         1 => TextureKind::Value(Channel::Opacity),
         2 => TextureKind::Value(Channel::Depth),
+        3 => TextureKind::HeightsOrNormals,
+        4 => TextureKind::NormalsOrHeights,
         _ => TextureKind::Color,
     };
     match load_texture(&path, kind, Wrap::Repeat) {

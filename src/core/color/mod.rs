@@ -4,6 +4,7 @@ pub mod false_color;
 mod spectrum;
 pub mod srgb;
 pub mod tone;
+pub mod xyz;
 
 pub use spectrum::Spectrum;
 pub use tone::{Curve, Exposure, Tone};

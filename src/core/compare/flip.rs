@@ -7,6 +7,7 @@
 
 use super::metrics::{SizeMismatch, same_size};
 use crate::color::tone::narkowicz;
+use crate::color::xyz::{WHITE, linear_to_xyz, xyz_to_linear};
 use crate::film::RgbImage;
 use rayon::prelude::*;
 
@@ -171,27 +172,6 @@ fn redistributed(difference: f32, largest: f32) -> f32 {
 }
 
 // Colours
-
-/// Linear Rec.709 to XYZ, Y of white 1 (IEC 61966-2-1).
-fn linear_to_xyz([r, g, b]: [f32; 3]) -> [f32; 3] {
-    [
-        0.412_390_8 * r + 0.357_584_33 * g + 0.180_480_8 * b,
-        0.212_639 * r + 0.715_168_65 * g + 0.072_192_32 * b,
-        0.019_330_818 * r + 0.119_194_78 * g + 0.950_532_15 * b,
-    ]
-}
-
-/// The inverse.
-fn xyz_to_linear([x, y, z]: [f32; 3]) -> [f32; 3] {
-    [
-        3.240_97 * x - 1.537_383_2 * y - 0.498_610_76 * z,
-        -0.969_243_65 * x + 1.875_967_5 * y + 0.041_555_06 * z,
-        0.055_630_08 * x - 0.203_976_96 * y + 1.056_971_5 * z,
-    ]
-}
-
-/// XYZ of the display's white.
-const WHITE: [f32; 3] = [0.950_455_9, 1.0, 1.089_057_8];
 
 /// Linear Rec.709 to the opponent space YCxCz, which is L*a*b* without its roots (Flohr et al. 1993).
 fn to_opponent(rgb: [f32; 3]) -> [f32; 3] {

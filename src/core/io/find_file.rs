@@ -1,5 +1,6 @@
 //! Finding files whose names come from other systems.
 
+use super::input::decoded;
 use std::collections::HashMap;
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -8,8 +9,9 @@ use std::path::{Component, Path, PathBuf};
 /// The file that another one, in `folder`, calls `name`.
 ///
 /// Names from other systems are understood: if no file has the very name, `\` separates folders like
-/// `/`, letters may be of the other case, and blanks may be underscores. Of several such files or
-/// folders the first in the order of their names is taken.
+/// `/`, letters may be of the other case, and blanks may be underscores. Names of files are in UTF-8
+/// or in Windows-1252. Of several such files or folders the first in the order of their names is
+/// taken.
 pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     FileFinder::default().find(folder, name)
 }
@@ -93,7 +95,7 @@ fn listing(folder: &Path) -> HashMap<String, OsString> {
 }
 
 fn lowercase(name: &OsStr) -> String {
-    name.to_string_lossy().to_lowercase()
+    decoded(name.as_encoded_bytes()).to_lowercase()
 }
 
 /// Whether there is something other than a folder; whether it can be read shows when it is opened.

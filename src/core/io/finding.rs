@@ -56,8 +56,16 @@ pub struct Finding {
 pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render tells, since what they assume changes the picture: the light, the dialect of a
-/// library, and files that lie elsewhere than named.
-const TOLD_NOTES: [&str; 4] = [DEFAULT_LIGHT, "mtl-dialect", "negative-lobes", "found-elsewhere"];
+/// library, files that lie elsewhere than named, pictures that decide between heights and normals, and
+/// elements that are not rendered.
+const TOLD_NOTES: [&str; 6] = [
+    DEFAULT_LIGHT,
+    "mtl-dialect",
+    "negative-lobes",
+    "found-elsewhere",
+    "heights-or-normals",
+    "skipped-elements",
+];
 
 /// Places that a finding names besides the first.
 pub const MAX_PLACES: usize = 5;

@@ -163,7 +163,7 @@ pub fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> {
     Input::open(path, what)?.bytes(path)
 }
 
-/// Reads a regular file as text, in UTF-8 or UTF-16; bytes of other encodings become replacement characters.
+/// Reads a regular file as text, in UTF-8 or UTF-16; bytes that are neither are those of Windows-1252.
 ///
 /// # Errors
 ///
@@ -175,7 +175,29 @@ pub fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
             .map(|character| character.unwrap_or(char::REPLACEMENT_CHARACTER))
             .collect());
     }
-    Ok(String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned()))
+    Ok(String::from_utf8(bytes).unwrap_or_else(|error| decoded(error.as_bytes())))
+}
+
+/// Characters of the bytes 0x80 to 0x9f in Windows-1252 (WHATWG Encoding Standard, index
+/// windows-1252); those of 0xa0 to 0xff are those of Latin-1.
+const WINDOWS_1252: [char; 32] = [
+    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}', '\u{90}', '‘', '’',
+    '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
+];
+
+/// Text in UTF-8; other bytes are those of Windows-1252. Different names stay different, and a name
+/// is the same in both encodings.
+pub fn decoded(bytes: &[u8]) -> String {
+    let character = |&byte: &u8| match byte {
+        0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
+        _ => char::from(byte),
+    };
+    let mut text = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        text.push_str(chunk.valid());
+        text.extend(chunk.invalid().iter().map(character));
+    }
+    text
 }
 
 /// The characters of a text in UTF-16: one that begins with a byte-order mark, or with ASCII of which every other byte is 0.
@@ -248,8 +270,13 @@ mod tests {
             std::fs::write(&path, &bytes).unwrap();
             assert_eq!(read_text(&path, "the file").unwrap(), text, "{:?}", &bytes[..4]);
         }
-        // Other encodings are kept as far as they are ASCII; zeros alone are no UTF-16.
-        for (bytes, expected) in [(&b"v\xe4 1"[..], "v\u{fffd} 1"), (b"\0\0\0\0", "\0\0\0\0"), (b"", "")] {
+        // Bytes of other encodings are those of Windows-1252; zeros alone are no UTF-16.
+        for (bytes, expected) in [
+            (&b"v\xe4 \x80\xff\x81 1"[..], "vä €ÿ\u{81} 1"),
+            (b"Stra\xdfe Stra\xc3\x9fe \xe2\x82", "Straße Straße â‚"),
+            (b"\0\0\0\0", "\0\0\0\0"),
+            (b"", ""),
+        ] {
             std::fs::write(&path, bytes).unwrap();
             assert_eq!(read_text(&path, "the file").unwrap(), expected);
         }

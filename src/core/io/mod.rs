@@ -24,6 +24,7 @@ pub mod memory;
 mod memory_limit;
 mod metadata;
 pub mod mtl;
+mod normal_map;
 mod normals;
 pub mod obj;
 mod origin;

@@ -141,12 +141,24 @@ fn parts(line: &str) -> (&str, Option<&str>) {
     if !line.as_bytes().contains(&b'#') {
         return (line.trim(), None);
     }
-    let starts_word = |i: usize| line[..i].chars().next_back().is_none_or(char::is_whitespace);
-    let starts = line.match_indices('#').map(|(i, _)| i);
-    match { starts }.find(|&i| starts_word(i)) {
+    match comment_starts(line).next() {
         Some(start) => (line[..start].trim(), Some(line.trim())),
         None => (line.trim(), None),
     }
+}
+
+/// Where comments may begin: each `#` at the start of a word.
+fn comment_starts(line: &str) -> impl DoubleEndedIterator<Item = usize> + Clone {
+    let starts_word = |i: usize| line[..i].chars().next_back().is_none_or(char::is_whitespace);
+    line.match_indices('#').map(|(i, _)| i).filter(move |&i| starts_word(i))
+}
+
+/// The names that a name with a comment may mean, the longest first: `Paint #1 # red` is that, or
+/// `Paint #1`.
+pub(crate) fn possible_names(whole: &str) -> impl Iterator<Item = &str> + Clone {
+    let starts: Vec<usize> = comment_starts(whole).skip(1).collect();
+    let shorter = starts.into_iter().rev().map(|start| whole[..start].trim_end());
+    std::iter::once(whole).chain(shorter)
 }
 
 #[cfg(test)]
@@ -180,6 +192,17 @@ mod tests {
         for text in ["usemtl Mat#2\n", "# all\nusemtl a\n", "usemtl a \\\n #1\n"] {
             assert_eq!(whole(text), None, "{text}");
         }
+    }
+
+    #[test]
+    fn names_end_before_any_comment_but_the_first() {
+        let all = |whole| possible_names(whole).collect::<Vec<_>>();
+        assert_eq!(
+            all("Paint #1 # red #2"),
+            ["Paint #1 # red #2", "Paint #1 # red", "Paint #1"]
+        );
+        assert_eq!(all("#1 # red"), ["#1 # red", "#1"]);
+        assert_eq!(all("Mat#2"), ["Mat#2"]);
     }
 
     #[test]

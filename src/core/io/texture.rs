@@ -2,6 +2,7 @@
 //! has.
 
 use super::memory::Allowance;
+use super::normal_map::BumpContent;
 use super::read_picture::{Picture, PictureHeader, Samples, Wanted, picture_size, png_gamma, read_picture};
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
@@ -19,6 +20,40 @@ pub enum TextureKind {
     Value(Channel),
     /// A normal map: three numbers, linear.
     Normal,
+    /// A normal map whose numbers are sRGB-encoded, which some programs write.
+    EncodedNormal,
+    /// Heights, or a normal map if the picture is one.
+    HeightsOrNormals,
+    /// A normal map, or heights if the picture is grey.
+    NormalsOrHeights,
+}
+
+impl TextureKind {
+    /// Heights: luminances.
+    pub const HEIGHTS: Self = Self::Value(Channel::Luminance);
+
+    /// The kind, where the picture decides between heights and normals.
+    fn decided(self, picture: &Picture) -> Self {
+        match self {
+            Self::HeightsOrNormals | Self::NormalsOrHeights => match (BumpContent::of(picture), self) {
+                (BumpContent::Normals, _) => Self::Normal,
+                (BumpContent::EncodedNormals, _) => Self::EncodedNormal,
+                (BumpContent::Heights, _) | (BumpContent::Unknown, Self::HeightsOrNormals) => Self::HEIGHTS,
+                (BumpContent::Unknown, _) => Self::Normal,
+            },
+            kind => kind,
+        }
+    }
+
+    /// Returns true if the texture is a normal map.
+    pub fn is_normal(self) -> bool {
+        matches!(self, Self::Normal | Self::EncodedNormal)
+    }
+
+    /// Returns true if numbers of 8 and 16 bits are sRGB-encoded.
+    fn is_encoded(self) -> bool {
+        matches!(self, Self::Color | Self::EncodedNormal)
+    }
 }
 
 /// A texture that is asked for.
@@ -37,6 +72,8 @@ pub struct TextureRequest {
 pub struct LoadedTextures {
     /// Textures by id, in the order in which they were asked for first.
     pub textures: Vec<Texture>,
+    /// Kinds of the textures: what is asked for, or what the picture has decided.
+    pub kinds: Vec<TextureKind>,
     /// Texture of each request, or the reason why there is none.
     pub ids: Vec<Result<TextureId, FileError>>,
     /// Repairs.
@@ -57,6 +94,7 @@ impl LoadedTextures {
 pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
     load_textures_within(requests, Allowance::of_system(), observer).unwrap_or_else(|error| LoadedTextures {
         textures: Vec::new(),
+        kinds: Vec::new(),
         ids: vec![Err(error); requests.len()],
         warnings: Vec::new(),
         ignored: Vec::new(),
@@ -91,12 +129,12 @@ pub fn load_textures_within(
         observer.advance(1);
         texture
     };
-    let results: Vec<Result<(Texture, Vec<FileError>), FileError>> = distinct.par_iter().map(load).collect();
+    let results: Vec<Result<_, FileError>> = distinct.par_iter().map(load).collect();
 
-    let (mut textures, mut warnings, mut ignored) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut textures, mut kinds, mut warnings, mut ignored) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut ids = Vec::with_capacity(results.len());
     for (result, request) in results.into_iter().zip(&distinct) {
-        ids.push(result.map(|(texture, remarks)| {
+        ids.push(result.map(|(texture, kind, remarks)| {
             ignored.extend(remarks);
             if texture.replaced_texels() > 0 {
                 let count = texture.replaced_texels();
@@ -107,11 +145,13 @@ pub fn load_textures_within(
                 warnings.push(FileError::new(&request.path, message));
             }
             textures.push(texture);
+            kinds.push(kind);
             TextureId(textures.len() as u32 - 1)
         }));
     }
     Ok(LoadedTextures {
         textures,
+        kinds,
         ids: places.into_iter().map(|place| ids[place].clone()).collect(),
         warnings,
         ignored,
@@ -181,7 +221,7 @@ fn wanted_for(kind: TextureKind) -> Wanted {
 ///
 /// Pictures are taken as they are stored: without a look at gamma chunks, colour profiles or the camera's orientation.
 pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Texture, FileError> {
-    load_texture_within(path, kind, wrap, Allowance::of_system()).map(|(texture, _)| texture)
+    load_texture_within(path, kind, wrap, Allowance::of_system()).map(|(texture, ..)| texture)
 }
 
 /// Encoding exponent of sRGB in a chunk gAMA (PNG 3, §11.3.2.2).
@@ -203,17 +243,18 @@ fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<File
     ignored
 }
 
-/// Reads a texture, and describes metadata that is ignored.
+/// Reads a texture, with its kind and with remarks on metadata that is ignored.
 fn load_texture_within(
     path: &Path,
     kind: TextureKind,
     wrap: Wrap,
     allowance: Allowance,
-) -> Result<(Texture, Vec<FileError>), FileError> {
+) -> Result<(Texture, TextureKind, Vec<FileError>), FileError> {
     let picture = read_picture(path, wanted_for(kind), allowance)?;
+    let kind = kind.decided(&picture);
     if kind == TextureKind::Normal && picture.channels < 3 {
         let error = FileError::new(path, "a normal map has red, green and blue, but this picture is grey");
-        return Err(error.help("a picture of heights belongs to map_bump"));
+        return Err(error.help("use `bump_map` for a height map"));
     }
     let Picture {
         width,
@@ -225,17 +266,13 @@ fn load_texture_within(
     let ignored = ignored_metadata(path, kind, orientation);
     let (channels, texels) = match samples {
         Samples::Bytes(samples) => {
-            let curve = if kind == TextureKind::Color {
-                Curve::Srgb
-            } else {
-                Curve::Linear
-            };
+            let curve = if kind.is_encoded() { Curve::Srgb } else { Curve::Linear };
             let (channels, samples) = chosen(samples, channels, kind);
             (channels, Texels::Bytes(samples, curve))
         }
         Samples::Shorts(samples) => {
             let (channels, mut samples) = chosen(samples, channels, kind);
-            if kind == TextureKind::Color {
+            if kind.is_encoded() {
                 linearize(&mut samples, channels);
             }
             (channels, Texels::Shorts(samples))
@@ -252,7 +289,7 @@ fn load_texture_within(
         )
     };
     let texture = Texture::new(width, height, channels, texels, wrap).ok_or_else(refused)?;
-    Ok((texture, ignored))
+    Ok((texture, kind, ignored))
 }
 
 /// A number of a picture.
@@ -302,11 +339,11 @@ fn chosen<T: Sample>(samples: Vec<T>, channels: usize, kind: TextureKind) -> (us
     };
     let channel = match kind {
         TextureKind::Color if has_alpha && !is_opaque => return (channels, samples),
-        TextureKind::Color | TextureKind::Normal if colors == channels => return (channels, samples),
-        TextureKind::Color | TextureKind::Normal => return (colors, first(colors)),
         TextureKind::Value(Channel::Opacity) if is_opaque => Channel::Luminance,
         TextureKind::Value(Channel::Opacity) => Channel::Matte,
         TextureKind::Value(channel) => channel,
+        _ if colors == channels => return (channels, samples),
+        _ => return (colors, first(colors)),
     };
     let value = |texel: &[T]| match channel {
         Channel::Green if colors == 3 => texel[1],

@@ -61,7 +61,7 @@ pub struct Mapping {
     pub base: f32,
     /// Second number of `-mm`: factor of all values.
     pub gain: f32,
-    /// `-bm`: factor of heights.
+    /// `-bm`: factor of heights, and of the slopes of a normal map.
     pub bump: f32,
 }
 
@@ -116,9 +116,10 @@ impl Mapping {
         texture.alpha(self.st(uv), self.footprint(footprint))
     }
 
-    /// [`Texture::normal`], which has neither base nor gain; in the frame of the picture's own axes.
+    /// [`Texture::normal`] with slopes times `bump`, without base and gain; in the frame of the picture's own axes.
     pub fn normal(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec3 {
-        texture.normal(self.st(uv), self.footprint(footprint))
+        let normal = texture.normal(self.st(uv), self.footprint(footprint));
+        Vec3::new(self.bump * normal.x, self.bump * normal.y, normal.z)
     }
 
     /// ∂h/∂u and ∂h/∂v of the height h, which is `bump` times [`Mapping::value`]: the chain rule on [`Texture::gradient`].

@@ -64,8 +64,8 @@ impl Loader<'_> {
                 }
             },
         };
-        let found = self.patched(found);
-        let material = self.textured(&found, path);
+        let mut found = self.patched(found);
+        let material = self.textured(&mut found, path);
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {

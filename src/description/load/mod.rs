@@ -6,6 +6,7 @@
 mod materials;
 mod objects;
 mod textures;
+mod unseen;
 
 use super::find_file::FileFinder;
 use super::load_obj::load_obj;
@@ -25,7 +26,9 @@ use crate::scene::{BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NA
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use textures::AskedTexture;
 use toml::Spanned;
+use unseen::report_unseen;
 
 /// A scene read from files.
 #[derive(Debug)]
@@ -92,7 +95,7 @@ struct Loader<'a> {
     light_groups: HashMap<String, LightGroupId>,
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
-    asked: Vec<MapRequest>,
+    asked: Vec<AskedTexture>,
     /// Folders in which textures are looked for.
     texture_dirs: Vec<PathBuf>,
     finder: FileFinder,
@@ -191,6 +194,7 @@ impl<'a> Loader<'a> {
                 report.default_light &= self.file.light.is_empty();
                 report.is_dark &= findings.first_error().is_none();
                 report_findings(self.file, &report, &inspection.materials, findings);
+                report_unseen(self.file, &scene, &report, &inspection.materials, findings);
                 inspection.scene = Some(scene);
             }
             Err(error) => findings.add(Severity::Error, "scene", scene_error(self.file, &error)),

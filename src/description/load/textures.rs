@@ -5,94 +5,109 @@ use crate::color::Spectrum;
 use crate::description::Finding;
 use crate::description::find_file::case_differs;
 use crate::description::find_texture::{FoundTexture, TextureSearch};
-use crate::description::mtl::{FileMaterial, MapSlot, default_material};
+use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement, default_material};
 use crate::description::texture::{TextureKind, TextureRequest, load_textures_within};
 use crate::description::{FileError, Severity};
-use crate::material::{Map, Material};
+use crate::material::{Map, Maps, Material};
 use crate::texture::{Channel, TextureId};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A texture that a material asks for.
+pub(super) struct AskedTexture {
+    request: MapRequest,
+    /// Index of the material among the sources of materials.
+    material: usize,
+}
+
+impl AskedTexture {
+    /// The slot of a texture of this kind, if it is another one than is written.
+    fn moved_to(&self, kind: TextureKind) -> Option<MapSlot> {
+        let other = self.request.other_slot();
+        other.filter(|&slot| (slot == MapSlot::Normal) == kind.is_normal())
+    }
+}
 
 impl Loader<'_> {
-    /// The material of a file with maps that name requests for textures.
-    pub(super) fn textured(&mut self, found: &FileMaterial, obj: &Path) -> Material {
+    /// The material of a file with maps that name requests for textures: 2 i is the request i in the
+    /// slot that is written, and 2 i + 1 in the other one, if its picture decides so.
+    pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path) -> Material {
         let mut material = found.material.clone();
-        for request in &found.maps {
+        let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
+        for request in &mut found.maps {
+            request.path = self.find_texture(request, obj);
             let statement = &request.statement;
-            let folder = request.place.file.parent().unwrap_or(Path::new(""));
-            let (kind, slot) = match statement.slot {
-                MapSlot::Diffuse => (TextureKind::Color, &mut material.maps.diffuse),
-                MapSlot::Specular => (TextureKind::Color, &mut material.maps.specular),
-                MapSlot::Emission => (TextureKind::Color, &mut material.maps.emission),
-                MapSlot::Exponent => (TextureKind::Value(Channel::Luminance), &mut material.maps.exponent),
-                MapSlot::Opacity => (TextureKind::Value(Channel::Opacity), &mut material.maps.opacity),
-                MapSlot::Bump => (TextureKind::Value(Channel::Luminance), &mut material.maps.bump),
-                MapSlot::Normal => (TextureKind::Normal, &mut material.maps.normal),
-                MapSlot::Roughness => (TextureKind::Value(Channel::Luminance), &mut material.maps.roughness),
-                MapSlot::Metallic => (TextureKind::Value(Channel::Luminance), &mut material.maps.metallic),
-            };
-            let kind = match (kind, statement.mapping.channel) {
-                (TextureKind::Value(_), Some(channel)) => TextureKind::Value(channel),
-                _ => kind,
-            };
-            let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
-            let found = search
-                .find(statement.names(), &mut self.finder)
-                .map(|found| match found {
-                    FoundTexture::AsNamed(path) => {
-                        let is_exact = |name: &str| !case_differs(folder, name, &path) && !name.contains('\\');
-                        if !statement.names().any(is_exact) {
-                            let found = request.remark(&format!("is found as {}", path.display()));
-                            let help = "write the name exactly as the file is called; other systems may not find it";
-                            self.findings.add(Severity::Note, "other-case", found.help(help));
-                        }
-                        path
-                    }
-                    FoundTexture::Elsewhere(path) => {
-                        let place = path.parent().unwrap_or(Path::new(""));
-                        let place = (request.place.file.clone(), place.to_path_buf());
-                        let found = self.found_elsewhere.entry(place).or_default();
-                        if found.iter().all(|(known, _)| known.statement.file != statement.file) {
-                            found.push((request.clone(), path.clone()));
-                        }
-                        path
-                    }
-                });
-            match found {
-                Some(path) => {
-                    *slot = Some(Map {
-                        texture: TextureId(self.textures.len() as u32),
-                        mapping: statement.mapping,
-                    });
-                    let wrap = statement.mapping.wrap;
-                    self.textures.push(TextureRequest { path, kind, wrap });
-                    self.asked.push(request.clone());
+            let Some(path) = request.path.clone() else {
+                if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
+                    material.diffuse = default_material("").diffuse;
                 }
-                None => {
-                    let is_folder = folder.join(&statement.file).is_dir();
-                    let (what, help) = match is_folder {
-                        true => ("is a directory", "name a picture file".into()),
-                        false => ("is missing", search.help()),
-                    };
-                    let missing = request.remark(&format!("{what}; the material's constant is used"));
-                    self.lacks("missing-texture", missing.help(help));
-                    if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
-                        material.diffuse = default_material("").diffuse;
-                    }
-                }
+                continue;
+            };
+            let first = 2 * self.textures.len() as u32;
+            let map = |id| {
+                Some(Map {
+                    texture: TextureId(id),
+                    mapping: statement.mapping,
+                })
+            };
+            *map_of(&mut material.maps, statement.slot) = map(first);
+            if let Some(other) = request.other_slot().filter(|other| !slots.contains(other)) {
+                *map_of(&mut material.maps, other) = map(first + 1);
             }
+            self.textures.push(TextureRequest {
+                path,
+                kind: kind_of(request),
+                wrap: statement.mapping.wrap,
+            });
+            self.asked.push(AskedTexture {
+                request: request.clone(),
+                material: self.materials.len(),
+            });
         }
         material
+    }
+
+    /// The file of a texture. Tells if there is none, and if it is found elsewhere than named.
+    fn find_texture(&mut self, request: &MapRequest, obj: &Path) -> Option<PathBuf> {
+        let statement = &request.statement;
+        let folder = request.place.file.parent().unwrap_or(Path::new(""));
+        let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
+        match search.find(statement.names(), &mut self.finder) {
+            Some(FoundTexture::AsNamed(path)) => {
+                let is_exact = |name: &str| !case_differs(folder, name, &path) && !name.contains('\\');
+                if !statement.names().any(is_exact) {
+                    let found = request.remark(&format!("is found as {}", path.display()));
+                    let help = "write the name exactly as the file is called; other systems may not find it";
+                    self.findings.add(Severity::Note, "other-case", found.help(help));
+                }
+                Some(path)
+            }
+            Some(FoundTexture::Elsewhere(path)) => {
+                let place = path.parent().unwrap_or(Path::new(""));
+                let place = (request.place.file.clone(), place.to_path_buf());
+                let found = self.found_elsewhere.entry(place).or_default();
+                if found.iter().all(|(known, _)| known.statement.file != statement.file) {
+                    found.push((request.clone(), path.clone()));
+                }
+                Some(path)
+            }
+            None => {
+                let (what, help) = match folder.join(&statement.file).is_dir() {
+                    true => ("is a directory", "name a picture file".into()),
+                    false => ("is missing", search.help()),
+                };
+                let missing = request.remark(&format!("{what}; the material's constant is used"));
+                self.lacks("missing-texture", missing.help(help));
+                None
+            }
+        }
     }
 
     /// Tells of textures that lie elsewhere than named, once for each folder.
     fn tell_of_found_elsewhere(&mut self) {
         for found in std::mem::take(&mut self.found_elsewhere).into_values() {
             let Some((first, path)) = found.first() else { continue };
-            let others = match found.len() - 1 {
-                0 => String::new(),
-                1 => ", and another one in that folder".into(),
-                n => format!(", and {n} others in that folder"),
-            };
+            let others = others(found.len() - 1, "in that folder");
             let error = first.remark(&format!("is missing there; {} is used{others}", path.display()));
             let error = error.help("write its path relative to the file that names it");
             let more = found.iter().skip(1).filter_map(|(request, _)| request.place.position);
@@ -111,7 +126,7 @@ impl Loader<'_> {
                 let mut asked = self.asked.iter().zip(&self.textures);
                 let request = asked
                     .find(|(_, texture)| texture.path == error.file)
-                    .map(|(request, _)| request);
+                    .map(|(asked, _)| &asked.request);
                 let words = format!("cannot be used: {}: {}", error.place(), error.message);
                 let placed = request.map(|request| FileError {
                     help: error.help.clone(),
@@ -126,8 +141,10 @@ impl Loader<'_> {
         for warning in loaded.ignored {
             self.warn("ignored-metadata", warning);
         }
-        let mut ids = Vec::with_capacity(loaded.ids.len());
-        for ((result, request), file) in loaded.ids.into_iter().zip(&self.asked).zip(&self.textures) {
+        let asked = std::mem::take(&mut self.asked);
+        let mut ids = Vec::with_capacity(2 * asked.len());
+        let mut decided = Vec::new();
+        for ((result, asked), file) in loaded.ids.into_iter().zip(&asked).zip(&self.textures) {
             // Ids are given in the order of the first requests.
             if matches!(result, Ok(TextureId(id)) if id as usize == self.texture_files.len()) {
                 self.texture_files.push(file.path.clone());
@@ -143,13 +160,109 @@ impl Loader<'_> {
                     Severity::Error => "",
                     _ => "; the material's constant is used",
                 };
-                let mut unread = request.remark(&format!("cannot be used{instead}: {place}: {message}"));
+                let words = format!("cannot be used{instead}: {place}: {message}");
+                let mut unread = asked.request.remark(&words);
                 unread.help.clone_from(&error.help);
                 self.findings.add(severity, "unreadable-texture", unread);
             }
-            ids.push(result.ok());
+            let id = result.ok();
+            let kind = id.map(|TextureId(id)| loaded.kinds[id as usize]);
+            let is_moved = kind.is_some_and(|kind| asked.moved_to(kind).is_some());
+            ids.extend(if is_moved { [None, id] } else { [id, None] });
+            decided.extend(kind.map(|kind| (asked, kind)));
         }
         self.builder.set_textures(loaded.textures, &ids);
         self.builder.texture_filter(self.file.load.parameters.texture_filter());
+        self.move_maps(&decided);
+    }
+
+    /// Moves textures in the sources of materials to the slots that their pictures have decided, and
+    /// tells of it, once for each library and effect.
+    fn move_maps(&mut self, decided: &[(&AskedTexture, TextureKind)]) {
+        let mut told: BTreeMap<(&Path, &str), Vec<&MapRequest>> = BTreeMap::new();
+        for &(asked, kind) in decided {
+            let AskedTexture { request, material } = asked;
+            let Some(source) = self.materials.get_mut(*material) else {
+                continue;
+            };
+            let slot = asked.moved_to(kind);
+            let has_effect = slot.is_none_or(|slot| !source.found.has_map(slot));
+            let Some(words) = words_of_decision(kind, slot.is_some(), has_effect) else {
+                continue;
+            };
+            let (maps, written) = (&mut source.found.maps, request.statement.slot);
+            maps.retain(|map| has_effect || map.statement.slot != written);
+            let same = maps.iter_mut().filter(|map| map.statement.slot == written);
+            same.for_each(|map| map.statement.slot = slot.unwrap_or(written));
+            let alike = told.entry((&request.place.file, words)).or_default();
+            if alike.iter().all(|known| known.statement.file != request.statement.file) {
+                alike.push(request);
+            }
+        }
+        for ((_, words), requests) in told {
+            let Some(first) = requests.first() else { continue };
+            let others = others(requests.len() - 1, "of this file");
+            let help = "write `norm` for normal maps and `map_Bump` for heights; `bump_map` and `normal_map` in a scene \
+                        file mean what they say";
+            let error = first.remark(&format!("{words}{others}")).help(help);
+            let more = requests.iter().skip(1).filter_map(|request| request.place.position);
+            let finding = Finding::new(Severity::Note, "heights-or-normals", error);
+            self.findings.push(finding.repeated(requests.len() as u64, more));
+        }
+    }
+}
+
+/// What a picture has decided of its texture; `None` if it is as written.
+fn words_of_decision(kind: TextureKind, is_moved: bool, has_effect: bool) -> Option<&'static str> {
+    Some(match (kind, is_moved, has_effect) {
+        (TextureKind::Normal, true, true) => "is a normal map where heights are expected, and is used as a normal map",
+        (TextureKind::EncodedNormal, true, true) => {
+            "is a normal map where heights are expected, and sRGB-encoded: it is decoded, and used as a normal map"
+        }
+        (TextureKind::EncodedNormal, false, _) => "is a normal map that is sRGB-encoded: it is decoded",
+        (TextureKind::Normal | TextureKind::EncodedNormal, true, false) => {
+            "is a normal map where heights are expected, and has no effect beside `norm`"
+        }
+        (_, true, true) => "is grey where a normal map is expected, and is used as heights",
+        (_, true, false) => "is grey where a normal map is expected, and has no effect beside `map_Bump`",
+        (_, false, _) => return None,
+    })
+}
+
+/// Words for `count` further textures in a `place`.
+fn others(count: usize, place: &str) -> String {
+    match count {
+        0 => String::new(),
+        1 => format!(", and another one {place}"),
+        n => format!(", and {n} others {place}"),
+    }
+}
+
+/// Use of a texture.
+fn kind_of(request: &MapRequest) -> TextureKind {
+    let MapStatement { slot, mapping, .. } = &request.statement;
+    let value = |default| TextureKind::Value(mapping.channel.unwrap_or(default));
+    match (slot, request.other_slot()) {
+        (_, Some(MapSlot::Normal)) => TextureKind::HeightsOrNormals,
+        (_, Some(_)) => TextureKind::NormalsOrHeights,
+        (MapSlot::Diffuse | MapSlot::Specular | MapSlot::Emission, _) => TextureKind::Color,
+        (MapSlot::Normal, _) => TextureKind::Normal,
+        (MapSlot::Opacity, _) => value(Channel::Opacity),
+        (MapSlot::Exponent | MapSlot::Bump | MapSlot::Roughness | MapSlot::Metallic, _) => value(Channel::Luminance),
+    }
+}
+
+/// The map of a slot.
+fn map_of(maps: &mut Maps, slot: MapSlot) -> &mut Option<Map> {
+    match slot {
+        MapSlot::Diffuse => &mut maps.diffuse,
+        MapSlot::Specular => &mut maps.specular,
+        MapSlot::Emission => &mut maps.emission,
+        MapSlot::Exponent => &mut maps.exponent,
+        MapSlot::Opacity => &mut maps.opacity,
+        MapSlot::Bump => &mut maps.bump,
+        MapSlot::Normal => &mut maps.normal,
+        MapSlot::Roughness => &mut maps.roughness,
+        MapSlot::Metallic => &mut maps.metallic,
     }
 }

@@ -42,6 +42,9 @@ impl MaterialSection {
         material.abbe = values.abbe.or(material.abbe);
         values.set_absorption(material);
         set(values.opacity, &mut material.opacity);
+        if values.opacity.is_some() {
+            patched.opacity_line = None;
+        }
         material.thin = self.thin.unwrap_or(material.thin);
 
         // Those that decide about the model of reflection

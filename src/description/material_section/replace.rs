@@ -60,6 +60,7 @@ impl MaterialSection {
             maps: self.maps(name, file)?,
             library: PathBuf::new(),
             line: 0,
+            opacity_line: None,
         })
     }
 

@@ -120,7 +120,7 @@ fn texture() -> Value {
         "channel": { "enum": channels, "description": "Channel that a map of numbers takes" },
         "base": { "type": "number", "default": 0, "description": "Values become base + gain × value" },
         "gain": { "type": "number", "default": 1, "description": "Values become base + gain × value" },
-        "height": { "type": "number", "default": 1, "description": "Factor of heights" },
+        "height": { "type": "number", "default": 1, "description": "Factor of heights, and of the slopes of a normal map" },
     });
     properties["scale"]["description"] = json!("Repetitions of the picture in a unit of u and v");
     properties["offset"]["description"] = json!("Position of the surface's (0, 0) in the picture");

@@ -120,6 +120,20 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
         ("concave", "v 0.5 0.1 0\nf 1 5 2 3 4\n", &[]),
         ("two corners", "f 1 2 3 4\nf 1 2\n", &["warning short-face a.obj:8:0"]),
         (
+            "lines and points",
+            "f 1 2 3 4\nl 1 2\np 1 2\nl 2 3\n",
+            &["note skipped-elements a.obj:8:0"],
+        ),
+        (
+            "no area at all",
+            "f 1 2 1\nf 2 1 2\n",
+            &[
+                "note unused-vertex a.obj:4:0",
+                "warning repeated-vertex a.obj:7:0",
+                "warning no-visible-face s.toml:0:0",
+            ],
+        ),
+        (
             "a vertex too many",
             "v 9 9 9\nf 1 2 3 4\n",
             &["note unused-vertex a.obj:7:0"],
@@ -140,7 +154,7 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
         ),
         (
             "an unknown word",
-            "f 1 2 3 4\ntrim 1\n",
+            "f 1 2 3 4\ncall b.obj\n",
             &["warning unknown-statement a.obj:8:0"],
         ),
         (
@@ -262,6 +276,16 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
             "a missing picture",
             "newmtl m\nKd 0.5\nmap_Kd gone.png\n",
             &["warning missing-texture a.mtl:3:0"],
+        ),
+        (
+            "invisible",
+            "newmtl m\nKd 0.5\n\nd 0\n",
+            &["warning no-visible-face a.mtl:4:0"],
+        ),
+        (
+            "all light passes",
+            "newmtl m\nTf 1 1 1\n",
+            &["warning no-visible-face a.mtl:2:0"],
         ),
         (
             "no picture",

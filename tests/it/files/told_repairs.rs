@@ -1,7 +1,7 @@
 //! What errors quote of input files, and what is repaired or ignored in them: pictures, repeated geometry, libraries.
 
 use crate::support::program::{code, done, folder, json, lit_floor, printed, refused, run, split, words};
-use crate::support::read_rgb;
+use crate::support::{read_rgb, rel_mse, write_png as write_rgb_png};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -371,4 +371,253 @@ fn faces_with_wrong_indices_cost_no_picture() {
     let said = refused(folder.path(), &split("render a.obj -q -o x.exr"), 1);
     let only = "a.obj:10:7: vertex index 9 in `9` is out of range; the face is left out";
     assert!(said.contains(only), "{said}");
+}
+
+/// A picture of 16 × 16 texels.
+fn write_texels(path: &Path, texel: impl Fn(f32, f32) -> [f32; 3]) {
+    let at = |i: usize| texel((i % 16) as f32 / 15.0 - 0.5, (i / 16) as f32 / 15.0 - 0.5);
+    let texels: Vec<[u8; 3]> = (0..256).map(|i| at(i).map(|c| (c * 255.0).round() as u8)).collect();
+    write_rgb_png(path, 16, &texels);
+}
+
+/// Exporters write normal maps as `map_Bump`. In libraries the picture decides; scene files mean what they say.
+#[test]
+fn normal_maps_and_heights_are_known_by_their_picture() {
+    let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\n\
+                  f 1/1 2/2 3/3 4/4\n";
+    let folder = folder(&[("a.obj", square)]);
+    let at = folder.path();
+    write_texels(&at.join("normals.png"), |x, y| {
+        [x, y, (1.0 - x * x - y * y).sqrt()].map(|c| 0.5 * c + 0.5)
+    });
+    write_texels(&at.join("heights.png"), |x, y| [1.0 - 4.0 * x * x * y * y; 3]);
+    write_texels(&at.join("colours.png"), |x, y| [0.5 + x, 0.5 + y, 0.2]);
+    let render = |scene: &str| {
+        let line = format!("render {scene} --size 12x12 --spp 4 -o x.exr");
+        let output = done(at, &split(&line));
+        (read_rgb(&at.join("x.exr")), words(&output))
+    };
+    let of = |maps: &str| {
+        fs::write(at.join("a.mtl"), format!("newmtl m\nKd 0.8\n{maps}\n")).unwrap();
+        render("a.obj")
+    };
+    let [flat, normals, heights, colours, weak] = [
+        "",
+        "norm normals.png",
+        "map_Bump heights.png",
+        "bump colours.png",
+        "norm -bm 0.5 normals.png",
+    ]
+    .map(|maps| {
+        let (picture, said) = of(maps);
+        assert!(!said.contains("heights-or-normals"), "{maps}: {said}");
+        picture
+    });
+    let all = [&flat, &normals, &heights, &colours, &weak];
+    for (i, one) in all.iter().enumerate() {
+        assert!(all[..i].iter().all(|other| other != one), "picture {i}");
+    }
+    for (maps, right, told) in [
+        (
+            "map_Bump normals.png",
+            &normals,
+            "a.mtl:3: texture `normals.png` is a normal map where heights are expected, and is used as a normal map",
+        ),
+        ("bump -imfchan l normals.png", &normals, "is used as a normal map"),
+        ("map_Bump -bm 0.5 normals.png", &weak, "is used as a normal map"),
+        (
+            "norm heights.png",
+            &heights,
+            "a.mtl:3: texture `heights.png` is grey where a normal map is expected, and is used as heights",
+        ),
+        (
+            "map_Bump normals.png\nnorm normals.png",
+            &normals,
+            "has no effect beside `norm`",
+        ),
+        (
+            "map_Bump heights.png\nnorm heights.png",
+            &heights,
+            "has no effect beside `map_Bump`",
+        ),
+    ] {
+        let (picture, said) = of(maps);
+        assert!(
+            said.contains(told) && said.contains("[heights-or-normals]"),
+            "{maps}: {said}"
+        );
+        assert!(&picture == right, "{maps}");
+    }
+    // A strength of 0 is flat, up to rounding.
+    let (none, _) = of("map_Bump -bm 0 normals.png");
+    assert!(rel_mse(&none, &flat) < 1e-6 * rel_mse(&normals, &flat));
+    // Numbers that are encoded like colours are decoded.
+    let encode = |c: f32| {
+        if c <= 0.0031308 {
+            12.92 * c
+        } else {
+            1.055 * c.powf(1.0 / 2.4) - 0.055
+        }
+    };
+    write_texels(&at.join("encoded.png"), |x, y| {
+        [x, y, (1.0 - x * x - y * y).sqrt()].map(|c| encode(0.5 * c + 0.5))
+    });
+    let (by_norm, said) = of("norm encoded.png");
+    assert!(
+        said.contains("is a normal map that is sRGB-encoded: it is decoded"),
+        "{said}"
+    );
+    let (by_bump, said) = of("map_Bump encoded.png");
+    assert!(said.contains("it is decoded, and used as a normal map"), "{said}");
+    assert!(by_bump == by_norm && rel_mse(&by_norm, &normals) < 0.01 * rel_mse(&flat, &normals));
+
+    // One channel of a normal map is meant as heights.
+    let (picture, said) = of("bump -imfchan r normals.png");
+    assert!(picture != normals && !said.contains("heights-or-normals"), "{said}");
+
+    // A written scene file has what the picture decided, and keeps it.
+    of("map_Bump normals.png");
+    done(at, &split("init a.obj -o a.toml"));
+    let text = fs::read_to_string(at.join("a.toml")).unwrap();
+    assert!(text.contains("#normal_map = \"normals.png\""), "{text}");
+    let scene = |map: &str| {
+        let text = format!("{SCENE}[material.m]\ndiffuse = 0.8\n{map}\n[[light]]\ntype = 'constant'\nradiance = 1\n");
+        fs::write(at.join("s.toml"), text).unwrap();
+        words(&done(at, &split("render s.toml --size 4x4 --spp 1 -o y.exr")))
+    };
+    for map in ["bump_map = 'normals.png'", "normal_map = 'heights.png'"] {
+        assert!(!scene(map).contains("heights-or-normals"), "{map}");
+    }
+
+    // Many of a library are one note.
+    let mtl = "newmtl m\nmap_Bump normals.png\nnewmtl n\nmap_Bump -bm 1 other.png\n";
+    fs::copy(at.join("normals.png"), at.join("other.png")).unwrap();
+    fs::write(at.join("a.mtl"), mtl).unwrap();
+    fs::write(at.join("a.obj"), format!("{square}usemtl n\nf 1/1 2/2 3/3\n")).unwrap();
+    let said = printed(&run(at, &split("check a.obj")));
+    assert_eq!(said.matches("[heights-or-normals]").count(), 1, "{said}");
+    assert!(said.contains("and another one of this file"), "{said}");
+}
+
+/// An empty picture has a reason, which a render tells.
+#[test]
+fn scenes_without_a_visible_face_say_why() {
+    let face = |vertices: &str, face: &str| format!("mtllib a.mtl\n{vertices}usemtl m\n{face}\n");
+    let plain = "newmtl m\nKd 0.5\n";
+    let folder = folder(&[]);
+    let at = folder.path();
+    write_rgb_png(&at.join("black.png"), 2, &[[0; 3]; 4]);
+    let cases = [
+        (
+            "newmtl m\nKd 0.8\nd 0\n",
+            "f 1 2 3",
+            "a.mtl:3: no face can be seen: material `m` is invisible, since its opacity is 0",
+        ),
+        (
+            "newmtl m\nd 1\nd 0\nmap_Kd black.png\n",
+            "f 1 2 3",
+            "a.mtl:3: no face can be seen",
+        ),
+        (
+            "newmtl m\nmap_d black.png\n",
+            "f 1 2 3",
+            "a.mtl:1: no face can be seen: material `m` is invisible, since the texture",
+        ),
+        (
+            "newmtl m\nd 0\nnewmtl n\nd 0\n",
+            "f 1 2 3\nusemtl n\nf 1 2 3",
+            "since its opacity is 0, and so is another material",
+        ),
+        ("newmtl m\nTf 1 1 1\n", "f 1 2 3", "since all light passes it straight"),
+        (
+            plain,
+            "f 1 2 1",
+            "a.obj: no face can be seen: the only triangle has no area",
+        ),
+        (plain, "f 1 2 1\nf 1 1 3", "none of the 2 triangles has an area"),
+    ];
+    for (mtl, faces, told) in cases {
+        fs::write(at.join("a.obj"), face(TRIANGLE, faces)).unwrap();
+        fs::write(at.join("a.mtl"), mtl).unwrap();
+        let said = words(&done(at, &split("render a.obj --size 4x4 --spp 1 -o x.exr")));
+        assert!(
+            said.contains(told) && said.contains("[no-visible-face]"),
+            "{mtl} {faces}: {said}"
+        );
+    }
+    // One visible face is enough, and so is light.
+    for (mtl, faces) in [
+        ("newmtl m\nd 0\nnewmtl n\nd 0.1\n", "f 1 2 3\nusemtl n\nf 1 2 3"),
+        ("newmtl m\nd 0\nKe 1\n", "f 1 2 3"),
+        ("newmtl m\nTf 1 1 0.9\n", "f 1 2 3"),
+        ("newmtl m\nTf 1 1 1\nNi 1.5\n", "f 1 2 3"),
+    ] {
+        fs::write(at.join("a.obj"), face(TRIANGLE, faces)).unwrap();
+        fs::write(at.join("a.mtl"), mtl).unwrap();
+        let said = words(&done(at, &split("render a.obj --size 4x4 --spp 1 -o x.exr")));
+        assert!(!said.contains("[no-visible-face]"), "{mtl} {faces}: {said}");
+    }
+    for (obj, told) in [
+        (TRIANGLE.to_string(), "it is a point cloud of 3 vertices"),
+        (
+            format!("{TRIANGLE}l 1 2 3\np 1\n"),
+            "its 1 line (`l`) and 1 point (`p`) are skipped",
+        ),
+    ] {
+        fs::write(at.join("a.obj"), obj).unwrap();
+        let said = refused(at, &split("render a.obj -o x.exr"), 1);
+        assert!(
+            said.contains("a.obj: no faces in this OBJ file: ") && said.contains(told),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn names_in_other_encodings_stay_apart_and_match() {
+    let folder = folder(&[]);
+    let at = folder.path();
+    let latin = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
+    let utf8 = |text: &str| text.as_bytes().to_vec();
+    let names = ["Käbel", "Kübel", "Kabel", "Straße"];
+    let mut obj = format!("mtllib größe.mtl\n{TRIANGLE}vt 0 0\n");
+    let mut mtl = String::new();
+    for name in names {
+        obj += &format!("usemtl {name}\nf 1/1 2/1 3/1\n");
+        mtl += &format!("newmtl {name}\nKd 0.5 0.5 0.5\nmap_Kd Holztür.png\n");
+    }
+    fs::create_dir(at.join("textures")).unwrap();
+    write_rgb_png(&at.join("textures/Holztür.png"), 1, &[[9; 3]]);
+    for (of_obj, of_mtl) in [
+        (latin(&obj), latin(&mtl)),
+        (latin(&obj), utf8(&mtl)),
+        (utf8(&obj), latin(&mtl)),
+        (utf8(&obj), utf8(&mtl)),
+    ] {
+        fs::write(at.join("a.obj"), of_obj).unwrap();
+        fs::write(at.join("größe.mtl"), of_mtl).unwrap();
+        let checked = printed(&run(at, &split("check a.obj")));
+        assert!(
+            checked.contains("4 materials") && checked.contains(" 0 errors"),
+            "{checked}"
+        );
+        for code in ["missing-", "duplicate-material", "unused-definition"] {
+            assert!(!checked.contains(code), "{checked}");
+        }
+    }
+    let facts = json(&run(at, &["explain", "a.obj", "Käbel", "--json"]));
+    assert_eq!(
+        facts["textures"]["diffuse"]["file"], "textures/Holztür.png",
+        "{facts:#}"
+    );
+
+    // A file name in Latin-1, as old archives have it
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::unix::ffi::OsStringExt;
+        let name = std::ffi::OsString::from_vec(latin("Holztür.png"));
+        fs::rename(at.join("textures/Holztür.png"), at.join("textures").join(name)).unwrap();
+        let checked = printed(&run(at, &split("check a.obj")));
+        assert!(!checked.contains("missing-texture"), "{checked}");
+    }
 }

@@ -1,6 +1,6 @@
 //! Dialects of material libraries, and textures that are not where their names say, through the program.
 
-use crate::support::program::{done, folder, json, read_json, refused, run, words, write_grey_png};
+use crate::support::program::{done, folder, json, read_json, refused, run, split, words, write_grey_png};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -233,4 +233,11 @@ fn downloads_have_their_textures_beside_the_source() {
         assert!(said.contains("c_d.png is used [found-elsewhere]"), "{said}");
         assert!(!said.contains("missing-texture"), "{said}");
     }
+    // The scene file of `init` names them where they lie.
+    done(at, &split("init source/x.obj -o x.toml"));
+    let text = fs::read_to_string(at.join("x.toml")).unwrap();
+    assert!(
+        text.contains("\"textures/e #1.png\"") && !text.contains("is missing"),
+        "{text}"
+    );
 }

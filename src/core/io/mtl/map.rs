@@ -1,5 +1,6 @@
 //! Texture statements of MTL (`map_Kd`, `map_Bump` and others): keywords, options and file names.
 
+use crate::io::statements::possible_names;
 use crate::math::{Vec2, excerpt};
 use crate::texture::{Channel, Mapping, Wrap};
 
@@ -107,7 +108,8 @@ impl MapStatement {
 impl MapStatement {
     /// Names that the file may have, the longest first.
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
-        self.whole_file.iter().chain([&self.file]).map(String::as_str)
+        let whole = self.whole_file.iter().flat_map(|whole| possible_names(whole));
+        whole.chain([self.file.as_str()])
     }
 
     /// Reads what follows the keyword: options, and a name that may have blanks. Some exporters

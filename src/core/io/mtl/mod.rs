@@ -11,11 +11,12 @@ mod translate;
 mod writer;
 
 use super::input::read_text;
-use super::statements::{place_of, split_keyword, whole_statements, with_line_feeds};
+use super::statements::{place_of, possible_names, split_keyword, whole_statements, with_line_feeds};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::material::Material;
 use crate::math::{excerpt, excerpt_of_path};
+use crate::texture::Channel;
 pub use dialect::MtlDialect;
 pub use map::{MapSlot, MapStatement};
 pub(super) use section::{Complaint, Section};
@@ -51,6 +52,8 @@ pub struct FileMaterial {
     pub library: PathBuf,
     /// Line of the material's `newmtl`.
     pub line: usize,
+    /// Line of the statement that sets the opacity, if the library has one.
+    pub opacity_line: Option<usize>,
 }
 
 impl FileMaterial {
@@ -61,6 +64,7 @@ impl FileMaterial {
             maps: Vec::new(),
             library: PathBuf::new(),
             line: 0,
+            opacity_line: None,
         }
     }
 
@@ -77,9 +81,26 @@ pub struct MapRequest {
     pub statement: MapStatement,
     /// Place of the statement: an error without a message.
     pub place: FileError,
+    /// Whether the slot is meant as written. In libraries the picture decides between heights and
+    /// normals.
+    pub is_literal: bool,
+    /// File of the texture, if it was found.
+    pub path: Option<PathBuf>,
 }
 
 impl MapRequest {
+    /// Slot of the texture if its picture is a normal map in place of heights, or the other way
+    /// round; `None` if the picture does not decide.
+    pub fn other_slot(&self) -> Option<MapSlot> {
+        let is_value = self.statement.mapping.channel.is_some_and(|c| c != Channel::Luminance);
+        match self.statement.slot {
+            _ if self.is_literal || is_value => None,
+            MapSlot::Bump => Some(MapSlot::Normal),
+            MapSlot::Normal => Some(MapSlot::Bump),
+            _ => None,
+        }
+    }
+
     /// Says of the texture what is worth a warning.
     pub fn remark(&self, words: &str) -> FileError {
         let message = format!("texture `{}` {words}", excerpt_of_path(&self.statement.file));
@@ -202,7 +223,12 @@ impl<'a> Library<'a> {
         let ignored = statement.ignored.clone();
         // The last one of a kind wins.
         section.maps.retain(|m| m.statement.slot != slot);
-        section.maps.push(MapRequest { statement, place });
+        section.maps.push(MapRequest {
+            statement,
+            place,
+            is_literal: false,
+            path: None,
+        });
         Ok(Effect::Without(ignored))
     }
 
@@ -215,7 +241,8 @@ impl<'a> Library<'a> {
         for statement in whole_statements(text) {
             let ((key, rest), line, whole) = (split_keyword(&statement.text), statement.line, statement.whole_name());
             if key.eq_ignore_ascii_case("newmtl") {
-                let whole = whole.filter(|&name| self.obj.whole_names.contains(name));
+                let is_used = |name: &&str| self.obj.whole_names.contains(*name);
+                let whole = whole.and_then(|whole| possible_names(whole).find(is_used));
                 sections.push(self.section(whole.unwrap_or(rest), line));
                 continue;
             }
@@ -285,6 +312,7 @@ impl<'a> Library<'a> {
             }
             materials.push(FileMaterial {
                 material,
+                opacity_line: section.opacity_line(),
                 maps: section.maps,
                 library: path.to_path_buf(),
                 line: section.line,

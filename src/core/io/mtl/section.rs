@@ -8,6 +8,7 @@ use super::reflectance::ior_of_dielectric;
 use super::{DEFAULT_DIFFUSE, MapRequest};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
+use crate::color::xyz::equal_energy_to_linear;
 use crate::io::Severity;
 use crate::material::{Gloss, Material};
 use crate::math::excerpt;
@@ -153,8 +154,18 @@ impl Section {
 
     /// The line of the last statement with this keyword, else that of the material.
     pub fn line_of(&self, key: &str) -> usize {
-        let found = self.lines.iter().rev().find(|(k, _)| k == key);
-        found.map_or(self.line, |&(_, line)| line)
+        self.line_of_statement(key).unwrap_or(self.line)
+    }
+
+    /// The line of the statement that sets the opacity.
+    pub(super) fn opacity_line(&self) -> Option<usize> {
+        let mut keys = ["d", "tr", "tf"].into_iter();
+        keys.find_map(|key| self.line_of_statement(key))
+    }
+
+    fn line_of_statement(&self, key: &str) -> Option<usize> {
+        let mut lines = self.lines.iter().rev();
+        lines.find(|(known, _)| known == key).map(|&(_, line)| line)
     }
 
     /// All that the statements say, as keywords with their values: equal texts are equal bits.
@@ -464,16 +475,21 @@ fn model(rest: &str) -> Result<u32, Wrong<u32>> {
     }
 }
 
-/// One number for a grey, or three.
+/// One number for a grey, or three. After `xyz` they are CIE XYZ, from 0 to 1 in the format, so that
+/// white is 1 1 1; what is outside of Rec.709 is clamped.
 fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
-    let values: Option<Vec<f32>> = rest.split_whitespace().map(|word| word.parse().ok()).collect();
-    let color = match values.as_deref() {
-        Some(&[grey]) => Some(Spectrum::splat(grey)),
-        Some(&[r, g, b]) => Some(Spectrum::rgb(r, g, b)),
-        _ => None,
+    let after_xyz = rest
+        .strip_prefix("xyz")
+        .filter(|numbers| numbers.starts_with(char::is_whitespace));
+    let color = match after_xyz {
+        Some(numbers) => {
+            let max = if key.eq_ignore_ascii_case("ke") { f32::MAX } else { 1.0 };
+            three_numbers(numbers).map(|xyz| equal_energy_to_linear(xyz).map(|c| c.clamp(0.0, max)).into())
+        }
+        None => three_numbers(rest).map(Spectrum::from),
     };
     let help = "write one number or three, finite and 0 or more";
-    let Some(color) = color.filter(|color| color.to_array().iter().all(|n| n.is_finite())) else {
+    let Some(color) = color else {
         let message = format!("{key}: `{}` is not a colour; it has no effect", excerpt(rest));
         return Err((None, (message, help)));
     };
@@ -483,4 +499,15 @@ fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
     let [r, g, b] = color.to_array().map(|n| n.max(0.0));
     let message = format!("{key}: `{}` is not a colour; `{r} {g} {b}` counts", excerpt(rest));
     Err((Some(Spectrum::rgb(r, g, b)), (message, help)))
+}
+
+/// One finite number, three times, or three.
+fn three_numbers(words: &str) -> Option<[f32; 3]> {
+    let values: Option<Vec<f32>> = words.split_whitespace().map(|word| word.parse().ok()).collect();
+    let numbers = match values?[..] {
+        [grey] => [grey; 3],
+        [a, b, c] => [a, b, c],
+        _ => return None,
+    };
+    numbers.iter().all(|n| n.is_finite()).then_some(numbers)
 }

@@ -298,9 +298,32 @@ const WRONG: [(&str, &str); 20] = [
     ("Ps 1.5", "Ps 1"),
     ("aniso -0.5\nPr 1", "Pr 1"),
     ("illum 2.0\nKs 0.5", "illum 2\nKs 0.5"),
-    ("Tf xyz 1 1 1", ""),
+    ("Tf xyz 1 1", ""),
     ("map_Kd", ""),
 ];
+
+/// White of XYZ is 1 1 1: the format's numbers are from 0 to 1.
+#[test]
+fn colors_may_be_cie_xyz() {
+    for (xyz, rgb) in [
+        ("Kd xyz 0.25", "Kd 0.25"),
+        ("Tf xyz 1 1 1\nillum 6", "Tf 1 1 1\nillum 6"),
+        ("Ks xyz 0 1 0", "Ks 0 1 0"),
+    ] {
+        assert_eq!(one(xyz), one(rgb), "{xyz}");
+    }
+    let yellow = one("Kd xyz 0.8 0.9 0.1").diffuse.to_array();
+    assert!(
+        yellow[2] < 0.1 && yellow[1] > 0.9 && yellow.iter().all(|c| (0.0..=1.0).contains(c)),
+        "{yellow:?}"
+    );
+    assert!(
+        one("Ke xyz 9 10 2").emission.max_component() > 5.0,
+        "radiance has no limit"
+    );
+    let (_, warnings) = load("newmtl m\nKd spectral a.rfl\n").unwrap();
+    assert!(warnings[0].contains("it has no effect"), "{warnings:?}");
+}
 
 #[test]
 fn of_wrong_values_the_nearest_counts_or_none() {

@@ -6,6 +6,7 @@
 
 use crate::io::find_file::{FileFinder, base_name, case_differs, count_alike, folder_above, unquoted};
 use crate::io::mtl::{FileMaterial, ObjContext, library_path, load_mtl};
+use crate::io::statements::possible_names;
 use crate::io::{FileError, Findings, LoadOptions, Position, Severity};
 use crate::math::excerpt_of_path;
 use std::collections::HashSet;
@@ -76,9 +77,9 @@ pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], uses_mate
 /// The names in a statement: one, or several between blanks, of which names may have some.
 fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec<String> {
     let mut is_there = |name: &str| finder.find(folder, name).is_some();
-    let mut whole = statement.whole.iter().chain([&statement.text]);
-    if let Some(name) = whole.find(|name| is_there(name)) {
-        return vec![name.clone()];
+    let whole = statement.whole.iter().flat_map(|whole| possible_names(whole));
+    if let Some(name) = whole.chain([statement.text.as_str()]).find(|name| is_there(name)) {
+        return vec![name.to_string()];
     }
     let parts = split_names(&statement.text);
     let mut names = Vec::with_capacity(parts.len());

@@ -83,9 +83,26 @@ impl ObjFile {
     }
 }
 
-/// The error of a file without faces.
-pub(super) fn no_faces(path: &Path) -> FileError {
-    FileError::new(path, "no faces in this OBJ file").help("export the mesh with its faces (`f` lines)")
+/// Begin of the error of a file without faces.
+pub(super) const NO_FACES: &str = "no faces in this OBJ file";
+
+/// The error of a file without faces. It has so many `vertices`, and `skipped` elements.
+pub(super) fn no_faces(path: &Path, vertices: usize, skipped: Option<String>) -> FileError {
+    let (message, help) = match (skipped, vertices) {
+        (Some(elements), _) => (
+            format!("{NO_FACES}: its {elements} are skipped"),
+            "convert lines, points and curves to a mesh, and export it with its faces (`f` lines)",
+        ),
+        (None, 0) => (NO_FACES.to_string(), "export the mesh with its faces (`f` lines)"),
+        (None, n) => {
+            let noun = if n == 1 { "vertex" } else { "vertices" };
+            (
+                format!("{NO_FACES}: it is a point cloud of {n} {noun}"),
+                "reconstruct its surface, and export that with its faces (`f` lines)",
+            )
+        }
+    };
+    FileError::new(path, message).help(help)
 }
 
 /// Reads an OBJ file and its libraries by the reader of this module, without the options that change what was read.
@@ -135,6 +152,7 @@ pub(super) fn read_obj(
     outline.set_whole_names(&materials.iter().map(|found| found.material.name.as_str()).collect());
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
+    let (vertices, skipped) = (outline.vertices.positions.len(), outline.remarks.skipped());
     let (groups, pairs) = into_groups(outline);
     if pairs > 0 {
         let noun = if pairs == 1 { "face has" } else { "faces have" };
@@ -142,7 +160,7 @@ pub(super) fn read_obj(
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
     if groups.is_empty() && wrong_count == [0; 2] {
-        return Err(no_faces(path));
+        return Err(no_faces(path, vertices, skipped));
     }
     Ok(ObjFile::new(groups, materials, libraries))
 }

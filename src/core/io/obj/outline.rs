@@ -4,6 +4,7 @@
 use super::libraries::LibraryName;
 use super::remarks::Remarks;
 use crate::io::FileError;
+use crate::io::statements::possible_names;
 use crate::math::{Vec2, Vec3};
 use std::collections::HashSet;
 use std::ops::Range;
@@ -38,16 +39,17 @@ impl Outline {
     /// Names of materials in which a comment could begin.
     pub fn whole_names(&self) -> HashSet<String> {
         let states = self.sections.iter().flat_map(|section| &section.state_changes);
-        states.filter_map(|state| state.whole_name.clone()).collect()
+        let names = states.filter_map(|state| state.whole_name.as_deref());
+        names.flat_map(possible_names).map(str::to_string).collect()
     }
 
     /// Gives materials the whole names that are `defined`.
     pub fn set_whole_names(&mut self, defined: &HashSet<&str>) {
         for state in self.sections.iter_mut().flat_map(|section| &mut section.state_changes) {
             let whole = state.whole_name.take();
-            state.material = whole
-                .filter(|name| defined.contains(name.as_str()))
-                .or(state.material.take());
+            let mut names = whole.iter().flat_map(|whole| possible_names(whole));
+            let name = names.find(|name| defined.contains(name)).map(str::to_string);
+            state.material = name.or(state.material.take());
         }
     }
 }

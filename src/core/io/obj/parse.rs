@@ -6,7 +6,7 @@
 use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
-use super::remarks::{Remark, Remarks};
+use super::remarks::{Remark, Remarks, Skipped};
 use crate::io::statements::{Statement, chunks, place_of, split_keyword, statements, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{DVec3, Vec2, Vec3, excerpt};
@@ -297,8 +297,17 @@ impl<'a> Chunk<'a> {
                 whole: whole.whole_name().map(Into::into),
                 line,
             }),
-            // Names, lines and points, and how other programs should show the mesh
-            "" | "o" | "g" | "mg" | "l" | "p" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
+            // Names, and how other programs should show the mesh
+            "" | "o" | "g" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
+            "p" => self
+                .remarks
+                .skip(Skipped::Point, rest.split_ascii_whitespace().count(), line),
+            "l" => self.remarks.skip(Skipped::Line, 1, line),
+            "curv" | "curv2" | "cdc" => self.remarks.skip(Skipped::Curve, 1, line),
+            "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(Skipped::Surface, 1, line),
+            // Parts of curves and surfaces
+            "vp" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end" | "con"
+            | "ctech" | "stech" | "res" => {}
             _ => self.remarks.add_unknown(&excerpt(keyword), line),
         }
         Ok(())

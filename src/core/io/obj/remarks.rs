@@ -20,11 +20,30 @@ pub(super) enum Remark {
     BadSmoothing,
 }
 
+/// An element that is not rendered.
+#[derive(Clone, Copy)]
+pub(super) enum Skipped {
+    /// A line of any number of points.
+    Line,
+    /// A point.
+    Point,
+    /// A free-form curve.
+    Curve,
+    /// A free-form surface.
+    Surface,
+}
+
+/// Nouns and keywords by [`Skipped`].
+const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"], ["surface", "surf"]];
+
 /// Number of remarks, and their places.
 #[derive(Default)]
 pub(super) struct Remarks {
     /// By [`Remark`].
     tallies: [Tally; 5],
+    /// Elements that are not rendered: their numbers, by [`Skipped`], and their places.
+    skipped_counts: [u64; 4],
+    skipped: Tally,
     /// Statements that are not known.
     unknown: Tally,
     /// The first keywords of those, each once.
@@ -43,6 +62,28 @@ impl Remarks {
         self.tallies[remark as usize].add(1, &[line]);
     }
 
+    /// Elements that are not rendered.
+    pub fn skip(&mut self, what: Skipped, count: usize, line: usize) {
+        self.skipped_counts[what as usize] += count as u64;
+        self.skipped.add(count as u64, &[line]);
+    }
+
+    /// Number of each kind of elements that are not rendered, such as `2 lines (l) and 1 point (p)`;
+    /// `None` if there are none.
+    pub fn skipped(&self) -> Option<String> {
+        let counts = SKIPPED.iter().zip(self.skipped_counts).filter(|(_, count)| *count > 0);
+        let words = counts.map(|([noun, keyword], count)| {
+            let plural = if count == 1 { "" } else { "s" };
+            format!("{count} {noun}{plural} (`{keyword}`)")
+        });
+        let words: Vec<String> = words.collect();
+        match words.as_slice() {
+            [] => None,
+            [one] => Some(one.clone()),
+            [others @ .., last] => Some(format!("{} and {last}", others.join(", "))),
+        }
+    }
+
     /// A statement that has no effect.
     pub fn add_unknown(&mut self, keyword: &str, line: usize) {
         self.unknown.add(1, &[line]);
@@ -54,6 +95,10 @@ impl Remarks {
         for (tally, more) in self.tallies.iter_mut().zip(&later.tallies) {
             tally.add(more.count, &more.lines);
         }
+        for (count, more) in self.skipped_counts.iter_mut().zip(later.skipped_counts) {
+            *count += more;
+        }
+        self.skipped.add(later.skipped.count, &later.skipped.lines);
         self.unknown.add(later.unknown.count, &later.unknown.lines);
         later.keywords.iter().for_each(|keyword| self.name(keyword));
     }
@@ -84,13 +129,20 @@ impl Remarks {
             ),
         ];
         let tallies = self.tallies.iter().chain([&self.unknown]);
-        let finding = |((code, words), tally): ((&'static str, String), &Tally)| {
-            let mut places = tally.lines.iter().map(|&line| Position::line(line));
+        let warnings = words.into_iter().zip(tallies).filter_map(|((code, words), tally)| {
             let message = format!("{} {words}, the first is here", tally.count);
-            let first = FileError::new(path, message).at(places.next()?);
-            Some(Finding::new(Severity::Warning, code, first).repeated(tally.count, places))
-        };
-        words.into_iter().zip(tallies).filter_map(finding).collect()
+            tally.finding(path, Severity::Warning, code, message)
+        });
+        let skipped = self.skipped().and_then(|elements| {
+            let verb = if self.skipped.count == 1 {
+                "is skipped"
+            } else {
+                "are skipped, the first is here"
+            };
+            let message = format!("{elements} {verb}");
+            self.skipped.finding(path, Severity::Note, "skipped-elements", message)
+        });
+        warnings.chain(skipped).collect()
     }
 
     fn name(&mut self, keyword: &str) {
@@ -101,6 +153,13 @@ impl Remarks {
 }
 
 impl Tally {
+    /// The remark with its places; `None` if there is none.
+    fn finding(&self, path: &Path, severity: Severity, code: &'static str, message: String) -> Option<Finding> {
+        let mut places = self.lines.iter().map(|&line| Position::line(line));
+        let first = FileError::new(path, message).at(places.next()?);
+        Some(Finding::new(severity, code, first).repeated(self.count, places))
+    }
+
     fn add(&mut self, count: u64, lines: &[usize]) {
         self.count += count;
         let free = (1 + MAX_PLACES).saturating_sub(self.lines.len());

@@ -55,6 +55,7 @@ kinds! {
     Polyline, "polyline", "lines (l) have no effect; tobj makes triangles of those of three points and more";
     ShortFace, "short-face", "faces of fewer than three corners have no effect; tobj refuses invalid ones";
     GreyColor, "grey-colour", "a colour may be one number; tobj panics";
+    XyzColor, "xyz-colour", "colours may be CIE XYZ; tobj refuses them";
     AmbientWords, "ambient", "Ka and map_Ka have no effect; tobj refuses values that are not a colour or a name";
     NumberOptions, "number-options", "options may stand before a number (d -halo 0.5); tobj refuses them";
     WrongStatement, "wrong-statement", "a wrong statement is left out, or a part of it; tobj takes it";

@@ -4,9 +4,10 @@
 //! Lines are cut here anew, without the code of the own reader.
 
 use super::kind::{Kind, Notes};
+use crate::color::xyz::equal_energy_to_linear;
 use crate::io::input::read_bytes;
 use crate::io::obj::LibraryName;
-use crate::io::statements::with_line_feeds;
+use crate::io::statements::{possible_names, with_line_feeds};
 use crate::io::{FileError, read_text};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -203,16 +204,17 @@ impl ObjNames {
     pub fn of(text: &str) -> Self {
         let mut names = Self::default();
         for statement in statements(text, &mut Notes::default()) {
-            let whole = statement.whole_name().map(str::to_string);
+            let whole = statement.whole_name();
             match split(&statement.content) {
                 ("mtllib", text) => names.libraries.push(LibraryName {
                     text: text.into(),
-                    whole,
+                    whole: whole.map(str::to_string),
                     line: statement.line,
                 }),
                 ("usemtl", name) => {
                     names.uses_materials |= !name.is_empty() || whole.is_some();
-                    names.whole_names.extend(whole);
+                    let possible = whole.into_iter().flat_map(possible_names);
+                    names.whole_names.extend(possible.map(str::to_string));
                 }
                 _ => {}
             }
@@ -227,7 +229,8 @@ pub(super) fn whole_names_of_mtl(text: &str) -> BTreeSet<String> {
     let named = all
         .iter()
         .filter(|s| split(&s.content).0.eq_ignore_ascii_case("newmtl"));
-    named.filter_map(Statement::whole_name).map(str::to_string).collect()
+    let possible = named.filter_map(Statement::whole_name).flat_map(possible_names);
+    possible.map(str::to_string).collect()
 }
 
 /// Rewrites an OBJ file, whose libraries define materials of these `whole_names`.
@@ -328,10 +331,10 @@ impl PlainObj {
     fn name(&mut self, keyword: &str, rest: &str, statement: &Statement, notes: &mut Notes) {
         let line = statement.line;
         let whole = statement.whole_name();
-        let rest = match whole.filter(|name| keyword == "usemtl" && self.whole_names.contains(*name)) {
-            Some(name) => name,
-            None => rest,
-        };
+        let is_defined = |name: &&str| keyword == "usemtl" && self.whole_names.contains(*name);
+        let rest = whole
+            .and_then(|whole| possible_names(whole).find(is_defined))
+            .unwrap_or(rest);
         let by_tobj = statement.raw.split_once(' ').map_or("", |(_, name)| name.trim());
         if rest.is_empty() {
             notes.add(Kind::Nameless, line);
@@ -455,10 +458,11 @@ pub(super) fn plain_mtl(text: &str, whole_names: &BTreeSet<String>, notes: &mut 
     for statement in statements(text, notes) {
         let (keyword, rest) = split(&statement.content);
         let is_name = keyword.eq_ignore_ascii_case("newmtl");
-        let whole = statement
-            .whole_name()
-            .filter(|name| is_name && whole_names.contains(*name));
-        let rest = whole.unwrap_or(rest);
+        let is_used = |name: &&str| is_name && whole_names.contains(*name);
+        let whole = statement.whole_name();
+        let rest = whole
+            .and_then(|whole| possible_names(whole).find(is_used))
+            .unwrap_or(rest);
         let line = statement.line;
         let known = TOBJ_KEYWORDS.iter().find(|known| known.eq_ignore_ascii_case(keyword));
         let is_exact = TOBJ_KEYWORDS.contains(&keyword);
@@ -483,6 +487,13 @@ pub(super) fn plain_mtl(text: &str, whole_names: &BTreeSet<String>, notes: &mut 
                 notes.add(Kind::GreyColor, line);
                 Cow::Owned(format!("{grey} {grey} {grey}"))
             }
+            ("Kd" | "Ks" | "Ke", ["xyz", xyz @ ..]) => match rgb_of_xyz(key, xyz) {
+                Some([r, g, b]) => {
+                    notes.add(Kind::XyzColor, line);
+                    Cow::Owned(format!("{r} {g} {b}"))
+                }
+                None => Cow::Borrowed(rest),
+            },
             ("Ka", [_, _]) => {
                 notes.add(Kind::GreyColor, line);
                 continue;
@@ -505,6 +516,19 @@ pub(super) fn plain_mtl(text: &str, whole_names: &BTreeSet<String>, notes: &mut 
         let _ = writeln!(plain, "{key} {value}");
     }
     plain
+}
+
+/// The linear colour of CIE XYZ, of which one number is a grey.
+fn rgb_of_xyz(key: &str, words: &[&str]) -> Option<[f32; 3]> {
+    let numbers: Vec<f32> = words.iter().map(|word| word.parse().ok()).collect::<Option<_>>()?;
+    let xyz = match numbers[..] {
+        [grey] => [grey; 3],
+        [x, y, z] => [x, y, z],
+        _ => return None,
+    };
+    let max = if key == "Ke" { f32::MAX } else { 1.0 };
+    let is_finite = xyz.iter().all(|n| n.is_finite());
+    is_finite.then(|| equal_energy_to_linear(xyz).map(|c| c.clamp(0.0, max)))
 }
 
 /// Begin of the names that stand for those of nameless materials.

@@ -150,7 +150,7 @@ pub(super) fn read_obj(
             .for_each(|p| *p -= origin);
     }
     if groups.is_empty() {
-        return Err(no_faces(path));
+        return Err(no_faces(path, 0, None));
     }
     let is_finite = |group: &Group| group.mesh.positions.iter().all(|p| p.is_finite());
     if !groups.iter().all(is_finite) {

@@ -79,9 +79,9 @@ fn a_library_of_the_name_of_the_file_is_taken() {
 fn names_may_have_number_signs() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let mtl = "newmtl Paint #1\nKd 1 0 0\nnewmtl Paint #2\nKd 0 0 1\nmap_Kd wall #2.png # of brick\nnewmtl red # the wall\nKd 1 0 0\nnewmtl #9\n";
+    let mtl = "newmtl Paint #1 # one\nKd 1 0 0\nnewmtl Paint #2\nKd 0 0 1\nmap_Kd wall #2.png # of brick\nnewmtl red # the wall\nKd 1 0 0\nnewmtl #9\n";
     fs::write(at.join("my #1.mtl"), mtl).unwrap();
-    let statements = "mtllib my #1.mtl\nusemtl Paint #1\nf 1 2 3\nusemtl Paint #2\nf 1 2 4\nusemtl red # used\nf 1 2 3 # all\nusemtl #9\n";
+    let statements = "mtllib my #1.mtl # mine\nusemtl Paint #1\nf 1 2 3\nusemtl Paint #2 # two\nf 1 2 4\nusemtl red # used\nf 1 2 3 # all\nusemtl #9\n";
     let path = at.join("t.obj");
     fs::write(&path, format!("{SQUARE}{statements}\nf 1 2 3\n")).unwrap();
     let file = load_file(&path, &LoadOptions::default()).unwrap();
@@ -98,7 +98,10 @@ fn names_may_have_number_signs() {
         .collect();
     assert_eq!(names, ["Paint #1", "Paint #2", "red", "#9"]);
     let map = &file.materials[1].maps[0].statement;
-    assert_eq!(map.names().collect::<Vec<_>>(), ["wall #2.png # of brick", "wall"]);
+    assert_eq!(
+        map.names().collect::<Vec<_>>(),
+        ["wall #2.png # of brick", "wall #2.png", "wall"]
+    );
     assert!(file.warnings.is_empty(), "{:?}", file.warnings);
     let defined = names.into_iter().collect();
     let faces = ObjFaces::read(&path, &defined).unwrap();

@@ -31,27 +31,36 @@ fn numbers_are_read_as_written_in_the_wild() {
         );
     }
     let latin = load(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl Wei\xdf\nf 1 2 3\n").unwrap();
-    assert_eq!(latin.groups[0].material.as_deref(), Some("Wei\u{fffd}"));
+    assert_eq!(latin.groups[0].material.as_deref(), Some("Weiß"));
 }
 
 #[test]
 fn polylines_and_points_are_no_faces() {
-    let file = load(format!("{SQUARE}l 1 2 3 4\np 1\nf 1 2 3\n")).unwrap();
-    assert_eq!((file.groups[0].mesh.triangles.len(), file.warnings.len()), (1, 0));
+    let file = load(format!("{SQUARE}l 1 2 3 4\np 1 2\nf 1 2 3\nl 1 2\n")).unwrap();
+    assert_eq!(file.groups[0].mesh.triangles.len(), 1);
+    let told = "t.obj:5: 2 lines (`l`) and 2 points (`p`) are skipped, the first is here";
+    assert!(
+        file.warnings.len() == 1 && file.warnings[0].contains(told),
+        "{:?}",
+        file.warnings
+    );
 }
 
 #[test]
 fn what_is_not_read_is_said_once() {
-    let curve = "vp 0.5\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\ndeg 3\n";
-    let file = load(format!("{SQUARE}f 1 2 3\ns x\n{curve}s y\n")).unwrap();
-    assert_eq!(file.warnings.len(), 2);
+    let curve = "vp 0.5\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\ndeg 3\nsurf 0 1 0 1 1 2 3 4\n";
+    let other = "call a.obj\ncsh -ls\ncall b.obj\n";
+    let file = load(format!("{SQUARE}f 1 2 3\ns x\n{curve}{other}s y\n")).unwrap();
+    assert_eq!(file.warnings.len(), 3);
     assert!(
         file.warnings[0].contains("t.obj:6: 2 smoothing groups"),
         "{:?}",
         file.warnings
     );
-    let unread = "t.obj:7: 7 statements have no effect (vp, cstype, deg, curv, parm, end), the first is here";
+    let unread = "t.obj:15: 3 statements have no effect (call, csh), the first is here";
     assert!(file.warnings[1].contains(unread), "{:?}", file.warnings);
+    let skipped = "t.obj:10: 1 curve (`curv`) and 1 surface (`surf`) are skipped, the first is here";
+    assert!(file.warnings[2].contains(skipped), "{:?}", file.warnings);
 }
 
 #[test]
@@ -169,5 +178,28 @@ fn nothing_to_render_is_an_error() {
             error.message.contains("no faces") || text.ends_with('v'),
             "{text:?}: {error}"
         );
+    }
+    for (text, what, remedy) in [
+        (
+            SQUARE.to_string(),
+            "no faces in this OBJ file: it is a point cloud of 4 vertices",
+            "surface",
+        ),
+        ("v 0 0 0\n".into(), "a point cloud of 1 vertex", "surface"),
+        (
+            format!("{SQUARE}l 1 2\nl 2 3\np 1"),
+            "its 2 lines (`l`) and 1 point (`p`) are skipped",
+            "convert",
+        ),
+        (
+            format!("{SQUARE}p 1 2 3 4"),
+            "its 4 points (`p`) are skipped",
+            "convert",
+        ),
+        ("o a\n".into(), "no faces in this OBJ file", "export"),
+    ] {
+        let error = load(&text).unwrap_err();
+        assert!(error.message.contains(what), "{text:?}: {error}");
+        assert!(error.help.unwrap().contains(remedy), "{text:?}");
     }
 }

@@ -1,0 +1,182 @@
+//! Recognition of normal maps and of pictures of heights: libraries name both in `map_Bump`.
+
+use super::read_picture::{Picture, Samples};
+use crate::color::srgb;
+
+/// Content of a picture for bumps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BumpContent {
+    /// A grey picture.
+    Heights,
+    /// A tangent-space normal map.
+    Normals,
+    /// A normal map whose numbers were encoded by the sRGB curve, like colours.
+    EncodedNormals,
+    /// Something else, such as a coloured picture.
+    Unknown,
+}
+
+/// Maximum number of texels that are examined.
+const MAX_TEXELS: usize = 1 << 16;
+/// Maximum mean difference between the largest and the smallest channel of a grey picture, which
+/// lossy compression tints.
+const GREY: f32 = 0.02;
+/// Maximum difference between 1 and the length of a unit vector: filtering makes vectors shorter.
+const LENGTH_ERROR: f32 = 0.2;
+/// Minimum share of unit vectors in a normal map.
+const UNIT_SHARE: f32 = 0.75;
+/// Minimum share of texels that are not background.
+const USED_SHARE: f32 = 0.02;
+/// Minimum component of the mean normal away from the surface, which makes a normal map bluish.
+const MIN_UP: f32 = 0.35;
+/// Maximum component of the mean normal along the surface.
+const MAX_TILT: f32 = 0.2;
+
+impl BumpContent {
+    /// Content of a picture, by its stored numbers.
+    pub fn of(picture: &Picture) -> Self {
+        let channels = picture.channels;
+        if channels < 3 {
+            return Self::Heights;
+        }
+        match &picture.samples {
+            Samples::Bytes(samples) => Self::of_texels(samples, channels, |byte| f32::from(byte) / 255.0),
+            Samples::Shorts(samples) => Self::of_texels(samples, channels, |short| f32::from(short) / 65535.0),
+            Samples::Floats(samples) => match Self::of_texels(samples, channels, |value| value) {
+                Self::EncodedNormals => Self::Unknown,
+                content => content,
+            },
+        }
+    }
+
+    /// Content of coloured texels of so many `channels`.
+    fn of_texels<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> Self {
+        let (mut spread, mut seen) = (0.0, 0.0);
+        let (mut linear, mut encoded) = (Vectors::default(), Vectors::default());
+        // An odd step visits all columns of a picture whose width is a power of 2.
+        let step = (samples.len() / channels / MAX_TEXELS) | 1;
+        for texel in samples.chunks_exact(channels).step_by(step) {
+            let rgb = [0, 1, 2].map(|c| value(texel[c]));
+            let is_opaque = channels == 3 || value(texel[3]) > 0.0;
+            if !is_opaque || !rgb.iter().all(|c| c.is_finite()) {
+                continue;
+            }
+            let [r, g, b] = rgb;
+            spread += r.max(g).max(b) - r.min(g).min(b);
+            seen += 1.0;
+            linear.add(rgb);
+            encoded.add(rgb.map(srgb::decode));
+        }
+        if spread <= GREY * seen {
+            Self::Heights
+        } else if linear.are_normals(seen) {
+            Self::Normals
+        } else if encoded.are_normals(seen) {
+            Self::EncodedNormals
+        } else {
+            Self::Unknown
+        }
+    }
+}
+
+/// Vectors that the texels of a picture would be.
+#[derive(Default)]
+struct Vectors {
+    count: f32,
+    /// Number of unit vectors.
+    units: f32,
+    sum: [f32; 3],
+}
+
+impl Vectors {
+    /// Adds the vector of a texel. Atlases have a background of black or of grey, which is none.
+    fn add(&mut self, rgb: [f32; 3]) {
+        let vector = rgb.map(|c| 2.0 * c - 1.0);
+        let length = vector.iter().map(|c| c * c).sum::<f32>().sqrt();
+        if rgb != [0.0; 3] && length > 0.1 {
+            self.count += 1.0;
+            self.units += f32::from((length - 1.0).abs() < LENGTH_ERROR);
+            self.sum = [0, 1, 2].map(|c| self.sum[c] + vector[c]);
+        }
+    }
+
+    /// Returns true if these are normals of a surface, seen in so many texels: unit vectors whose
+    /// mean points away from it.
+    fn are_normals(&self, seen: f32) -> bool {
+        let [x, y, z] = self.sum.map(|component| component / self.count);
+        let is_upright = z > MIN_UP && x.abs() < MAX_TILT && y.abs() < MAX_TILT;
+        is_upright && self.units >= UNIT_SHARE * self.count && self.count >= USED_SHARE * seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture of 32 × 32 texels of a colour each.
+    fn content(color: impl Fn(f32, f32) -> [f32; 3]) -> [BumpContent; 3] {
+        let at = |i: usize| color((i % 32) as f32 / 31.0, (i / 32) as f32 / 31.0);
+        let floats: Vec<f32> = (0..32 * 32).flat_map(at).collect();
+        let bytes = floats.iter().map(|c| (c * 255.0).round() as u8).collect();
+        let shorts = floats.iter().map(|c| (c * 65535.0).round() as u16).collect();
+        let of = |samples| {
+            BumpContent::of(&Picture {
+                width: 32,
+                height: 32,
+                channels: 3,
+                samples,
+                orientation: 1,
+            })
+        };
+        [
+            of(Samples::Bytes(bytes)),
+            of(Samples::Shorts(shorts)),
+            of(Samples::Floats(floats)),
+        ]
+    }
+
+    /// A dome as normals.
+    fn dome(u: f32, v: f32) -> [f32; 3] {
+        let (x, y) = (u - 0.5, v - 0.5);
+        [x, y, (1.0 - x * x - y * y).sqrt()].map(|c| 0.5 * c + 0.5)
+    }
+
+    #[test]
+    fn content_is_known_by_its_numbers_in_any_precision() {
+        use BumpContent::{EncodedNormals, Heights, Normals, Unknown};
+        assert_eq!(content(dome), [Normals; 3]);
+        assert_eq!(content(|_, _| [0.5, 0.5, 1.0]), [Normals; 3], "a flat normal map");
+        let on_black = |u, v| if u < 0.9 { [0.0; 3] } else { dome(0.5, v) };
+        assert_eq!(content(on_black), [Normals; 3], "a small part of an atlas");
+        assert_eq!(content(|u, v| [u * v; 3]), [Heights; 3]);
+        assert_eq!(content(|_, _| [0.0; 3]), [Heights; 3], "all is black");
+        assert_eq!(content(|u, v| [u, v, u + 0.005].map(|c| c.min(1.0)))[0], Unknown);
+        assert_eq!(
+            content(|u, _| [u, u, (u + 0.01).min(1.0)]),
+            [Heights; 3],
+            "tinted by compression"
+        );
+        for blue in [[0.4, 0.5, 0.8], [0.53, 0.81, 0.92], [0.0, 0.0, 1.0]] {
+            assert_eq!(content(|_, _| blue), [Unknown; 3], "{blue:?}");
+        }
+        let encoded = [EncodedNormals, EncodedNormals, Unknown];
+        assert_eq!(content(|u, v| dome(u, v).map(srgb::encode)), encoded);
+        // Normals of an object point anywhere.
+        assert_eq!(content(|u, v| dome(u, v).map(|c| 1.0 - c)), [Unknown; 3]);
+    }
+
+    #[test]
+    fn transparent_texels_do_not_count() {
+        let of = |alpha: u8| {
+            let samples = [[128, 128, 255, 255], [200, 10, 10, alpha]].repeat(8).concat();
+            BumpContent::of(&Picture {
+                width: 16,
+                height: 1,
+                channels: 4,
+                samples: Samples::Bytes(samples),
+                orientation: 1,
+            })
+        };
+        assert_eq!([0, 255].map(of), [BumpContent::Normals, BumpContent::Unknown]);
+    }
+}

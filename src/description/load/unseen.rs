@@ -1,0 +1,107 @@
+//! A warning if no face of a scene can be seen: the picture would be empty without a reason.
+
+use crate::color::Spectrum;
+use crate::description::{FileError, Findings, Position, SceneFile, Severity};
+use crate::lint::MaterialSource;
+use crate::material::Material;
+use crate::math::excerpt;
+use crate::scene::{Scene, SceneReport};
+use crate::texture::Texture;
+use std::collections::BTreeSet;
+
+/// Warns if all triangles were skipped, or if all materials are invisible.
+pub(super) fn report_unseen(
+    file: &SceneFile,
+    scene: &Scene,
+    report: &SceneReport,
+    materials: &[MaterialSource],
+    findings: &mut Findings,
+) {
+    let shapes = scene.geom_ids().map(|geom| scene.shape(geom));
+    let used = shapes.map(|shape| shape.material.0 as usize);
+    // The ground has a material of its own.
+    let used: BTreeSet<usize> = used.filter(|&id| id < materials.len()).collect();
+    let mut reasons = Vec::with_capacity(used.len());
+    for id in used {
+        let Some(reason) = reason_unseen(&scene.materials()[id], scene.textures()) else {
+            return;
+        };
+        reasons.push((id, reason));
+    }
+    let error = match reasons.first() {
+        Some((id, reason)) => {
+            let others = match reasons.len() - 1 {
+                0 => String::new(),
+                1 => ", and so is another material".into(),
+                n => format!(", and so are {n} other materials"),
+            };
+            let name = excerpt(&scene.materials()[*id].name);
+            let message = format!(
+                "no face can be seen: material `{name}` is invisible, {}{others}",
+                reason.words
+            );
+            placed(file, materials.get(*id), message).help(reason.help)
+        }
+        None if report.degenerate_triangles > 0 => {
+            let message = match report.degenerate_triangles {
+                1 => "no face can be seen: the only triangle has no area".into(),
+                n => format!("no face can be seen: none of the {n} triangles has an area"),
+            };
+            let help = "export the mesh again: the corners of each face lie on a line";
+            file.whole(message).help(help)
+        }
+        None => return,
+    };
+    findings.add(Severity::Warning, "no-visible-face", error);
+}
+
+/// The error at the statement of the material's opacity, or else at the material.
+fn placed(file: &SceneFile, source: Option<&MaterialSource>, message: String) -> FileError {
+    let opacity = source.and_then(|source| {
+        let line = source.found.opacity_line?;
+        Some((&source.found.library, Position::line(line)))
+    });
+    let material = source.and_then(|source| source.place.as_ref().map(|(file, place)| (file, *place)));
+    match opacity.or(material) {
+        Some((file, place)) => FileError::new(file, message).at(place),
+        None => file.whole(message),
+    }
+}
+
+/// The reason why a surface is invisible, and the remedy.
+struct Reason {
+    words: &'static str,
+    help: &'static str,
+}
+
+/// The reason why a surface of this material is invisible; `None` if it can be seen.
+fn reason_unseen(material: &Material, textures: &[Texture]) -> Option<Reason> {
+    let maps = &material.maps;
+    // Surfaces that emit are opaque.
+    if !material.emission.is_black() || maps.emission.is_some() {
+        return None;
+    }
+    if material.opacity == 0.0 {
+        return Some(Reason {
+            words: "since its opacity is 0",
+            help: "write `d 1` in its library, or set its `opacity` with --material",
+        });
+    }
+    let is_zero = |texture: &Texture| texture.max_value() == 0.0;
+    let map = maps.opacity.filter(|map| map.mapping.base <= 0.0);
+    if map
+        .and_then(|map| textures.get(map.texture.0 as usize))
+        .is_some_and(is_zero)
+    {
+        return Some(Reason {
+            words: "since the texture of its opacity is 0 everywhere",
+            help: "correct the picture, or delete `map_d` in its library",
+        });
+    }
+    let is_dark = material.diffuse.is_black() && material.specular.is_black() && material.sheen.is_black();
+    let is_clear = material.thin && material.ior == 1.0 && material.transmission == Spectrum::ONE;
+    (is_dark && is_clear && material.clearcoat == 0.0).then_some(Reason {
+        words: "since all light passes it straight",
+        help: "write `Tf 0 0 0` and a `Kd` in its library, or set its `transmission` with --material",
+    })
+}

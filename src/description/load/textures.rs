@@ -199,7 +199,8 @@ impl Loader<'_> {
                 alike.push(request);
             }
         }
-        for ((_, words), requests) in told {
+        for ((_, words), mut requests) in told {
+            requests.sort_by_key(|request| request.place.position.map(|position| position.line));
             let Some(first) = requests.first() else { continue };
             let others = others(requests.len() - 1, "of this file");
             let help = "write `norm` for normal maps and `map_Bump` for heights; `bump_map` and `normal_map` in a scene \

@@ -1,7 +1,7 @@
 //! Faces that lie at one place, with opposite orders of their corners and different materials:
 //! SketchUp, ShapeNet and Minecraft exporters write the front and the back of a wall so.
 //!
-//! Which of both a ray meets would be chance. The two are moved apart by a distance that nobody sees,
+//! A ray would meet either by chance. The two are moved apart by a distance that nobody sees,
 //! each along its normal: a ray then meets the face that looks towards it, in every backend.
 
 use super::groups::Faces;
@@ -39,7 +39,7 @@ pub(super) fn separate(outline: &mut Outline, faces: &[Faces]) -> usize {
     let bounds: Bounds3 = outline.vertices.positions.iter().copied().collect();
     let gap = GAP * 2.0 * bounds.radius();
     for face in pairs.iter().flatten() {
-        lift(
+        move_out(
             &mut outline.vertices,
             &mut outline.sections[face.section],
             face.corners(),
@@ -124,7 +124,7 @@ fn is_opposite(a: &[Vec3], b: &[Vec3]) -> bool {
 }
 
 /// Gives the face with these corners positions of its own, `gap` along its normal.
-fn lift(vertices: &mut VertexData, section: &mut Section, corners: Range<usize>, gap: f32) {
+fn move_out(vertices: &mut VertexData, section: &mut Section, corners: Range<usize>, gap: f32) {
     let positions: Vec<Vec3> = corners.clone().map(|i| vertices.position(section, i)).collect();
     // Newell's normal, of any polygon
     let next = positions.iter().cycle().skip(1);
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn other_faces_stay() {
         for faces in [
-            // The same order, one material, three at one place, and other corners
+            // One order, one material, three at one place, and other corners
             "usemtl a\nf 1 2 3 4\nusemtl b\nf 2 3 4 1\n",
             "usemtl a\nf 1 2 3 4\nf 4 3 2 1\nusemtl b\nf 1 2 3\n",
             "usemtl a\nf 1 2 3\nf 2 3 1\nusemtl b\nf 3 2 1\n",

@@ -21,10 +21,7 @@ const ELSEWHERE: &[(&[&str], &[&str])] = &[
         &["--bounces", "--max-bounces", "--depth", "--path-depth"],
         &["--max-depth 8"],
     ),
-    (
-        &["--camera", "--eye", "--origin"],
-        &["--position 0,1,5 --look-at 0,1,0"],
-    ),
+    (&["--camera", "--eye"], &["--position 0,1,5 --look-at 0,1,0"]),
     (&["--target", "--lookat"], &["--look-at 0,1,0"]),
     (&["--engine", "--method", "--algorithm"], &["--integrator bdpt"]),
     (&["--out", "--outfile", "--file"], &["--output picture.png"]),

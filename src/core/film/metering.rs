@@ -276,11 +276,11 @@ mod tests {
             let image = picture([16, 16], |_, _| Some(light));
             metered(tone, &image).exposure.stops().unwrap()
         };
-        let [black, grey, white] = [0.02, 0.136, 0.8].map(studio);
+        let [black, grey, white] = [0.02, 0.162, 0.8].map(studio);
         assert!(black > grey && grey > white, "{black} {grey} {white}");
         assert!((grey - STUDIO).abs() < 0.02, "{grey}");
         let shown = |light: f32, stops: f32| light * stops.exp2();
-        assert!(shown(0.02, black) < 0.3 * shown(0.136, grey) && shown(0.136, grey) < 0.3 * shown(0.8, white));
+        assert!(shown(0.02, black) < 0.3 * shown(0.162, grey) && shown(0.162, grey) < 0.3 * shown(0.8, white));
         for light in [1e-6, 1e6] {
             assert!((studio(light) - STUDIO).abs() <= MAX_SHIFT + 0.011, "{light}");
         }

@@ -1,8 +1,8 @@
 //! Faces that lie at one place, with opposite orders of their corners and different materials:
 //! SketchUp, ShapeNet and Minecraft exporters write the front and the back of a wall so.
 //!
-//! A ray would meet either by chance. The two are moved apart by a distance that nobody sees,
-//! each along its normal: a ray then meets the face that looks towards it, in every backend.
+//! Rays meet either of them by chance. Both are moved apart by a 100,000th of the file's diagonal, each
+//! along its normal: a ray then meets the face that looks towards it, in every backend.
 
 use super::groups::Faces;
 use super::outline::{Outline, Section, VertexData};

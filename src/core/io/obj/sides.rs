@@ -14,6 +14,9 @@ use std::ops::Range;
 
 /// Distance by which a face is moved, in diagonals of the file.
 const GAP: f32 = 1e-5;
+/// Share of the faces that must belong to such pairs: exporters write all walls so, and single pairs
+/// are accidents of modelling, which stay as they are.
+const MIN_SHARE: f32 = 0.25;
 
 /// A face: the numbers of its material and of its section, and its corners there.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -105,6 +108,9 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
         .into_values()
         .filter_map(|places| <[Place; 2]>::try_from(places).ok());
     let mut pairs: Vec<_> = pairs.filter(is_two_sided).collect();
+    if (2 * pairs.len()) as f32 <= MIN_SHARE * hashes.len() as f32 {
+        return Vec::new();
+    }
     pairs.sort_unstable();
     pairs
 }

@@ -13,9 +13,7 @@ pub(super) fn print_choices(session: &Session) {
     let origin = session.settings().camera.origin.to_array();
     if origin != [0.0; 3] {
         let list = origin.map(|x| x.to_string()).join(",");
-        errln!(
-            "origin: {list} is subtracted from all positions, since the file lies far from its own (--origin off keeps them)"
-        );
+        errln!("origin: {list} is subtracted from all positions (--origin off keeps them)");
     }
     if let Some(guess) = session.camera_guess() {
         errln!(

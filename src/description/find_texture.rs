@@ -36,8 +36,8 @@ impl<'a> TextureSearch<'a> {
         }
     }
 
-    /// The file of the first of these `names` that is there. Else it is looked for in the folders that
-    /// the user gave, by the whole name and by the base name, then by the base name beside the
+    /// The file of the first of these `names` that is there. Else it is looked for in the folders
+    /// that the user gave, by the whole name and by the base name, then by the base name beside the
     /// library, the OBJ file and their folders, and in the usual folders there.
     pub fn find<'n>(
         &self,

@@ -377,7 +377,8 @@ impl LitWords {
     }
 }
 
-/// The camera of `settings` in the scene of `file`. With it the scene file in another light: with a guessed one if nothing lights the scene and `settings`
+/// The camera of `settings` in the scene of `file`. With it the scene file in another light: with a
+/// guessed one if nothing lights the scene and `settings`
 /// ask for a guess, or with changes of light that depend on a guessed camera. `warnings` are those of loading the scene.
 ///
 /// # Errors

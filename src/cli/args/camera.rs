@@ -72,8 +72,8 @@ impl CameraArgs {
         self.focus_at.map(Vec2::from)
     }
 
-    /// The camera of the scene file with these flags over it, whose positions are those of a file with
-    /// the scene's origin at `origin`.
+    /// The camera of the scene file with these flags over it, whose positions are those of a file
+    /// with the scene's origin at `origin`.
     pub fn apply(&self, camera: &mut CameraSettings, origin: DVec3) {
         let near = |position: [f64; 3]| (DVec3::from(position) - origin).as_vec3a();
         // A view replaces the place of the camera, not its lens.

@@ -21,7 +21,8 @@ pub fn xyz_to_linear([x, y, z]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// XYZ whose white is 1 1 1 (equal energy) to linear Rec.709: each is scaled to [`WHITE`]. Greys are exact.
+/// XYZ whose white is 1 1 1 (equal energy) to linear Rec.709: each is scaled to [`WHITE`]. Greys
+/// are exact.
 pub fn equal_energy_to_linear(xyz: [f32; 3]) -> [f32; 3] {
     match xyz {
         [x, y, z] if x == y && y == z => xyz,

@@ -1,6 +1,6 @@
-//! Open Image Denoise 2. Albedo and normals are filtered first, each by itself, and then the image by
-//! those (`cleanAux`). For first looks the library's fast quality filters the image alone, by albedo
-//! and normals as they are: a fifth of the time, and more noise.
+//! Open Image Denoise 2. Albedo and normals are filtered first, each by itself, and then the image
+//! by those (`cleanAux`). For first looks the library's fast quality filters the image alone, by
+//! albedo and normals as they are: a fifth of the time, and more noise.
 //!
 //! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`, which the library ignores, and takes no number of
 //! threads. `sys/oidn` therefore makes these calls by the crate's raw bindings. docs/denoise.md has what the filter gains.

@@ -265,7 +265,8 @@ mod tests {
         }
     }
 
-    /// In the studio black and white subjects keep their places, and nothing moves by more than a stop.
+    /// In the studio black and white subjects keep their places, and nothing moves by more than a
+    /// stop.
     #[test]
     fn subjects_shift_the_exposure_of_the_studio_a_little() {
         let studio = |light: f32| {

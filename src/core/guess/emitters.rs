@@ -11,6 +11,7 @@ use super::look::{Looker, Seen};
 use super::spread::radical_inverse;
 use crate::geometry::segment;
 use crate::light::LightSampleContext;
+use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_cone};
 use rayon::prelude::*;
@@ -113,10 +114,7 @@ fn direct(looker: &Looker, p: Vec3, n: Vec3, [choice, u, v]: [f32; 3]) -> f32 {
     }
 }
 
-/// A number in [0, 1) for each index, by a hash of its bits (splitmix64).
+/// A number in [0, 1) for each index.
 fn number(index: u32) -> f32 {
-    let mut bits = u64::from(index).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((bits ^ (bits >> 31)) >> 40) as f32 / (1u64 << 24) as f32
+    unit_f32(mix(u64::from(index).wrapping_add(1).wrapping_mul(GOLDEN_GAMMA)))
 }

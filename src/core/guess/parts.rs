@@ -69,13 +69,13 @@ impl<'a> Parts<'a> {
         let mut numbers: HashMap<u32, u32> = HashMap::new();
         for (vertex, &p) in (0..).zip(&positions) {
             let count = numbers.len() as u32;
-            let number = *numbers.entry(joined.root(vertex)).or_insert(count);
+            let number = *numbers.entry(joined.find(vertex)).or_insert(count);
             if number == count {
                 self.parts.push(Vec::new());
             }
             self.parts[number as usize].push(p);
         }
-        let number = |(name, vertex): (u64, u32)| (name, numbers[&joined.root(vertex)]);
+        let number = |(name, vertex): (u64, u32)| (name, numbers[&joined.find(vertex)]);
         self.of_triangles = first_vertices.into_iter().map(number).collect();
     }
 
@@ -86,9 +86,9 @@ impl<'a> Parts<'a> {
         (0..3).filter(|&axis| size[axis] >= HULL * whole[axis]).count() >= 2
     }
 
-    /// How well the parts stand, by direction of `ups`, each with its opposite beside it: the sum over
-    /// the parts that rest on something below and touch nothing above, each as its shape tells, over
-    /// the number of parts. Zeros if there are few parts.
+    /// How well the parts stand, by direction of `ups`, each with its opposite beside it: the sum
+    /// over the parts that rest on something below and touch nothing above, each as its shape
+    /// tells, over the number of parts. Zeros if there are few parts.
     pub fn standing(&self, ups: &[[Vec3; 2]; 3]) -> [[f32; 2]; 3] {
         const FEW: usize = 3;
         let parts: Vec<(u32, &[Vec3])> = (0..)
@@ -174,19 +174,12 @@ impl Joined {
         number
     }
 
+    /// The number that stands for the set of `i`.
     fn find(&mut self, mut i: u32) -> u32 {
         while self.0[i as usize] != i {
             let above = self.0[self.0[i as usize] as usize];
             self.0[i as usize] = above;
             i = above;
-        }
-        i
-    }
-
-    /// The number that stands for the set of `i`.
-    fn root(&self, mut i: u32) -> u32 {
-        while self.0[i as usize] != i {
-            i = self.0[i as usize];
         }
         i
     }

@@ -29,8 +29,8 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Surveys the scene; `up` is not guessed where it is given. `usual_up` is up in most files of the
-    /// program that wrote the scene, if that is known.
+    /// Surveys the scene; `up` is not guessed where it is given. `usual_up` is up in most files of
+    /// the program that wrote the scene, if that is known.
     pub(super) fn new(looker: &Looker, up: Option<Vec3>, usual_up: Option<Vec3>) -> Self {
         let horizon = |rooms: Option<&[Vec3]>| {
             let said = up.and_then(Vec3::try_normalize);

@@ -1,8 +1,8 @@
 //! The upright axis of a scene.
 //!
-//! Six directions compete, each with a score in natural logarithms of odds. The score of a direction
-//! is how usual it is in OBJ files, plus a weighted sum of evidence. Weights were fitted to 190
-//! public files whose upright axis was told by eye.
+//! Six directions compete, each with a score in natural logarithms of odds. The score of a
+//! direction is how usual it is in OBJ files, plus a weighted sum of evidence. Weights were fitted
+//! to 190 public files whose upright axis was told by eye.
 //!
 //! - Parts stand on others, and little hangs (`parts`).
 //! - An object rests on a wide base, and has flat ends.

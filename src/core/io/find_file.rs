@@ -8,10 +8,10 @@ use std::path::{Component, Path, PathBuf};
 
 /// The file that another one, in `folder`, calls `name`.
 ///
-/// Names from other systems are understood: if no file has the very name, `\` separates folders like
-/// `/`, letters may be of the other case, and blanks may be underscores. Names of files are in UTF-8
-/// or in Windows-1252. Of several such files or folders the first in the order of their names is
-/// taken.
+/// Names from other systems are understood: if no file has the very name, `\` separates folders
+/// like `/`, letters may be of the other case, and blanks may be underscores. Names of files are in
+/// UTF-8 or in Windows-1252. Of several such files or folders the first in the order of their names
+/// is taken.
 pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     FileFinder::default().find(folder, name)
 }

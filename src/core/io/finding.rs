@@ -55,9 +55,9 @@ pub struct Finding {
 /// Name of the note that nothing in a scene emits light, which is why it has a light that its files do not name.
 pub const DEFAULT_LIGHT: &str = "default-light";
 
-/// Notes that a render tells, since what they assume changes the picture: the light, the dialect of a
-/// library, files that lie elsewhere than named, pictures that decide between heights and normals, and
-/// elements that are not rendered.
+/// Notes that a render tells, since what they assume changes the picture: the light, the dialect of
+/// a library, files that lie elsewhere than named, pictures that decide between heights and
+/// normals, and elements that are not rendered.
 const TOLD_NOTES: [&str; 6] = [
     DEFAULT_LIGHT,
     "mtl-dialect",

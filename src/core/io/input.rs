@@ -163,7 +163,8 @@ pub fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> {
     Input::open(path, what)?.bytes(path)
 }
 
-/// Reads a regular file as text, in UTF-8 or UTF-16; bytes that are neither are those of Windows-1252.
+/// Reads a regular file as text, in UTF-8 or UTF-16; bytes that are neither are those of
+/// Windows-1252.
 ///
 /// # Errors
 ///

@@ -19,7 +19,13 @@ pub fn load_obj(
     findings: &mut Findings,
 ) -> Result<ObjFile, FileError> {
     let mut file = match options.parameters.obj_reader() {
-        ObjReader::Own => obj::read_obj(path, options, allowance, observer, findings)?,
+        ObjReader::Own => {
+            let changes = obj::Changes {
+                origin: obj::chosen_origin(path, options),
+                moves_apart: true,
+            };
+            obj::read_obj(path, options, changes, allowance, observer, findings)?
+        }
         #[cfg(feature = "tobj")]
         ObjReader::Tobj => tobj_reader::read_obj(path, options, allowance, observer, findings)?,
         #[cfg(not(feature = "tobj"))]

@@ -27,9 +27,9 @@ parameters! {
         panes: Panes = Panes::Straight;
         /// Point of the OBJ file's coordinates that becomes the origin: X,Y,Z, auto or off
         ///
-        /// It is subtracted before coordinates are rounded to 32 bits. `auto` finds one for a file that
-        /// lies far from its own origin. Positions in a scene file and the channels `P` are relative to
-        /// it; those of flags, of `info` and of `paths` are those of the OBJ file.
+        /// It is subtracted before coordinates are rounded to 32 bits. `auto` finds one for a file
+        /// that lies far from its own origin. Positions in a scene file and the channels `P` are
+        /// relative to it; those of flags, of `info` and of `paths` are those of the OBJ file.
         origin: Origin = Origin::Off, default "off; auto for a bare OBJ";
     }
 }

@@ -116,7 +116,8 @@ impl Mapping {
         texture.alpha(self.st(uv), self.footprint(footprint))
     }
 
-    /// [`Texture::normal`] with slopes times `bump`, without base and gain; in the frame of the picture's own axes.
+    /// [`Texture::normal`] with slopes times `bump`, without base and gain; in the frame of the
+    /// picture's own axes.
     pub fn normal(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec3 {
         let normal = texture.normal(self.st(uv), self.footprint(footprint));
         Vec3::new(self.bump * normal.x, self.bump * normal.y, normal.z)

@@ -29,8 +29,8 @@ impl AskedTexture {
 }
 
 impl Loader<'_> {
-    /// The material of a file with maps that name requests for textures: 2 i is the request i in the
-    /// slot that is written, and 2 i + 1 in the other one, if its picture decides so.
+    /// The material of a file with maps that name requests for textures: 2 i is the request i in
+    /// the slot that is written, and 2 i + 1 in the other one, if its picture decides so.
     pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
@@ -176,8 +176,8 @@ impl Loader<'_> {
         self.move_maps(&decided);
     }
 
-    /// Moves textures in the sources of materials to the slots that their pictures have decided, and
-    /// tells of it, once for each library and effect.
+    /// Moves textures in the sources of materials to the slots that their pictures have decided,
+    /// and tells of it, once for each library and effect.
     fn move_maps(&mut self, decided: &[(&AskedTexture, TextureKind)]) {
         let mut told: BTreeMap<(&Path, &str), Vec<&MapRequest>> = BTreeMap::new();
         for &(asked, kind) in decided {

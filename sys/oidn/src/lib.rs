@@ -122,8 +122,8 @@ impl Device {
         self.run(&images(color, guides), flags, Quality::HIGH, size)
     }
 
-    /// A picture of linear radiance with little noise, by the library's fast quality and by guides that
-    /// may have noise: albedo and normals, if there are any.
+    /// A picture of linear radiance with little noise, by the library's fast quality and by guides
+    /// that may have noise: albedo and normals, if there are any.
     pub fn color_fast(&self, color: &[f32], guides: Option<[&[f32]; 2]>, size: Size) -> Result<Vec<f32>, Error> {
         self.run(&images(color, guides), &[c"hdr"], Quality::FAST, size)
     }
@@ -157,7 +157,8 @@ impl Device {
             // SAFETY: the filter is live, and the name ends with a zero.
             unsafe { oidnSetFilterBool(filter.0, flag.as_ptr(), true) };
         }
-        // SAFETY: the filter is live, and the name ends with a zero; the value is one of the header's.
+        // SAFETY: the filter is live, and the name ends with a zero; the value is one of the
+        // header's.
         unsafe { oidnSetFilterInt(filter.0, c"quality".as_ptr(), quality.0) };
         let limit = i32::try_from(self.max_memory_mb).unwrap_or(i32::MAX);
         // SAFETY: the filter is live, and the name ends with a zero.

@@ -179,8 +179,8 @@ fn hollow_objects_are_seen_from_outside() {
     );
 }
 
-/// A stair in the metres of a national grid keeps its steps: its picture is that of the stair at the
-/// origin, by guesses and by flags, and `info` tells where it is.
+/// A stair in the metres of a national grid keeps its steps: its picture is that of the stair at
+/// the origin, by guesses and by flags, and `info` tells where it is.
 #[test]
 fn files_far_from_the_origin_are_moved() {
     let place = [512_300.0, 5_412_300.0, 430.0];

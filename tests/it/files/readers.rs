@@ -29,6 +29,25 @@ fn files(folder: &Path, extension: Option<&str>) -> Vec<PathBuf> {
     files
 }
 
+/// Files whose positions a render changes are compared as they are written.
+#[test]
+fn files_that_are_moved_are_compared_as_written() {
+    let folder = folder(&[
+        (
+            "far.obj",
+            "v 512345 5412345 430\nv 512346 5412345 430\nv 512345 5412346 431\nf 1 2 3\n",
+        ),
+        (
+            "sides.obj",
+            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl front\nf 1 2 3\nusemtl back\nf 3 2 1\n",
+        ),
+        ("a.mtl", "newmtl front\nKd 0.8 0.1 0.1\nnewmtl back\nKd 0.1 0.1 0.8\n"),
+    ]);
+    for file in ["far.obj", "sides.obj"] {
+        done(folder.path(), &["audit", "--readers", file]);
+    }
+}
+
 /// Differences by kind, and those that are not explained.
 #[derive(Default)]
 struct Tally {

@@ -380,7 +380,8 @@ fn write_texels(path: &Path, texel: impl Fn(f32, f32) -> [f32; 3]) {
     write_rgb_png(path, 16, &texels);
 }
 
-/// Exporters write normal maps as `map_Bump`. In libraries the picture decides; scene files mean what they say.
+/// Exporters write normal maps as `map_Bump`. In libraries the picture decides; scene files mean
+/// what they say.
 #[test]
 fn normal_maps_and_heights_are_known_by_their_picture() {
     let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\n\

@@ -201,8 +201,8 @@ fn textures_are_found_elsewhere() {
     assert!(said.contains("texture_dir"), "{said}");
 }
 
-/// The layout of most downloads: `source/x.obj` beside `textures`. Its textures are told once for each
-/// folder.
+/// The layout of most downloads: `source/x.obj` beside `textures`. Its textures are told once for
+/// each folder.
 #[test]
 fn downloads_have_their_textures_beside_the_source() {
     let mtl =

@@ -506,7 +506,8 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(60.0), 0));
     let (materials, _, told) = read(&dark, MtlDialect::Highlight);
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Metallic(0.0), 0));
-    // Mirrors, glass, surfaces without a highlight and the extension show nothing, and keep their meaning.
+    // Mirrors, glass, surfaces without a highlight and the extension show nothing, and keep their
+    // meaning.
     for statements in ["illum 3", "illum 5", "illum 1", "illum 7\nTf 1 1 1", "Pr 0.5"] {
         let other = material("other", &format!("Kd 0.8\nKs 0.8\nNs 20\n{statements}"));
         let alone = read(&format!("{other}{dark}"), MtlDialect::Auto).0;

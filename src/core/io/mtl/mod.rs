@@ -120,8 +120,8 @@ pub struct ObjContext {
     pub whole_names: HashSet<String>,
 }
 
-/// The materials of an MTL file in its order; `obj` is what the OBJ file says that names it. A wrong
-/// value is replaced by the nearest right one, or ignored.
+/// The materials of an MTL file in its order; `obj` is what the OBJ file says that names it. A
+/// wrong value is replaced by the nearest right one, or ignored.
 pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();

@@ -475,8 +475,8 @@ fn model(rest: &str) -> Result<u32, Wrong<u32>> {
     }
 }
 
-/// One number for a grey, or three. After `xyz` they are CIE XYZ, from 0 to 1 in the format, so that
-/// white is 1 1 1; what is outside of Rec.709 is clamped.
+/// One number for a grey, or three. After `xyz` they are CIE XYZ, from 0 to 1 in the format, so
+/// that white is 1 1 1; what is outside of Rec.709 is clamped.
 fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
     let after_xyz = rest
         .strip_prefix("xyz")

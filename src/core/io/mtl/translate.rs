@@ -20,9 +20,9 @@
 //! - Assimp: `code/AssetLib/Obj/ObjExporter.cpp` of its sources, which writes the colours of an OpenGL
 //!   material, of whatever format they came from; `Tf` is a colour that `d` does not count on.
 //!
-//! The highlight of all but Blender is what lamps alone draw on a surface, and no share of the light
-//! around it. It becomes that of a dielectric. A highlight of exponent 0 has no shape: programs write
-//! it for surfaces without one.
+//! The highlight of all but Blender is what lamps alone draw on a surface, and no share of the
+//! light around it. It becomes that of a dielectric. A highlight of exponent 0 has no shape:
+//! programs write it for surfaces without one.
 
 use super::map::MapSlot;
 use super::reflectance::{MAX_F0, f0_of_ior};

@@ -1,5 +1,5 @@
-//! The program that wrote a material library: its leading comments name it, or those of its OBJ file,
-//! or the habits of its statements show it.
+//! The program that wrote a material library: its leading comments name it, or those of its OBJ
+//! file, or the habits of its statements show it.
 //!
 //! What the programs write, and where that is from, stands with the translation of each dialect in
 //! `translate`.
@@ -341,8 +341,8 @@ const MAX_DIELECTRIC: f32 = 0.2;
 /// The first material by the letter of which `Kd` and `Ks` reflect more than all light, and their
 /// sum.
 ///
-/// A library has one writer, so one such material shows that `Ks` is no share of the light in any of
-/// them. Colours of a picture are darker than their factor, and leave room for a dielectric's
+/// A library has one writer, so one such material shows that `Ks` is no share of the light in any
+/// of them. Colours of a picture are darker than their factor, and leave room for a dielectric's
 /// reflectance.
 fn excess_of(sections: &[Section]) -> Option<(&Section, f32)> {
     let shines = |section: &&Section| {
@@ -375,8 +375,8 @@ fn is_like_blender(section: &Section) -> bool {
         && (is_metal || section.ambient == Some(Spectrum::ONE))
 }
 
-/// Maya writes `illum 4`, glass by the letter, for every surface, and `Ni 1.00` or `Ni 0.00`, by which
-/// that glass could not be seen.
+/// Maya writes `illum 4`, glass by the letter, for every surface, and `Ni 1.00` or `Ni 0.00`, by
+/// which that glass could not be seen.
 fn is_like_maya(section: &Section) -> bool {
     section.illum == Some(4)
         && section.filter.is_some()

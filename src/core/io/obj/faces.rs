@@ -47,8 +47,8 @@ pub struct Face<'a> {
 }
 
 impl ObjFaces {
-    /// Reads a file as a render does, without what is wrong in it; its libraries define materials of
-    /// the names `defined`.
+    /// Reads a file as a render does, without what is wrong in it; its libraries define materials
+    /// of the names `defined`.
     pub fn read(path: &Path, defined: &HashSet<&str>) -> Result<Self, FileError> {
         let text = read_text(path)?;
         let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), (DVec3::ZERO, true), &|_| ())?;

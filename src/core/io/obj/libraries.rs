@@ -1,8 +1,8 @@
 //! Material libraries of an OBJ file: where they lie, and their materials.
 //!
-//! A library that is not where the OBJ file says is looked for by its base name, beside the OBJ file
-//! and in the folder above. If there is no library at all, one that is called like the OBJ file is
-//! taken.
+//! A library that is not where the OBJ file says is looked for by its base name, beside the OBJ
+//! file and in the folder above. If there is no library at all, one that is called like the OBJ
+//! file is taken.
 
 use crate::io::find_file::{FileFinder, base_name, case_differs, count_alike, folder_above, unquoted};
 use crate::io::mtl::{FileMaterial, ObjContext, library_path, load_mtl};
@@ -36,8 +36,8 @@ pub(in crate::io) struct ObjLibrary {
     is_elsewhere: bool,
 }
 
-/// The libraries that an OBJ file names, each once; the one of its own name if there is none of them
-/// and the file `uses_materials`.
+/// The libraries that an OBJ file names, each once; the one of its own name if there is none of
+/// them and the file `uses_materials`.
 pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], uses_materials: bool) -> Vec<ObjLibrary> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut finder = FileFinder::default();
@@ -91,7 +91,8 @@ fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec
     names
 }
 
-/// Names of libraries: in quotes, which stay, or up to the ending `.mtl`. A `\` before a blank makes it a part of
+/// Names of libraries: in quotes, which stay, or up to the ending `.mtl`. A `\` before a blank
+/// makes it a part of
 /// the name.
 fn split_names(text: &str) -> Vec<String> {
     let hidden = text.replace("\\ ", "\0");
@@ -135,7 +136,8 @@ fn find_of_same_name(finder: &mut FileFinder, obj: &Path) -> Option<PathBuf> {
     finder.find(folder, &stem).or_else(|| finder.find(folder, &name))
 }
 
-/// The materials of the libraries, each read once, in the order of the lines that name them, and the files of the libraries.
+/// The materials of the libraries, each read once, in the order of the lines that name them, and
+/// the files of the libraries.
 pub(super) fn load_libraries(
     obj: &Path,
     libraries: &[ObjLibrary],

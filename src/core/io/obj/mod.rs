@@ -1,5 +1,5 @@
-//! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or as
-//! they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
+//! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or
+//! as they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
 //! libraries (`libraries`), fronts and backs at one place (`sides`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
@@ -23,6 +23,7 @@ use super::mtl::{FileMaterial, ObjContext, Signature};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::geometry::Mesh;
+use crate::math::DVec3;
 pub use faces::{Face, FaceMaterial, ObjFaces};
 pub(super) use libraries::find_libraries;
 use libraries::load_libraries;
@@ -40,6 +41,15 @@ pub use usual_up::usual_up;
 
 /// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
 const CHUNK_BYTES: usize = 1 << 20;
+
+/// Changes of the positions that a file says.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Changes {
+    /// The point of the file that becomes the origin.
+    pub origin: DVec3,
+    /// Whether fronts and backs at one place are moved apart.
+    pub moves_apart: bool,
+}
 
 /// Triangles of an OBJ file that share a material.
 #[derive(Debug)]
@@ -109,6 +119,7 @@ pub(super) fn no_faces(path: &Path, vertices: usize, skipped: Option<String>) ->
 pub(super) fn read_obj(
     path: &Path,
     options: &LoadOptions,
+    changes: Changes,
     allowance: Allowance,
     observer: &dyn LoadObserver,
     findings: &mut Findings,
@@ -121,8 +132,7 @@ pub(super) fn read_obj(
     observer.begin(&format!("reading {}", path.display()), text.len() as u64);
     let chunks = Chunks::count(&text, CHUNK_BYTES);
     allowance.check(path, chunks.bytes(length))?;
-    let origin = chosen_origin(path, options);
-    let mut outline = parse::parse(path, &chunks, (origin, false), &|bytes| observer.advance(bytes))?;
+    let mut outline = parse::parse(path, &chunks, (changes.origin, false), &|bytes| observer.advance(bytes))?;
     drop(chunks);
     drop(text);
     // Without a face there is no picture.
@@ -153,7 +163,7 @@ pub(super) fn read_obj(
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
     let (vertices, skipped) = (outline.vertices.positions.len(), outline.remarks.skipped());
-    let (groups, pairs) = into_groups(outline);
+    let (groups, pairs) = into_groups(outline, changes.moves_apart);
     if pairs > 0 {
         let noun = if pairs == 1 { "face has" } else { "faces have" };
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
@@ -177,10 +187,13 @@ fn open_regular(path: &Path) -> Option<File> {
 
 /// The triangles of each material, in the order of first use, and the number of faces with another
 /// material on the back.
-fn into_groups(mut outline: Outline) -> (Vec<Group>, usize) {
+fn into_groups(mut outline: Outline, moves_apart: bool) -> (Vec<Group>, usize) {
     let faces = groups::by_material(&outline.sections);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
-    let pairs = sides::separate(&mut outline, &faces);
+    let pairs = match moves_apart {
+        true => sides::separate(&mut outline, &faces),
+        false => 0,
+    };
     (faces.into_par_iter().map(|f| f.into_group(&outline)).collect(), pairs)
 }
 

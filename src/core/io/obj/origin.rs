@@ -4,11 +4,13 @@
 use super::open_regular;
 use crate::io::{LoadOptions, Origin};
 use crate::math::DVec3;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Largest coordinate of the first vertex up to which the file is not read further.
 const NEAR: f64 = 2048.0;
+/// Bytes of a line that are read at once: a binary file is one long line.
+const MAX_LINE: u64 = 1 << 16;
 /// Distance of the middle of a file from its origin, in its sizes, from which on it is far.
 const FAR: f64 = 500.0;
 
@@ -20,13 +22,18 @@ pub fn origin_of(path: &Path) -> DVec3 {
     };
     let mut bounds: Option<[DVec3; 2]> = None;
     let (mut reader, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new());
-    while matches!(reader.read_until(b'\n', &mut line), Ok(1..)) {
-        if let Some(p) = vertex(&line) {
+    // No line that counts is longer, whatever ends it.
+    while matches!(reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line), Ok(1..)) {
+        if line.contains(&0) {
+            return DVec3::ZERO;
+        }
+        for p in line.split(|&byte| byte == b'\r').filter_map(vertex) {
             let [min, max] = bounds.unwrap_or([p, p]);
-            bounds = Some([min.min(p), max.max(p)]);
-            if max.abs().max(min.abs()).max_element() <= NEAR {
+            let all = [min.min(p), max.max(p)];
+            if all.iter().all(|corner| corner.abs().max_element() <= NEAR) {
                 return DVec3::ZERO;
             }
+            bounds = Some(all);
         }
         line.clear();
     }
@@ -78,6 +85,12 @@ mod tests {
             ("v 512345 5412345 430\nv 0 0 0\n", [0.0; 3]),
             ("vt 5000000 5000000\nvn 1 1 1\n", [0.0; 3]),
             ("v nan 5e9 5e9\nv 1e9\n", [0.0; 3]),
+            ("v 512345 5412345 430\n\0\0\n", [0.0; 3]),
+            // Line ends of old programs
+            (
+                "v 512345.25 5412345.75 430\rv 512346.25 5412346.75 431\r",
+                [512_346.0, 5_412_346.0, 431.0],
+            ),
         ] {
             std::fs::write(&path, text).unwrap();
             assert_eq!(origin_of(&path).to_array(), expected, "{text}");

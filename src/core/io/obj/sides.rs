@@ -1,8 +1,8 @@
 //! Faces that lie at one place, with opposite orders of their corners and different materials:
 //! SketchUp, ShapeNet and Minecraft exporters write the front and the back of a wall so.
 //!
-//! Rays meet either of them by chance. Both are moved apart by a 100,000th of the file's diagonal, each
-//! along its normal: a ray then meets the face that looks towards it, in every backend.
+//! Rays meet either of them by chance. Both are moved apart by a 100,000th of the file's diagonal,
+//! each along its normal: a ray then meets the face that looks towards it, in every backend.
 
 use super::groups::Faces;
 use super::outline::{Outline, Section, VertexData};
@@ -14,8 +14,8 @@ use std::ops::Range;
 
 /// Distance by which a face is moved, in diagonals of the file.
 const GAP: f32 = 1e-5;
-/// Share of the faces that must belong to such pairs: exporters write all walls so, and single pairs
-/// are accidents of modelling, which stay as they are.
+/// Share of the faces that must belong to such pairs: exporters write all walls so, and single
+/// pairs are accidents of modelling, which stay as they are.
 const MIN_SHARE: f32 = 0.25;
 
 /// A face: the numbers of its material and of its section, and its corners there.
@@ -157,7 +157,8 @@ mod tests {
     fn groups(faces: &str) -> (Vec<Group>, usize) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);
-        into_groups(parse(Path::new("t.obj"), &chunks, (DVec3::ZERO, false), &|_| ()).unwrap())
+        let outline = parse(Path::new("t.obj"), &chunks, (DVec3::ZERO, false), &|_| ()).unwrap();
+        into_groups(outline, true)
     }
 
     #[test]

@@ -1,34 +1,25 @@
 //! The upright axis that a program usually writes, by the first comments of an OBJ file.
 
 use super::open_regular;
+use crate::io::mtl::{MtlDialect, Signature};
 use crate::math::Vec3;
 use std::io::Read;
 use std::path::Path;
 
 /// Bytes in which the comments are looked for.
 const HEAD: u64 = 4096;
-/// Programs that turn their models so that +y is up, as most viewers expect it.
-const TURN: [&str; 14] = [
-    "blender",
-    "3ds max",
-    "guruware",
-    "sketchup",
-    "cinema 4d",
-    "c4d",
+/// Further programs that turn their models so that +y is up, as most viewers expect it.
+const TURN: [&str; 7] = [
     "sweet home",
     "art of illusion",
-    "wings 3d",
     "magicavoxel",
     "blockbench",
     "kenney",
     "mineways",
     "houdini",
 ];
-/// Programs of surveyors, scanners and engineers, to whom +z is up.
-const KEEP: [&str; 13] = [
-    "meshlab",
-    "vcglib",
-    "3dfier",
+/// Further programs of surveyors, scanners and engineers, to whom +z is up.
+const KEEP: [&str; 10] = [
     "openscad",
     "freecad",
     "ifcconvert",
@@ -47,6 +38,13 @@ pub fn usual_up(path: &Path) -> Option<Vec3> {
     let mut head = Vec::new();
     open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;
     let head = String::from_utf8_lossy(&head).to_lowercase();
+    match Signature::find(&head).map(|signature| signature.dialect) {
+        Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => return Some(Vec3::Z),
+        // Maya writes whatever axis is up in its scene, and Assimp that of another program.
+        Some(MtlDialect::Maya | MtlDialect::Assimp) => return None,
+        Some(_) => return Some(Vec3::Y),
+        None => {}
+    }
     let mut comments = head.lines().filter(|line| line.trim_start().starts_with('#'));
     comments.find_map(|comment| {
         let names = |programs: &[&str]| programs.iter().any(|program| comment.contains(program));

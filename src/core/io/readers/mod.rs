@@ -138,7 +138,8 @@ fn compare(
     }
 
     let mut findings = Findings::default();
-    let own = obj::read_obj(path, options, Allowance::of_system(), &(), &mut findings);
+    let as_written = obj::Changes::default();
+    let own = obj::read_obj(path, options, as_written, Allowance::of_system(), &(), &mut findings);
     let wrong = Wrong::of(path, &findings);
     report.refused_by_own.clone_from(&wrong.first);
     let mut own = match own {

@@ -15,6 +15,7 @@ from __future__ import annotations
 from embrasure._bsdf import Bsdf, BsdfSample, bsdf
 from embrasure._compare import Comparison, compare
 from embrasure._film import Film, read
+from embrasure._fork import register as _register_forks
 from embrasure._native import Error, FileError, SettingError, __version__, version_text
 from embrasure._program import program
 from embrasure._rays import Hits, intersect, occluded
@@ -50,3 +51,5 @@ __all__ = [
     "sampler",
     "version_text",
 ]
+
+_register_forks()

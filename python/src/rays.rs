@@ -13,6 +13,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Rays between two looks for signals.
 const BATCH: usize = 1 << 20;
@@ -36,7 +37,9 @@ type Hits<'py> = (
 /// A scene in memory with its acceleration structure.
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Rays {
-    session: Session,
+    session: Arc<Session>,
+    /// The process that has its threads.
+    process: u32,
     /// For meshes from arrays that have triangles without area, which the scene lacks: the index of each triangle in its array.
     kept: Vec<Option<Vec<u32>>>,
 }
@@ -160,7 +163,11 @@ impl Rays {
         let mut session = Session::load(&request.scene, request.settings.clone(), &())?;
         session.keep_accel()?;
         let kept = kept_triangles(&request.scene, session.scene());
-        Ok(Self { session, kept })
+        Ok(Self {
+            session: Arc::new(session),
+            process: std::process::id(),
+            kept,
+        })
     }
 
     /// Index of a triangle in the arrays of its mesh.
@@ -192,6 +199,16 @@ impl Rays {
             done.map_err(|error| errors::of_session(py, error))?;
         }
         Ok(())
+    }
+}
+
+impl Drop for Rays {
+    /// In a forked process the session is never dropped: a thread of the parent may have held a lock
+    /// of Embree or of the pool, and no thread here releases it.
+    fn drop(&mut self) {
+        if self.process != std::process::id() {
+            std::mem::forget(self.session.clone());
+        }
     }
 }
 

@@ -91,17 +91,24 @@ struct Work {
 }
 
 impl Work {
-    /// Answers requests until no sender remains, the render is complete, or an error occurs.
+    /// Answers requests until no sender remains.
     fn run(self) {
         if self.asked.recv().is_err() {
             return;
         }
-        if let Err(error) = guarded(|| self.render()) {
-            let _ = self.answers.send(Err(error));
+        // The session is dropped before the last answer: a process that is forked after it has no
+        // thread that holds a lock of Embree.
+        let last = guarded(|| self.render());
+        let _ = self.answers.send(last);
+        // Further films are asked for in vain.
+        while self.asked.recv().is_ok() {
+            let _ = self.answers.send(Ok(None));
         }
     }
 
-    fn render(&self) -> Result<(), Error> {
+    /// Answers requests for all films but the last, which is returned; `None` if the render was
+    /// stopped, or none is asked for.
+    fn render(&self) -> Answer {
         let Request {
             scene,
             settings,
@@ -110,7 +117,7 @@ impl Work {
         } = &self.request;
         let session = Session::load(scene, settings.clone(), &())?;
         if self.status.is_stopped() {
-            return Ok(());
+            return Ok(None);
         }
         let renderer = session.renderer()?;
         let mut state = renderer.start();
@@ -128,21 +135,17 @@ impl Work {
             let outcome = renderer.render(&mut state, &watcher);
             let is_over = outcome == Outcome::Complete || watcher.is_late();
             if self.status.is_stopped() {
-                return Ok(());
+                return Ok(None);
             }
             let film = self.film(&renderer, &mut state, (outcome, is_over))?;
-            if self.answers.send(Ok(Some(film))).is_err() {
-                return Ok(());
+            if is_over {
+                return Ok(Some(film));
             }
-            if is_over || self.asked.recv().is_err() {
-                break;
+            let sent = self.answers.send(Ok(Some(film)));
+            if sent.is_err() || self.asked.recv().is_err() {
+                return Ok(None);
             }
         }
-        // Further films are asked for in vain.
-        while self.asked.recv().is_ok() {
-            let _ = self.answers.send(Ok(None));
-        }
-        Ok(())
     }
 
     /// The film so far; without noise, where that is wanted, once the render `is_over`.

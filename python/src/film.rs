@@ -122,9 +122,8 @@ impl Film {
         pooled(|| {
             let tone = self.tone(tone, exposure)?;
             let image = self.denoised(denoise)?;
-            let alpha = image.alpha();
-            let channels = if alpha.is_some() { 4 } else { 3 };
-            Ok((display_bytes(&image, alpha, &tone), channels))
+            let (channels, bytes) = display_bytes(&image, &tone);
+            Ok((bytes, channels))
         })
     }
 
@@ -339,6 +338,7 @@ fn image_of_layers(path: &Path) -> Result<Image, FileError> {
         resolution: layers.resolution,
         crop,
         channels,
+        backing: layers.backing,
     })
 }
 
@@ -351,5 +351,6 @@ fn image_of_picture(picture: &Rendering) -> Image {
         resolution: picture.resolution,
         crop: picture.window,
         channels: channels.collect(),
+        backing: None,
     }
 }

@@ -6,6 +6,7 @@ use super::error::CliError;
 use super::warnings::ShownWarnings;
 use super::words;
 use crate::color::{Curve, Exposure};
+use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
 use crate::io::{FileError, LoadOptions, Warning};
@@ -57,6 +58,10 @@ impl Job {
         let mut job = Self::of_scene(args, scene)?;
         job.settings.guesses = guesses(&job.scene, &job.options);
         job.settings.guesses.exposure = guesses_exposure;
+        let says_denoiser = job.options.sampling.denoise.is_some() || job.options.quality.quality.is_some();
+        if !job.scene.is_file() && args.samples.is_some() && !says_denoiser {
+            job.settings.merged_denoiser = Some(Denoiser::best());
+        }
         job.settings.guesses.ground &= !args.ground.no_ground;
         Ok(job)
     }
@@ -110,7 +115,7 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
         exposure: Some(Exposure::Auto),
         tone: Some(Curve::Agx),
     });
-    // A part of the samples is not a picture: the whole has the default number of them, and what is merged is raw.
+    // A part of the samples is not a picture: the whole has the default number of them.
     if args.samples.is_none() {
         options.quality = options.quality.or(QualityOptions {
             quality: Some(Quality::Good),

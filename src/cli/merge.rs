@@ -2,35 +2,50 @@ use super::args::MergeArgs;
 use super::error::CliError;
 use super::outputs::Outputs;
 use super::words;
+use crate::denoise::Denoiser;
 use crate::io::{FileError, Output};
+use crate::options::{Denoising, Finish};
 use crate::session::{Parts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Joins parts of a picture, and writes it.
+/// Joins parts of a picture, and writes it as their render would have.
 pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
+    // Headers first: what does not fit together is refused before anything large is read.
+    let parts = Parts::describe(&args.parts)?;
+    let finish = finish(args, parts.finish());
     let settings = Settings {
-        tone: args.tone.0.tone_settings(),
+        tone: finish.tone,
+        denoiser: finish.denoiser,
+        denoise_radius: finish.denoise_radius,
         threads: args.threads.unwrap_or_else(all_threads),
         ..Settings::default()
     };
     settings.check()?;
     let mut outputs = Outputs::default();
-    let images = outputs.prepare_images(&args.output, settings.tone, &args.exr.format()?)?;
+    let images = outputs.prepare_images(&args.output, finish.tone, &args.exr.format()?)?;
     let checkpoint = args.checkpoint.as_deref();
     let checkpoint = checkpoint
         .map(|path| outputs.prepare("--checkpoint", path))
         .transpose()?;
     outputs.spare(args.parts.iter().map(PathBuf::as_path))?;
     let _lock = checkpoint.as_ref().map(Output::lock).transpose()?;
-    // Headers first: what does not fit together is refused before anything large is read.
-    let parts = Parts::describe(&args.parts)?;
     let pool = thread_pool(settings.threads)?;
     // A picture takes all samples; sums that are only kept may be a part of them.
-    let joined = pool.install(|| parts.join(args.output.is_empty(), args.allow_gaps))?;
+    let mut joined = pool.install(|| parts.join(args.output.is_empty(), args.allow_gaps))?;
     let failures: Vec<FileError> = pool.install(|| {
         let unkept = checkpoint.and_then(|output| joined.state.keep(&output, &joined.metadata).err());
-        unkept.into_iter().chain(joined.write(&images)).collect()
+        let unwritten = match images.is_empty() {
+            true => Vec::new(),
+            false => {
+                let (image, denoised) = joined.develop(&finish);
+                if let Err(error) = denoised {
+                    words::warning(format!("the pictures are raw: {error}"));
+                }
+                joined.write(&image, &images)
+            }
+        };
+        unkept.into_iter().chain(unwritten).collect()
     });
     if !failures.is_empty() {
         return Err(CliError::of_failures(&failures));
@@ -38,15 +53,45 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     if !args.quiet {
         let (samples, size) = (parts.samples(), parts.crop().size());
         errln!(
-            "{}, samples {}..{} of {}x{} pixels, {:.1} s of rendering{}",
+            "{}, samples {}..{} of {}x{} pixels, {:.1} s of rendering{}{}",
             words::count(parts.count() as u64, "part"),
             samples.start,
             samples.end,
             size.x,
             size.y,
             joined.state.seconds,
-            if joined.metadata.complete { "" } else { ", with gaps" }
+            if joined.metadata.complete { "" } else { ", with gaps" },
+            match &joined.metadata.denoiser {
+                Some(denoiser) => format!(", denoised by {denoiser}"),
+                None => String::new(),
+            }
         );
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the flags say, and for the rest what the render was asked for.
+fn finish(args: &MergeArgs, noted: Finish) -> Finish {
+    let denoiser = match args.denoise {
+        None => noted.denoiser.filter(|denoiser| is_there(*denoiser)),
+        Some(None) => Some(Denoiser::best()),
+        Some(Some(denoising)) => Denoising::denoiser(denoising),
+    };
+    let has_radius = denoiser.is_some_and(|denoiser| denoiser.default_radius().is_some());
+    Finish {
+        tone: args.tone.0.over(noted.tone),
+        denoiser,
+        denoise_radius: args
+            .denoise_radius
+            .or(noted.denoise_radius.filter(|_| has_radius && args.denoise.is_none())),
+    }
+}
+
+/// Returns true if the denoiser of the render works here. If not, that is told.
+fn is_there(denoiser: Denoiser) -> bool {
+    let version = denoiser.version();
+    if let Err(error) = &version {
+        words::warning(format!("the pictures are raw: {error}"));
+    }
+    version.is_ok()
 }

@@ -70,8 +70,9 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
     story.lines.iter().for_each(|line| outln!("{line}"));
     if let Some((radiance, background)) = story.view.and_then(|view| view.finish(story.radiance)) {
         outln!(
-            "seen {}, share of a transparent background {background}",
-            list(&radiance.to_array())
+            "seen {}, share of the background {}",
+            list(&radiance.to_array()),
+            list(&background.to_array())
         );
         story.radiance = radiance;
     }
@@ -155,7 +156,7 @@ impl Sink for Listener<'_, '_> {
         story.take_rays();
         if self.told {
             story.lines.push(match view {
-                CameraView::Nothing => "  sees the transparent background".into(),
+                CameraView::Background(_) => "  sees the background".into(),
                 CameraView::Ground(shadow) => {
                     let (factor, base) = (list(&shadow.factor.to_array()), list(&shadow.base.to_array()));
                     format!(

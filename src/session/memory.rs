@@ -120,8 +120,8 @@ fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
         true => Film::feature_bytes(crop),
         false => 0,
     };
-    let alpha = match settings.has_alpha() {
-        true => Film::alpha_bytes(crop),
+    let alpha = match settings.backing().is_some() {
+        true => Film::coverage_bytes(crop),
         false => 0,
     };
     let error_map = if settings.noise.is_some() { 4 * crop.area() } else { 0 };
@@ -137,9 +137,9 @@ fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
 
 /// Bytes that denoising the picture takes besides.
 fn denoising_bytes(settings: &Settings) -> u64 {
-    /// Straight colours, albedos and normals of a picture with alpha.
+    /// Straight colours, albedos and normals of a picture with a channel of coverage.
     const ALPHA_BYTES: u64 = 120;
-    let of_alpha = if settings.has_alpha() {
+    let of_alpha = if settings.backing().is_some() {
         ALPHA_BYTES * settings.crop().area()
     } else {
         0

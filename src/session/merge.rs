@@ -4,11 +4,12 @@
 //! on each other without gap or overlap. Then one part after the other is read and added; sums are exact (`film/fixed.rs`), so the result has the
 //! bits of a single render.
 
-use super::settings::has_alpha;
 use super::{Error, RenderState};
-use crate::film::{Film, Rect};
+use crate::denoise::{DenoiseError, Denoiser};
+use crate::film::{Film, Image, Rect};
 use crate::io::{Description, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};
 use crate::math::UVec2;
+use crate::options::Finish;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -82,6 +83,11 @@ impl Parts {
         self.parts.len()
     }
 
+    /// Denoiser, exposure and tone curve that the first part's render was asked for.
+    pub fn finish(&self) -> Finish {
+        self.parts[0].description.metadata.finish()
+    }
+
     /// The smallest rectangle around all.
     pub fn crop(&self) -> Rect {
         self.whole.crop
@@ -127,18 +133,37 @@ impl Parts {
 }
 
 impl Joined {
-    /// Writes the picture to all `outputs`, and says what went wrong with them; EXR files hold the sums as well where it is a part.
-    #[must_use = "the errors name the files that were not written"]
-    pub fn write(&self, outputs: &[(Format, Output)]) -> Vec<FileError> {
+    /// The picture of all sums as it was rendered.
+    pub fn raw(&self) -> Image {
         let with_error = self.metadata.settings.contains(" noise=");
-        let image = self.state.develop(with_error, self.metadata.features.as_ref());
-        let mut metadata = self.metadata.clone();
-        let tone = outputs.iter().find_map(|(format, _)| match format {
-            Format::Png(tone) => Some(*tone),
-            Format::Exr(_) => None,
-        });
-        metadata.note_exposure(tone.unwrap_or_default(), &image);
-        self.state.write(&image, outputs, self.is_part, &metadata)
+        self.state.develop(with_error, self.metadata.features.as_ref())
+    }
+
+    /// The picture of all sums, denoised as `finish` asks for; [`Joined::metadata`] names the denoiser.
+    /// Works with the threads of rayon's pool.
+    ///
+    /// # Errors
+    ///
+    /// The denoiser's own: the picture is raw then.
+    pub fn develop(&mut self, finish: &Finish) -> (Image, Result<(), DenoiseError>) {
+        let mut image = self.raw();
+        let mut denoise = |denoiser: Denoiser| {
+            let by = denoiser.version()?;
+            denoiser.apply_with(&mut image, finish.denoise_radius)?;
+            self.metadata.denoiser = Some(by);
+            Ok(())
+        };
+        let done = finish.denoiser.map_or(Ok(()), &mut denoise);
+        self.metadata.finish = finish.to_string();
+        self.metadata.note_exposure(finish.tone, &image);
+        (image, done)
+    }
+
+    /// Writes `image`, which [`Joined::develop`] gave, to all `outputs`, and says what went wrong with
+    /// them. EXR files hold the sums as well if it is a part.
+    #[must_use = "the errors name the files that were not written"]
+    pub fn write(&self, image: &Image, outputs: &[(Format, Output)]) -> Vec<FileError> {
+        self.state.write(image, outputs, self.is_part, &self.metadata)
     }
 }
 
@@ -250,7 +275,7 @@ impl Whole {
         let metadata = &parts[0].description.metadata;
         let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
         // All parts sum the same: that is a part of their settings.
-        let mut merged = RenderState::new(film, has_alpha(&metadata.settings), metadata.features.as_ref());
+        let mut merged = RenderState::new(film, metadata.backing(), metadata.features.as_ref());
         for part in parts {
             let read = RenderState::of_checkpoint(read_checkpoint(&part.path)?)?;
             merged.film.merge(&read.film);

@@ -109,7 +109,7 @@ impl<'a> Renderer<'a> {
     pub fn start(&self) -> RenderState {
         let settings = self.session.settings();
         let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
-        let mut state = RenderState::new(film, settings.has_alpha(), self.feature_names().as_ref());
+        let mut state = RenderState::new(film, settings.backing(), self.feature_names().as_ref());
         self.tell_paths(&mut state);
         state
     }
@@ -221,6 +221,7 @@ impl<'a> Renderer<'a> {
             render_seconds,
             complete: is_complete,
             features: self.feature_names(),
+            finish: settings.finish().to_string(),
             denoiser: None,
             tone: None,
             bias: settings.method().bias(),

@@ -6,13 +6,13 @@ use crate::camera::CameraParameters;
 use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
-use crate::film::{Aov, BLOCK, Filter, FilterKind, LightPathError, LightPaths, PathPart, Rect};
+use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, LightPathError, LightPaths, PathPart, Rect};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::math::UVec2;
 use crate::options::{
-    Backend, BackgroundOptions, Denoising, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named,
-    OptionGroup, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
+    BACKGROUND, Backend, BackgroundOptions, Denoising, FilterOptions, Finish, IntegratorKind, IntegratorOptions,
+    Method, Named, OptionGroup, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
 };
 use crate::render::StopCondition;
 use crate::sampler::{RenderSampler, SamplerKind};
@@ -57,6 +57,8 @@ pub struct Settings {
     pub backend: Backend,
     /// What takes noise out of the picture.
     pub denoiser: Option<Denoiser>,
+    /// Denoiser of the whole picture, if this is a part of it that stays raw.
+    pub merged_denoiser: Option<Denoiser>,
     /// Radius of the denoiser in pixels; `None` for its own.
     pub denoise_radius: Option<f32>,
     /// Threads that load, build and render.
@@ -72,18 +74,6 @@ pub const MAX_SAMPLES_FOR_NOISE: u32 = 1 << 14;
 
 /// Threads at most for each processor: many more than are of use, and few enough to start in a moment.
 const THREADS_OF_A_PROCESSOR: usize = 64;
-
-/// Before the background, where [`Settings::describe`] tells it.
-const BACKGROUND: &str = " background=";
-
-/// Whether a picture of these settings, as [`Settings::describe`] tells them, has an alpha channel.
-pub(super) fn has_alpha(described: &str) -> bool {
-    let value = described
-        .split(BACKGROUND)
-        .nth(1)
-        .and_then(|rest| rest.split(' ').next());
-    value == Some(&*Background::Transparent.text())
-}
 
 impl Default for Settings {
     /// Of a scene file without settings.
@@ -140,6 +130,7 @@ impl Settings {
             light_paths: Vec::new(),
             backend: sampling.backend(),
             denoiser: sampling.denoise().denoiser(),
+            merged_denoiser: None,
             denoise_radius: sampling.denoise_radius(),
             threads: all_threads(),
             compact: false,
@@ -313,9 +304,18 @@ impl Settings {
         self.spp.max(self.samples().end)
     }
 
-    /// Whether the picture has an alpha channel.
-    pub fn has_alpha(&self) -> bool {
-        self.background == Background::Transparent
+    /// Denoiser, exposure and tone curve of the whole picture.
+    pub fn finish(&self) -> Finish {
+        Finish {
+            tone: self.tone,
+            denoiser: self.denoiser.or(self.merged_denoiser),
+            denoise_radius: self.denoise_radius,
+        }
+    }
+
+    /// The background, if pictures for display show it as it was asked for.
+    pub fn backing(&self) -> Option<Backing> {
+        self.background.backing()
     }
 
     /// Whether samples or pixels are only a part of the picture's.
@@ -383,7 +383,7 @@ impl Settings {
             filter.radius()
         );
         if self.background != Background::Light {
-            settings += &format!("{BACKGROUND}{}", self.background.text());
+            settings += &format!(" {BACKGROUND}={}", self.background.text());
         }
         let aovs = self.aov_names().into_iter().map(String::from);
         let aovs: Vec<String> = aovs.chain(self.light_paths.iter().map(PathPart::describe)).collect();

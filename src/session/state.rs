@@ -4,7 +4,7 @@
 //! case. `--noise` promises tiles their samples in rounds. The promise (`Tile::target`) is a part of the state: a round that was interrupted ends
 //! before anything is decided anew.
 
-use crate::film::{Aov, Film, Image, MAX_PARTS};
+use crate::film::{Aov, Backing, Film, Image, MAX_PARTS};
 use crate::integrator::ChainCounts;
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
 use crate::render::{DroppedSample, MutationCounts, RayCounts, Statistics};
@@ -24,10 +24,11 @@ pub struct RenderState {
 }
 
 impl RenderState {
-    /// State before the first sample, on an empty film, which is to sum all that `features` are of, and the coverage of pixels if it `has_alpha`.
-    pub(super) fn new(mut film: Film, has_alpha: bool, features: Option<&FeatureNames>) -> Self {
-        if has_alpha {
-            film = film.with_alpha();
+    /// State before the first sample, on an empty film, which is to sum all that `features`
+    /// are of, and the share of the background `backing`.
+    pub(super) fn new(mut film: Film, backing: Option<Backing>, features: Option<&FeatureNames>) -> Self {
+        if let Some(backing) = backing {
+            film = film.with_backing(backing);
         }
         if let Some(names) = features {
             film = film.with_parts(names.parts().len().min(MAX_PARTS));

@@ -2,7 +2,7 @@
 
 use super::exr::ExrArgs;
 use super::flags::{Flags, NameParser};
-use super::values::{parse_list, parse_size};
+use super::values::{parse_list, parse_radius, parse_size};
 use crate::options::{Denoising, ToneOptions};
 use clap::Parser;
 use std::fmt;
@@ -78,11 +78,6 @@ impl fmt::Display for Scale {
             Self::Size([width, height]) => write!(f, "{width}x{height}"),
         }
     }
-}
-
-fn parse_radius(text: &str) -> Result<f32, String> {
-    let radius = text.parse().ok().filter(|radius| (0.1..=50.0).contains(radius));
-    radius.ok_or_else(|| "a number from 0.1 to 50 is expected".into())
 }
 
 fn parse_scale(text: &str) -> Result<Scale, String> {

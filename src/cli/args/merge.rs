@@ -1,8 +1,9 @@
 //! Arguments of `embrasure merge`.
 
 use super::exr::ExrArgs;
-use super::flags::Flags;
-use crate::options::ToneOptions;
+use super::flags::{Flags, NameParser};
+use super::values::parse_radius;
+use crate::options::{Denoising, ToneOptions};
 use clap::Parser;
 use std::path::PathBuf;
 
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Parts come from `render` with --samples, --crop or both, written by -o or --checkpoint. All parts
 must have the same scene, settings, seed, program and backend. No sample may be missing or occur
-twice.
+twice. Pictures are denoised and exposed as the render was asked for.
 Examples:
   embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
   embrasure render room.toml --spp 512 --samples 256..512 -o b.exr
@@ -27,6 +28,14 @@ pub(in crate::cli) struct MergeArgs {
 
     #[command(flatten)]
     pub tone: Flags<ToneOptions>,
+
+    /// Denoiser; without a name the best one built in [default: that of the render]
+    #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, value_parser = NameParser::<Denoising>::new())]
+    pub denoise: Option<Option<Denoising>>,
+
+    /// Radius in pixels of the denoisers gaussian and nlm [default: that of the render]
+    #[arg(long, value_name = "PIXELS", value_parser = parse_radius)]
+    pub denoise_radius: Option<f32>,
 
     #[command(flatten)]
     pub exr: ExrArgs,

@@ -138,6 +138,11 @@ pub(in crate::cli) fn parse_list<T: std::str::FromStr + Copy, const N: usize>(te
         .ok_or_else(|| format!("{N} numbers with commas between them are expected"))
 }
 
+pub(super) fn parse_radius(text: &str) -> Result<f32, String> {
+    let radius = text.parse().ok().filter(|radius| (0.1..=50.0).contains(radius));
+    radius.ok_or_else(|| "a number from 0.1 to 50 is expected".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

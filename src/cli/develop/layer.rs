@@ -275,7 +275,7 @@ fn single(layers: &Layers, index: usize) -> Layer {
 
 /// Channels that metering and denoising look at, by their names here: those of this program, and the denoising data of Cycles.
 pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
-    const OWN: [&str; 16] = [
+    const OWN: [&str; 22] = [
         "raw.R",
         "raw.G",
         "raw.B",
@@ -292,6 +292,12 @@ pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
         "variance.B",
         "emitted",
         "samples",
+        "coverage.R",
+        "coverage.G",
+        "coverage.B",
+        "raw.coverage.R",
+        "raw.coverage.G",
+        "raw.coverage.B",
     ];
     const CYCLES: [(&str, &str); 6] = [
         ("albedo.R", "Denoising Albedo.R"),

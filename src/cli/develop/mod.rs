@@ -10,12 +10,13 @@ use super::args::{DevelopArgs, Scale};
 use super::error::CliError;
 use super::outputs::Outputs;
 use super::words;
-use crate::color::{Curve, Exposure, Tone};
+use crate::color::Tone;
 use crate::denoise::Denoiser;
-use crate::film::{Channel, Image, Rect, metered, resample, resample_nearest};
-use crate::io::{Developed, FileError, Format, Layers, read_layers};
+use crate::film::{Backing, Channel, Image, Rect, metered, resample, resample_nearest};
+use crate::io::{Developed, FileError, Format, Layers, describe_checkpoint, read_layers};
 use crate::math::UVec2;
 use crate::options::{Denoising, OptionGroup, Value};
+use crate::session::Parts;
 use layer::{Kind, Layer};
 use std::process::ExitCode;
 
@@ -35,7 +36,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     // The tone is known once the file is read.
     let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
     outputs.spare([&*args.input])?;
-    let layers = read_layers(&args.input)?;
+    let layers = layers(args)?;
     if args.list {
         list(&layers, args.json);
         return Ok(ExitCode::SUCCESS);
@@ -45,18 +46,19 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     let found = found.map_err(|(message, help)| FileError::new(&args.input, message).help(help))?;
     let mut steps = vec![format!("channel={}", found.title())];
     let mut image = image_of(&layers, &found);
-    let denoiser = denoiser(args, &found)?;
+    let (denoiser, radius) = denoiser(args, &layers, &found)?;
     if let Some(denoiser) = denoiser {
         let by = denoiser.version().map_err(|error| CliError::Usage(error.to_string()))?;
-        let done = denoiser.apply_with(&mut image, args.denoise_radius);
+        let done = denoiser.apply_with(&mut image, radius);
         done.map_err(|error| FileError::new(&args.input, error.to_string()))?;
         steps.push(format!("denoiser={by}"));
     }
     // The whole picture is metered, so that a crop looks as it does there.
     let tone = metered(tone(args, &layers, found.kind), &image);
+    let coverage = image.backing.map(Backing::channels).unwrap_or_default();
     image
         .channels
-        .retain(|channel| found.outputs().any(|name| channel.name == name));
+        .retain(|channel| coverage.contains(&&*channel.name) || found.outputs().any(|name| channel.name == name));
     if let Some(crop) = args.crop {
         image = cropped(image, crop)?;
         steps.push(format!("crop={}", crop.map(|at| at.to_string()).join(",")));
@@ -104,6 +106,17 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     Err(CliError::of_failures(&failures))
 }
 
+/// The layers of the file. A checkpoint has no layers but its sums and `R G B`: it is developed.
+fn layers(args: &DevelopArgs) -> Result<Layers, CliError> {
+    let layers = read_layers(&args.input)?;
+    let is_checkpoint = layers.channels.len() == 3 && describe_checkpoint(&args.input).is_ok();
+    if args.list || args.channel.is_some() || !is_checkpoint {
+        return Ok(layers);
+    }
+    let joined = Parts::describe(&[&args.input])?.join(true, true)?;
+    Ok(Layers::of_image(joined.raw(), &joined.metadata))
+}
+
 /// Prints the layers with their channels.
 fn list(layers: &Layers, json: bool) {
     let all = layer::all(layers);
@@ -143,21 +156,36 @@ fn image_of(layers: &Layers, found: &Layer) -> Image {
             }
         }
     }
+    let backing = match channels
+        .iter()
+        .any(|channel| channel.name == Backing::Transparent.channels()[0])
+    {
+        true => Some(Backing::Transparent),
+        false => layers.backing.filter(|_| found.is_picture),
+    };
     Image {
         resolution: layers.resolution,
         crop: window,
         channels,
+        backing,
     }
 }
 
-/// What takes out the noise, if that is wanted.
-fn denoiser(args: &DevelopArgs, found: &Layer) -> Result<Option<Denoiser>, CliError> {
+/// The denoiser, if one is wanted, and its radius. A picture that its render was to denoise, and did
+/// not, such as that of a checkpoint, is denoised unless the flags say otherwise.
+fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Option<Denoiser>, Option<f32>), CliError> {
     let wanted = match args.denoise {
-        None => return Ok(None),
+        None => {
+            let left = layers
+                .finish
+                .denoiser
+                .filter(|denoiser| found.is_picture && denoiser.version().is_ok());
+            return Ok((left, args.denoise_radius.or(layers.finish.denoise_radius)));
+        }
         Some(None) => Denoising::By(Denoiser::best()),
         Some(Some(wanted)) => wanted,
     };
-    match wanted.denoiser() {
+    let denoiser = match wanted.denoiser() {
         Some(_) if found.kind != Kind::Colors => Err(CliError::Usage(format!(
             "--denoise {}: {} is not a layer of light\n  help: remove --denoise, or choose a layer of light with --channel",
             wanted.text(),
@@ -168,32 +196,17 @@ fn denoiser(args: &DevelopArgs, found: &Layer) -> Result<Option<Denoiser>, CliEr
                 .into(),
         )),
         denoiser => Ok(denoiser),
-    }
+    };
+    Ok((denoiser?, args.denoise_radius))
 }
 
 /// Flags, and for the rest what the render has noted. Reflectances are shown as they are.
 fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
-    let noted = layers
-        .tone
-        .as_deref()
-        .filter(|_| kind == Kind::Colors)
-        .unwrap_or_default();
-    let noted = |key: &str| {
-        noted
-            .split(' ')
-            .find_map(|pair| pair.split_once('=').filter(|(k, _)| *k == key))
+    let noted = match kind {
+        Kind::Colors => layers.finish.tone,
+        _ => Tone::default(),
     };
-    let flags = args.tone.0;
-    Tone {
-        exposure: flags
-            .exposure
-            .or_else(|| Exposure::of_text(noted("exposure")?.1).filter(Exposure::is_finite))
-            .unwrap_or_default(),
-        curve: flags
-            .tone
-            .or_else(|| Curve::of_text(noted("tone")?.1))
-            .unwrap_or_default(),
-    }
+    args.tone.0.over(noted)
 }
 
 /// The pixels from `x0, y0` to before `x1, y1` of the full image.
@@ -225,6 +238,7 @@ fn cropped(image: Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> 
         resolution: image.resolution,
         crop,
         channels: channels.collect(),
+        backing: image.backing,
     })
 }
 
@@ -247,7 +261,7 @@ fn scaled(image: Image, size: Option<[u32; 2]>, are_colors: bool) -> Image {
     let Some(size) = size else { return image };
     let from = image.crop.size().to_array().map(|n| n as usize);
     let to = size.map(|n| n as usize);
-    let resolution = UVec2::from(size);
+    let (resolution, backing) = (UVec2::from(size), image.backing);
     let channels = image.channels.into_iter().map(|channel| Channel {
         values: match are_colors {
             true => resample(&channel.values, from, to),
@@ -259,5 +273,6 @@ fn scaled(image: Image, size: Option<[u32; 2]>, are_colors: bool) -> Image {
         resolution,
         crop: Rect::full(resolution),
         channels: channels.collect(),
+        backing,
     }
 }

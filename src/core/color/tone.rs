@@ -118,11 +118,15 @@ impl Tone {
     /// Linear Rec.709 to the nearest 8-bit codes of an sRGB display. What is negative or NaN counts as black. An exposure that is yet to be metered
     /// counts as 0 stops.
     pub fn encode_u8(&self, rgb: [f32; 3]) -> [u8; 3] {
+        self.encode(rgb).map(|v| (v * 255.0).round() as u8)
+    }
+
+    /// Values for an sRGB display, encoded, [0, 1], of which [`Tone::encode_u8`] gives the codes.
+    pub(crate) fn encode(&self, rgb: [f32; 3]) -> [f32; 3] {
         let stops = self.exposure.stops().unwrap_or(0.0);
         let gain = stops.clamp(-MAX_EXPOSURE, MAX_EXPOSURE).exp2();
         // `max` maps NaN to 0; squares of what is left are finite.
-        let shown = self.curve.encode(rgb.map(|v| f32::max(v * gain, 0.0).min(1e18)));
-        shown.map(|v| (v * 255.0).round() as u8)
+        self.curve.encode(rgb.map(|v| f32::max(v * gain, 0.0).min(1e18)))
     }
 }
 

@@ -6,12 +6,15 @@
 //!
 //! - The *straight* colour, RGB / A, is continued into the background from the pixels around, so no
 //!   rim is in it. Albedo and normals, which are means over all samples too, are treated alike.
-//! - Coverage is filtered as a grey picture. It stays in the range of the raw coverage of the 5 × 5
+//! - Coverage is filtered as a picture of its own. It stays in the range of the raw coverage of the 5 × 5
 //!   pixels around, so the inside of objects and the empty background keep it to the bit. It moves
 //!   by no more than two standard deviations of its noise.
 //!
 //! The product of both is the result. RGB / A is the filtered colour in every pixel, and RGB is 0 if A
 //! is 0. The shadow of a ground without background, which is coverage alone, is filtered too.
+//!
+//! Pictures over a colour are filtered alike: the light of the background is taken out before, and put
+//! back behind the filtered coverage. They are those of a transparent picture over that colour.
 //!
 //! Pixels with a coverage below 1/4 have few samples of their own: the colour around has a part in
 //! theirs.
@@ -31,13 +34,20 @@ const REACH: usize = 2;
 /// their coverage, which that light belongs to.
 pub(super) fn denoise(
     layers: &Layers,
-    coverage: &[f32],
+    coverage: &[Vec3],
     (samples, bright): (Option<&[f32]>, Option<&[Vec3]>),
     filter: impl Fn(&Layers) -> Result<Vec<Vec3>, DenoiseError>,
-) -> Result<(Vec<Vec3>, Vec<f32>), DenoiseError> {
-    let straight = filter(&straight(layers, coverage))?;
-    let filtered = filter(&as_grey(layers, coverage, samples))?;
+) -> Result<(Vec<Vec3>, Vec<Vec3>), DenoiseError> {
+    let means: Vec<f32> = coverage.iter().map(|a| a.element_sum() / 3.0).collect();
+    let straight = filter(&straight(layers, &means))?;
+    let filtered = filter(&as_light(layers, coverage, samples))?;
     let mut filtered = within_range(coverage, &filtered, layers.size);
+    // A filter may colour what is grey.
+    if coverage.iter().all(|a| a.x == a.y && a.y == a.z) {
+        filtered
+            .iter_mut()
+            .for_each(|a| *a = Vec3::splat(a.element_sum() / 3.0));
+    }
     if let Some(samples) = samples {
         for ((a, &raw), &n) in filtered
             .iter_mut()
@@ -45,7 +55,8 @@ pub(super) fn denoise(
             .zip(samples)
             .filter(|(_, n)| **n >= 2.0)
         {
-            let noise = 2.0 * ((raw * (1.0 - raw) + 0.25 / n).max(0.0) / n).sqrt();
+            let variance = (raw * (1.0 - raw) + Vec3::splat(0.25 / n)).max(Vec3::ZERO) / n;
+            let noise = 2.0 * variance.map(f32::sqrt);
             *a = a.clamp(raw - noise, raw + noise);
         }
     }
@@ -57,7 +68,8 @@ pub(super) fn denoise(
     {
         filtered[i] = coverage[i];
     }
-    let picture = straight.iter().zip(&filtered).map(|(&color, &a)| color * a).collect();
+    let picture = straight.iter().zip(&filtered);
+    let picture = picture.map(|(&color, a)| color * (a.element_sum() / 3.0)).collect();
     Ok((picture, filtered))
 }
 
@@ -80,13 +92,13 @@ fn straight(layers: &Layers, coverage: &[f32]) -> Layers {
 }
 
 /// Layers whose colour is the coverage.
-fn as_grey(layers: &Layers, coverage: &[f32], samples: Option<&[f32]>) -> Layers {
-    let color: Vec<Vec3> = coverage.iter().map(|&a| Vec3::splat(a)).collect();
+fn as_light(layers: &Layers, coverage: &[Vec3], samples: Option<&[f32]>) -> Layers {
+    let color = coverage.to_vec();
     let spread = nlm::spread(&color, layers.size);
     let variance = (0..coverage.len()).map(|i| match samples.map(|samples| samples[i]) {
         Some(n) if n < 2.0 => Vec3::INFINITY,
         // A mean of n values in [0, 1] has this variance at most.
-        Some(n) => spread[i].min(Vec3::splat((coverage[i] * (1.0 - coverage[i])).max(0.0) / (n - 1.0))),
+        Some(n) => spread[i].min((coverage[i] * (1.0 - coverage[i])).max(Vec3::ZERO) / (n - 1.0)),
         None => spread[i],
     });
     Layers {
@@ -139,16 +151,16 @@ fn halved(pixels: &[(Vec3, f32)], [width, height]: [usize; 2]) -> ([usize; 2], V
     (size, (0..size[0] * size[1]).into_par_iter().map(block).collect())
 }
 
-/// Means of `filtered` by pixel, moved into the range of the raw `coverage` around.
-fn within_range(coverage: &[f32], filtered: &[Vec3], size: [usize; 2]) -> Vec<f32> {
+/// `filtered`, moved into the range of the raw `coverage` around.
+fn within_range(coverage: &[Vec3], filtered: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     let [width, height] = size;
     let around = |at: usize, len: usize| at.saturating_sub(REACH)..=(at + REACH).min(len - 1);
     let pixel = |i: usize| {
         let pixels = around(i / width, height).flat_map(|y| around(i % width, width).map(move |x| y * width + x));
-        let (low, high) = pixels.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), j| {
+        let (low, high) = pixels.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), j| {
             (low.min(coverage[j]), high.max(coverage[j]))
         });
-        (filtered[i].element_sum() / 3.0).max(low).min(high)
+        filtered[i].max(low).min(high)
     };
     (0..coverage.len()).into_par_iter().map(pixel).collect()
 }
@@ -185,8 +197,9 @@ mod tests {
     fn coverage_stays_in_the_range_around() {
         let (_, coverage) = disc(Vec3::ONE);
         let filtered = vec![Vec3::splat(0.5); coverage.len()];
+        let coverage: Vec<Vec3> = coverage.into_iter().map(Vec3::splat).collect();
         let bounded = within_range(&coverage, &filtered, SIZE);
-        let at = |x: usize, y: usize| bounded[y * SIZE[0] + x];
+        let at = |x: usize, y: usize| bounded[y * SIZE[0] + x].y;
         // In the middle, on the rim, and outside
         assert_eq!([at(5, 4), at(9, 4), at(12, 0)], [1.0, 0.5, 0.0]);
     }

@@ -64,8 +64,6 @@ const COLOR: [&str; 3] = ["R", "G", "B"];
 const RAW: [&str; 3] = ["raw.R", "raw.G", "raw.B"];
 const ALBEDO: [&str; 3] = ["albedo.R", "albedo.G", "albedo.B"];
 const NORMAL: [&str; 3] = ["N.X", "N.Y", "N.Z"];
-const ALPHA: &str = "A";
-const RAW_ALPHA: &str = "raw.A";
 const EMITTED: &str = "emitted";
 const SAMPLES: &str = "samples";
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
@@ -138,7 +136,8 @@ impl Denoiser {
         self.apply_with(image, None)
     }
 
-    /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`; with alpha, also its `A` and `raw.A`.
+    /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`; with
+    /// a background, also its coverage and the raw one.
     /// Other channels stay: `variance` is that of the raw picture. An image that was denoised before is denoised anew, from its raw picture.
     ///
     /// Light of lamps in view that is far brighter than the picture stays as rendered.
@@ -153,12 +152,20 @@ impl Denoiser {
         let raw = layers.color.clone();
         let bright = bright::take_bright(&mut layers, values(image, EMITTED).ok());
         let filter = |layers: &Layers| self.filter(layers, radius);
-        let coverage = values(image, RAW_ALPHA).or_else(|_| values(image, ALPHA)).ok();
-        let (mut denoised, alpha) = match coverage.filter(|coverage| coverage.iter().any(|&a| a != 1.0)) {
-            Some(raw) => {
+        let coverage = image.raw_coverage();
+        let (mut denoised, covered) = match coverage.filter(|(_, coverage)| coverage.iter().any(|&a| a != [1.0; 3])) {
+            Some((backing, raw)) => {
                 let samples = values(image, SAMPLES).ok();
-                let (picture, coverage) = coverage::denoise(&layers, raw, (samples, bright.as_deref()), filter)?;
-                (picture, Some((raw.to_vec(), coverage)))
+                let behind = Vec3::from(backing.light().to_array());
+                let raw: Vec<Vec3> = raw.into_iter().map(Vec3::from).collect();
+                // The light in front of the background, as in a transparent picture
+                let front = layers.color.iter().zip(&raw);
+                layers.color = front.map(|(&light, &a)| light - (Vec3::ONE - a) * behind).collect();
+                let (mut picture, coverage) = coverage::denoise(&layers, &raw, (samples, bright.as_deref()), filter)?;
+                for (light, &a) in picture.iter_mut().zip(&coverage) {
+                    *light += (Vec3::ONE - a) * behind;
+                }
+                (picture, Some((backing, raw, coverage)))
             }
             None => (filter(&layers)?, None),
         };
@@ -167,9 +174,12 @@ impl Denoiser {
         }
         put(image, RAW, &raw);
         put(image, COLOR, &denoised);
-        if let Some((raw, coverage)) = alpha {
-            put_values(image, RAW_ALPHA, raw);
-            put_values(image, ALPHA, coverage);
+        if let Some((backing, raw, coverage)) = covered {
+            for (names, values) in [(backing.raw_channels(), raw), (backing.channels(), coverage)] {
+                for (c, name) in names.iter().enumerate() {
+                    put_values(image, name, values.iter().map(|a| a[c]).collect());
+                }
+            }
         }
         Ok(())
     }

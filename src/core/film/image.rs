@@ -1,14 +1,12 @@
 //! Developed images: channels computed from the sums of a film.
 
-use super::{Accumulator, Film, Rect, RgbImage};
+use super::{Accumulator, Backing, Film, Rect, RgbImage};
+use crate::color::Spectrum;
 use crate::math::UVec2;
 use std::borrow::Cow;
 
 /// What the channel `Z` holds where no surface was met; finite, because not every tool reads infinities.
 pub const Z_BACKGROUND: f32 = 1e10;
-
-/// Name of the channel of coverage.
-const ALPHA: &str = "A";
 
 /// One channel of an image, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +26,8 @@ pub struct Image {
     pub crop: Rect,
     /// `R G B` first, then the auxiliary channels.
     pub channels: Vec<Channel>,
+    /// The background, if there is a channel of its coverage.
+    pub backing: Option<Backing>,
 }
 
 /// A channel's name and how a pixel's sums give its value.
@@ -95,16 +95,25 @@ impl Image {
                 channel.values[index] = develop(sums);
             }
         }
-        if film.has_alpha() && count > CHANNELS.len() {
-            channels.push(Channel {
-                name: ALPHA.into(),
-                values: crop.pixels().map(|pixel| film.alpha(pixel).unwrap_or(0.0)).collect(),
-            });
+        if let Some(backing) = film.backing() {
+            let coverage: Vec<Spectrum> = crop
+                .pixels()
+                .map(|pixel| film.coverage(pixel).unwrap_or_default().into())
+                .collect();
+            let value = |c: usize| match backing {
+                Backing::Transparent => coverage.iter().map(|a| a.luminance()).collect(),
+                Backing::Color(_) => coverage.iter().map(|a| a.to_array()[c]).collect(),
+            };
+            channels.extend(backing.channels().iter().enumerate().map(|(c, &name)| Channel {
+                name: name.into(),
+                values: value(c),
+            }));
         }
         Self {
             resolution: film.resolution(),
             crop,
             channels,
+            backing: film.backing(),
         }
     }
 
@@ -128,9 +137,25 @@ impl Image {
         self.channels.iter().find(|c| c.name == name)
     }
 
-    /// Coverage of each pixel, row by row from the top, where the background is transparent: `R G B` are premultiplied by it.
-    pub fn alpha(&self) -> Option<&[f32]> {
-        self.channel(ALPHA).map(|channel| channel.values.as_slice())
+    /// Coverage of each pixel's red, green and blue, row by row from the top, with the background that is
+    /// seen in the rest. `R G B` are the light in front of the background, plus its own in that rest.
+    pub fn coverage(&self) -> Option<(Backing, Vec<[f32; 3]>)> {
+        let backing = self.backing?;
+        Some((backing, self.triples(backing.channels())?))
+    }
+
+    /// Coverage before a denoiser: that of the raw picture.
+    pub fn raw_coverage(&self) -> Option<(Backing, Vec<[f32; 3]>)> {
+        let backing = self.backing?;
+        let raw = self.triples(backing.raw_channels());
+        raw.map(|raw| (backing, raw)).or_else(|| self.coverage())
+    }
+
+    /// The values of three channels, or of one three times.
+    fn triples(&self, names: &[&str]) -> Option<Vec<[f32; 3]>> {
+        let channel = |c: usize| Some(&self.channel(names.get(c).or(names.first())?)?.values);
+        let (r, g, b) = (channel(0)?, channel(1)?, channel(2)?);
+        Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect())
     }
 
     /// Linear red, green and blue of each pixel, row by row from the top.

@@ -13,8 +13,8 @@ pub struct Iteration {
     /// Parts of the light that are summed by themselves, and classes of paths behind them; and the sums of each, pixel by pixel.
     parts: usize,
     part_sums: Vec<[f64; 3]>,
-    /// Share in which each pixel sees a transparent background; empty where the film does not sum it.
-    background: Vec<f64>,
+    /// Share in which each pixel sees the background; empty if the film does not sum it.
+    background: Vec<[f64; 3]>,
 }
 
 /// What one sample of a pixel is so far.
@@ -34,9 +34,9 @@ impl Iteration {
             pixels: vec![IterationPixel::default(); crop.area() as usize],
             parts,
             part_sums: vec![[0.0; 3]; crop.area() as usize * parts],
-            background: match film.has_alpha() {
-                true => vec![0.0; crop.area() as usize],
-                false => Vec::new(),
+            background: match film.backing() {
+                Some(_) => vec![[0.0; 3]; crop.area() as usize],
+                None => Vec::new(),
             },
         }
     }
@@ -76,21 +76,21 @@ impl Iteration {
         }
     }
 
-    /// Notes the share in which the sample of `pixel` sees a transparent background.
-    pub fn see_background(&mut self, pixel: UVec2, share: f64) {
+    /// Notes the share in which the sample of `pixel` sees the background.
+    pub fn see_background(&mut self, pixel: UVec2, share: [f64; 3]) {
         let index = self.index(pixel);
         if let Some(value) = index.and_then(|index| self.background.get_mut(index)) {
             *value = share;
         }
     }
 
-    /// Share in which `pixel` sees a transparent background.
-    pub(super) fn background(&self, pixel: UVec2) -> f64 {
+    /// Share in which `pixel` sees the background.
+    pub(super) fn background(&self, pixel: UVec2) -> [f64; 3] {
         let index = self.index(pixel);
         index
             .and_then(|index| self.background.get(index))
             .copied()
-            .unwrap_or(0.0)
+            .unwrap_or_default()
     }
 
     pub(super) fn pixel(&self, pixel: UVec2) -> IterationPixel {

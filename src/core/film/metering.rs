@@ -12,6 +12,8 @@
 //! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
 //! - Of the blocks 2 % at most reach white in some channel. To that end the median may fall to 0.25, and no further.
 //!
+//! The colour of a background that is shown as it was asked for is not metered.
+//!
 //! The light of the studio is known: there a grey card that faces the key lamp needs no exposure.
 //! `Exposure::Studio` starts from that and goes a part of the way to what is metered, one stop at
 //! most. A black subject thus stays black, and a white one white.
@@ -98,15 +100,25 @@ impl Meter {
         let Some(rgb) = channels(["raw.R", "raw.G", "raw.B"]).or_else(|| channels(["R", "G", "B"])) else {
             return Self::of_blocks(Vec::new(), 1.0);
         };
+        let front = |i: usize| rgb.map(|channel| channel.get(i).copied().unwrap_or(f32::NAN));
+        let coverage = image.raw_coverage();
+        let light = |i: usize| match &coverage {
+            None => front(i),
+            Some((backing, coverage)) => {
+                let covered = coverage.get(i).copied().unwrap_or([1.0; 3]);
+                let behind = backing.light() * (Spectrum::ONE - Spectrum::from(covered));
+                (Spectrum::from(front(i)) - behind).to_array()
+            }
+        };
         let depth = image.channel("Z").map(|channel| channel.values.as_slice());
         let is_surface = |i: usize| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND));
         let surfaces = (0..image.crop.area() as usize).filter(|&i| is_surface(i)).count();
         let covered = Self::of_blocks(
-            blocks(image, rgb, is_surface),
+            blocks(image, light, is_surface),
             surfaces as f32 / image.crop.area() as f32,
         );
         match covered.luminances.is_empty() {
-            true => Self::of_blocks(blocks(image, rgb, |_| true), 1.0),
+            true => Self::of_blocks(blocks(image, light, |_| true), 1.0),
             false => covered,
         }
     }
@@ -165,12 +177,12 @@ impl Meter {
     }
 }
 
-/// Means over the blocks of `image`, of the pixels that `is_wanted`.
-fn blocks(image: &Image, rgb: [&[f32]; 3], is_wanted: impl Fn(usize) -> bool) -> Vec<Spectrum> {
+/// Means over the blocks of `image` of the `light` of pixels, of those that `is_wanted`.
+fn blocks(image: &Image, light: impl Fn(usize) -> [f32; 3], is_wanted: impl Fn(usize) -> bool) -> Vec<Spectrum> {
     let edge = if image.crop.area() < MIN_PIXELS { 1 } else { BLOCK_EDGE };
     let mut sums: BTreeMap<[u32; 2], ([f64; 3], u32)> = BTreeMap::new();
     for (i, pixel) in image.crop.pixels().enumerate().filter(|&(i, _)| is_wanted(i)) {
-        let values = rgb.map(|channel| channel.get(i).copied().unwrap_or(f32::NAN));
+        let values = light(i);
         if values.iter().all(|value| value.is_finite()) {
             let (sum, count) = sums.entry([pixel.y / edge, pixel.x / edge]).or_default();
             (0..3).for_each(|c| sum[c] += f64::from(values[c].max(0.0)));
@@ -220,6 +232,7 @@ mod tests {
         Image {
             resolution,
             crop,
+            backing: None,
             channels: vec![
                 channel("R", &light),
                 channel("G", &light),

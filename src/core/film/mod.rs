@@ -9,6 +9,7 @@
 
 mod accumulator;
 mod aov;
+mod background_sums;
 mod features;
 mod filter;
 mod fixed;
@@ -25,6 +26,7 @@ mod tile;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
 pub use aov::Aov;
+pub use background_sums::{BackgroundSum, Backing};
 pub use features::{Coverage, FeatureBlock, FeatureSums, Features, Points};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
@@ -155,36 +157,37 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts_before_paths)
     }
 
-    /// This film, which also sums the share in which each pixel sees a transparent background: it develops a channel `A`.
-    pub fn with_alpha(mut self) -> Self {
-        self.tiles.iter_mut().for_each(Tile::sum_background);
+    /// This film, which also sums the share in which each pixel sees the background `backing`. It
+    /// develops a channel of coverage.
+    pub fn with_backing(mut self, backing: Backing) -> Self {
+        self.tiles.iter_mut().for_each(|tile| tile.sum_background(backing));
         self
     }
 
-    /// Whether the film develops a channel `A`.
-    pub fn has_alpha(&self) -> bool {
-        self.tiles.first().is_some_and(Tile::has_background)
+    /// The background of which the film sums the share, if it does.
+    pub fn backing(&self) -> Option<Backing> {
+        self.tiles.first().and_then(Tile::backing)
     }
 
-    /// Coverage of `pixel` by surfaces, 0 to 1; `None` where it is not summed.
+    /// Coverage of `pixel` by surfaces, 0 to 1, of red, green and blue; `None` if it is not summed.
     ///
     /// The share of the background is summed, and not that of surfaces: over a background of constant radiance, the pixel is that of an opaque
     /// render also where the weights of a filter with negative lobes do not sum to 1.
-    pub fn alpha(&self, pixel: UVec2) -> Option<f32> {
+    pub fn coverage(&self, pixel: UVec2) -> Option<[f32; 3]> {
         let tile = self.tile_at(pixel)?;
         let (background, samples) = (tile.background(pixel)?, tile.sums(pixel)?.samples());
-        let seen = background.to_f64() / samples.max(1) as f64;
+        let seen = background.mean(samples);
         Some(if samples == 0 {
-            0.0
+            [0.0; 3]
         } else {
-            (1.0 - seen).clamp(0.0, 1.0) as f32
+            seen.map(|seen| (1.0 - seen).clamp(0.0, 1.0) as f32)
         })
     }
 
     /// Bytes that coverage takes in all pixels of this crop, with its channel.
-    pub fn alpha_bytes(crop: Rect) -> u64 {
+    pub fn coverage_bytes(crop: Rect) -> u64 {
         crop.area()
-            .saturating_mul((size_of::<Fixed>() + size_of::<f32>()) as u64)
+            .saturating_mul((size_of::<BackgroundSum>() + 3 * size_of::<f32>()) as u64)
     }
 
     /// Size of the full image.
@@ -238,6 +241,7 @@ impl Film {
             let Some(tile) = self.tile_at_mut(pixel) else {
                 continue;
             };
+            let counts = [tile.sums(pixel).map_or(0, Accumulator::samples), sums.samples()];
             if let Some(own) = tile.sums_mut(pixel) {
                 own.merge(sums);
             }
@@ -250,7 +254,7 @@ impl Film {
             }
             let background = other.tile_at(pixel).and_then(|tile| tile.background(pixel));
             if let (Some(own), Some(background)) = (tile.background_mut(pixel), background) {
-                *own = own.plus(background);
+                own.merge(&background, counts);
             }
         }
     }
@@ -273,7 +277,7 @@ impl Film {
                 }
                 tile.change_classes(pixel, classes, sample.radiance, PartSum::plus);
                 if let Some(sum) = tile.background_mut(pixel) {
-                    *sum = sum.plus(Fixed::new(iteration.background(pixel)));
+                    sum.add_alone(iteration.background(pixel));
                 }
                 if let Some(sums) = tile.sums_mut(pixel) {
                     sums.add_alone(sample.radiance, sample.surface.as_ref());

@@ -1,7 +1,7 @@
 //! All sums of a film as named words of 32 bits: what checkpoints hold.
 
 use super::fixed::Narrow;
-use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
+use super::{Accumulator, BackgroundSum, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;
 
 /// Sums by name: those of [`Fixed`], of [`Narrow`], and of floats.
@@ -60,8 +60,7 @@ impl Accumulator {
             words.copy_from_slice(&sum.to_words());
         }
         for (words, spread) in words[NARROW_END..].chunks_exact_mut(2).zip(self.block_spread) {
-            let bits = spread.to_bits();
-            words.copy_from_slice(&[bits as u32, (bits >> 32) as u32]);
+            words.copy_from_slice(&words_of(spread));
         }
         words[FLOATS_END..].copy_from_slice(&[self.surfaces, self.samples]);
         words
@@ -71,10 +70,7 @@ impl Accumulator {
     pub fn from_words(words: &[u32; Self::WORDS]) -> Self {
         let fixed = |i: usize| Fixed::from_words(std::array::from_fn(|w| words[i * Fixed::WORDS + w]));
         let narrow = |i: usize| Narrow::from_words(std::array::from_fn(|w| words[FIXED_END + i * Narrow::WORDS + w]));
-        let float = |i: usize| {
-            let [low, high] = [0, 1].map(|w| words[NARROW_END + 2 * i + w] as u64);
-            f64::from_bits(low | high << 32)
-        };
+        let float = |i: usize| float_of([0, 1].map(|w| words[NARROW_END + 2 * i + w]));
         Self {
             sum: [0, 1, 2].map(fixed),
             sum_of_squares: [3, 4, 5].map(fixed),
@@ -87,6 +83,17 @@ impl Accumulator {
             samples: words[FLOATS_END + 1],
         }
     }
+}
+
+/// The words of a float, the lowest first.
+fn words_of(float: f64) -> [u32; 2] {
+    let bits = float.to_bits();
+    [bits as u32, (bits >> 32) as u32]
+}
+
+/// The float of these words.
+fn float_of([low, high]: [u32; 2]) -> f64 {
+    f64::from_bits(u64::from(low) | u64::from(high) << 32)
 }
 
 /// Sums of [`FeatureSums`], by name.
@@ -107,7 +114,7 @@ const FEATURES: [&str; FeatureSums::SUMS] = [
 /// Its coverages.
 const COVERAGES: [&str; 2] = ["objects", "materials"];
 
-/// Name of the sum of the share of a transparent background.
+/// Name of the sum of the share of the background.
 const BACKGROUND: &str = "background";
 
 /// Words of one part of the light.
@@ -118,7 +125,7 @@ const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 pub struct StateLayout {
     /// Parts of the light that are summed by themselves.
     parts: usize,
-    /// Whether the share of a transparent background is summed.
+    /// Whether the share of the background is summed.
     has_background: bool,
     /// Maximum numbers of objects and of materials that a pixel names, where there are features.
     levels: Option<[usize; 2]>,
@@ -131,7 +138,7 @@ impl StateLayout {
         let max = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
         Self {
             parts: film.parts(),
-            has_background: film.has_alpha(),
+            has_background: film.backing().is_some(),
             levels: film
                 .has_features()
                 .then(|| [max(|f| &f.objects), max(|f| &f.materials)]),
@@ -148,7 +155,7 @@ impl StateLayout {
         let parts = (0..).take_while(|i| names.contains(&format!("light.{i}.R.0"))).count();
         let layout = Self {
             parts,
-            has_background: names.contains(&format!("{BACKGROUND}.0")),
+            has_background: names.contains(&format!("{BACKGROUND}.R.0")),
             levels: has_features.then_some(levels),
         };
         let wanted = layout.names();
@@ -160,7 +167,7 @@ impl StateLayout {
         self.parts
     }
 
-    /// Whether the share of a transparent background is summed.
+    /// Returns true if the share of the background is summed.
     pub fn has_background(&self) -> bool {
         self.has_background
     }
@@ -176,7 +183,9 @@ impl StateLayout {
         names.push("target".into());
         let words = |name: &str| [0, 1, 2, 3].map(|i| format!("{name}.{i}"));
         if self.has_background {
-            names.extend(words(BACKGROUND));
+            let channels = ["R", "G", "B"].map(|c| format!("{BACKGROUND}.{c}"));
+            names.extend(channels.iter().flat_map(|name| words(name)));
+            names.extend([0, 1].map(|i| format!("{BACKGROUND}.spread.{i}")));
         }
         let of_part = |part: usize| ["R", "G", "B"].map(|c| format!("light.{part}.{c}"));
         names.extend((0..self.parts).flat_map(of_part).flat_map(|name| words(&name)));
@@ -193,13 +202,16 @@ impl StateLayout {
     pub fn append(&self, tile: &Tile, pixel: UVec2, words: &mut Vec<u32>) {
         debug_assert!(
             tile.parts() == self.parts
-                && tile.has_background() == self.has_background
+                && tile.backing().is_some() == self.has_background
                 && tile.has_features() == self.has_features()
         );
         let sums = tile.sums(pixel).map(Accumulator::to_words);
         words.extend(sums.unwrap_or([0; Accumulator::WORDS]));
         words.push(tile.target());
-        words.extend(tile.background(pixel).iter().flat_map(|sum| sum.to_words()));
+        if let Some(BackgroundSum { sum, block_spread }) = tile.background(pixel) {
+            words.extend(sum.iter().flat_map(|sum| sum.to_words()));
+            words.extend(words_of(block_spread));
+        }
         let light = tile.part_sums(pixel).iter().flat_map(|PartSum(sum)| sum);
         words.extend(light.flat_map(|sum| sum.to_words()));
         let (Some(features), Some(levels)) = (tile.features(pixel), self.levels) else {
@@ -223,9 +235,12 @@ impl StateLayout {
             *sums = Accumulator::from_words(own);
         }
         let fixed = |words: &[u32]| Fixed::from_words([words[0], words[1], words[2], words[3]]);
-        let further = match (tile.background_mut(pixel), further.split_first_chunk()) {
-            (Some(sum), Some((words, further))) => {
-                *sum = Fixed::from_words(*words);
+        let further = match (tile.background_mut(pixel), further.split_at_checked(LIGHT_WORDS)) {
+            (Some(sum), Some((words, [low, high, further @ ..]))) => {
+                *sum = BackgroundSum {
+                    sum: [0, 1, 2].map(|c| fixed(&words[c * Fixed::WORDS..])),
+                    block_spread: float_of([*low, *high]),
+                };
                 further
             }
             _ => further,
@@ -255,7 +270,7 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Block, FeatureBlock, Features, FirstSurface, PartBlock, Rect};
+    use crate::film::{Backing, Block, FeatureBlock, Features, FirstSurface, PartBlock, Rect};
     use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
@@ -292,7 +307,7 @@ mod tests {
         let size = UVec2::new(3, 2);
         let empty = || {
             let film = Film::new(size, Rect::full(size));
-            film.with_features().with_parts(2).with_alpha()
+            film.with_features().with_parts(2).with_backing(Backing::Transparent)
         };
         let mut film = empty();
         let tile = &mut film.tiles_mut()[0];
@@ -310,7 +325,9 @@ mod tests {
                 material: 1,
             });
             tile.features_mut(pixel).unwrap().add(&features);
-            *tile.background_mut(pixel).unwrap() = Fixed::new(0.3 - i as f64);
+            tile.background_mut(pixel)
+                .unwrap()
+                .add([0.3 - i as f64, 0.1, 7.0], 64, 64);
         }
         let layout = StateLayout::of_film(&film);
         let names = layout.names();

@@ -1,6 +1,6 @@
 //! Rectangles of pixels, and tiles: the blocks of pixels to whose sums one task adds.
 
-use super::{Accumulator, Block, FeatureSums, Fixed, LightPaths, PartBlock, PartSum};
+use super::{Accumulator, BackgroundSum, Backing, Block, FeatureSums, LightPaths, PartBlock, PartSum};
 use crate::math::{UVec2, encode_fields};
 use std::ops::Range;
 use std::sync::Arc;
@@ -76,8 +76,10 @@ pub struct Tile {
     part_sums: Vec<PartSum>,
     /// The classifier of paths, if the last parts are classes of paths.
     light_paths: Option<Arc<LightPaths>>,
-    /// Sums of the samples that see a transparent background: one a pixel, or none.
-    background: Vec<Fixed>,
+    /// Sums of the share in which samples see the background: one a pixel, or none.
+    background: Vec<BackgroundSum>,
+    /// The background that these samples see.
+    backing: Option<Backing>,
 }
 
 impl Tile {
@@ -94,6 +96,7 @@ impl Tile {
             part_sums: Vec::new(),
             light_paths: None,
             background: Vec::new(),
+            backing: None,
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
     }
@@ -203,23 +206,24 @@ impl Tile {
         self.index(pixel).map_or(0..0, |index| index * n..(index + 1) * n)
     }
 
-    /// Sums the share of a transparent background, from now on.
-    pub(super) fn sum_background(&mut self) {
-        self.background = vec![Fixed::default(); self.pixels.len()];
+    /// Sums the share of the background `backing`, from now on.
+    pub(super) fn sum_background(&mut self, backing: Backing) {
+        self.background = vec![BackgroundSum::default(); self.pixels.len()];
+        self.backing = Some(backing);
     }
 
-    /// Whether the share of a transparent background is summed.
-    pub fn has_background(&self) -> bool {
-        !self.background.is_empty()
+    /// The background of which the share is summed, if it is.
+    pub fn backing(&self) -> Option<Backing> {
+        self.backing
     }
 
-    /// Sum over the samples of `pixel` of the share in which each sees a transparent background, if that is summed.
-    pub fn background(&self, pixel: UVec2) -> Option<Fixed> {
+    /// Sum over the samples of `pixel` of the share in which each sees the background, if that is summed.
+    pub fn background(&self, pixel: UVec2) -> Option<BackgroundSum> {
         self.background.get(self.index(pixel)?).copied()
     }
 
     /// The sum of [`Tile::background`], to add to it.
-    pub fn background_mut(&mut self, pixel: UVec2) -> Option<&mut Fixed> {
+    pub fn background_mut(&mut self, pixel: UVec2) -> Option<&mut BackgroundSum> {
         let index = self.index(pixel)?;
         self.background.get_mut(index)
     }
@@ -249,9 +253,16 @@ impl Tile {
         self.target = samples;
     }
 
-    /// Mean over its pixels of [`Accumulator::squared_error`].
+    /// Mean over its pixels of [`Accumulator::squared_error`], and of that of a transparent background:
+    /// the error is then that of the picture over white.
     pub fn error(&self) -> f64 {
-        let sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
+        let mut sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
+        if self.backing == Some(Backing::Transparent) {
+            let pixels = self.background.iter().zip(&self.pixels);
+            sum += pixels
+                .map(|(share, sums)| share.squared_error(sums.samples()))
+                .sum::<f64>();
+        }
         sum / self.pixels.len().max(1) as f64
     }
 

@@ -9,6 +9,7 @@
 
 use super::Gathered;
 use crate::color::Spectrum;
+use crate::film::Backing;
 use crate::math::Vec3;
 use crate::math::float::smooth_step;
 
@@ -54,6 +55,15 @@ impl Background {
     /// Radiance of a gradient where none is given: light grey, below what displays clip.
     pub const GRADIENT: Spectrum = Spectrum::splat(0.8);
 
+    /// This background, if pictures for display show it as it was asked for.
+    pub fn backing(self) -> Option<Backing> {
+        match self {
+            Self::Transparent => Some(Backing::Transparent),
+            Self::Color(color) => Some(Backing::Color(color)),
+            Self::Light | Self::Gradient(_) => None,
+        }
+    }
+
     /// Radiance in the unit direction `w` of a background that does not depend on the lights; `None` for the others.
     pub fn radiance(&self, w: Vec3, up: Vec3) -> Option<Spectrum> {
         match *self {
@@ -73,8 +83,8 @@ impl Background {
 /// What a camera ray sees besides surfaces.
 #[derive(Clone, Copy, Debug)]
 pub enum CameraView<R> {
-    /// A transparent background alone.
-    Nothing,
+    /// A transparent background, or one of a colour, of which this share passes what is before it.
+    Background(Spectrum),
     /// The ground: the background, times the share of its light that arrives.
     Ground(Shadow<R>),
 }
@@ -94,28 +104,28 @@ pub struct Shadow<R> {
 }
 
 impl<R: Gathered> CameraView<R> {
-    /// The sample that has found `radiance`: its light, and the share in which it sees a transparent background; `None` where a value is not finite. On the
-    /// ground the light, or the share, may be negative, since missing light is.
-    pub fn finish(&self, radiance: R) -> Option<(R, f32)> {
+    /// The sample that has found `radiance`: its light, and the share in which it sees the background;
+    /// `None` if a value is not finite. On the ground the light, or the share, may be negative, since
+    /// missing light is.
+    pub fn finish(&self, radiance: R) -> Option<(R, Spectrum)> {
         let (radiance, share) = self.seen(radiance);
-        let is_finite = radiance.sum().to_array().iter().all(|v| v.is_finite()) && share.is_finite();
+        let mut values = radiance.sum().to_array().into_iter().chain(share.to_array());
+        let is_finite = values.all(f32::is_finite);
         is_finite.then_some((radiance, share))
     }
 
-    fn seen(&self, radiance: R) -> (R, f32) {
+    fn seen(&self, radiance: R) -> (R, Spectrum) {
         match self {
-            Self::Nothing => (radiance, 1.0),
-            Self::Ground(shadow) => match shadow.background {
-                Some(background) => {
+            Self::Background(share) => (radiance, *share),
+            Self::Ground(shadow) => {
+                let share = radiance.sum() * shadow.factor + shadow.base;
+                let light = shadow.background.map(|background| {
                     let mut seen = radiance * (shadow.factor * background.sum());
                     seen += background * shadow.base;
-                    (seen, 0.0)
-                }
-                None => {
-                    let share = radiance.sum() * shadow.factor + shadow.base;
-                    (R::default(), share.luminance())
-                }
-            },
+                    seen
+                });
+                (light.unwrap_or_default(), share)
+            }
         }
     }
 }
@@ -151,10 +161,12 @@ mod tests {
         };
         let blue = Spectrum::rgb(0.0, 0.5, 1.0);
         let (seen, uncovered) = shadow(Some(blue)).finish(Spectrum::splat(0.125)).unwrap();
-        assert_eq!((seen, uncovered), (Spectrum::rgb(0.0, 0.375, 0.75), 0.0));
+        assert_eq!(seen, Spectrum::rgb(0.0, 0.375, 0.75));
+        assert_eq!(uncovered, Spectrum::splat(0.75));
         let (seen, uncovered) = shadow(None).finish(Spectrum::splat(0.125)).unwrap();
-        assert!(seen.is_black() && (uncovered - 0.75).abs() < 1e-6);
-        assert_eq!(CameraView::Nothing.finish(Spectrum::ZERO), Some((Spectrum::ZERO, 1.0)));
+        assert!(seen.is_black() && uncovered == Spectrum::splat(0.75));
+        let behind = CameraView::Background(blue);
+        assert_eq!(behind.finish(Spectrum::ONE), Some((Spectrum::ONE, blue)));
         // Light that is missing counts as negative light.
         let (seen, _) = shadow(Some(blue)).finish(Spectrum::splat(-0.125)).unwrap();
         assert_eq!(seen, Spectrum::rgb(0.0, -0.125, -0.25));

@@ -86,10 +86,10 @@ impl<A: Accel> World<'_, A> {
 
     #[inline(never)]
     fn see_other_background<S: Sink>(&self, ray: &Ray, beta: Spectrum, out: &mut S) {
-        match self.behind::<S::Radiance>(ray) {
-            Some(radiance) => out.radiance(radiance * beta),
-            None => out.camera_view(CameraView::Nothing),
+        if let Some(radiance) = self.behind::<S::Radiance>(ray) {
+            out.radiance(radiance * beta);
         }
+        out.camera_view(CameraView::Background(beta));
     }
 
     /// First surface of a camera path: `vertex`, which is at `hit`.

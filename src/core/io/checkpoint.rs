@@ -286,9 +286,14 @@ impl Opened {
         let meta = self.reader.meta_data().clone();
         let channels = meta.headers.first().map(|header| &header.channels);
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
+        // Files of another background than the settings name are damaged.
+        let backing = self.metadata.backing();
+        if backing.is_some() != self.layout.has_background() {
+            return Err(damaged(path, &"its sums are not those of its settings"));
+        }
         let mut bytes = Film::bytes(self.crop) + Film::part_bytes(self.crop, self.layout.parts());
         if self.layout.has_background() {
-            bytes += Film::alpha_bytes(self.crop);
+            bytes += Film::coverage_bytes(self.crop);
         }
         if self.layout.has_features() {
             bytes += Film::feature_bytes(self.crop);
@@ -298,8 +303,8 @@ impl Opened {
         let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
         let width = self.crop.size().x as usize;
         film = film.with_parts(self.layout.parts());
-        if self.layout.has_background() {
-            film = film.with_alpha();
+        if let Some(backing) = backing {
+            film = film.with_backing(backing);
         }
         if self.layout.has_features() {
             film = film.with_features();

@@ -26,10 +26,16 @@ impl Developed {
         output.write(|writer| exr::write_rows(writer, header, channels))
     }
 
-    /// Writes `R G B` as `tone` shows them, whose exposure must be known. Alpha that is not 1 everywhere is written too, and colours are divided by it
-    /// before, as the format wants it.
+    /// Writes the picture as `tone` shows it, whose exposure must be known. Alpha is written unless it
+    /// is 1 everywhere.
     pub fn write_png(&self, output: &Output, tone: &Tone) -> Result<(), FileError> {
-        let alpha = self.image.alpha().filter(|alpha| alpha.iter().any(|&a| a < 1.0));
-        output.write(|writer| png::write_as(writer, &self.image, alpha, tone, png::software()))
+        let is_covered = |(_, coverage): (_, Vec<[f32; 3]>)| coverage.iter().flatten().all(|&a| a >= 1.0);
+        let is_opaque = self.image.coverage().is_none_or(is_covered);
+        let opaque = is_opaque.then(|| Image {
+            backing: None,
+            ..self.image.clone()
+        });
+        let image = opaque.as_ref().unwrap_or(&self.image);
+        output.write(|writer| png::write_as(writer, image, tone, png::software()))
     }
 }

@@ -3,9 +3,9 @@
 use super::exr_text::{exr_text, text_attribute};
 use crate::color::Tone;
 use crate::compare::CommonErrors;
-use crate::film::{Aov, Image, metered};
+use crate::film::{Aov, Backing, Image, metered};
 use crate::math::encode_fields;
-use crate::options::{Value, name_of};
+use crate::options::{Finish, Value, backing_of, name_of};
 use ::exr::prelude as exr;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,8 @@ const BACKEND: &str = "embrasure.backend";
 const BACKEND_VERSION: &str = "embrasure.backendVersion";
 const COMPLETE: &str = "embrasure.complete";
 const FEATURES: &str = "embrasure.features";
-const DENOISER: &str = "embrasure.denoiser";
+pub(super) const DENOISER: &str = "embrasure.denoiser";
+pub(super) const FINISH: &str = "embrasure.finish";
 pub(super) const TONE: &str = "embrasure.tone";
 pub(super) const BIAS: &str = "embrasure.bias";
 const RENDER_TIME: &str = "renderTime";
@@ -58,6 +59,9 @@ pub struct Metadata {
     pub complete: bool,
     /// What further channels are of, if there are any.
     pub features: Option<FeatureNames>,
+    /// Denoiser, exposure and tone curve that the render was asked for ([`Finish`]); empty in files that do
+    /// not tell.
+    pub finish: String,
     /// What took noise out of the picture, if anything did.
     pub denoiser: Option<String>,
     /// How PNG files show the picture, `tone=NAME exposure=STOPS`, where the exposure was metered; values are as they are.
@@ -81,6 +85,7 @@ encode_fields!(Metadata {
     render_seconds,
     complete,
     features,
+    finish,
     denoiser,
     tone,
     bias,
@@ -178,6 +183,7 @@ impl Metadata {
                 Some(json) => Some(serde_json::from_str(&json).ok()?),
                 None => None,
             },
+            finish: text(FINISH).unwrap_or_default(),
             denoiser: text(DENOISER),
             tone: text(TONE),
             bias: text(BIAS),
@@ -199,6 +205,16 @@ impl Metadata {
         words
             .or_else(|| differs(("seed", &seed, &other_seed)))
             .or_else(|| setting_that_differs(&self.settings, &other.settings))
+    }
+
+    /// Denoiser, exposure and tone curve that the render was asked for.
+    pub fn finish(&self) -> Finish {
+        Finish::of_text(&self.finish)
+    }
+
+    /// The background of the picture, if pictures for display show it as it was asked for.
+    pub fn backing(&self) -> Option<Backing> {
+        backing_of(&self.settings)
     }
 
     /// Attributes of the EXR header, by name.
@@ -224,6 +240,7 @@ impl Metadata {
         let common = self.common_errors.map(|common| name_of(CommonErrors::NAMES, common));
         attributes.extend(common.map(|name| (COMMON_ERRORS, text(name))));
         attributes.extend(features.map(|names| (FEATURES, text(&names))));
+        attributes.push((FINISH, text(&self.finish)));
         attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
         attributes.extend(self.tone.as_ref().map(|tone| (TONE, text(tone))));
         attributes.extend(self.bias.as_ref().map(|bias| (BIAS, text(bias))));

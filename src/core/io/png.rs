@@ -1,13 +1,13 @@
 //! PNG files: 8-bit pictures for display, after exposure and tone curve (`color/tone.rs`).
 
 use super::{FileError, Metadata, Output};
-use crate::color::Tone;
-use crate::film::{Image, metered};
+use crate::color::{Spectrum, Tone, srgb};
+use crate::film::{Backing, Image, metered};
 use std::io::{self, Write};
 use std::path::Path;
 
 impl Image {
-    /// Writes `R G B` as `tone` shows them, and `A` where there is one, to the PNG file `path`: 8 bits for an sRGB display. An automatic exposure is metered in the
+    /// Writes the picture as `tone` shows it ([`display_bytes`]) to the PNG file `path`: 8 bits for an sRGB display. An automatic exposure is metered in the
     /// image. [`Output::write_image`] does the same and says in the file how the picture was made.
     ///
     /// # Errors
@@ -15,7 +15,7 @@ impl Image {
     /// A file that cannot be written; one that was there is kept then.
     pub fn save_png(&self, path: impl AsRef<Path>, tone: &Tone) -> Result<(), FileError> {
         let tone = metered(*tone, self);
-        Output::prepare(path)?.write(|writer| write_as(writer, self, self.alpha(), &tone, software()))
+        Output::prepare(path)?.write(|writer| write_as(writer, self, &tone, software()))
     }
 }
 
@@ -24,54 +24,94 @@ pub(super) fn software() -> String {
     format!("embrasure {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Writes the `R G B` channels as `tone` shows them, and `A` beside them if there is one. An automatic exposure is metered in `image`.
+/// Writes `image` as `tone` shows it. An automatic exposure is metered in `image`.
 ///
 /// A crop becomes a picture of its own size, since PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
-    write_as(
-        writer,
-        image,
-        image.alpha(),
-        &metered(*tone, image),
-        metadata.software(),
-    )
+    write_as(writer, image, &metered(*tone, image), metadata.software())
 }
 
-/// Writes the `R G B` channels as `tone` shows them, whose exposure must be known, in 8 bits for an sRGB display, with `alpha` beside them where it is given.
-///
-/// PNG has colours that are not premultiplied (PNG specification, 3rd edition, §6.2), while `R G B` are: they are divided by `alpha` before the tone curve,
-/// so that the rim of an object has the object's own colour.
-pub(super) fn write_as(
-    writer: impl Write,
-    image: &Image,
-    alpha: Option<&[f32]>,
-    tone: &Tone,
-    software: String,
-) -> io::Result<()> {
+/// Writes `image` as `tone` shows it, whose exposure must be known ([`display_bytes`]).
+pub(super) fn write_as(writer: impl Write, image: &Image, tone: &Tone, software: String) -> io::Result<()> {
     let size = image.crop.size().to_array();
     let texts = [("Software", software), ("embrasure.tone", tone.to_string())];
-    let color = if alpha.is_some() {
-        png::ColorType::Rgba
-    } else {
-        png::ColorType::Rgb
-    };
-    encode_as(writer, color, size, &display_bytes(image, alpha, tone), &texts)
+    let (channels, bytes) = display_bytes(image, tone);
+    encode_as(writer, color_type(channels), size, &bytes, &texts)
 }
 
-/// `R G B` of `image` as `tone` shows them, whose exposure must be known, in 8 bits for an sRGB display, row by row from the top; where `alpha` is given,
-/// colours are divided by it, and it follows them as a fourth channel.
-pub fn display_bytes(image: &Image, alpha: Option<&[f32]>, tone: &Tone) -> Vec<u8> {
-    let Some(alpha) = alpha else {
-        return image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect();
+/// `image` in 8 bits for an sRGB display, row by row from the top, and the number of channels: 4 over
+/// a transparent background, else 3. `tone` must have a known exposure.
+///
+/// `tone` changes light, and not a colour behind it: where nothing covers that, it is shown to the
+/// code. Light covers it in linear values.
+///
+/// Colours over a transparent background are not premultiplied (PNG specification, 3rd edition, §6.2).
+/// Browsers and most painting programs blend codes in place of light. Alpha is therefore such that
+/// their result is what the blend of light gives, over black and over white. For a colour, whose
+/// channels ask for different values of alpha, it is the middle of them.
+pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
+    let Some((backing, coverage)) = image.coverage() else {
+        return (3, image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect());
     };
-    let pixels = image.rgb().zip(alpha).flat_map(|(rgb, &alpha)| {
-        // `max` maps NaN to 0.
-        let alpha = f32::max(alpha, 0.0).min(1.0);
-        let straight = if alpha > 0.0 { rgb.map(|v| v / alpha) } else { [0.0; 3] };
-        let [r, g, b] = tone.encode_u8(straight);
-        [r, g, b, (alpha * 255.0).round() as u8]
-    });
-    pixels.collect()
+    // `max` maps NaN to 0.
+    let coverage = coverage.iter().map(|a| a.map(|a| a.max(0.0).min(1.0)));
+    let pixels = image.rgb().zip(coverage);
+    match backing {
+        Backing::Transparent => (
+            4,
+            pixels.flat_map(|(rgb, [a, ..])| over_nothing(rgb, a, tone)).collect(),
+        ),
+        Backing::Color(color) => (3, pixels.flat_map(|(rgb, a)| over(color, rgb, a, tone)).collect()),
+    }
+}
+
+/// Straight colours and alpha of the premultiplied light `rgb`, whose coverage is `a`.
+fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
+    if a == 1.0 {
+        let [r, g, b] = tone.encode_u8(rgb);
+        return [r, g, b, 255];
+    }
+    let shown = shown(rgb, a, tone);
+    let over_black = shown.map(srgb::encode);
+    let over_white = shown.map(|light| srgb::encode(light + 1.0 - a));
+    let alphas = [0, 1, 2].map(|c| 1.0 - (over_white[c] - over_black[c]));
+    let alpha = 0.5 * (Spectrum::from(alphas).max_component() + alphas.into_iter().fold(1.0, f32::min));
+    let code = |v: f32| (v * 255.0).round() as u8;
+    match alpha > 0.0 {
+        true => {
+            let [r, g, b] = over_black.map(|v| code((v / alpha).min(1.0)));
+            [r, g, b, code(alpha)]
+        }
+        false => [0; 4],
+    }
+}
+
+/// The light `rgb` with a share of `color` in it, which a coverage of `a` leaves, over that colour.
+fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
+    if a == [1.0; 3] {
+        return tone.encode_u8(rgb);
+    }
+    let behind = (color * (Spectrum::ONE - Spectrum::from(a))).to_array();
+    let front = [0, 1, 2].map(|c| (rgb[c] - behind[c]).max(0.0));
+    let shown = shown(front, Spectrum::from(a).mean(), tone);
+    [0, 1, 2].map(|c| srgb::encode_u8(shown[c] + behind[c]))
+}
+
+/// What a display emits for the premultiplied light `rgb` of coverage `a`: the straight colour as `tone`
+/// shows it, so that the rim of an object has the object's own colour, times the coverage.
+fn shown(rgb: [f32; 3], a: f32, tone: &Tone) -> [f32; 3] {
+    match a > 0.0 {
+        true => tone.encode(rgb.map(|v| v / a)).map(|v| a * srgb::decode(v)),
+        false => [0.0; 3],
+    }
+}
+
+fn color_type(channels: usize) -> png::ColorType {
+    match channels {
+        1 => png::ColorType::Grayscale,
+        4 => png::ColorType::Rgba,
+        _ => png::ColorType::Rgb,
+    }
 }
 
 /// Writes 8-bit sRGB pixels, row by row from the top, with texts by their keywords.
@@ -81,13 +121,8 @@ pub(super) fn encode(writer: impl Write, size: [u32; 2], bytes: &[u8], texts: &[
 
 /// An 8-bit PNG file in memory: sRGB colours with three `channels`, with alpha as a fourth, or a grey with one, row by row from the top.
 pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Vec<u8>> {
-    let color = match channels {
-        1 => png::ColorType::Grayscale,
-        4 => png::ColorType::Rgba,
-        _ => png::ColorType::Rgb,
-    };
     let mut file = Vec::new();
-    encode_as(&mut file, color, size, bytes, &[])?;
+    encode_as(&mut file, color_type(channels), size, bytes, &[])?;
     Ok(file)
 }
 
@@ -114,7 +149,7 @@ fn encode_as(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::{Curve, Spectrum};
+    use crate::color::{Curve, Exposure};
     use crate::film::{Block, Film, Rect};
     use crate::math::UVec2;
     use std::fs::File;
@@ -139,8 +174,64 @@ mod tests {
         let image = film.develop();
         for tone in tones {
             let expected = tone.encode_u8([0.0, 0.0, 0.5]);
-            assert_eq!(display_bytes(&image, None, &tone), expected);
-            assert_eq!(display_bytes(&image, Some(&[1.0]), &tone)[..3], expected);
+            assert_eq!(display_bytes(&image, &tone), (3, expected.to_vec()));
+        }
+    }
+
+    /// A picture of one pixel over `backing`, with this coverage.
+    fn covered(rgb: [f32; 3], backing: Backing, coverage: f32) -> Image {
+        let size = UVec2::new(1, 1);
+        let mut image = Film::new(size, Rect::full(size)).with_backing(backing).develop();
+        for (channel, value) in image.channels.iter_mut().zip(rgb) {
+            channel.values = vec![value];
+        }
+        for name in backing.channels() {
+            let channel = image.channels.iter_mut().find(|channel| channel.name == *name);
+            channel.unwrap().values = vec![coverage];
+        }
+        image
+    }
+
+    fn tones() -> impl Iterator<Item = Tone> {
+        Curve::NAMES.iter().map(|&(_, curve)| Tone {
+            exposure: Exposure::Stops(1.5),
+            curve,
+        })
+    }
+
+    #[test]
+    fn a_background_keeps_its_code_under_every_tone_curve() {
+        for tone in tones() {
+            for code in [[255, 255, 255], [255, 195, 86], [0, 1, 128]] {
+                let color = Spectrum::from(code.map(|v| srgb::decode(f32::from(v) / 255.0)));
+                let image = covered(color.to_array(), Backing::Color(color), 0.0);
+                assert_eq!(display_bytes(&image, &tone), (3, code.to_vec()), "{tone}");
+                // Surfaces are as they are without it.
+                let light = [0.5, 0.2, 3.0];
+                let image = covered(light, Backing::Color(color), 1.0);
+                assert_eq!(display_bytes(&image, &tone).1, tone.encode_u8(light), "{tone}");
+            }
+        }
+    }
+
+    /// Half a pixel of grey light, and a shadow, blended in codes as browsers do.
+    #[test]
+    fn transparent_pictures_blend_to_opaque_ones() {
+        for tone in tones() {
+            for (light, coverage) in [(0.05, 0.5), (0.2, 0.7), (0.0, 0.5), (0.0, 0.02)] {
+                let (_, bytes) = display_bytes(&covered([light; 3], Backing::Transparent, coverage), &tone);
+                let [grey, alpha] = [bytes[0], bytes[3]].map(|code| f32::from(code) / 255.0);
+                for behind in [0.0, 1.0] {
+                    let opaque = light + (1.0 - coverage) * behind;
+                    let image = covered([opaque; 3], Backing::Color(Spectrum::splat(behind)), coverage);
+                    let blended = 255.0 * (alpha * grey + (1.0 - alpha) * behind);
+                    let shown = f32::from(display_bytes(&image, &tone).1[0]);
+                    assert!(
+                        (blended - shown).abs() < 1.1,
+                        "{tone}: {light} {coverage}: {blended} {shown}"
+                    );
+                }
+            }
         }
     }
 

@@ -1,10 +1,11 @@
-use super::FileError;
 use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
 use super::memory::Allowance;
-use super::metadata::TONE;
-use crate::film::Rect;
+use super::metadata::{DENOISER, FINISH, SETTINGS, TONE};
+use super::{FileError, Metadata};
+use crate::film::{Backing, Image, Rect};
 use crate::math::UVec2;
+use crate::options::{Finish, backing_of};
 use ::exr::prelude as exr;
 use std::path::Path;
 
@@ -18,8 +19,29 @@ pub struct Layers {
     pub resolution: UVec2,
     /// Channels with a value for every pixel of their window, in the order of the file.
     pub channels: Vec<LayerChannel>,
-    /// How the render showed the picture, `tone=NAME exposure=STOPS`, if the file says so.
-    pub tone: Option<String>,
+    /// What the render did to show the picture: the exposure is the metered one, if the file names it.
+    /// It has a denoiser only if the picture is still raw.
+    pub finish: Finish,
+    /// The background, if pictures for display show it as it was asked for.
+    pub backing: Option<Backing>,
+}
+
+impl Layers {
+    /// Layers of the sums of a checkpoint, which holds nothing else of the picture: its `image`.
+    pub fn of_image(image: Image, metadata: &Metadata) -> Self {
+        let channels = image.channels.into_iter().map(|channel| LayerChannel {
+            name: channel.name.into(),
+            kind: SampleKind::Float,
+            window: image.crop,
+            values: channel.values,
+        });
+        Self {
+            resolution: image.resolution,
+            channels: channels.collect(),
+            finish: metadata.finish(),
+            backing: image.backing,
+        }
+    }
 }
 
 /// A channel of an EXR file.
@@ -77,8 +99,17 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
     let file = file.layers(path, &failed)?;
 
     let display = file.attributes.display_window;
-    let mut layers = file.layer_data.iter();
-    let tone = layers.find_map(|layer| text_attribute(&layer.attributes, TONE));
+    let text = |name| {
+        let mut layers = file.layer_data.iter();
+        layers.find_map(|layer| text_attribute(&layer.attributes, name))
+    };
+    let asked = text(FINISH).map(|text| Finish::of_text(&text)).unwrap_or_default();
+    let finish = Finish {
+        tone: text(TONE).map_or(asked.tone, |text| Finish::of_text(&text).tone),
+        denoiser: asked.denoiser.filter(|_| text(DENOISER).is_none()),
+        ..asked
+    };
+    let settings = text(SETTINGS);
     let mut channels = Vec::new();
     for (i, layer) in file.layer_data.into_iter().enumerate() {
         let part = layer.attributes.layer_name.as_ref().map(ToString::to_string);
@@ -115,9 +146,14 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         return Err(FileError::new(path, message)
             .help("write it again, without subsampling and with pixels in its display window"));
     }
+    let backing = match channels.iter().any(|c| c.name == Backing::Transparent.channels()[0]) {
+        true => Some(Backing::Transparent),
+        false => settings.and_then(|settings| backing_of(&settings)),
+    };
     Ok(Layers {
         resolution: resolution(&display),
         channels,
-        tone,
+        finish,
+        backing,
     })
 }

@@ -2,6 +2,7 @@
 
 use super::{Value, parameters};
 use crate::color::{Spectrum, srgb};
+use crate::film::Backing;
 use crate::integrator::Background;
 use serde_json::json;
 
@@ -15,6 +16,16 @@ parameters! {
         /// Reflections and glass still see the lights.
         background: Background = Background::Light;
     }
+}
+
+/// Name of the background in settings as files describe them, `key=value`.
+pub const BACKGROUND: &str = "background";
+
+/// The backing of pictures of these settings, as files describe them.
+pub fn backing_of(settings: &str) -> Option<Backing> {
+    let pairs = settings.split(' ').filter_map(|pair| pair.split_once('='));
+    let (_, text) = pairs.into_iter().find(|(key, _)| *key == BACKGROUND)?;
+    Background::of_text(text)?.backing()
 }
 
 /// Before the colour of a gradient.

@@ -5,6 +5,7 @@
 //! that uses it. To add another one: an entry in [`picture_parameters`], or beside the code that it belongs to.
 
 mod background;
+mod finish;
 pub mod integrator_parameters;
 pub mod method;
 pub mod names;
@@ -16,7 +17,8 @@ mod range;
 mod tests;
 mod value;
 
-pub use background::BackgroundOptions;
+pub use background::{BACKGROUND, BackgroundOptions, backing_of};
+pub use finish::Finish;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
 pub use method::*;
 pub use names::Named;

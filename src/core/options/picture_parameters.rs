@@ -78,6 +78,14 @@ impl ToneOptions {
             curve: self.tone(),
         }
     }
+
+    /// `tone` with what these say in place of its own.
+    pub fn over(&self, tone: Tone) -> Tone {
+        Tone {
+            exposure: self.exposure.unwrap_or(tone.exposure),
+            curve: self.tone.unwrap_or(tone.curve),
+        }
+    }
 }
 
 impl Value for Exposure {

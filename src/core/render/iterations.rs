@@ -220,8 +220,8 @@ struct WorkItem<'a, R> {
     /// What parts of the light that are strategies, and classes of paths, get.
     parts: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
-    /// Shares in which samples see a transparent background.
-    backgrounds: Vec<(UVec2, f32)>,
+    /// Shares in which samples see the background.
+    backgrounds: Vec<(UVec2, Spectrum)>,
     statistics: Statistics,
     /// The sample in work, and what counts in its own pixel.
     key: SampleKey,
@@ -278,7 +278,7 @@ impl<'a, R: Gathered> WorkItem<'a, R> {
                     if let Some(view) = self.view.take() {
                         let (seen, background) = view.finish(radiance).unwrap_or_default();
                         radiance = seen;
-                        if background != 0.0 && self.target.crop.contains(pixel) {
+                        if !background.is_black() && self.target.crop.contains(pixel) {
                             self.backgrounds.push((pixel, background * self.weight));
                         }
                     }
@@ -343,7 +343,7 @@ impl<'a, R: Gathered> WorkItem<'a, R> {
             iteration.see(pixel, surface);
         }
         for (pixel, share) in self.backgrounds {
-            iteration.see_background(pixel, share.into());
+            iteration.see_background(pixel, share.to_array().map(f64::from));
         }
         self.statistics
     }

@@ -3,6 +3,7 @@
 use super::cancellation::Cancellation;
 use super::observer::Observer;
 use super::statistics::RayCounts;
+use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::integrator::{CameraView, Gathered, RayKind, RaySink, Sink};
 
@@ -12,8 +13,8 @@ pub struct PixelSample<'a, R> {
     pub(super) radiance: R,
     pub(super) surface: Option<FirstSurface>,
     view: Option<CameraView<R>>,
-    /// Share in which the sample sees a transparent background, after [`PixelSample::finish`].
-    pub(super) background: f32,
+    /// Share in which the sample sees the background, after [`PixelSample::finish`].
+    pub(super) background: Spectrum,
     pub(super) rays: RayCounts,
     pub(super) cancellation: Cancellation<'a>,
 }
@@ -25,7 +26,7 @@ impl<'a, R: Default> PixelSample<'a, R> {
             radiance: R::default(),
             surface: None,
             view: None,
-            background: 0.0,
+            background: Spectrum::ZERO,
             rays: RayCounts::default(),
             cancellation: Cancellation::new(observer),
         }

@@ -10,7 +10,7 @@ use super::pixel_sample::PixelSample;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Block, FeatureBlock, Film, Fixed, PartBlock, Tile};
+use crate::film::{Accumulator, Block, FeatureBlock, Film, PartBlock, Tile};
 use crate::integrator::{ByGroup, ByPath, Gathered, SAMPLES_AT_ONCE};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -162,8 +162,8 @@ fn render_tile<R: TracedLight, S: Sampler>(
         feature_blocks.iter_mut().for_each(FeatureBlock::clear);
         part_blocks.iter_mut().for_each(PartBlock::clear);
         class_blocks.iter_mut().for_each(PartBlock::clear);
-        // Shares of a transparent background: all 0 where the film has no alpha
-        let mut backgrounds = [0.0f64; SAMPLES_AT_ONCE];
+        // Shares of the background
+        let mut backgrounds = [[0.0f64; 3]; SAMPLES_AT_ONCE];
         let mut start = samples.start;
         while start < samples.end {
             if observer.should_stop() {
@@ -201,7 +201,8 @@ fn render_tile<R: TracedLight, S: Sampler>(
                 if let (Some(features), Some(block)) = (&features, feature_blocks.get_mut(place)) {
                     block.add(features);
                 }
-                backgrounds[place] += f64::from(sample.background * sample.weight);
+                let share = (sample.background * sample.weight).to_array();
+                (0..3).for_each(|c| backgrounds[place][c] += f64::from(share[c]));
                 let radiance = sample.radiance * sample.weight;
                 if let Some(surface) = &mut sample.surface {
                     surface.emitted *= sample.weight;
@@ -239,11 +240,12 @@ fn render_tile<R: TracedLight, S: Sampler>(
             }
         }
         for (&pixel, &background) in group.iter().zip(&backgrounds) {
+            let before = tile.sums(pixel).map_or(0, Accumulator::samples);
             if let Some(sum) = tile.background_mut(pixel) {
-                *sum = match turn {
-                    Turn::Add => sum.plus(Fixed::new(background)),
-                    Turn::TakeBack => sum.minus(Fixed::new(background)),
-                };
+                match turn {
+                    Turn::Add => sum.add(background, samples.len() as u32, before),
+                    Turn::TakeBack => sum.take_back(background),
+                }
             }
         }
         for (&pixel, block) in group.iter().zip(&blocks) {

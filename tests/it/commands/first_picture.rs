@@ -188,6 +188,35 @@ fn exposure_is_metered_by_flag_or_key_and_the_same_for_resumed_and_merged_pictur
     );
 }
 
+/// Parts and checkpoints of a bare OBJ name its exposure, tone curve and denoiser. What `merge` and
+/// `develop` make of them is the picture of a single render, to the byte.
+#[test]
+fn parts_of_a_bare_obj_give_the_picture_of_a_single_render() {
+    let folder = scene();
+    let at = folder.path();
+    let run = |line: &str| done(at, &split(line));
+    let bare = "render a.obj -q --size 32x24 --spp 128";
+    run(&format!("{bare} -o whole.png -o whole.exr"));
+    run(&format!("{bare} --samples 0..64 -o a.exr"));
+    run(&format!("{bare} --samples 64..128 --checkpoint b.exr"));
+    run(&format!("{bare} --checkpoint all.exr -o x.exr"));
+    run("merge -q a.exr b.exr -o merged.png -o merged.exr");
+    run("develop -q all.exr -o developed.png");
+    let bytes = |name: &str| fs::read(at.join(name)).unwrap();
+    assert!(bytes("merged.png") == bytes("whole.png"));
+    assert!(png_of(&at.join("developed.png")) == png_of(&at.join("whole.png")));
+    for channel in ["R", "raw.R"] {
+        let [merged, whole] = ["merged.exr", "whole.exr"].map(|name| read_channel(&at.join(name), channel));
+        assert!(merged == whole, "{channel}");
+    }
+    let finish = format!("{:?}", attribute(&at.join("a.exr"), "embrasure.finish"));
+    assert!(finish.contains("tone=agx exposure="), "{finish}");
+    // Flags override it.
+    run("merge -q a.exr b.exr --denoise=off --tone srgb --exposure 0 -o raw.png");
+    run("develop -q whole.exr --channel raw --tone srgb --exposure 0 -o raw-whole.png");
+    assert!(png_of(&at.join("raw.png")) == png_of(&at.join("raw-whole.png")));
+}
+
 #[test]
 fn what_cannot_be_an_exposure_quality_or_clamp_is_refused_with_what_can() {
     let folder = scene();

@@ -2,6 +2,7 @@
 
 use crate::support::program::{INTEGRATORS, assert_same_bits, done, folder, joined, json, refused, split};
 use crate::support::*;
+use embrasure::color::srgb;
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -53,25 +54,22 @@ fn alpha_is_coverage() {
     assert!((red(25, 5) - 0.3).abs() < 0.02 && (red(15, 5) - 0.3 * alpha(15, 5)).abs() < 0.02);
     assert_eq!(red(2, 15), 0.0);
 
-    // A PNG has straight colours: the rim has those of the paper, and no darker ones.
-    let decoder = png::Decoder::new(std::io::BufReader::new(
-        std::fs::File::open(folder.path().join("o.png")).unwrap(),
-    ));
-    let mut reader = decoder.read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    assert_eq!(info.color_type, png::ColorType::Rgba);
+    // A PNG that is blended code by code, as browsers do, is what the blend of light gives.
+    let (channels, bytes) = read_codes(&folder.path().join("o.png"));
+    assert_eq!(channels, 4);
     let pixel = |x: usize, y: usize| &bytes[4 * (y * 31 + x)..][..4];
-    assert_eq!(
-        (pixel(2, 15), pixel(25, 5)[3], pixel(15, 5)[3]),
-        (&[0, 0, 0, 0][..], 255, 128)
-    );
-    assert!(
-        pixel(25, 5)[0].abs_diff(pixel(15, 5)[0]) <= 4,
-        "{:?}, {:?}",
-        pixel(25, 5),
-        pixel(15, 5)
-    );
+    assert_eq!((pixel(2, 15), pixel(25, 5)[3]), (&[0, 0, 0, 0][..], 255));
+    for (x, y) in [(15, 5), (25, 25), (15, 25)] {
+        for behind in [0.0, 1.0] {
+            let [grey, a] = [pixel(x, y)[0], pixel(x, y)[3]].map(|code| f32::from(code) / 255.0);
+            let blended = a * grey + (1.0 - a) * behind;
+            let expected = srgb::encode(red(x, y) + (1.0 - alpha(x, y)) * behind);
+            assert!(
+                (blended - expected).abs() < 1.5 / 255.0,
+                "{x} {y}: {blended}, not {expected}"
+            );
+        }
+    }
     // Nothing else has an alpha channel.
     done(
         folder.path(),
@@ -142,6 +140,84 @@ fn over_a_background_it_is_the_opaque_picture() {
         kinds += 1;
     }
     assert_eq!(kinds, 20);
+}
+
+/// The 8-bit codes of a PNG file, and the number of its channels.
+fn read_codes(path: &Path) -> (usize, Vec<u8>) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    (info.color_type.samples(), bytes)
+}
+
+/// Tone curve, exposure and denoiser change what is before a background, and not its colour. The
+/// picture is that of a transparent one over this colour, and `develop` shows the same.
+#[test]
+fn a_background_is_shown_as_it_was_typed() {
+    let folder = stage("[ground]\npoint = [0, -0.3, 0]");
+    let file = |name: &str| folder.path().join(name);
+    for (flags, color, code) in [
+        ("--tone agx --exposure 2", "#ffffff", [255; 3]),
+        (
+            "--tone reinhard --exposure auto --denoise=atrous",
+            "#ffc356",
+            [255, 195, 86],
+        ),
+        ("--tone aces-hill --exposure=-1 --denoise=gaussian", "0.18", [118; 3]),
+    ] {
+        let render = |background: &str, name: &str| {
+            let line =
+                format!("render s.toml -q --spp 64 {flags} --background {background} -o {name}.png -o {name}.exr");
+            done(folder.path(), &split(&line));
+        };
+        render(color, "c");
+        let (channels, shown) = read_codes(&file("c.png"));
+        // The left half of the upper picture is empty.
+        assert_eq!((channels, &shown[..6]), (3, &[code, code].concat()[..]), "{flags}");
+        done(folder.path(), &split("develop c.exr -q -o d.png"));
+        assert_eq!(read_codes(&file("d.png")).1, shown, "{flags}");
+
+        render("transparent", "t");
+        let over_light = |name: &str| {
+            let a = read_channel(&file("t.exr"), "A");
+            let light = read_channel(&file("t.exr"), name);
+            let opaque = read_channel(&file("c.exr"), name);
+            let behind = opaque[0];
+            // Coverage is clamped if more light arrives at the ground than without the scene.
+            let pixels = light
+                .into_iter()
+                .zip(a)
+                .zip(opaque)
+                .filter(|((_, a), _)| (0.001..0.999).contains(a));
+            pixels.map(move |((light, a), opaque)| (light + (1.0 - a) * behind - opaque).abs())
+        };
+        let largest = ["R", "G", "B"].into_iter().flat_map(over_light).fold(0.0, f32::max);
+        // Denoisers filter grey coverage and coloured coverage a little differently.
+        assert!(largest < 4e-3, "{flags}: {largest}");
+        if color == "#ffffff" {
+            let (_, clear) = read_codes(&file("t.png"));
+            for (i, (clear, shown)) in clear.chunks(4).zip(shown.chunks(3)).enumerate() {
+                let a = f32::from(clear[3]) / 255.0;
+                let over = |c: usize| a * f32::from(clear[c]) + (1.0 - a) * 255.0;
+                assert!((over(1) - f32::from(shown[1])).abs() < 2.0, "{i}: {clear:?} {shown:?}");
+            }
+        }
+    }
+}
+
+/// `--noise` sees the noise of a shadow in a transparent picture as that of the picture over white.
+#[test]
+fn noise_levels_count_shadows_without_background() {
+    let folder = stage("[ground]\npoint = [0, -0.3, 0]");
+    let error = |background: &str| {
+        let line = format!("render s.toml -q --noise 1% --spp 256 --reuse none --background {background} -o o.exr");
+        done(folder.path(), &split(&line));
+        let errors = read_channel(&folder.path().join("o.exr"), "error");
+        errors.iter().map(|error| error * error).sum::<f32>().sqrt()
+    };
+    let (clear, white) = (error("transparent"), error("white"));
+    assert!(clear > 0.5 * white && white > 0.0, "{clear} {white}");
 }
 
 /// Crops, resumed and merged renders have the bits of a single one, in `A` too.

@@ -7,7 +7,7 @@ use crate::support::*;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::description::{SceneFile, load_scene};
-use embrasure::film::{Film, Rect};
+use embrasure::film::{Backing, Film, Rect};
 use embrasure::integrator::*;
 use embrasure::light::{LatLongImage, SelectionMode};
 use embrasure::math::{Quat, UVec2, Vec3};
@@ -69,7 +69,7 @@ fn film_over(scene: &Scene, camera: CameraParameters, background: Background, re
         let path = path_tracer(world, Some(3));
         let mut film = Film::new(SIZE, Rect::full(SIZE));
         if background == Background::Transparent {
-            film = film.with_alpha();
+            film = film.with_backing(Backing::Transparent);
         }
         render_into(&mut film, &MaybeReusing { path, reuse }, &independent(5), spp);
         film
@@ -183,7 +183,7 @@ fn missing_light_is_what_does_not_arrive() {
                 let mean = |film: &Film| {
                     let sums = film.tiles().iter().flat_map(|tile| {
                         let pixels = tile.bounds().pixels();
-                        pixels.map(|pixel| tile.background(pixel).unwrap().to_f64() / 512.0)
+                        pixels.map(|pixel| tile.background(pixel).unwrap().mean(512)[1])
                     });
                     sums.sum::<f64>() / (SIZE.x * SIZE.y) as f64
                 };
@@ -245,13 +245,13 @@ fn a_hard_shadow_is_all_or_nothing() {
                     up: Vec3::Y,
                 };
                 let path = path_tracer(World { backdrop, ..world }, Some(1));
-                let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
+                let mut film = Film::new(SIZE, Rect::full(SIZE)).with_backing(Backing::Transparent);
                 render_into(&mut film, &path, &independent(1), 16);
                 for (pixel, sums) in film.pixels() {
-                    let alpha = film.alpha(pixel).unwrap() as f64;
+                    let alpha = film.coverage(pixel).unwrap()[1] as f64;
                     let wanted = match background {
                         Background::Transparent => ([0.0; 3], 1.0 - expected),
-                        _ => (blue.to_array().map(|v| v as f64 * expected), 1.0),
+                        _ => (blue.to_array().map(|v| v as f64 * expected), 1.0 - expected),
                     };
                     let close = |a: f64, b: f64| (a - b).abs() < 1e-5;
                     let is_right = (0..3).all(|c| close(sums.mean(c), wanted.0[c])) && close(alpha, wanted.1);
@@ -268,7 +268,7 @@ fn the_ground_is_not_seen_from_below() {
     let scene = ball_and_sun();
     let camera = pinhole(Vec3::new(0.0, -5.0, 0.0), Vec3::ZERO, 60.0);
     let film = film_over(&scene, camera, Background::Transparent, true, 64);
-    let alpha = |x: u32, y: u32| film.alpha(UVec2::new(x, y)).unwrap();
+    let alpha = |x: u32, y: u32| film.coverage(UVec2::new(x, y)).unwrap()[1];
     assert_eq!((alpha(12, 12), alpha(0, 0)), (1.0, 0.0));
 }
 
@@ -295,9 +295,9 @@ fn iterations_have_alpha() {
                 alpha: 0.7,
             },
         };
-        let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
+        let mut film = Film::new(SIZE, Rect::full(SIZE)).with_backing(Backing::Transparent);
         render_into(&mut film, &integrator, &independent(3), 8);
-        let alpha = |x: u32, y: u32| film.alpha(UVec2::new(x, y)).unwrap();
+        let alpha = |x: u32, y: u32| film.coverage(UVec2::new(x, y)).unwrap()[1];
         assert_eq!((alpha(12, 12), alpha(0, 0)), (1.0, 0.0));
     });
 }
@@ -317,12 +317,12 @@ fn backends_agree_on_the_ground() {
             up: Vec3::Y,
         };
         let path = path_tracer(World { backdrop, ..world }.with_accel(&dynamic), Some(3));
-        let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
+        let mut film = Film::new(SIZE, Rect::full(SIZE)).with_backing(Backing::Transparent);
         render_into(&mut film, &path, &independent(5), 64);
         film
     });
     for pixel in film.crop().pixels() {
-        let [a, b] = [&film, &second].map(|film| film.alpha(pixel).unwrap());
+        let [a, b] = [&film, &second].map(|film| film.coverage(pixel).unwrap()[1]);
         assert!((a - b).abs() < 0.02, "{pixel}: {a}, {b}");
     }
 }
@@ -380,5 +380,5 @@ fn the_ground_is_no_part_of_the_bounds() {
     let traced = printed(&run("render s.toml --pixel 2,29 --sample 1"));
     assert!(traced.contains("sees the ground: its light times"), "{traced}");
     let traced = printed(&run("render s.toml --pixel 2,15 --background transparent --no-ground"));
-    assert!(traced.contains("share of a transparent background 1"), "{traced}");
+    assert!(traced.contains("share of the background [1, 1, 1]"), "{traced}");
 }

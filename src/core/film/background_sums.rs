@@ -1,0 +1,153 @@
+//! The share in which a pixel sees the background.
+
+use super::accumulator::BLOCK;
+use super::{DARK, Fixed};
+use crate::color::Spectrum;
+
+/// Backgrounds that pictures for display show as they were asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Backing {
+    /// None: the picture has an alpha channel.
+    Transparent,
+    /// This colour, linear Rec.709. Exposure and tone curve change the light in front of it alone.
+    Color(Spectrum),
+}
+
+impl Backing {
+    /// Names of the channels of coverage: the share of a pixel's red, green and blue that is not light of
+    /// the background. They differ in coloured shadows on a ground. Alpha is the luminance of that share.
+    pub const fn channels(self) -> &'static [&'static str] {
+        match self {
+            Self::Transparent => &["A"],
+            Self::Color(_) => &["coverage.R", "coverage.G", "coverage.B"],
+        }
+    }
+
+    /// Names of the channels of coverage before a denoiser.
+    pub const fn raw_channels(self) -> &'static [&'static str] {
+        match self {
+            Self::Transparent => &["raw.A"],
+            Self::Color(_) => &["raw.coverage.R", "raw.coverage.G", "raw.coverage.B"],
+        }
+    }
+
+    /// Light of the background that `R G B` hold where nothing covers it.
+    pub fn light(self) -> Spectrum {
+        match self {
+            Self::Transparent => Spectrum::ZERO,
+            Self::Color(color) => color,
+        }
+    }
+}
+
+/// Sum over the samples of a pixel of the share in which each sees the background.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BackgroundSum {
+    /// The sum of each channel, exactly.
+    pub sum: [Fixed; 3],
+    /// Squared differences of the mean luminances of whole blocks from their mean; NaN if there are no
+    /// blocks.
+    pub(super) block_spread: f64,
+}
+
+impl BackgroundSum {
+    /// Adds the `share` of `samples`, which come after those of `before`.
+    pub fn add(&mut self, share: [f64; 3], samples: u32, before: u32) {
+        if before >= BLOCK && before.is_multiple_of(BLOCK) && samples == BLOCK {
+            let blocks = f64::from(before / BLOCK);
+            let difference = luminance(share) / f64::from(BLOCK) - luminance(self.mean(before));
+            self.block_spread += difference * difference * blocks / (blocks + 1.0);
+        }
+        self.change(share, Fixed::plus);
+    }
+
+    /// Adds the `share` of a sample that is in no block.
+    pub fn add_alone(&mut self, share: [f64; 3]) {
+        self.change(share, Fixed::plus);
+        self.block_spread = f64::NAN;
+    }
+
+    /// Takes the share of samples out again that came last, part of a block.
+    pub fn take_back(&mut self, share: [f64; 3]) {
+        self.change(share, Fixed::minus);
+    }
+
+    fn change(&mut self, share: [f64; 3], by: fn(Fixed, Fixed) -> Fixed) {
+        self.sum = [0, 1, 2].map(|c| by(self.sum[c], Fixed::new(share[c])));
+    }
+
+    /// Adds the sum of `other` samples of the same pixel, where `own` are here.
+    pub fn merge(&mut self, other: &Self, [own, others]: [u32; 2]) {
+        // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
+        let [n, m] = [own, others].map(|samples| f64::from(samples / BLOCK));
+        let between = match n * m > 0.0 {
+            true => luminance([0, 1, 2].map(|c| other.mean(others)[c] - self.mean(own)[c])).powi(2) * n * m / (n + m),
+            false => 0.0,
+        };
+        self.sum = [0, 1, 2].map(|c| self.sum[c].plus(other.sum[c]));
+        self.block_spread += other.block_spread + between;
+    }
+
+    /// Mean share over `samples`; 0 before the first.
+    pub fn mean(&self, samples: u32) -> [f64; 3] {
+        self.sum.map(|sum| sum.to_f64() / f64::from(samples.max(1)))
+    }
+
+    /// Estimate of the squared error of a white background's light, relative to that light; infinite
+    /// before there are two blocks. It is the analogue of [`Accumulator::squared_error`].
+    ///
+    /// [`Accumulator::squared_error`]: super::Accumulator::squared_error
+    pub fn squared_error(&self, samples: u32) -> f64 {
+        let mean = luminance(self.mean(samples));
+        let variance = if self.block_spread.is_nan() {
+            // Shares in [0, 1] of this mean vary by this at most.
+            (mean * (1.0 - mean)).max(0.0) / f64::from(samples.saturating_sub(1))
+        } else {
+            let blocks = f64::from(samples / BLOCK);
+            self.block_spread / (blocks * (blocks - 1.0))
+        };
+        match samples < 2 || !variance.is_finite() || samples < 2 * BLOCK && !self.block_spread.is_nan() {
+            true => f64::INFINITY,
+            false => variance / (mean.powi(2) + DARK),
+        }
+    }
+}
+
+/// Relative luminance of Rec.709 primaries.
+fn luminance(rgb: [f64; 3]) -> f64 {
+    rgb.into_iter()
+        .zip([0.2126, 0.7152, 0.0722])
+        .map(|(v, weight)| v * weight)
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_come_from_the_differences_of_blocks() {
+        let means = [0.0, 0.5, 0.25, 0.25];
+        let mut whole = BackgroundSum::default();
+        let mut halves = [BackgroundSum::default(); 2];
+        for (i, mean) in means.into_iter().enumerate() {
+            let share = [mean * f64::from(BLOCK); 3];
+            assert_eq!(whole.squared_error(i as u32 * BLOCK).is_infinite(), i < 2);
+            whole.add(share, BLOCK, i as u32 * BLOCK);
+            halves[i / 2].add(share, BLOCK, (i as u32 % 2) * BLOCK);
+        }
+        // Variance of the means 1/24, of their mean a quarter of it; their mean is 1/4.
+        let expected = 0.125 / 12.0 / (0.0625 + DARK);
+        let error = whole.squared_error(4 * BLOCK);
+        assert!((error / expected - 1.0).abs() < 1e-9, "{error} {expected}");
+        let [mut merged, other] = halves;
+        merged.merge(&other, [2 * BLOCK; 2]);
+        assert_eq!(merged.sum, whole.sum);
+        assert!((merged.block_spread - whole.block_spread).abs() < 1e-12);
+        // What is taken back was never there.
+        let mut longer = whole;
+        longer.add([3.5; 3], 7, 4 * BLOCK);
+        longer.take_back([3.5; 3]);
+        assert_eq!(longer, whole);
+    }
+}

@@ -1,0 +1,82 @@
+//! What is done to the sums of a render to show its picture.
+
+use super::{Denoising, Value};
+use crate::color::Tone;
+use crate::color::tone::{Curve, Exposure};
+use crate::denoise::Denoiser;
+use std::fmt;
+
+/// Denoiser, exposure and tone curve that a render was asked for. Files of parts and checkpoints name
+/// them, so that pictures made from these are those of the render.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Finish {
+    /// Exposure and tone curve of PNG files.
+    pub tone: Tone,
+    /// The denoiser, if there is one.
+    pub denoiser: Option<Denoiser>,
+    /// Radius of the denoiser in pixels; `None` for its own.
+    pub denoise_radius: Option<f32>,
+}
+
+impl fmt::Display for Finish {
+    /// `key=value` pairs: `tone=agx exposure=auto denoise=oidn`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let denoising = self.denoiser.map_or(Denoising::Off, Denoising::By);
+        write!(f, "{} denoise={}", self.tone, denoising.text())?;
+        match self.denoise_radius {
+            Some(radius) => write!(f, " denoise_radius={radius}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Finish {
+    /// What [`Finish`] is displayed as; defaults for what is not there or invalid.
+    pub fn of_text(text: &str) -> Self {
+        let value = |key: &str| {
+            let mut pairs = text.split(' ').filter_map(|pair| pair.split_once('='));
+            pairs.find(|(k, _)| *k == key).map(|(_, value)| value)
+        };
+        let radius = value("denoise_radius").and_then(f32::of_text);
+        Self {
+            tone: Tone {
+                exposure: value("exposure")
+                    .and_then(Exposure::of_text)
+                    .filter(Exposure::is_finite)
+                    .unwrap_or_default(),
+                curve: value("tone").and_then(Curve::of_text).unwrap_or_default(),
+            },
+            denoiser: value("denoise")
+                .and_then(Denoising::of_text)
+                .and_then(Denoising::denoiser),
+            denoise_radius: radius.filter(|radius| radius.is_finite()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_hold_all_of_it() {
+        let finish = Finish {
+            tone: Tone {
+                exposure: Exposure::Studio,
+                curve: Curve::Agx,
+            },
+            denoiser: Some(Denoiser::Nlm),
+            denoise_radius: Some(3.5),
+        };
+        for finish in [finish, Finish::default()] {
+            assert_eq!(Finish::of_text(&finish.to_string()), finish, "{finish}");
+        }
+        assert_eq!(
+            finish.to_string(),
+            "tone=agx exposure=studio denoise=nlm denoise_radius=3.5"
+        );
+        for unknown in ["", "tone=x exposure=inf denoise", "denoise_radius=nan exposure=1e9"] {
+            assert_eq!(Finish::of_text(unknown), Finish::default(), "{unknown}");
+        }
+    }
+}

@@ -1,8 +1,8 @@
 //! Findings: what readers of files and `embrasure check` say of a scene.
 //!
 //! A finding has a severity, a name that stays, a place, and a count. One reader serves renders and
-//! checks. It leaves a wrong statement out or uses the nearest right value, takes a wrong `v` for 0
-//! so that indices keep their meaning, and reads on. `load_scene` ends with the first error as soon
+//! checks. It leaves a wrong statement out or uses the nearest right value, leaves out faces with a
+//! wrong `v`, and reads on. `load_scene` ends with the first error as soon
 //! as a part of the work is done, and `inspect_scene` is the same loader, told to go on. A wrong
 //! entry of a scene file is blanked and the file read again, since the parser stops at the first
 //! error.

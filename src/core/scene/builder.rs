@@ -316,6 +316,15 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Exchanges a material's heights and normals: each of the two textures was taken for the other.
+    /// The maps keep their mappings.
+    pub fn exchange_bumps(&mut self, id: MaterialId) {
+        if let Some(material) = self.materials.get_mut(id.0 as usize) {
+            let maps = &mut material.maps;
+            std::mem::swap(&mut maps.bump, &mut maps.normal);
+        }
+    }
+
     /// The scene's textures. Until now the maps of materials named places in `ids`, where they are told which texture that is; those that
     /// are told `None` are left out.
     pub fn set_textures(&mut self, textures: Vec<Texture>, ids: &[Option<TextureId>]) {

@@ -11,6 +11,7 @@
 
 use super::{FileError, Position};
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 
 /// How bad a finding is.
@@ -149,6 +150,25 @@ impl fmt::Display for Warning {
 pub struct Findings(Vec<Finding>);
 
 impl Findings {
+    /// Number of findings.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Returns true if there are no findings.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// These findings without those of a range.
+    pub fn without(&self, range: Range<usize>) -> Self {
+        let all = self.0.iter().enumerate();
+        let kept = all
+            .filter(|(i, _)| !range.contains(i))
+            .map(|(_, finding)| finding.clone());
+        Self(kept.collect())
+    }
+
     /// Adds something that is there once.
     pub fn add(&mut self, severity: Severity, code: &'static str, error: FileError) {
         self.push(Finding::new(severity, code, error));

@@ -107,7 +107,7 @@ fn power_of_a_lamp_is_that_of_its_opacity() {
     };
     let whole = power(1.0);
     assert!((power(0.25) / whole - 0.25).abs() < 1e-6);
-    // A lamp that is not there is chosen by nobody, and the scene has the light of one without lamps.
+    // A lamp of opacity 0 has no power, and a scene without power gets the default light.
     let scene = floor_below(&[0.0]);
     assert!(scene.lights().iter().any(|light| matches!(light, Light::Constant(_))));
 }

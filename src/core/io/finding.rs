@@ -150,16 +150,6 @@ impl fmt::Display for Warning {
 pub struct Findings(Vec<Finding>);
 
 impl Findings {
-    /// Number of findings.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Returns true if there are no findings.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     /// These findings without those of a range.
     pub fn without(&self, range: Range<usize>) -> Self {
         let all = self.0.iter().enumerate();

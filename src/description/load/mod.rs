@@ -221,9 +221,9 @@ impl<'a> Loader<'a> {
     fn load_keeping(mut self, unlit: &mut Option<Unlit>) -> Inspection {
         let objs = self.load_objects();
         let mut builder = self.builder.unlit();
-        let (materials, findings) = (self.materials.len(), self.findings.len());
+        let (materials, findings) = (self.materials.len(), self.findings.iter().count());
         self.add_lights();
-        let of_lights = findings..self.findings.len();
+        let of_lights = findings..self.findings.iter().count();
         self.add_textures();
         builder.complete(&self.builder);
         *unlit = Some(Unlit {

@@ -48,11 +48,8 @@ pub fn origin_of(path: &Path) -> DVec3 {
         }
         line.clear();
     }
-    let origins = [bounds, samples.middle()].into_iter().flatten().map(origin_within);
-    origins
-        .into_iter()
-        .find(|&origin| origin != DVec3::ZERO)
-        .unwrap_or(DVec3::ZERO)
+    let mut origins = [bounds, samples.middle()].into_iter().flatten().map(origin_within);
+    origins.find(|&origin| origin != DVec3::ZERO).unwrap_or(DVec3::ZERO)
 }
 
 /// Vertices that are evenly spread over a file.

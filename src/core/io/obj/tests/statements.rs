@@ -155,7 +155,7 @@ fn faces_with_wrong_positions_are_left_out() {
         let right = "v 2 0 0\nf 1 2 3\ns 1\nusemtl red\nf 1 3 4\ns off\n";
         let [found, expected] = [&*lines, right].map(|lines| load(format!("{SQUARE}{lines}")).unwrap());
         let triangles = |read: &Read| -> Vec<(Option<String>, Vec<[Vec3; 3]>)> {
-            let of_group = |group: &Group| {
+            let of_group = |group: &crate::io::obj::Group| {
                 let all = (0..group.mesh.triangles.len() as u32).map(|t| corners(&group.mesh, t));
                 (group.material.clone(), all.collect())
             };

@@ -93,7 +93,8 @@ fn files_of_a_scene_with_guessed_light_are_read_once() {
         let session = Session::load(&file, settings, &work).unwrap();
         (session, work.0.into_inner().unwrap())
     };
-    let (lit, work) = load("a.obj", true);
+    std::fs::write(at("dark.toml"), "version = 1\n[[object]]\nobj = \"a.obj\"\n").unwrap();
+    let (lit, work) = load("dark.toml", true);
     assert!(lit.light_guess().unwrap().starts_with("a studio"));
     let once = ["a.obj", "reading textures", "building the scene", "building the scene"];
     assert_eq!(work, once);

@@ -89,10 +89,12 @@ impl Report {
         // The sum adds nothing to a list of single faces.
         let names = |codes: &[&str]| linted.iter().any(|f| codes.contains(&f.code));
         let names_degenerate = names(&["degenerate-face", "repeated-vertex"]);
-        let names_repeated = names(&["duplicate-face"]);
+        let names_repeated = names(&["duplicate-face", "two-sided"]);
+        let names_sides = names(&["two-sided"]);
         let told = |f: &Finding| match f.code {
             "degenerate-triangles" => !names_degenerate,
             "repeated-triangles" => !names_repeated,
+            "two-sided" => !names_sides,
             _ => true,
         };
         // Of a bare OBJ the command `render` chooses the light.

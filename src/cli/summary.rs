@@ -10,9 +10,7 @@ use crate::session::Session;
 
 /// Prints what the program has chosen: camera and light where nothing gives them, and the distance that `--focus-at` has found.
 pub(super) fn print_choices(session: &Session) {
-    let origin = session.settings().camera.origin.to_array();
-    if origin != [0.0; 3] {
-        let list = origin.map(|x| x.to_string()).join(",");
+    if let Some(list) = session.settings().camera.origin_text() {
         errln!("origin: {list} is subtracted from all positions (--origin off keeps them)");
     }
     if let Some(guess) = session.camera_guess() {

@@ -39,6 +39,7 @@ pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;
 pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
 pub use load::{Loaded, inspect_scene, load_scene, load_scene_watched};
+pub(crate) use load::{Unlit, load_scene_to_light};
 pub use made_object::MadeObject;
 pub use map_section::MapSection;
 pub use material_section::{ColorValue, MaterialSection};

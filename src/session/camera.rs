@@ -128,6 +128,12 @@ impl CameraSettings {
         }
     }
 
+    /// The origin as `x,y,z`; `None` if it is the file's own.
+    pub(crate) fn origin_text(&self) -> Option<String> {
+        let list = || self.origin.to_array().map(|x| x.to_string()).join(",");
+        (self.origin != DVec3::ZERO).then(list)
+    }
+
     /// Whether something is left to guess, or to find by rays.
     pub(super) fn needs_scene(&self) -> bool {
         self.position.is_none() || self.look_at.is_none() || self.focus_at.is_some()

@@ -10,7 +10,7 @@ use crate::io::{DEFAULT_LIGHT, Warning};
 use crate::light::Light;
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
 use crate::math::Vec3;
-use crate::scene::{RectangleParameters, Scene};
+use crate::scene::{GroundPlane, RectangleParameters, Scene};
 use toml::Spanned;
 
 /// Radiance of the backdrop, W·sr⁻¹·m⁻²: a blue grey, from which white, grey and black subjects
@@ -62,6 +62,19 @@ fn written(up: Vec3) -> Option<Spanned<[f32; 3]>> {
     (up != Vec3::Y).then(|| Spanned::new(0..0, up.to_array()))
 }
 
+/// Puts the ground of `file` below the part of the scene that guesses are for, if that is not all.
+fn place_ground(file: &mut SceneFile, survey: &Survey) {
+    if let (Some(ground), Some(part)) = (&mut file.ground, survey.part) {
+        let plane = GroundPlane::below(part, survey.horizon.up());
+        let point = plane.point.map(|point| Spanned::new(0..0, point.to_array()));
+        ground.point = ground.point.take().or(point);
+        ground.radius = ground
+            .radius
+            .take()
+            .or(plane.radius.map(|radius| Spanned::new(0..0, radius)));
+    }
+}
+
 /// Light and ground that flags give to `scene`, for the camera of `parameters`, which stands at `viewpoint`. The environment of an object, by its
 /// `survey`, gets a ground. `None` if all stay as they are in `file`.
 pub(super) fn changed(
@@ -82,6 +95,9 @@ pub(super) fn changed(
     file.settle_light(lights);
     if has_ground || is_turned {
         file.ground.get_or_insert_default().up = written(up);
+    }
+    if has_ground {
+        survey.into_iter().for_each(|survey| place_ground(&mut file, survey));
     }
     Some(LitFile {
         file,
@@ -113,6 +129,7 @@ pub(super) fn lit(
             let catches = guesses.ground && settings.method().catches_shadows();
             if catches {
                 file.ground.get_or_insert_default();
+                place_ground(&mut file, survey);
             }
             if guesses.background && settings.method().shows_backgrounds() {
                 settings.background = Background::Gradient(BACKDROP);

@@ -37,7 +37,7 @@ pub(crate) use renderer::denoised;
 pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters};
-use crate::description::{Loaded, SceneFile, load_scene_watched};
+use crate::description::{Loaded, SceneFile, Unlit, load_scene_to_light};
 use crate::film::{Aov, Filter, LightPathError, LightPaths};
 use crate::guess::CameraGuess;
 use crate::integrator::{Backdrop, World};
@@ -99,11 +99,24 @@ impl Session {
         let pool = thread_pool(settings.threads)?;
         let method = settings.method();
         let builder = method.scene_builder();
+        let (loaded, unlit) = pool.install(|| load_scene_to_light(file, builder, observer))?;
+        Self::settle((file, settings), (loaded, Some(unlit)), pool, observer)
+    }
+
+    /// Settles the camera of a scene that was read, and its light: `unlit` builds it again.
+    fn settle(
+        (file, settings): (&SceneFile, Settings),
+        (loaded, unlit): (Loaded, Option<Unlit>),
+        pool: rayon::ThreadPool,
+        observer: &dyn LoadObserver,
+    ) -> Result<Self, Error> {
+        let limit = MemoryLimit::of(file.load.max_memory);
+        let method = settings.method();
         let Loaded {
             scene,
             mut warnings,
             files,
-        } = pool.install(|| load_scene_watched(file, builder, observer))?;
+        } = loaded;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
         let (found, lit) = camera_and_lit(file, &settings, (&scene, &warnings), &pool)?;
@@ -113,14 +126,12 @@ impl Session {
             guess,
         } = found;
         if let Some(lit) = lit {
-            // The scene is read again, with its light. Only one of both is in memory at a time.
-            drop(scene);
             return Ok(Self {
                 camera_guess: guess,
                 lit_words: lit.words,
                 lit_file: Some(lit.file.clone()),
                 said_camera: settings.camera,
-                ..Self::load(&lit.file, lit.settings, observer)?
+                ..Self::relit((&lit.file, lit.settings), (scene, unlit), pool, observer)?
             });
         }
         method.check_ground(&scene)?;
@@ -146,6 +157,27 @@ impl Session {
             pool,
             kept: None,
         })
+    }
+
+    /// The scene in the light of `file`. It is read again only if it is not as it was read.
+    fn relit(
+        (file, settings): (&SceneFile, Settings),
+        (scene, unlit): (Scene, Option<Unlit>),
+        pool: rayon::ThreadPool,
+        observer: &dyn LoadObserver,
+    ) -> Result<Self, Error> {
+        settings.check()?;
+        if file.ground.is_some() {
+            settings.method().check_catching()?;
+        }
+        let loaded = match unlit {
+            Some(unlit) => pool.install(|| unlit.lit(file, scene, observer))?,
+            None => None,
+        };
+        match loaded {
+            Some(loaded) => Self::settle((file, settings), (loaded, None), pool, observer),
+            None => Self::load(file, settings, observer),
+        }
     }
 
     /// Takes a scene that was made in code, seen by `camera`; what the settings say of cameras does not count.

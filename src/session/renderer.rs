@@ -225,6 +225,7 @@ impl<'a> Renderer<'a> {
             denoiser: None,
             tone: None,
             bias: settings.method().bias(),
+            origin: settings.camera.origin_text(),
         }
     }
 

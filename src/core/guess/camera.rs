@@ -5,6 +5,7 @@ use super::interior::{self, upright_bounds};
 use super::light::LightGuess;
 use super::look::Looker;
 use super::object;
+use super::region::Region;
 use super::survey::Survey;
 use crate::accel::Accel;
 use crate::camera::CameraParameters;
@@ -214,7 +215,11 @@ pub struct CameraFinder<'a> {
 impl<'a> CameraFinder<'a> {
     /// Surveys the scene.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accel, asked: Asked, aspect: f32) -> Self {
-        let looker = Looker { scene, accel };
+        let looker = Looker {
+            scene,
+            accel,
+            region: Region::of(scene),
+        };
         Self {
             survey: Survey::new(&looker, asked.up.or(height_axis(asked.origin)), asked.usual_up),
             looker,
@@ -250,12 +255,10 @@ impl<'a> CameraFinder<'a> {
         }
         let (azimuth, elevation, words) = self.angles();
         let back = self.horizon().direction(azimuth, elevation);
-        let (mut eye, mut target) = self
-            .frame()
-            .place(self.looker.scene, MAX_TRIANGLES, self.horizon(), back);
+        let (mut eye, mut target) = self.frame().place(&self.looker, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
             // One target for all azimuths, with the digits that suit the scene: the frames of a turntable do not jump.
-            target = short(self.looker.scene.bounds().center(), self.size());
+            target = short(self.looker.region.bounds.center(), self.size());
             eye = target + distance * back;
         }
         if let Some(look_at) = look_at {
@@ -449,13 +452,29 @@ impl<'a> CameraFinder<'a> {
     }
 
     fn width(&self) -> f32 {
-        let bounds = upright_bounds(self.looker.scene.bounds(), self.horizon());
+        let bounds = upright_bounds(self.looker.region.bounds, self.horizon());
         (bounds.max.x - bounds.min.x).max(bounds.max.z - bounds.min.z)
     }
 
     /// Radius of the scene, above 0.
     fn size(&self) -> f32 {
-        self.looker.scene.bounds().radius().max(f32::MIN_POSITIVE)
+        self.looker.region.bounds.radius().max(f32::MIN_POSITIVE)
+    }
+
+    /// Words on the triangles that the camera does not frame.
+    fn left_out(&self) -> String {
+        let Region {
+            left_out, left_out_at, ..
+        } = self.looker.region;
+        let place = || {
+            let scale = left_out_at.abs().max_element().max(self.size());
+            position_text(short(left_out_at, scale), self.asked.origin).join(",")
+        };
+        match left_out {
+            0 => String::new(),
+            1 => format!("; 1 triangle that reaches to {} is left out of the view", place()),
+            n => format!("; {n} triangles far away, around {}, are left out of the view", place()),
+        }
     }
 
     /// The camera with short numbers; what was said stays as it is.
@@ -485,6 +504,7 @@ impl<'a> CameraFinder<'a> {
             }
             Some(_) => words,
         };
+        let words = words + &self.left_out();
         // A camera that looks along what is up has another direction at the top of its image.
         let is_across =
             |said: &Vec3| said.cross(position - look_at).length() > 1e-3 * said.length() * position.distance(look_at);

@@ -64,7 +64,7 @@ pub(super) fn light(
 /// Estimate of the irradiance at the point `p` that a ray in the direction `w` sees; `i` is its
 /// number among the points.
 fn irradiance(looker: &Looker, p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
-    let offset = OFFSET * looker.scene.bounds().radius();
+    let offset = OFFSET * looker.region.bounds.radius();
     let paths = (0..PATHS).map(|k| {
         let (mut p, mut seen, mut w) = (p, *seen, w);
         let (mut sum, mut beta) = (0.0, 1.0);

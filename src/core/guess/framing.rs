@@ -1,8 +1,8 @@
 //! Cameras that frame points.
 
+use super::look::Looker;
 use super::triangles::for_each_triangle;
 use crate::math::{Horizon, Vec2, Vec3};
-use crate::scene::Scene;
 
 /// The smallest pyramid of view, of fixed directions, that holds points: half-spaces that the points push outwards.
 #[derive(Clone, Copy, Debug)]
@@ -67,19 +67,22 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Position and target of the camera that sees the scene from `back`, a unit vector towards the eye. `max` of the scene's triangles are looked at.
-    pub fn place(&self, scene: &Scene, max: u64, horizon: &Horizon, back: Vec3) -> (Vec3, Vec3) {
+    /// Position and target of the camera that sees the scene from `back`, a unit vector towards the eye. `max` of the scene's
+    /// triangles are looked at.
+    pub fn place(&self, looker: &Looker, max: u64, horizon: &Horizon, back: Vec3) -> (Vec3, Vec3) {
         let slope = self.fill * (0.5 * self.fov.clamp(1.0, 179.0)).to_radians().tan();
         let mut frustum = Frustum::new(back, horizon.image_up(back), Vec2::new(slope * self.aspect, slope));
-        for_each_triangle(scene, max, |triangle| {
-            triangle.corners.iter().for_each(|&p| frustum.extend(p))
+        for_each_triangle(looker.scene, max, |triangle| {
+            if looker.region.holds(&triangle.corners) {
+                triangle.corners.iter().for_each(|&p| frustum.extend(p));
+            }
         });
         let (eye, target) = frustum.camera();
         // A single point, or a scene of none, is seen from some distance.
         match eye.distance(target) > 0.0 && eye.is_finite() {
             true => (eye, target),
             false => {
-                let target = scene.bounds().center();
+                let target = looker.region.bounds.center();
                 (target + back * (1.0 + target.abs().max_element()), target)
             }
         }

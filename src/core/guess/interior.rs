@@ -46,7 +46,7 @@ impl InteriorView {
 
 /// Views from all places of the floor where one can stand, each the best one of its place, the best first.
 pub(super) fn views(looker: &Looker, horizon: &Horizon) -> Vec<InteriorView> {
-    let box_ = upright_bounds(looker.scene.bounds(), horizon);
+    let box_ = upright_bounds(looker.region.bounds, horizon);
     let size = box_.max - box_.min;
     let width = size.x.max(size.z);
     let places: Vec<(f32, f32)> = (0..PLACES * PLACES)
@@ -81,7 +81,7 @@ const SHOWN: f32 = 0.7;
 /// The view from outside through a side of the scene's box that has no wall: rooms are modelled so for being looked into. Of several such sides the first
 /// around from azimuth 0 counts. `fov` is vertical, degrees, and `aspect` that of the image, which the side fills.
 pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, aspect: f32) -> Option<InteriorView> {
-    let box_ = upright_bounds(looker.scene.bounds(), horizon);
+    let box_ = upright_bounds(looker.region.bounds, horizon);
     let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
     [0.0, 90.0, 270.0, 180.0].into_iter().find_map(|azimuth| {
         let out = horizon.coordinates(horizon.direction(azimuth, 0.0)).round();

@@ -69,7 +69,7 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
     if looker.scene.lights().iter().all(Light::is_infinite) {
         return false;
     }
-    let bounds = looker.scene.bounds();
+    let bounds = looker.region.bounds;
     let (way, half_angle, requirement) = match survey.is_interior {
         true => (target - position, INTERIOR_CONE.to_radians(), INTERIOR),
         false => {
@@ -84,7 +84,7 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
 
 /// Azimuth and elevation of the sun from which light reaches the most points inside.
 fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
-    let points: Vec<Vec3> = points_inside(looker.scene.bounds()).collect();
+    let points: Vec<Vec3> = points_inside(looker.region.bounds).collect();
     let mut best = ([-45.0, ELEVATIONS[0]], 0);
     for elevation in ELEVATIONS {
         for i in 0..AZIMUTHS {

@@ -1,5 +1,6 @@
 //! Rays into a scene by its own backend, and statistics of the surfaces that they meet.
 
+use super::region::Region;
 use super::triangles;
 use crate::accel::Accel;
 use crate::geometry::Hit;
@@ -18,6 +19,8 @@ const CELLS: f32 = 3.0;
 pub(super) struct Looker<'a> {
     pub scene: &'a Scene,
     pub accel: &'a dyn Accel,
+    /// The region that holds most of the scene.
+    pub region: Region,
 }
 
 /// The surface that a ray meets.

@@ -14,6 +14,7 @@ mod light;
 mod look;
 mod object;
 mod parts;
+mod region;
 mod spread;
 mod survey;
 mod triangles;

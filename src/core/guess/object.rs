@@ -49,7 +49,7 @@ pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
 
 /// Azimuth and elevation, in degrees, of the three-quarter view that shows most of an object whose front is at `front`.
 pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
-    let bounds = upright_bounds(looker.scene.bounds(), horizon);
+    let bounds = upright_bounds(looker.region.bounds, horizon);
     let size = bounds.max - bounds.min;
     let elevations: &[f32] = match size.y <= FLAT * size.x.max(size.z) {
         true => &FLAT_ELEVATION,
@@ -87,7 +87,7 @@ impl Picture {
             fill: FILL,
             ..*frame
         };
-        let (position, look_at) = square.place(looker.scene, FEW, horizon, back);
+        let (position, look_at) = square.place(looker, FEW, horizon, back);
         let parameters = CameraParameters {
             position,
             look_at,

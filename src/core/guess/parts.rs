@@ -34,7 +34,7 @@ pub(super) struct Parts<'a> {
 impl<'a> Parts<'a> {
     /// The parts of the looker's scene; none of a scene of many triangles.
     pub fn of(looker: &'a Looker) -> Self {
-        let bounds = looker.scene.bounds();
+        let bounds = looker.region.bounds;
         let mut parts = Self {
             looker,
             bounds,

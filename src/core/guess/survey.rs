@@ -3,7 +3,7 @@
 use super::look::{Looker, Tally};
 use super::spread::{POINTS, directions, points_inside};
 use super::up::guess_up;
-use crate::math::{Horizon, Vec3};
+use crate::math::{Bounds3, Horizon, Vec3};
 
 /// Share of the rays from a point that must meet fronts for the point to be inside of a room.
 const ENCLOSED: f32 = 0.62;
@@ -26,6 +26,8 @@ pub struct Survey {
     pub is_interior: bool,
     /// Share of the rays from points inside of a room that leave the scene: through windows, or where there is no wall or ceiling.
     pub openness: f32,
+    /// Bounds of the part that guesses are for, if triangles far away are left out.
+    pub part: Option<Bounds3>,
 }
 
 impl Survey {
@@ -36,12 +38,13 @@ impl Survey {
             let said = up.and_then(Vec3::try_normalize);
             Horizon::new(said.unwrap_or_else(|| guess_up(looker, rooms, usual_up)))
         };
-        let bounds = looker.scene.bounds();
+        let bounds = looker.region.bounds;
         if bounds.is_empty() {
             return Self {
                 horizon: horizon(None),
                 is_interior: false,
                 openness: 1.0,
+                part: None,
             };
         }
         // From inside
@@ -72,6 +75,7 @@ impl Survey {
             horizon: horizon(is_interior.then_some(&rooms)),
             is_interior,
             openness: escaped as f32 / within.rays.max(1) as f32,
+            part: (looker.region.left_out > 0).then_some(bounds),
         }
     }
 }

@@ -73,7 +73,7 @@ pub(super) fn guess_up(looker: &Looker, rooms: Option<&[Vec3]>, usual: Option<Ve
 
 /// Scores of the directions of an object.
 fn scores_outside(looker: &Looker) -> [[f32; 2]; 3] {
-    let bounds = looker.scene.bounds();
+    let bounds = looker.region.bounds;
     let (points, area) = points(looker.scene);
     let standing = shares(Parts::of(looker).standing(&UPS));
     let symmetry = [0, 1, 2].map(|axis| symmetry(&points, bounds, axis));
@@ -247,7 +247,7 @@ impl Free {
     const OUTERMOST: f32 = 0.05;
 
     fn along(looker: &Looker, rooms: &[Vec3], direction: Vec3) -> Self {
-        let bounds = looker.scene.bounds();
+        let bounds = looker.region.bounds;
         let axis = direction.abs().max_position();
         let end = if direction[axis] > 0.0 {
             bounds.max[axis]

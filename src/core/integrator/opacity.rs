@@ -13,7 +13,9 @@
 //! - Crossing a surface is no scattering: it counts in no depth, and the previous vertex stays what it was.
 //! - Surfaces that coincide to the last bit count as one.
 //! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
-//! - Emitting surfaces are opaque, since light sampling samples all of their area. Beside a round lamp, rays pass its hull (`scene/lamp_hulls.rs`).
+//! - An emitting surface of opacity α emits α Le on average: a ray that stops there finds Le, a sampled
+//!   point counts α Le (`light/textured.rs`). Beside a round lamp, rays pass its hull
+//!   (`scene/lamp_hulls.rs`).
 //!
 //! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Alpha", has the cost of alpha, and "Window panes" that of glass.
 

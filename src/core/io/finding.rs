@@ -1,8 +1,8 @@
 //! Findings: what readers of files and `embrasure check` say of a scene.
 //!
 //! A finding has a severity, a name that stays, a place, and a count. One reader serves renders and
-//! checks. It leaves a wrong statement out or uses the nearest right value, takes a wrong `v` for 0
-//! so that indices keep their meaning, and reads on. `load_scene` ends with the first error as soon
+//! checks. It leaves a wrong statement out or uses the nearest right value, leaves out faces with a
+//! wrong `v`, and reads on. `load_scene` ends with the first error as soon
 //! as a part of the work is done, and `inspect_scene` is the same loader, told to go on. A wrong
 //! entry of a scene file is blanked and the file read again, since the parser stops at the first
 //! error.
@@ -11,6 +11,7 @@
 
 use super::{FileError, Position};
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 
 /// How bad a finding is.
@@ -149,6 +150,15 @@ impl fmt::Display for Warning {
 pub struct Findings(Vec<Finding>);
 
 impl Findings {
+    /// These findings without those of a range.
+    pub fn without(&self, range: Range<usize>) -> Self {
+        let all = self.0.iter().enumerate();
+        let kept = all
+            .filter(|(i, _)| !range.contains(i))
+            .map(|(_, finding)| finding.clone());
+        Self(kept.collect())
+    }
+
     /// Adds something that is there once.
     pub fn add(&mut self, severity: Severity, code: &'static str, error: FileError) {
         self.push(Finding::new(severity, code, error));

@@ -26,6 +26,7 @@ pub(super) const DENOISER: &str = "embrasure.denoiser";
 pub(super) const FINISH: &str = "embrasure.finish";
 pub(super) const TONE: &str = "embrasure.tone";
 pub(super) const BIAS: &str = "embrasure.bias";
+const ORIGIN: &str = "embrasure.origin";
 const RENDER_TIME: &str = "renderTime";
 
 /// How an image came to be; written beside its pixels.
@@ -68,6 +69,9 @@ pub struct Metadata {
     pub tone: Option<String>,
     /// The setting that makes the picture's mean another one than that of all light, `key=value`, if there is one.
     pub bias: Option<String>,
+    /// Point of the OBJ file's coordinates that is the origin of the picture's positions, `x,y,z`, if
+    /// it is not the file's own.
+    pub origin: Option<String>,
 }
 
 encode_fields!(Metadata {
@@ -89,6 +93,7 @@ encode_fields!(Metadata {
     denoiser,
     tone,
     bias,
+    origin,
 });
 
 /// Channels that were asked for, and the names of what they number.
@@ -187,6 +192,7 @@ impl Metadata {
             denoiser: text(DENOISER),
             tone: text(TONE),
             bias: text(BIAS),
+            origin: text(ORIGIN),
         })
     }
 
@@ -244,6 +250,7 @@ impl Metadata {
         attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
         attributes.extend(self.tone.as_ref().map(|tone| (TONE, text(tone))));
         attributes.extend(self.bias.as_ref().map(|bias| (BIAS, text(bias))));
+        attributes.extend(self.origin.as_ref().map(|origin| (ORIGIN, text(origin))));
         attributes
     }
 }

@@ -19,6 +19,8 @@ pub struct Emission {
     pub w: Vec3,
     /// Radiance, W·sr⁻¹·m⁻²; of lights at a point intensity, W/sr; of parallel light irradiance, W·m⁻².
     pub radiance: Spectrum,
+    /// Opacity of the light's surface at `p`, which `radiance` includes.
+    pub opacity: f32,
     /// Density of `p` per area (for infinitely distant lights that of the disk); 1 for lights at a point.
     pub pdf_position: f32,
     /// Density of `w` per solid angle, where `p` is given; 1 for parallel light.
@@ -47,6 +49,7 @@ impl Emission {
             ng,
             w,
             radiance,
+            opacity: 1.0,
             pdf_position,
             pdf_direction: cosine_hemisphere_pdf(w.dot(ng)),
             is_infinite: false,
@@ -63,6 +66,7 @@ impl Emission {
             ng: Vec3::ZERO,
             w,
             radiance: intensity,
+            opacity: 1.0,
             pdf_position: 1.0,
             pdf_direction,
             is_infinite: false,
@@ -80,6 +84,7 @@ impl Emission {
             ng: w,
             w,
             radiance,
+            opacity: 1.0,
             pdf_position: 1.0 / world.disk_area(),
             pdf_direction,
             is_infinite: true,

@@ -45,7 +45,7 @@ impl Light {
             }
             Self::Rectangle(light) => Some(light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)),
             // A texture has no closed form.
-            Self::Textured(_) => None,
+            Self::Textured(light) => Some(of_triangle(&light.without_textures(time)?, p, n)),
         }
     }
 }

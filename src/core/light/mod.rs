@@ -57,7 +57,7 @@ pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};
 pub use sun::SunLight;
-pub use textured::TexturedTriangle;
+pub use textured::{TexturedTriangle, Variation};
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 pub use visibility_grid::{RAYS_A_CLUSTER, VisibilityGrid, VisibilityTarget};
 
@@ -121,7 +121,7 @@ pub enum Light {
     Triangle(TriangleLight),
     /// One that moves.
     MovingTriangle(Box<MovingTriangle>),
-    /// One whose emission a texture varies.
+    /// One whose emission a texture varies, or whose opacity is below 1.
     Textured(Box<TexturedTriangle>),
     /// A sphere.
     Sphere(SphereLight),

@@ -1,8 +1,12 @@
-//! Emitting triangles whose emission a texture varies.
+//! Emitting triangles whose emission a texture varies, or whose opacity is below 1.
 //!
 //! A triangle is sampled as one that emits evenly, and its emission is looked up at the sampled point, in the finest level, as where a ray meets it.
 //! It is chosen by the mean of the texture over it. A coarse level may say 0 where a texel emits, and light that is never sampled would be missing
 //! where direct light is found by sampling alone; such triangles keep a small minimum weight. Triangles on which nothing emits are never chosen.
+//!
+//! A surface of opacity α emits α Le on average. A ray stops there with probability α and finds Le
+//! (`TexturedTriangle::color`). A sampled point counts α Le (`TexturedTriangle::mean_color`). Both
+//! strategies estimate the same integral, so MIS weights don't depend on α.
 
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, Light, LightSample, MovingTriangle, TriangleLight};
@@ -16,18 +20,28 @@ const PARTS: f32 = 8.0;
 /// What a triangle that may emit counts in the choice of a light, at least, of what its brightest texel would give.
 const MIN_SHARE: f32 = 1.0 / 1024.0;
 
-/// A triangle whose emission a texture varies; the same radiance in every direction of its front side.
+/// How the emission and the opacity of a triangle vary over it.
+#[derive(Clone, Copy, Debug)]
+pub struct Variation {
+    /// Texture coordinates of the mesh's corners.
+    pub uvs: [Vec2; 3],
+    /// Texture by which the radiance is multiplied.
+    pub emission: Option<(TextureId, Mapping)>,
+    /// Opacity, in [0, 1].
+    pub opacity: f32,
+    /// Texture by which the opacity is multiplied.
+    pub opacity_map: Option<(TextureId, Mapping)>,
+}
+
+/// A triangle whose emission varies by textures or by its opacity; the same radiance in every direction of its front side.
 ///
 /// Radiance is that of the finest level at every lookup, so that light that is sampled and light that is met are the same.
 #[derive(Clone, Debug)]
 pub struct TexturedTriangle {
-    /// Emits what the texture is multiplied by.
+    /// Emits what the textures are multiplied by.
     even: Even,
-    /// Texture coordinates of the mesh's corners.
-    uvs: [Vec2; 3],
-    texture: TextureId,
-    mapping: Mapping,
-    /// What the choice of a light takes for the texture's mean.
+    variation: Variation,
+    /// Mean factor of the radiance, opacity included, by which the light is chosen.
     mean: Spectrum,
 }
 
@@ -39,9 +53,9 @@ enum Even {
 }
 
 impl Light {
-    /// This light, if it is a triangle, with emission that is multiplied by the texture `texture` of `textures`, which lies as `mapping` says on a
-    /// surface with texture coordinates `uvs` at its corners. Where no texel that it shows emits, it is a triangle that emits nothing.
-    pub fn textured(self, uvs: [Vec2; 3], texture: TextureId, mapping: Mapping, textures: &[Texture]) -> Self {
+    /// This light, if it is a triangle, with emission and opacity that vary over it by `textures`. A
+    /// triangle that emits nowhere becomes one of radiance 0.
+    pub fn varied(self, variation: Variation, textures: &[Texture]) -> Self {
         let even = match self {
             Self::Triangle(light) => Even::Still(light),
             Self::MovingTriangle(light) => Even::Moving(light),
@@ -49,12 +63,10 @@ impl Light {
         };
         let mut light = TexturedTriangle {
             even,
-            uvs,
-            texture,
-            mapping,
+            variation,
             mean: Spectrum::ZERO,
         };
-        light.mean = light.mean_texture(light.texture(textures));
+        light.mean = light.mean_factor(textures);
         if !light.mean.is_black() {
             return Self::Textured(Box::new(light));
         }
@@ -79,9 +91,29 @@ impl TexturedTriangle {
         matches!(self.even, Even::Moving(_))
     }
 
-    /// What the radiance of [`TexturedTriangle::at`] is multiplied by at barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
+    /// Factor of the radiance of [`TexturedTriangle::at`] where a ray stops at barycentric
+    /// coordinates `b1`, `b2` of the mesh's second and third corner.
     pub fn color(&self, b1: f32, b2: f32, textures: &[Texture]) -> Spectrum {
-        self.color_at(b1, b2, 0.0, self.texture(textures))
+        self.color_at(b1, b2, 0.0, textures)
+    }
+
+    /// [`TexturedTriangle::color`] times the opacity there, and the opacity: the mean over all rays.
+    pub fn mean_color(&self, b1: f32, b2: f32, textures: &[Texture]) -> (Spectrum, f32) {
+        let opacity = self.opacity_at(b1, b2, 0.0, textures);
+        (self.color(b1, b2, textures) * opacity, opacity)
+    }
+
+    /// The triangle at `time` if its emission is the same all over: its radiance is multiplied by the
+    /// opacity.
+    pub(super) fn without_textures(&self, time: f32) -> Option<TriangleLight> {
+        let Variation {
+            emission, opacity_map, ..
+        } = &self.variation;
+        let is_even = emission.is_none() && opacity_map.is_none();
+        is_even.then(|| {
+            let light = self.at(time);
+            light.emitting(light.radiance() * self.mean)
+        })
     }
 
     /// Draws a point on the triangle, seen from `p` at `time`; `None` also where it is black.
@@ -92,7 +124,7 @@ impl TexturedTriangle {
         // From behind there is no density.
         let sample = triangle.sample_at(p, point)?;
         let (b1, b2) = triangle.of_mesh(point);
-        let radiance = sample.radiance * self.color(b1, b2, textures);
+        let radiance = sample.radiance * self.mean_color(b1, b2, textures).0;
         (!radiance.is_black()).then_some(LightSample { radiance, ..sample })
     }
 
@@ -108,8 +140,10 @@ impl TexturedTriangle {
         let point = uniform_triangle(u_position);
         let (b1, b2) = triangle.of_mesh(point);
         let emission = triangle.emission_at(point, u_direction);
+        let (color, opacity) = self.mean_color(b1, b2, textures);
         Emission {
-            radiance: emission.radiance * self.color(b1, b2, textures),
+            radiance: emission.radiance * color,
+            opacity,
             ..emission
         }
     }
@@ -138,26 +172,40 @@ impl TexturedTriangle {
         }
     }
 
-    fn texture<'a>(&self, textures: &'a [Texture]) -> &'a Texture {
-        &textures[self.texture.0 as usize]
+    /// Texture coordinates at these barycentric coordinates.
+    fn uv(&self, b1: f32, b2: f32) -> Vec2 {
+        let [t0, t1, t2] = self.variation.uvs;
+        (1.0 - b1 - b2) * t0 + b1 * t1 + b2 * t2
     }
 
-    fn color_at(&self, b1: f32, b2: f32, footprint: f32, texture: &Texture) -> Spectrum {
-        let [t0, t1, t2] = self.uvs;
-        let uv = (1.0 - b1 - b2) * t0 + b1 * t1 + b2 * t2;
-        self.mapping.color(texture, uv, footprint)
+    fn color_at(&self, b1: f32, b2: f32, footprint: f32, textures: &[Texture]) -> Spectrum {
+        self.variation.emission.map_or(Spectrum::ONE, |(id, mapping)| {
+            mapping.color(&textures[id.0 as usize], self.uv(b1, b2), footprint)
+        })
     }
 
-    /// The texture's mean over the triangle, by lookups in the middle of parts that are as large as texels, or up to 64 larger ones, each seen as
-    /// one point.
+    fn opacity_at(&self, b1: f32, b2: f32, footprint: f32, textures: &[Texture]) -> f32 {
+        let share = self.variation.opacity_map.map_or(1.0, |(id, mapping)| {
+            mapping.value(&textures[id.0 as usize], self.uv(b1, b2), footprint)
+        });
+        (self.variation.opacity * share).clamp(0.0, 1.0)
+    }
+
+    /// The mean factor of the radiance over the triangle, opacity included, by lookups in the middle
+    /// of parts that are as large as texels, or up to 64 larger ones, each seen as one point.
     ///
-    /// It is 0 only where no point of the triangle emits. Where lookups find nothing, the texels around are looked at, if there are not too
-    /// many; one that emits, or might, makes it a small share of the brightest.
-    fn mean_texture(&self, texture: &Texture) -> Spectrum {
-        let [t0, t1, t2] = self.uvs;
+    /// It is 0 only if no point of the triangle emits. If lookups find nothing, the texels around are
+    /// searched unless there are too many; one that emits, or might, makes it a small share of the
+    /// brightest.
+    fn mean_factor(&self, textures: &[Texture]) -> Spectrum {
+        let [t0, t1, t2] = self.variation.uvs;
         let area = 0.5 * (t1 - t0).perp_dot(t2 - t0).abs();
-        let (width, height) = texture.size();
-        let texels = area * (self.mapping.scale.x * self.mapping.scale.y).abs() * width as f32 * height as f32;
+        let maps = [self.variation.emission, self.variation.opacity_map];
+        let texels = maps.into_iter().flatten().map(|(id, mapping)| {
+            let (width, height) = textures[id.0 as usize].size();
+            area * (mapping.scale.x * mapping.scale.y).abs() * width as f32 * height as f32
+        });
+        let texels = texels.fold(1.0, f32::max);
         // Unlike `clamp`, this makes a number of NaN.
         let n = if texels > 1.0 {
             texels.sqrt().ceil().min(PARTS)
@@ -165,27 +213,34 @@ impl TexturedTriangle {
             1.0
         };
         let footprint = area.sqrt() / n;
+        let factor = |b1, b2| self.color_at(b1, b2, footprint, textures) * self.opacity_at(b1, b2, footprint, textures);
         let mut sum = Spectrum::ZERO;
         for (i, j) in (0..n as u32).flat_map(|i| (0..n as u32 - i).map(move |j| (i as f32, j as f32))) {
             // A part that stands like the triangle, and one upside down beside it
             let third = 1.0 / 3.0;
-            sum += self.color_at((i + third) / n, (j + third) / n, footprint, texture);
+            sum += factor((i + third) / n, (j + third) / n);
             if i + j + 1.0 < n {
-                sum += self.color_at((i + 2.0 * third) / n, (j + 2.0 * third) / n, footprint, texture);
+                sum += factor((i + 2.0 * third) / n, (j + 2.0 * third) / n);
             }
         }
         if !sum.is_black() {
             return sum / (n * n);
         }
 
-        let Mapping { base, gain, .. } = self.mapping;
-        let keeps_black = base <= 0.0 && gain >= 0.0;
-        let corners = self.uvs.map(|uv| self.mapping.st(uv));
-        let [low, high] = [Vec2::min, Vec2::max].map(|of| of(of(corners[0], corners[1]), corners[2]));
-        if keeps_black && texture.is_black_within(low, high) {
-            return Spectrum::ZERO;
-        }
-        let brightest = (base + gain * texture.max_value()).max(base).max(0.0);
+        // The largest factor of each map that the triangle may show; 0 if all texels are black
+        let largest = |(id, mapping): (TextureId, Mapping)| {
+            let texture = &textures[id.0 as usize];
+            let Mapping { base, gain, .. } = mapping;
+            let corners = self.variation.uvs.map(|uv| mapping.st(uv));
+            let [low, high] = [Vec2::min, Vec2::max].map(|of| of(of(corners[0], corners[1]), corners[2]));
+            let keeps_black = base <= 0.0 && gain >= 0.0;
+            match keeps_black && texture.is_black_within(low, high) {
+                true => 0.0,
+                false => (base + gain * texture.max_value()).max(base).max(0.0),
+            }
+        };
+        let opacity = self.variation.opacity * self.variation.opacity_map.map_or(1.0, largest);
+        let brightest = self.variation.emission.map_or(1.0, largest) * opacity.min(1.0);
         Spectrum::splat(MIN_SHARE * brightest)
     }
 }
@@ -206,7 +261,13 @@ mod tests {
     fn light(uvs: [[f32; 2]; 3], mapping: Mapping, texture: Texture) -> Light {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
         let triangle = TriangleLight::new(corners, Spectrum::splat(3.0), TriangleSampling::Area);
-        Light::Triangle(triangle).textured(uvs.map(Vec2::from), TextureId(0), mapping, &[texture])
+        let variation = Variation {
+            uvs: uvs.map(Vec2::from),
+            emission: Some((TextureId(0), mapping)),
+            opacity: 1.0,
+            opacity_map: None,
+        };
+        Light::Triangle(triangle).varied(variation, &[texture])
     }
 
     const LOWER: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -219,6 +280,40 @@ mod tests {
         let power = light(LOWER, Mapping::default(), texture).power(1.0);
         let expected = std::f64::consts::PI * 0.5 * 3.0 / 3.0;
         assert!((power / expected - 1.0).abs() < 0.01, "{power} {expected}");
+    }
+
+    #[test]
+    fn power_is_proportional_to_opacity() {
+        let ramp = || {
+            let ramp = (0..64 * 64).map(|i| (i % 64) as f32 / 63.0).collect();
+            Texture::new(64, 64, 1, Texels::Floats(ramp), Wrap::Clamp).unwrap()
+        };
+        let power = |variation: Variation, textures: &[Texture]| {
+            let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+            let triangle = TriangleLight::new(corners, Spectrum::splat(3.0), TriangleSampling::Area);
+            let light = Light::Triangle(triangle).varied(variation, textures).power(1.0);
+            light / (std::f64::consts::PI * 0.5 * 3.0)
+        };
+        let half = Variation {
+            uvs: LOWER.map(Vec2::from),
+            emission: None,
+            opacity: 0.5,
+            opacity_map: None,
+        };
+        assert!((power(half, &[]) - 0.5).abs() < 1e-6);
+        assert_eq!(power(Variation { opacity: 0.0, ..half }, &[]), 0.0);
+        // Means of u and of u² over the triangle: 1/3 and 1/6
+        let map = Some((TextureId(0), Mapping::default()));
+        let masked = Variation {
+            opacity_map: map,
+            ..half
+        };
+        assert!((power(masked, &[ramp()]) - 0.5 / 3.0).abs() < 0.002);
+        let both = Variation {
+            emission: map,
+            ..masked
+        };
+        assert!((power(both, &[ramp()]) - 0.5 / 6.0).abs() < 0.002);
     }
 
     #[test]

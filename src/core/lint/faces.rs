@@ -16,6 +16,24 @@ pub(super) struct FaceLint<'a> {
     points: Vec<u32>,
 }
 
+/// A face by the place of its points.
+struct PlacedFace {
+    /// Key of the points, in any order.
+    key: [u32; 4],
+    line: usize,
+    material: usize,
+    /// Hashes of the points in both orders.
+    turns: [u64; 2],
+}
+
+impl PlacedFace {
+    /// Returns true if both faces have the same corners in opposite orders.
+    fn is_back_of(&self, other: &Self) -> bool {
+        let [forwards, backwards] = other.turns;
+        self.turns == [backwards, forwards]
+    }
+}
+
 impl<'a> FaceLint<'a> {
     pub fn new(path: &'a Path, faces: &'a ObjFaces, uses: &'a [Use]) -> Self {
         Self {
@@ -93,11 +111,11 @@ impl<'a> FaceLint<'a> {
                 );
                 (message, "turn the faces over, or compute their normals anew")
             }),
-            self.duplicates(),
         ]
         .into_iter()
         .flatten()
         .collect();
+        findings.extend(self.duplicates().into_iter().flatten());
         for (tally, used) in without_uvs.iter().zip(self.uses) {
             if used.has_maps {
                 findings.extend(tally.finding((warning, "missing-texture-coordinates"), self.path, |n| {
@@ -121,28 +139,85 @@ impl<'a> FaceLint<'a> {
         points.sort_unstable();
     }
 
-    /// Faces of the same points, in whatever order.
-    fn duplicates(&self) -> Option<Finding> {
+    /// Faces of the same points: those that repeat another one, and those on the back of another one.
+    fn duplicates(&self) -> [Option<Finding>; 2] {
         let mut points: Vec<u32> = Vec::new();
-        // What has no area is told elsewhere.
-        let key = |face: Face| {
+        let mut count = 0;
+        let place = |face: Face| {
+            count += 1;
             self.sorted_points(&face, &mut points);
+            // What has no area is told elsewhere.
             let is_whole = points.windows(2).all(|pair| pair[0] != pair[1]);
-            is_whole.then(|| (key_of(&points), face.line))
+            is_whole.then(|| PlacedFace {
+                key: key_of(&points),
+                line: face.line,
+                material: face.material,
+                turns: self.turns(&face),
+            })
         };
-        let mut keys: Vec<([u32; 4], usize)> = self.faces.faces().filter_map(key).collect();
-        keys.sort_unstable();
-        let pairs = keys.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-        let mut lines: Vec<(usize, usize)> = pairs.map(|pair| (pair[1].1, pair[0].1)).collect();
-        lines.sort_unstable();
-        let mut tally = Tally::default();
-        lines.iter().for_each(|&(line, _)| tally.add(line));
-        let first = lines.first()?.1;
-        tally.finding((Severity::Warning, "duplicate-face"), self.path, |n| {
-            let faces = counted(n, "face");
-            let message = format!("{faces} with the same points as another face; the first repeats line {first}");
-            (message, "delete one of them: it is arbitrary which one a ray hits")
-        })
+        let mut faces: Vec<PlacedFace> = self.faces.faces().filter_map(place).collect();
+        faces.sort_unstable_by_key(|face| (face.key, face.line));
+        let places = || faces.chunk_by(|a, b| a.key == b.key).filter(|place| place.len() > 1);
+        let is_pair = |[a, b]: [&PlacedFace; 2]| a.material != b.material && a.is_back_of(b);
+        let pairs = places().filter(|place| matches!(place, [a, b] if is_pair([a, b])));
+        let are_apart = ObjFaces::are_two_sided(pairs.count(), count);
+
+        let (mut repeated, mut backs) = (Vec::new(), Vec::new());
+        for place in places() {
+            for (i, face) in place.iter().enumerate().skip(1) {
+                let first = &place[0];
+                let is_harmless = match face.material == first.material {
+                    true => self.uses.get(face.material).is_some_and(Use::looks_alike_from_behind),
+                    false => are_apart && place.len() == 2,
+                };
+                let is_first_back = place[1..i].iter().all(|other| other.turns != face.turns);
+                match face.is_back_of(first) && is_first_back && is_harmless {
+                    true => backs.push((face.line, first.line)),
+                    false => repeated.push((face.line, place[i - 1].line)),
+                }
+            }
+        }
+        let tally = |mut lines: Vec<(usize, usize)>| {
+            lines.sort_unstable();
+            let mut tally = Tally::default();
+            lines.iter().for_each(|&(line, _)| tally.add(line));
+            (tally, lines.first().map_or(0, |lines| lines.1))
+        };
+        let (repeated, of_repeated) = tally(repeated);
+        let (backs, of_back) = tally(backs);
+        [
+            repeated.finding((Severity::Warning, "duplicate-face"), self.path, |n| {
+                let faces = counted(n, "face");
+                let message =
+                    format!("{faces} with the same points as another face; the first repeats line {of_repeated}");
+                (message, "delete one of them: it is arbitrary which one a ray hits")
+            }),
+            backs.finding((Severity::Note, "two-sided"), self.path, |n| {
+                let faces = counted(n, "face");
+                let message = format!("{faces} on the back of another face; the first is on that of line {of_back}");
+                let effect = match are_apart {
+                    true => "none needed: each side shows its own material",
+                    false => "none needed: both sides show the same material",
+                };
+                (message, effect)
+            }),
+        ]
+    }
+
+    /// Hashes of the points in the order of the corners and in the opposite one, from the first point
+    /// on.
+    fn turns(&self, face: &Face) -> [u64; 2] {
+        let points: Vec<u32> = face
+            .positions
+            .iter()
+            .filter_map(|&i| self.points.get(i as usize).copied())
+            .collect();
+        let n = points.len();
+        let start = (0..n).min_by_key(|&i| points[i]).unwrap_or(0);
+        let hash = |order: &mut dyn Iterator<Item = usize>| {
+            order.fold(0, |hash, i| mix(hash ^ u64::from(points[(start + i) % n])))
+        };
+        [hash(&mut (0..n)), hash(&mut (0..n).map(|i| n - i))]
     }
 
     /// Positions that no face uses.

@@ -67,6 +67,13 @@ struct Use {
     has_maps: bool,
 }
 
+impl Use {
+    /// Returns true if a second face on the back changes nothing.
+    fn looks_alike_from_behind(&self) -> bool {
+        !self.emits && !self.refracts
+    }
+}
+
 /// The materials of an OBJ's faces.
 fn uses(inspection: &Inspection, path: &Path, faces: &ObjFaces) -> Vec<Use> {
     let materials = inspection.scene.as_ref().map_or(&[][..], |scene| scene.materials());
@@ -87,7 +94,7 @@ impl Use {
         let maps = &material.maps;
         Self {
             name: material.name.clone(),
-            emits: !material.emission.is_black(),
+            emits: !material.emission_factor().is_black(),
             refracts: !material.transmission.is_black() && !material.thin,
             has_maps: maps.varies_bsdf() || maps.has_bumps() || maps.opacity.is_some(),
         }

@@ -89,6 +89,35 @@ pub struct SceneBuilder {
 }
 
 impl SceneBuilder {
+    /// This builder without meshes and textures.
+    pub(super) fn without_parts(&self) -> Self {
+        Self {
+            objects: self.objects.clone(),
+            object_names: self.object_names.clone(),
+            meshes: Vec::new(),
+            mesh_objects: self.mesh_objects.clone(),
+            prototypes: Vec::new(),
+            instances: self.instances.clone(),
+            instance_objects: self.instance_objects.clone(),
+            materials: self.materials.clone(),
+            textures: Vec::new(),
+            texture_filter: self.texture_filter,
+            lights: self.lights.clone(),
+            skies: self.skies.clone(),
+            light_groups: self.light_groups.clone(),
+            light_group: self.light_group,
+            material_groups: self.material_groups.clone(),
+            lamps: self.lamps.clone(),
+            selection: self.selection,
+            lamp_samples: self.lamp_samples,
+            triangle_sampling: self.triangle_sampling,
+            ground: self.ground,
+            panes: self.panes,
+            samples: self.samples.clone(),
+            report: self.report.clone(),
+        }
+    }
+
     /// A builder that holds nothing yet.
     pub fn new() -> Self {
         Self::default()
@@ -314,6 +343,15 @@ impl SceneBuilder {
         let light = EnvironmentLight::new(image, scale, rotation);
         self.add_light(Light::Environment(Box::new(light)));
         Ok(())
+    }
+
+    /// Exchanges a material's heights and normals: each of the two textures was taken for the other.
+    /// The maps keep their mappings.
+    pub fn exchange_bumps(&mut self, id: MaterialId) {
+        if let Some(material) = self.materials.get_mut(id.0 as usize) {
+            let maps = &mut material.maps;
+            std::mem::swap(&mut maps.bump, &mut maps.normal);
+        }
     }
 
     /// The scene's textures. Until now the maps of materials named places in `ids`, where they are told which texture that is; those that

@@ -26,7 +26,7 @@ type TriangleKey = [[u32; 9]; 2];
 pub const MANY_COINCIDENT: u64 = 32;
 
 /// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct TriangleSamples {
     /// Number of triangles so far.
     seen: usize,

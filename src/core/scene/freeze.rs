@@ -11,7 +11,7 @@ use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
     ConstantLight, Lamps, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, RectangleLight,
-    TriangleLight, TriangleSampling,
+    TriangleLight, TriangleSampling, Variation,
 };
 use crate::material::{Map, Material, MaterialId, ThinSurface};
 use crate::math::{Affine3A, Bounds3};
@@ -34,11 +34,6 @@ impl SceneBuilder {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
-        // Surfaces that emit are opaque: light is sampled all over them.
-        for material in self.materials.iter_mut().filter(|m| !m.emission_factor().is_black()) {
-            material.opacity = 1.0;
-            material.maps.opacity = None;
-        }
         let count = self.meshes.len() + self.prototypes.iter().map(Vec::len).sum::<usize>();
         if count >= u32::MAX as usize {
             return Err(BuildError::TooMany("meshes"));
@@ -301,7 +296,7 @@ impl Scene {
         let (light_count, numbering) = match (emits, lamp) {
             (false, _) => (0, LightNumbering::Triangles),
             (true, Some(_)) => (1, LightNumbering::One),
-            (true, None) => self.number_lights(&mesh, keeps_place && surface.maps.emission.is_none(), sampling),
+            (true, None) => self.number_lights(&mesh, keeps_place && !varies_emission(surface), sampling),
         };
         *emitting += u64::from(light_count);
         // Where triangles move, what their points share does so too.
@@ -419,12 +414,18 @@ impl Scene {
                 Light::Triangle(TriangleLight::placed(&placed, radiance, sampling))
             }
         };
-        let varied = |prim| match material.maps.emission {
-            Some(Map { texture, mapping }) => {
-                let uvs = mesh.corner_uvs(prim).unwrap_or_default();
-                light(prim).textured(uvs, texture, mapping, &self.textures)
+        let placed = |map: Option<Map>| map.map(|Map { texture, mapping }| (texture, mapping));
+        let varied = |prim| match varies_emission(material) {
+            true => {
+                let variation = Variation {
+                    uvs: mesh.corner_uvs(prim).unwrap_or_default(),
+                    emission: placed(material.maps.emission),
+                    opacity: material.opacity,
+                    opacity_map: placed(material.maps.opacity),
+                };
+                light(prim).varied(variation, &self.textures)
             }
-            None => light(prim),
+            false => light(prim),
         };
         let lights: Vec<Light> = match shape.numbering {
             LightNumbering::Listed(_) => rectangles::parts(mesh)
@@ -440,4 +441,9 @@ impl Scene {
         self.light_groups.push(group, lights.len());
         self.lights.extend(lights);
     }
+}
+
+/// Returns true if light sampling on a surface of `material` needs its textures or its opacity.
+fn varies_emission(material: &Material) -> bool {
+    material.maps.emission.is_some() || material.maps.opacity.is_some() || material.opacity < 1.0
 }

@@ -77,6 +77,19 @@ pub(super) struct PlacedPlane {
     albedo: Spectrum,
 }
 
+/// Radius of these bounds, above 0.
+fn size_of(bounds: Bounds3) -> f32 {
+    Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0)
+}
+
+/// The point below the middle of a scene, at the lowest corner of its box.
+fn point_below(bounds: Bounds3, up: Vec3) -> Vec3 {
+    let center = bounds.center();
+    let half = (0.5 * (bounds.max - bounds.min)).max(Vec3::ZERO);
+    let half = if bounds.is_empty() { Vec3::ZERO } else { half };
+    center - up * (half.dot(up.abs()) + GAP * size_of(bounds))
+}
+
 impl GroundPlane {
     /// An error where a value cannot be.
     pub fn check(&self) -> Result<(), BuildError> {
@@ -105,18 +118,23 @@ impl GroundPlane {
         Ok(())
     }
 
+    /// A plane under a part of a scene, as it would be under a scene of these bounds.
+    pub fn below(bounds: Bounds3, up: Vec3) -> Self {
+        let up = up.normalize_or(Vec3::Y);
+        Self {
+            point: Some(point_below(bounds, up)),
+            up,
+            radius: Some(DEFAULT_RADIUS * size_of(bounds)),
+            ..Self::default()
+        }
+    }
+
     /// The plane under a scene of these bounds.
     pub(super) fn place(&self, bounds: Bounds3) -> Result<PlacedPlane, BuildError> {
         self.check()?;
         let up = self.up.normalize_or(Vec3::Y);
-        let size = Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
-        let point = self.point.unwrap_or_else(|| {
-            // Below the middle of the scene, at the lowest corner of its box
-            let center = bounds.center();
-            let half = (0.5 * (bounds.max - bounds.min)).max(Vec3::ZERO);
-            let half = if bounds.is_empty() { Vec3::ZERO } else { half };
-            center - up * (half.dot(up.abs()) + GAP * size)
-        });
+        let size = size_of(bounds);
+        let point = self.point.unwrap_or_else(|| point_below(bounds, up));
         // As large as coordinates may be, where the scene itself is that large
         let room = 0.7 * (MAX_COORDINATE - point.abs().max_element()).max(0.0);
         let plane = PlacedPlane {

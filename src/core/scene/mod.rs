@@ -15,6 +15,7 @@ mod light_checks;
 mod made_lights;
 mod panes;
 mod passing;
+mod rebuilt;
 mod rectangles;
 mod validate;
 
@@ -27,6 +28,7 @@ pub use made_lights::{
     StudioParameters,
 };
 pub use panes::Panes;
+pub use rebuilt::UnlitBuilder;
 pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;

@@ -22,7 +22,9 @@ use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
 use crate::math::excerpt;
-use crate::scene::{BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport};
+use crate::scene::{
+    BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
+};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -53,14 +55,60 @@ pub fn load_scene_watched(
     builder: SceneBuilder,
     observer: &dyn LoadObserver,
 ) -> Result<Loaded, FileError> {
+    loaded_of(Loader::new(file, builder, observer, false).load())
+}
+
+/// The scene, or the first error.
+fn loaded_of(inspection: Inspection) -> Result<Loaded, FileError> {
     let Inspection {
         scene, findings, files, ..
-    } = Loader::new(file, builder, observer, false).load();
+    } = inspection;
     let warnings = findings.warnings();
     match (findings.first_error(), scene) {
         (None, Some(scene)) => Ok(Loaded { scene, warnings, files }),
         (Some(error), _) => Err(error.clone()),
         (None, None) => Err(FileError::new(Path::new(""), "there is no scene")),
+    }
+}
+
+/// [`load_scene_watched`], with what is needed to build the scene again in other light.
+pub(crate) fn load_scene_to_light(
+    file: &SceneFile,
+    builder: SceneBuilder,
+    observer: &dyn LoadObserver,
+) -> Result<(Loaded, Unlit), FileError> {
+    let mut unlit = None;
+    let loader = Loader::new(file, builder, observer, false);
+    let loaded = loaded_of(loader.load_keeping(&mut unlit))?;
+    let unlit = unlit.ok_or_else(|| FileError::new(Path::new(""), "there is no scene"))?;
+    Ok((loaded, unlit))
+}
+
+/// A scene that was read, without its lights, ground, triangles and textures.
+pub(crate) struct Unlit {
+    builder: UnlitBuilder,
+    findings: Findings,
+    materials: Vec<MaterialSource>,
+    textures: Vec<PathBuf>,
+    files: Vec<PathBuf>,
+}
+
+impl Unlit {
+    /// The scene in the lights and on the ground of `file`, with triangles and textures of `scene`;
+    /// `None` if these are not as they were read. All else of `file` is as in the first one.
+    pub fn lit(self, file: &SceneFile, scene: Scene, observer: &dyn LoadObserver) -> Result<Option<Loaded>, FileError> {
+        let Some(builder) = self.builder.with_parts_of(scene) else {
+            return Ok(None);
+        };
+        let mut loader = Loader {
+            findings: self.findings,
+            materials: self.materials,
+            texture_files: self.textures,
+            files: self.files,
+            ..Loader::new(file, builder, observer, false)
+        };
+        loader.add_lights();
+        loaded_of(loader.finish(Vec::new())).map(Some)
     }
 }
 
@@ -163,7 +211,33 @@ impl<'a> Loader<'a> {
     }
 
     fn load(mut self) -> Inspection {
-        let objs = self.load_parts();
+        let objs = self.load_objects();
+        self.add_lights();
+        self.add_textures();
+        self.finish(objs)
+    }
+
+    /// [`Loader::load`], which keeps in `unlit` what building the scene again needs.
+    fn load_keeping(mut self, unlit: &mut Option<Unlit>) -> Inspection {
+        let objs = self.load_objects();
+        let mut builder = self.builder.unlit();
+        let (materials, findings) = (self.materials.len(), self.findings.iter().count());
+        self.add_lights();
+        let of_lights = findings..self.findings.iter().count();
+        self.add_textures();
+        builder.complete(&self.builder);
+        *unlit = Some(Unlit {
+            builder,
+            findings: self.findings.without(of_lights),
+            materials: self.materials[..materials].to_vec(),
+            textures: self.texture_files.clone(),
+            files: self.files.clone(),
+        });
+        self.finish(objs)
+    }
+
+    /// Builds the scene.
+    fn finish(mut self, objs: Vec<ObjSource>) -> Inspection {
         let building = self.builder.building_bytes();
         if let Err(error) = self.allowance.check(Path::new(""), building) {
             let error = FileError {
@@ -207,7 +281,8 @@ impl<'a> Loader<'a> {
         !self.goes_on && self.findings.first_error().is_some()
     }
 
-    fn load_parts(&mut self) -> Vec<ObjSource> {
+    /// Reads the files of objects.
+    fn load_objects(&mut self) -> Vec<ObjSource> {
         match self.file.all_texture_dirs() {
             Ok(folders) => self.texture_dirs = folders,
             Err(error) => self.wrong("missing-folder", error),
@@ -269,6 +344,14 @@ impl<'a> Loader<'a> {
                 self.wrong("wrong-object", error);
             }
         }
+        sources
+    }
+
+    /// Adds lights and the ground.
+    fn add_lights(&mut self) {
+        if self.is_over() {
+            return;
+        }
         for light in &self.file.light {
             let image = light.image.as_ref().map(|image| self.file.resolve(image.get_ref()));
             self.files.extend(image);
@@ -301,11 +384,14 @@ impl<'a> Loader<'a> {
                 self.wrong("wrong-ground", ground_error(self.file, &error));
             }
         }
+    }
+
+    /// Reads the textures.
+    fn add_textures(&mut self) {
         if !self.is_over() {
             self.warn_of_idle_materials();
             self.load_textures();
         }
-        sources
     }
 
     fn wrong(&mut self, code: &'static str, error: FileError) {

@@ -10,7 +10,7 @@ use crate::description::texture::{TextureKind, TextureRequest, load_textures_wit
 use crate::description::{FileError, Severity};
 use crate::material::{Map, Maps, Material};
 use crate::texture::{Channel, TextureId};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A texture that a material asks for.
@@ -171,14 +171,32 @@ impl Loader<'_> {
             ids.extend(if is_moved { [None, id] } else { [id, None] });
             decided.extend(kind.map(|kind| (asked, kind)));
         }
+        // Of two statements each has the picture of the other one.
+        let exchanged = exchanged(&decided);
+        for (i, asked) in asked.iter().enumerate() {
+            if exchanged.contains(&asked.material) && asked.request.other_slot().is_some() {
+                ids.swap(2 * i, 2 * i + 1);
+            }
+        }
+        for source in exchanged.iter().filter_map(|&material| self.materials.get(material)) {
+            if let Some(&id) = self.used.get(&(source.obj.clone(), source.name.clone())) {
+                self.builder.exchange_bumps(id);
+            }
+        }
         self.builder.set_textures(loaded.textures, &ids);
         self.builder.texture_filter(self.file.load.parameters.texture_filter());
-        self.move_maps(&decided);
+        self.move_maps(&decided, &exchanged);
     }
 
     /// Moves textures in the sources of materials to the slots that their pictures have decided,
     /// and tells of it, once for each library and effect.
-    fn move_maps(&mut self, decided: &[(&AskedTexture, TextureKind)]) {
+    fn move_maps(&mut self, decided: &[(&AskedTexture, TextureKind)], exchanged: &BTreeSet<usize>) {
+        for &material in exchanged {
+            let source = self.materials.get_mut(material);
+            for map in source.into_iter().flat_map(|source| &mut source.found.maps) {
+                map.statement.slot = map.other_slot().unwrap_or(map.statement.slot);
+            }
+        }
         let mut told: BTreeMap<(&Path, &str), Vec<&MapRequest>> = BTreeMap::new();
         for &(asked, kind) in decided {
             let AskedTexture { request, material } = asked;
@@ -186,14 +204,17 @@ impl Loader<'_> {
                 continue;
             };
             let slot = asked.moved_to(kind);
-            let has_effect = slot.is_none_or(|slot| !source.found.has_map(slot));
+            let is_exchanged = exchanged.contains(material);
+            let has_effect = is_exchanged || slot.is_none_or(|slot| !source.found.has_map(slot));
             let Some(words) = words_of_decision(kind, slot.is_some(), has_effect) else {
                 continue;
             };
             let (maps, written) = (&mut source.found.maps, request.statement.slot);
-            maps.retain(|map| has_effect || map.statement.slot != written);
-            let same = maps.iter_mut().filter(|map| map.statement.slot == written);
-            same.for_each(|map| map.statement.slot = slot.unwrap_or(written));
+            if !is_exchanged {
+                maps.retain(|map| has_effect || map.statement.slot != written);
+                let same = maps.iter_mut().filter(|map| map.statement.slot == written);
+                same.for_each(|map| map.statement.slot = slot.unwrap_or(written));
+            }
             let alike = told.entry((&request.place.file, words)).or_default();
             if alike.iter().all(|known| known.statement.file != request.statement.file) {
                 alike.push(request);
@@ -211,6 +232,17 @@ impl Loader<'_> {
             self.findings.push(finding.repeated(requests.len() as u64, more));
         }
     }
+}
+
+/// Materials whose heights and normals both have the picture of the other one.
+fn exchanged(decided: &[(&AskedTexture, TextureKind)]) -> BTreeSet<usize> {
+    let moved = |slot: MapSlot| -> BTreeSet<usize> {
+        let moved = decided
+            .iter()
+            .filter(|(asked, kind)| asked.moved_to(*kind) == Some(slot));
+        moved.map(|(asked, _)| asked.material).collect()
+    };
+    &moved(MapSlot::Bump) & &moved(MapSlot::Normal)
 }
 
 /// What a picture has decided of its texture; `None` if it is as written.

@@ -77,10 +77,6 @@ struct Reason {
 /// The reason why a surface of this material is invisible; `None` if it can be seen.
 fn reason_unseen(material: &Material, textures: &[Texture]) -> Option<Reason> {
     let maps = &material.maps;
-    // Surfaces that emit are opaque.
-    if !material.emission.is_black() || maps.emission.is_some() {
-        return None;
-    }
     if material.opacity == 0.0 {
         return Some(Reason {
             words: "since its opacity is 0",
@@ -98,7 +94,8 @@ fn reason_unseen(material: &Material, textures: &[Texture]) -> Option<Reason> {
             help: "correct the picture, or delete `map_d` in its library",
         });
     }
-    let is_dark = material.diffuse.is_black() && material.specular.is_black() && material.sheen.is_black();
+    let emits = !material.emission_factor().is_black();
+    let is_dark = !emits && material.diffuse.is_black() && material.specular.is_black() && material.sheen.is_black();
     let is_clear = material.thin && material.ior == 1.0 && material.transmission == Spectrum::ONE;
     (is_dark && is_clear && material.clearcoat == 0.0).then_some(Reason {
         words: "since all light passes it straight",

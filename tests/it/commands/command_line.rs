@@ -294,7 +294,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["a.obj:12", "99", "help:"],
         ),
         (
-            &["render", "s.toml"],
+            &["render", "s.toml", "--strict"],
             |f| append(f, "a.obj", "v nan 0 0\nf 1 2 7\n"),
             1,
             &["a.obj:12", "nan", "help:"],

@@ -1,7 +1,7 @@
 //! Guesses of the program for missing settings: the camera of a bare OBJ, and the flags and keys that say it.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, split, words};
-use crate::support::{read_rgb, rel_mse};
+use crate::support::{read_channel, read_rgb, rel_mse};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -237,6 +237,26 @@ fn files_far_from_the_origin_are_moved() {
     let info = json(&done(at, &split("info far.obj --json")));
     assert_eq!(vector(&info["origin"]), place);
     assert_eq!(vector(&info["bounds"][1]), [512_301.0, 5_412_303.0, 431.5]);
+    // Positions in a picture are relative to the origin that the file names.
+    picture("far.obj --aov P --denoise=off");
+    let bytes = std::fs::read(at.join("x.exr")).unwrap();
+    let holds = |text: &[u8]| bytes.windows(text.len()).any(|part| part == text);
+    assert!(holds(b"embrasure.origin") && holds(b"512300,5412300,430"));
+    let [x, y, z] = ["P.X", "P.Y", "P.Z"].map(|name| read_channel(&at.join("x.exr"), name));
+    let seen: Vec<[f64; 3]> = (0..x.len())
+        .map(|i| [x[i], y[i], z[i]])
+        .filter(|p| *p != [0.0; 3])
+        .map(|p| [0, 1, 2].map(|axis| f64::from(p[axis]) + place[axis]))
+        .collect();
+    assert!(seen.len() > 20, "{}", seen.len());
+    let (low, high) = (place, [512_301.0, 5_412_303.0, 431.5]);
+    let is_in_file = |p: &[f64; 3]| (0..3).all(|axis| (low[axis] - 1e-3..=high[axis] + 1e-3).contains(&p[axis]));
+    assert!(seen.iter().all(is_in_file), "{seen:?}");
+    let plain = std::fs::read({
+        picture("near.obj");
+        at.join("x.exr")
+    });
+    assert!(!plain.unwrap().windows(16).any(|part| part == b"embrasure.origin"));
     // A scene file has positions near its origin.
     done(
         at,
@@ -249,6 +269,38 @@ fn files_far_from_the_origin_are_moved() {
     // Without it the steps are lost, with a warning.
     let said = picture("far.obj --origin off").1;
     assert!(said.contains("far-from-origin"), "{said}");
+}
+
+/// The camera of a file of two places is that of the one with most faces, and so is its ground.
+#[test]
+fn few_faces_far_away_are_left_out_of_the_view() {
+    let near = || {
+        (0..5).fold(Boxes::default(), |boxes, i| {
+            let x = 1.5 * i as f32;
+            boxes.add([x, 0.0, 0.0], [x + 1.0, 1.0 + 0.3 * i as f32, 1.0])
+        })
+    };
+    let far = near().add([5e5, -300.0, 5e6], [5e5 + 10.0, -290.0, 5e6 + 10.0]);
+    let folder = folder(&[("near.obj", &near().text), ("far.obj", &far.text)]);
+    let at = folder.path();
+    let [near, far] = ["near", "far"].map(|name| {
+        let line = format!("render {name}.obj --up 0,1,0 --size 24x16 --spp 16 --denoise=off -o {name}.exr");
+        (
+            words(&done(at, &split(&line))),
+            read_rgb(&at.join(format!("{name}.exr"))),
+        )
+    });
+    let flags = |said: &str| {
+        said.lines()
+            .find(|line| line.contains("--position"))
+            .unwrap()
+            .to_string()
+    };
+    assert_eq!(flags(&near.0), flags(&far.0));
+    let told = "12 triangles far away, around 500000,0,5000000, are left out of the view";
+    assert!(far.0.contains(told) && !near.0.contains("left out"), "{}", far.0);
+    let error = rel_mse(&far.1, &near.1);
+    assert!(error < 0.01, "{error}");
 }
 
 /// What flags say of the light is meant for the guessed camera, and for what is up in the scene: the model on +y and the one on +z give one picture.

@@ -1,6 +1,7 @@
 //! The library does what the command line does.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, read_json, split};
+use crate::support::write_png;
 use embrasure::accel::Accel;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
@@ -12,10 +13,11 @@ use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use embrasure::sampling::warp::cosine_hemisphere;
 use embrasure::scene::SceneBuilder;
 use embrasure::{
-    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, Parts, SceneFile, Session,
-    Settings, read_checkpoint,
+    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, LoadObserver, Observer, Outcome, Output, Parts, SceneFile,
+    Session, Settings, read_checkpoint,
 };
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tempfile::TempDir;
 
@@ -56,6 +58,61 @@ impl Observer for Patience {
     fn should_stop(&self) -> bool {
         self.0.load(Ordering::Relaxed) == 0
     }
+}
+
+/// The parts of the work of loading, in their order.
+#[derive(Default)]
+struct Work(Mutex<Vec<String>>);
+
+impl LoadObserver for Work {
+    fn begin(&self, what: &str, _: u64) {
+        let name = what.rsplit(['/', '\\']).next().unwrap_or(what);
+        self.0.lock().unwrap().push(name.to_string());
+    }
+
+    fn advance(&self, _: u64) {}
+}
+
+/// A scene that gets a guessed light is built again, but its files are read once.
+#[test]
+fn files_of_a_scene_with_guessed_light_are_read_once() {
+    let folder = scene();
+    let at = |name: &str| folder.path().join(name);
+    write_png(&at("t.png"), 2, &[[200, 90, 30], [30, 90, 200], [0; 3], [255; 3]]);
+    let library = "newmtl a\nKd 1\nmap_Kd t.png\nnewmtl dim\nKd 0.5\nKe 0.001 0.001 0.001\nd 0.5\n";
+    std::fs::write(at("a.mtl"), library).unwrap();
+    let obj = std::fs::read_to_string(at("a.obj")).unwrap();
+    std::fs::write(at("a.obj"), obj + "usemtl dim\nf 1 4 5\n").unwrap();
+    let load = |name: &str, guesses: bool| {
+        let file = SceneFile::load(&at(name)).unwrap();
+        let mut settings = Settings::of(&file);
+        settings.resolution = UVec2::splat(16);
+        settings.guesses.light = guesses;
+        settings.guesses.ground = guesses;
+        let work = Work::default();
+        let session = Session::load(&file, settings, &work).unwrap();
+        (session, work.0.into_inner().unwrap())
+    };
+    std::fs::write(at("dark.toml"), "version = 1\n[[object]]\nobj = \"a.obj\"\n").unwrap();
+    let (lit, work) = load("dark.toml", true);
+    assert!(lit.light_guess().unwrap().starts_with("a studio"));
+    let once = ["a.obj", "reading textures", "building the scene", "building the scene"];
+    assert_eq!(work, once);
+    // It is the scene that its own file says.
+    let text = lit.lit_file().unwrap().to_toml(&at("lit.toml")).unwrap();
+    std::fs::write(at("lit.toml"), text).unwrap();
+    let (again, work) = load("lit.toml", false);
+    assert_eq!(work, once[..3]);
+    assert_eq!(lit.scene().lights().len(), again.scene().lights().len());
+    let names = |session: &Session| -> Vec<String> {
+        let textures = session.scene().textures().len();
+        let materials = session.scene().materials().iter().map(|m| m.name.clone());
+        let objects = session.scene().objects().iter().cloned();
+        materials.chain(objects).chain([textures.to_string()]).collect()
+    };
+    assert_eq!(names(&lit), names(&again));
+    let kinds = |session: &Session| session.warnings().iter().map(|w| w.kind).collect::<Vec<_>>();
+    assert_eq!(kinds(&lit), kinds(&again));
 }
 
 #[test]

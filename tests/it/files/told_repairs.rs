@@ -449,6 +449,21 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
         );
         assert!(&picture == right, "{maps}");
     }
+    // Two statements whose pictures are exchanged are read as the right ones, each with its options.
+    let (right, _) = of("map_Bump heights.png\nnorm -bm 0.5 normals.png");
+    assert!(right != heights);
+    for maps in [
+        "map_Bump -bm 0.5 normals.png\nnorm heights.png",
+        "norm heights.png\nmap_Bump -bm 0.5 normals.png",
+    ] {
+        let (picture, said) = of(maps);
+        let all = printed(&run(at, &split("check a.obj")));
+        for told in ["is used as a normal map", "and is used as heights"] {
+            assert!(all.contains(told), "{maps}: {all}");
+        }
+        assert!(!all.contains("has no effect"), "{said} {all}");
+        assert!(picture == right, "{maps}");
+    }
     // A strength of 0 is flat, up to rounding.
     let (none, _) = of("map_Bump -bm 0 normals.png");
     assert!(rel_mse(&none, &flat) < 1e-6 * rel_mse(&normals, &flat));
@@ -529,6 +544,7 @@ fn scenes_without_a_visible_face_say_why() {
             "f 1 2 3\nusemtl n\nf 1 2 3",
             "since its opacity is 0, and so is another material",
         ),
+        ("newmtl m\nd 0\nKe 1\n", "f 1 2 3", "since its opacity is 0"),
         ("newmtl m\nTf 1 1 1\n", "f 1 2 3", "since all light passes it straight"),
         (
             plain,
@@ -549,7 +565,7 @@ fn scenes_without_a_visible_face_say_why() {
     // One visible face is enough, and so is light.
     for (mtl, faces) in [
         ("newmtl m\nd 0\nnewmtl n\nd 0.1\n", "f 1 2 3\nusemtl n\nf 1 2 3"),
-        ("newmtl m\nd 0\nKe 1\n", "f 1 2 3"),
+        ("newmtl m\nd 0.1\nKd 0\nKe 1\n", "f 1 2 3"),
         ("newmtl m\nTf 1 1 0.9\n", "f 1 2 3"),
         ("newmtl m\nTf 1 1 1\nNi 1.5\n", "f 1 2 3"),
     ] {

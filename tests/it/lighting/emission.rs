@@ -94,7 +94,15 @@ fn cases() -> Vec<Case> {
             TriangleSampling::Area,
         )))
     };
-    let textured = |light: Light| light.textured(UVS, TextureId(0), Mapping::default(), textures());
+    let textured = |light: Light| {
+        let variation = Variation {
+            uvs: UVS,
+            emission: Some((TextureId(0), Mapping::default())),
+            opacity: 1.0,
+            opacity_map: None,
+        };
+        light.varied(variation, textures())
+    };
     let spot = |cos_inner, cos_outer| {
         Light::Spot(SpotLight {
             position,

@@ -25,7 +25,7 @@ const FILMS: u64 = 16;
 const MAX_DEPTH: u32 = 6;
 /// Maximum |t| of a difference of two means. With 30 degrees of freedom P(|t| > 6.5) is 3.4e-7: over
 /// the 2,000 differences of a run, one false alarm in 1,500 runs.
-const MAX_T: f64 = 6.5;
+pub(super) const MAX_T: f64 = 6.5;
 /// Part of a mean by which photon methods may differ: their radius blurs edges.
 const BLUR: f64 = 0.04;
 
@@ -199,8 +199,8 @@ fn largest_t(reference: &Blocks, other: &Blocks, allowed: Allowed) -> f64 {
     pairs.map(t).fold(0.0, f64::max)
 }
 
-/// Largest |t| of each integrator against `naive`, in one random scene.
-fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters) -> Vec<(&'static str, f64)> {
+/// Largest |t| of each integrator against `naive`, in one scene.
+pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters) -> Vec<(&'static str, f64)> {
     let size = UVec2::splat(SIZE);
     let camera = Camera::new(camera, size).unwrap();
     let world = World::new(scene, &accel, &camera, &Filter::BOX);

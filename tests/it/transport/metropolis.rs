@@ -185,7 +185,7 @@ fn single_iterations_are_unbiased() {
 }
 
 /// z-tests of the means over 16 regions between iterations and path tracing.
-fn assert_agrees_with_paths(
+pub(super) fn assert_agrees_with_paths(
     what: &str,
     (scene, camera, filter): (&Scene, CameraParameters, &Filter),
     (max_depth, iterations): (u32, u32),

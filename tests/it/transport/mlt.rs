@@ -76,7 +76,13 @@ fn means_of_regions(films: &[Film], reference: &[Film], cells: u32) -> Vec<[Mean
 }
 
 /// Fails unless chains and the path tracer show the same in all regions of the picture, over renders by different seeds.
-fn agrees(what: &str, scene: &Scene, camera: CameraParameters, (depth, direct): (u32, MetropolisDirect), spp: u32) {
+pub(super) fn agrees(
+    what: &str,
+    scene: &Scene,
+    camera: CameraParameters,
+    (depth, direct): (u32, MetropolisDirect),
+    spp: u32,
+) {
     const SEEDS: u64 = 16;
     let spp = budget(spp);
     with_world(scene, camera, UVec2::splat(16), |world| {

@@ -6,6 +6,8 @@ pub mod bidirectional;
 mod closed_forms;
 mod irradiance_cache;
 mod iterations;
+#[cfg(feature = "embree")]
+mod masked_lamps;
 mod metropolis;
 mod mlt;
 mod motion;

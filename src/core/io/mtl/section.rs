@@ -220,15 +220,6 @@ impl Section {
             notes.push(note);
         };
         let shines = self.specular.is_some_and(|ks| !ks.is_black()) || self.has_map(MapSlot::Specular);
-        let emits = self.emission.is_some_and(|ke| !ke.is_black());
-        let has_holes = self.has_map(MapSlot::Opacity) || self.dissolve.d.is_some_and(|d| d < 1.0);
-        if emits && has_holes {
-            note(
-                "opacity",
-                "d",
-                "surfaces that emit are opaque: d and map_d have no effect".into(),
-            );
-        }
         if let Some(ns) = self.exponent.filter(|&ns| ns > MAX_EXPONENT) {
             let words = format!("Ns is {ns}, above the {MAX_EXPONENT} of the format; it is used unchanged");
             note("exponent-range", "ns", words);

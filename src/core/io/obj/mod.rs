@@ -137,22 +137,15 @@ pub(super) fn read_obj(
     drop(text);
     // Without a face there is no picture.
     let has_faces = outline.sections.iter().any(|section| section.corner_count() > 0);
-    let severities = match has_faces {
-        true => [options.severity_of_lack(), Severity::Error],
-        false => [Severity::Error; 2],
+    let severity = match has_faces {
+        true => options.severity_of_lack(),
+        false => Severity::Error,
     };
-    let told = [0, 1].map(|i| outline.wrong[i].len());
-    let wrong = std::mem::take(&mut outline.wrong).into_iter().zip(severities);
-    let mut wrong: Vec<_> = wrong
-        .flat_map(|(errors, severity)| errors.into_iter().map(move |error| (severity, error)))
-        .collect();
-    wrong.sort_by_key(|(_, error)| error.position.map(|place| place.line));
-    for (severity, error) in wrong {
+    let told = outline.wrong.len();
+    for error in std::mem::take(&mut outline.wrong) {
         findings.add(severity, "wrong-statement", error);
     }
-    for i in [0, 1] {
-        findings.add_untold(severities[i], path, outline.wrong_count[i] - told[i]);
-    }
+    findings.add_untold(severity, path, outline.wrong_count - told);
     let context = ObjContext {
         signature,
         whole_names: outline.whole_names(),
@@ -169,7 +162,7 @@ pub(super) fn read_obj(
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
-    if groups.is_empty() && wrong_count == [0; 2] {
+    if groups.is_empty() && wrong_count == 0 {
         return Err(no_faces(path, vertices, skipped));
     }
     Ok(ObjFile::new(groups, materials, libraries))

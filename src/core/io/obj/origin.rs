@@ -4,7 +4,7 @@
 use super::open_regular;
 use crate::io::{LoadOptions, Origin};
 use crate::math::DVec3;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Largest coordinate of the first vertex up to which the file is not read further.
@@ -14,13 +14,22 @@ const MAX_LINE: u64 = 1 << 16;
 /// Distance of the middle of a file from its origin, in its sizes, from which on it is far.
 const FAR: f64 = 500.0;
 
-/// The origin that is to be subtracted from the vertices of an OBJ file; zero unless all of it lies
-/// far away. It is a multiple of a power of ten that is not smaller than the file's size.
+/// Places of a file that are looked at if its first vertex is near, and bytes that are read at each.
+const PLACES: u64 = 64;
+const PLACE_BYTES: u64 = 1 << 12;
+/// Vertices that tell where most of a file lies, at most, and their share left out at either end.
+const MAX_SAMPLES: usize = 1 << 16;
+const TAIL: f64 = 0.1;
+
+/// The origin that is to be subtracted from the vertices of an OBJ file; zero unless most of it lies
+/// far away. It is a multiple of a power of ten that is not smaller than the size of that part.
 pub fn origin_of(path: &Path) -> DVec3 {
     let Some(file) = open_regular(path) else {
         return DVec3::ZERO;
     };
     let mut bounds: Option<[DVec3; 2]> = None;
+    let mut samples = Samples::default();
+    let mut is_mostly_far = None;
     let (mut reader, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new());
     // No line that counts is longer, whatever ends it.
     while matches!(reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line), Ok(1..)) {
@@ -30,16 +39,89 @@ pub fn origin_of(path: &Path) -> DVec3 {
         for p in line.split(|&byte| byte == b'\r').filter_map(vertex) {
             let [min, max] = bounds.unwrap_or([p, p]);
             let all = [min.min(p), max.max(p)];
-            if all.iter().all(|corner| corner.abs().max_element() <= NEAR) {
+            let is_near = all.iter().all(|corner| corner.abs().max_element() <= NEAR);
+            if is_near && !*is_mostly_far.get_or_insert_with(|| is_mostly_far_in(path)) {
                 return DVec3::ZERO;
             }
             bounds = Some(all);
+            samples.add(p);
         }
         line.clear();
     }
-    let Some([min, max]) = bounds else {
-        return DVec3::ZERO;
+    let mut origins = [bounds, samples.middle()].into_iter().flatten().map(origin_within);
+    origins.find(|&origin| origin != DVec3::ZERO).unwrap_or(DVec3::ZERO)
+}
+
+/// Vertices that are evenly spread over a file.
+#[derive(Default)]
+struct Samples {
+    all: Vec<DVec3>,
+    /// Vertices of the file so far.
+    count: usize,
+    /// Vertices between two samples, less 1: the binary digits are all ones.
+    skipped: usize,
+}
+
+impl Samples {
+    fn add(&mut self, p: DVec3) {
+        if self.count & self.skipped == 0 {
+            if self.all.len() == MAX_SAMPLES {
+                let mut is_kept = false;
+                self.all.retain(|_| {
+                    is_kept = !is_kept;
+                    is_kept
+                });
+                self.skipped = 2 * self.skipped + 1;
+            }
+            if self.count & self.skipped == 0 {
+                self.all.push(p);
+            }
+        }
+        self.count += 1;
+    }
+
+    /// Bounds of the middle of the samples along each axis.
+    fn middle(&self) -> Option<[DVec3; 2]> {
+        let tail = (TAIL * self.all.len() as f64) as usize;
+        let mut bounds = [DVec3::ZERO; 2];
+        for axis in 0..3 {
+            let mut sorted: Vec<f64> = self.all.iter().map(|p| p[axis]).collect();
+            sorted.sort_unstable_by(f64::total_cmp);
+            bounds[0][axis] = *sorted.get(tail)?;
+            bounds[1][axis] = *sorted.get(sorted.len().checked_sub(1 + tail)?)?;
+        }
+        Some(bounds)
+    }
+}
+
+/// Returns true if most of a file's vertices lie far from its origin, by a few of them.
+fn is_mostly_far_in(path: &Path) -> bool {
+    let Some(mut file) = open_regular(path) else {
+        return false;
     };
+    let length = file.metadata().map_or(0, |data| data.len());
+    let mut counts = [0; 2];
+    let mut bytes = Vec::new();
+    for place in 0..PLACES {
+        bytes.clear();
+        let start = length / PLACES * place;
+        let read = file
+            .seek(SeekFrom::Start(start))
+            .and_then(|_| file.by_ref().take(PLACE_BYTES).read_to_end(&mut bytes));
+        if read.is_err() {
+            return false;
+        }
+        // The first line may have lost its beginning.
+        let mut lines = bytes.split(|&byte| matches!(byte, b'\r' | b'\n')).skip(1);
+        if let Some(p) = lines.find_map(vertex) {
+            counts[usize::from(p.abs().max_element() > NEAR)] += 1;
+        }
+    }
+    counts[1] > counts[0]
+}
+
+/// The origin of vertices within these bounds; zero unless all of them lie far away.
+fn origin_within([min, max]: [DVec3; 2]) -> DVec3 {
     let (middle, size) = (0.5 * (min + max), (max - min).max_element());
     if middle.abs().max_element() <= FAR * size.max(f64::from(f32::MIN_POSITIVE)) {
         return DVec3::ZERO;
@@ -96,5 +178,24 @@ mod tests {
             assert_eq!(origin_of(&path).to_array(), expected, "{text}");
         }
         assert_eq!(origin_of(&folder.path().join("b.obj")), DVec3::ZERO);
+        // Files of two places, either of them first: most vertices decide.
+        let near = |n: u32| (0..n).map(|i| format!("v {} 2 3\n", i % 30)).collect::<String>();
+        let far = |n: u32| {
+            (0..n)
+                .map(|i| format!("v {} 5412345.5 40\n", 512_300 + i % 30))
+                .collect::<String>()
+        };
+        for (text, is_far) in [
+            (near(50) + &far(2000), true),
+            (far(2000) + &near(50), true),
+            (near(2000) + &far(50), false),
+            (far(50) + &near(2000), false),
+        ] {
+            std::fs::write(&path, &text).unwrap();
+            let origin = origin_of(&path);
+            assert_eq!(origin != DVec3::ZERO, is_far, "{origin}");
+            let middle = DVec3::new(512_315.0, 5_412_345.5, 40.0);
+            assert!(!is_far || origin.distance(middle) < 100.0, "{origin}");
+        }
     }
 }

@@ -22,11 +22,13 @@ pub(super) struct Outline {
     pub libraries: Vec<LibraryName>,
     /// Faces that are left out, and assumptions.
     pub remarks: Remarks,
-    /// First wrong statements of the file: those that a picture can do without, and wrong
-    /// positions. Corners lack what they name wrongly; a wrong `v`, `vt` or `vn` is 0.
-    pub wrong: [Vec<FileError>; 2],
-    /// Number of all of either.
-    pub wrong_count: [usize; 2],
+    /// First wrong statements of the file. Corners lack what they name wrongly, a wrong `vt` or `vn`
+    /// is 0, and no face has a wrong `v`.
+    pub wrong: Vec<FileError>,
+    /// Number of wrong statements.
+    pub wrong_count: usize,
+    /// Indices of wrong positions, sorted; empty once no face has them.
+    pub wrong_positions: Vec<usize>,
 }
 
 impl Outline {
@@ -229,6 +231,40 @@ impl Section {
         self.v.truncate(len);
         self.vt.truncate(len);
         self.vn.truncate(len);
+    }
+
+    /// Removes faces whose positions have indices for which `is_wrong` returns true. Returns their
+    /// lines, if lines are kept.
+    pub fn remove_faces(&mut self, is_wrong: impl Fn(u32) -> bool) -> Vec<usize> {
+        let mut old = std::mem::take(self);
+        let mut state_changes = std::mem::take(&mut old.state_changes).into_iter().peekable();
+        let mut removed = Vec::new();
+        let mut end = 0;
+        for (face, &size) in old.sizes.iter().enumerate() {
+            while let Some(state_change) = state_changes.next_if(|state_change| state_change.face == face) {
+                self.push_state_change(state_change);
+            }
+            let corners = end..end + size as usize;
+            end = corners.end;
+            let line = old.lines.get(face).copied();
+            if part(&old.v, corners.clone()).iter().any(|&i| is_wrong(i)) {
+                removed.extend(line.map(|line| line as usize));
+                continue;
+            }
+            corners.for_each(|i| self.push_corner(old.corner(i)));
+            self.push_face(size, line);
+        }
+        state_changes.for_each(|state_change| self.push_state_change(state_change));
+        removed
+    }
+
+    /// Adds a change of state before the next face.
+    fn push_state_change(&mut self, state_change: StateChange) {
+        self.state_changes.push(StateChange {
+            face: self.sizes.len(),
+            corner: self.v.len(),
+            ..state_change
+        });
     }
 
     /// The change of state before the next face.

@@ -64,6 +64,32 @@ pub(super) fn parse(
     (origin, keep_lines): (DVec3, bool),
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
+    let mut outline = parse_all(path, chunks, (origin, keep_lines), advance)?;
+    let Some(&first) = outline.wrong_positions.first() else {
+        return Ok(outline);
+    };
+    // Only such files need the lines of their faces.
+    if !keep_lines {
+        outline = parse_all(path, chunks, (origin, true), &|_| ())?;
+    }
+    let wrong = std::mem::take(&mut outline.wrong_positions);
+    let is_wrong = |i: u32| i as usize >= first && wrong.binary_search(&(i as usize)).is_ok();
+    for section in &mut outline.sections {
+        let removed = section.remove_faces(is_wrong);
+        removed
+            .into_iter()
+            .for_each(|line| outline.remarks.add(Remark::LeftOutFace, line));
+    }
+    Ok(outline)
+}
+
+/// [`parse`], with the faces that use wrong positions.
+fn parse_all(
+    path: &Path,
+    chunks: &Chunks,
+    (origin, keep_lines): (DVec3, bool),
+    advance: &(dyn Fn(u64) + Sync),
+) -> Result<Outline, FileError> {
     let Chunks { texts, before, total } = chunks;
     let parsed: Vec<Chunk> = texts
         .par_iter()
@@ -84,19 +110,21 @@ pub(super) fn parse(
         sections: Vec::with_capacity(parsed.len()),
         libraries: Vec::new(),
         remarks: Remarks::default(),
-        wrong: Default::default(),
-        wrong_count: [0; 2],
+        wrong: Vec::new(),
+        wrong_count: 0,
+        wrong_positions: Vec::new(),
     };
     for mut chunk in parsed {
+        let first = outline.vertices.positions.len();
+        let wrong_positions = chunk.wrong_positions.iter().map(|i| first + i);
+        outline.wrong_positions.extend(wrong_positions);
         outline.vertices.append(&mut chunk.vertices);
         outline.sections.push(chunk.section);
         outline.libraries.append(&mut chunk.libraries);
         outline.remarks.append(&chunk.remarks);
-        for (i, wrong) in chunk.wrong.into_iter().enumerate() {
-            let free = MAX_WRONG - outline.wrong[i].len();
-            outline.wrong[i].extend(wrong.into_iter().take(free));
-            outline.wrong_count[i] += chunk.wrong_count[i];
-        }
+        let free = MAX_WRONG - outline.wrong.len();
+        outline.wrong.extend(chunk.wrong.into_iter().take(free));
+        outline.wrong_count += chunk.wrong_count;
     }
     // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
     // most.
@@ -178,8 +206,10 @@ struct Chunk<'a> {
     libraries: Vec<LibraryName>,
     remarks: Remarks,
     /// As in [`Outline`].
-    wrong: [Vec<FileError>; 2],
-    wrong_count: [usize; 2],
+    wrong: Vec<FileError>,
+    wrong_count: usize,
+    /// Indices of wrong positions, in order.
+    wrong_positions: Vec<usize>,
     /// The first wrong `vt` index and the first wrong `vn` index of the current face.
     lost: [Option<Fault>; 2],
     /// The point of the file that becomes the origin.
@@ -197,8 +227,9 @@ impl<'a> Chunk<'a> {
             section: Section::default(),
             libraries: Vec::new(),
             remarks: Remarks::default(),
-            wrong: Default::default(),
-            wrong_count: [0; 2],
+            wrong: Vec::new(),
+            wrong_count: 0,
+            wrong_positions: Vec::new(),
             lost: [None, None],
             origin,
             keep_lines,
@@ -211,21 +242,17 @@ impl<'a> Chunk<'a> {
             if result.is_ok() && chunk.lost.iter().all(Option::is_none) {
                 continue;
             }
-            let is_position = split_keyword(&statement.text).0 == "v";
             let lost = std::mem::take(&mut chunk.lost);
             for fault in result.err().into_iter().chain(lost.into_iter().flatten()) {
-                let (wrong, count) = match is_position {
-                    true => (&mut chunk.wrong[1], &mut chunk.wrong_count[1]),
-                    false => (&mut chunk.wrong[0], &mut chunk.wrong_count[0]),
-                };
-                *count += 1;
-                if wrong.len() < MAX_WRONG {
+                chunk.wrong_count += 1;
+                if chunk.wrong.len() < MAX_WRONG {
                     let place = place_of(text, line, &fault.word);
                     let place = Position {
                         line: before.lines + place.line,
                         ..place
                     };
-                    wrong.push(FileError::new(path, fault.message).at(place).help(fault.help));
+                    let error = FileError::new(path, fault.message);
+                    chunk.wrong.push(error.at(place).help(fault.help));
                 }
             }
         }
@@ -253,8 +280,11 @@ impl<'a> Chunk<'a> {
             "v" => {
                 let position = self.position(statement, rest);
                 let position = position.and_then(|p| if p.is_finite() { Ok(p) } else { Err(not_finite(rest)) });
+                if position.is_err() {
+                    self.wrong_positions.push(self.vertices.positions.len());
+                }
                 self.vertices.positions.push(*position.as_ref().unwrap_or(&Vec3::ZERO));
-                position?;
+                position.map_err(|fault| fault.and("faces with this vertex are left out"))?;
             }
             "vt" => {
                 let uv = numbers(statement, rest, 1).map(Vec2::from);

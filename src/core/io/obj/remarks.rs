@@ -18,6 +18,8 @@ pub(super) enum Remark {
     BadUv,
     /// A smoothing group that is not a number.
     BadSmoothing,
+    /// A face whose vertex has wrong coordinates.
+    LeftOutFace,
 }
 
 /// An element that is not rendered.
@@ -40,7 +42,7 @@ const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"
 #[derive(Default)]
 pub(super) struct Remarks {
     /// By [`Remark`].
-    tallies: [Tally; 5],
+    tallies: [Tally; 6],
     /// Elements that are not rendered: their numbers, by [`Skipped`], and their places.
     skipped_counts: [u64; 4],
     skipped: Tally,
@@ -122,6 +124,13 @@ impl Remarks {
             (
                 "bad-smoothing-group",
                 "smoothing groups are neither a number nor `off`, and count as `off`".to_string(),
+            ),
+            (
+                "left-out-face",
+                match self.tallies[Remark::LeftOutFace as usize].count {
+                    1 => "face is left out, since a vertex has wrong coordinates".to_string(),
+                    _ => "faces are left out, since a vertex has wrong coordinates".to_string(),
+                },
             ),
             (
                 "unknown-statement",

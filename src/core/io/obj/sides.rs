@@ -4,6 +4,7 @@
 //! Rays meet either of them by chance. Both are moved apart by a 100,000th of the file's diagonal,
 //! each along its normal: a ray then meets the face that looks towards it, in every backend.
 
+use super::ObjFaces;
 use super::groups::Faces;
 use super::outline::{Outline, Section, VertexData};
 use crate::math::hash::mix;
@@ -108,11 +109,19 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
         .into_values()
         .filter_map(|places| <[Place; 2]>::try_from(places).ok());
     let mut pairs: Vec<_> = pairs.filter(is_two_sided).collect();
-    if (2 * pairs.len()) as f32 <= MIN_SHARE * hashes.len() as f32 {
+    if !ObjFaces::are_two_sided(pairs.len(), hashes.len()) {
         return Vec::new();
     }
     pairs.sort_unstable();
     pairs
+}
+
+impl ObjFaces {
+    /// Returns true if a file of `faces` faces with so many pairs of fronts and backs is written with
+    /// two sides: a render moves the faces of each pair apart.
+    pub fn are_two_sided(pairs: usize, faces: usize) -> bool {
+        pairs > 0 && (2 * pairs) as f32 > MIN_SHARE * faces as f32
+    }
 }
 
 /// A hash of a position.

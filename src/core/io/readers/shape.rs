@@ -93,7 +93,12 @@ impl Shape<'_> {
                 return report.differs(plain.line, "tobj cuts this face in two parts".into());
             };
             let Some(face) = own_faces.next_if(|face| face.line == plain.line) else {
-                match self.wrong.has(plain.line..=plain.line) {
+                // The own reader leaves out faces with wrong positions; tobj reads NaN.
+                let has_wrong_position = || {
+                    let mut corners = triangles.iter().flatten();
+                    self.wrong.is_wrong() && corners.any(|corner| !corner.p.is_finite())
+                };
+                match self.wrong.has(plain.line..=plain.line) || has_wrong_position() {
                     true => report.explained.add(Kind::WrongStatement, plain.line),
                     false => report.differs(plain.line, "the own reader does not read this face".into()),
                 }
@@ -233,11 +238,7 @@ impl Shape<'_> {
     ) -> Result<(), Difference> {
         let own = &triangle[corner];
         if !are_same(&own.p.to_array(), &of_tobj.p.to_array()) {
-            // A wrong `v` is 0 for the own reader; tobj's value is not a number then.
-            match !of_tobj.p.is_finite() && self.wrong.is_wrong() {
-                true => notes.is_wrong = true,
-                false => return Err(Difference::Position),
-            }
+            return Err(Difference::Position);
         }
         match (own.uv, of_tobj.uv) {
             (Some(a), Some(b)) if are_same(&a.to_array(), &b.to_array()) => {}
@@ -271,7 +272,6 @@ impl Shape<'_> {
 struct FaceNotes {
     is_smooth: bool,
     is_mixed: bool,
-    is_wrong: bool,
 }
 
 impl FaceNotes {
@@ -279,7 +279,6 @@ impl FaceNotes {
         let notes = [
             (self.is_smooth, Kind::SmoothingGroup),
             (self.is_mixed, Kind::MixedCorners),
-            (self.is_wrong, Kind::WrongStatement),
         ];
         for (_, kind) in notes.into_iter().filter(|(is_so, _)| *is_so) {
             report.explained.add(kind, plain.line);

@@ -97,7 +97,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
             value,
             light: onwards / towards_camera,
             towards_camera,
-            start: scene.emission_selection().pmf(source.id) as f64 * start,
+            start: scene.emission_selection().pmf(source.id) as f64 * start / f64::from(source.opacity),
             ..Factors::default()
         })
     }

@@ -101,6 +101,9 @@ pub(super) struct LightSource {
     pub kind: LightSourceKind,
     /// Radiance, W·sr⁻¹·m⁻²; of parallel light irradiance, W·m⁻²; not of points.
     pub radiance: Spectrum,
+    /// Opacity of its surface, which `radiance` does not include. A ray that has met the surface has
+    /// paid for the opacity by chance; a sampled point has not.
+    pub opacity: f32,
     /// Where rays from it start and end, clear of its own surface.
     pub origin: Vec3,
 }

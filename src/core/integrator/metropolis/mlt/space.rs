@@ -87,6 +87,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             id: light.id,
             kind: LightSourceKind::Area,
             radiance: light.radiance,
+            opacity: scene.opacity(&surface.hit),
             origin: surface.origin_towards_camera(ng),
         };
         Some(Vertex::new(VertexKind::Light(source), vertex.p, ng))
@@ -98,6 +99,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             id,
             kind: LightSourceKind::Far,
             radiance,
+            opacity: 1.0,
             origin: Vec3::ZERO,
         };
         Vertex::new(VertexKind::Light(source), Vec3::ZERO, -w)
@@ -117,7 +119,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let source = LightSource {
             id,
             kind,
-            radiance: emission.radiance,
+            radiance: emission.radiance / emission.opacity,
+            opacity: emission.opacity,
             origin: emission.origin,
         };
         // Infinitely far away there are directions, and no places.

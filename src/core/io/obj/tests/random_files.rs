@@ -143,7 +143,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
         &|_| (),
     )?;
     // The first of the file
-    let wrong = std::mem::take(&mut outline.wrong).into_iter().flatten();
+    let wrong = std::mem::take(&mut outline.wrong).into_iter();
     match wrong.min_by_key(|error| error.position.map(|place| place.line)) {
         Some(error) => Err(error),
         None => Ok(into_groups(outline, false).0),

@@ -141,12 +141,38 @@ fn corners_lack_what_they_name_wrongly() {
             assert!(warning.contains(words), "{warning}");
         }
     }
-    // Where a corner lies must be known. Others before it do not hide it.
-    let many = "f 1 2 9\n".repeat(30);
-    let error = load(format!("{SQUARE}f 1 2 3\n{many}v 1 x 2\n")).unwrap_err();
-    assert_eq!(error.position.map(|place| place.line), Some(36), "{error}");
     // Without a face there is no picture.
     assert!(load(format!("{SQUARE}f 1 2 9\n")).is_err());
+}
+
+#[test]
+fn faces_with_wrong_positions_are_left_out() {
+    // Faces before and after, of two materials, in groups of smoothing, and a wrong `v` that is unused
+    for wrong in ["v nan 1 0", "v 0 x 0", "v 0 1", "v 0 0 1e999"] {
+        let lines = format!(
+            "v 2 0 0\n{wrong}\n{wrong}\nf 1 2 3\ns 1\nf 1 6 3\nusemtl red\nf 2 5 3 6\nf 1 3 4\ns off\nf 4 6 5\n"
+        );
+        let right = "v 2 0 0\nf 1 2 3\ns 1\nusemtl red\nf 1 3 4\ns off\n";
+        let [found, expected] = [&*lines, right].map(|lines| load(format!("{SQUARE}{lines}")).unwrap());
+        let triangles = |read: &Read| -> Vec<(Option<String>, Vec<[Vec3; 3]>)> {
+            let of_group = |group: &crate::io::obj::Group| {
+                let all = (0..group.mesh.triangles.len() as u32).map(|t| corners(&group.mesh, t));
+                (group.material.clone(), all.collect())
+            };
+            read.groups.iter().map(of_group).collect()
+        };
+        assert_eq!(triangles(&found), triangles(&expected), "{wrong}");
+        let warnings = &found.warnings;
+        let wrong = "faces with this vertex are left out";
+        let [first, second] = [0, 1].map(|i| warnings.iter().filter(|w| w.contains(wrong)).nth(i).unwrap());
+        let faces = warnings.iter().find(|w| w.contains("3 faces are left out")).unwrap();
+        let at = |line: u32| format!(":{line}");
+        assert!(first.contains(&at(6)) && second.contains(&at(7)), "{first} {second}");
+        assert!(faces.contains(&at(10)), "{faces}");
+        assert!(load_strictly(format!("{SQUARE}{lines}")).is_err());
+        // Without a right face there is no picture.
+        assert!(load(format!("{SQUARE}{wrong}\nf 1 2 5\n")).is_err());
+    }
 }
 
 #[test]

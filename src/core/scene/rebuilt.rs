@@ -1,0 +1,76 @@
+//! Builders of scenes that are built again with other lights: triangles and textures of the first
+//! scene are moved to the second one, so that no file is read twice.
+
+use super::{Scene, SceneBuilder};
+use crate::material::MaterialId;
+use std::sync::Arc;
+
+/// A builder as it was before lights were added, without triangles and textures, which its scene
+/// has.
+#[derive(Debug)]
+pub struct UnlitBuilder {
+    builder: SceneBuilder,
+    /// Number of meshes that stand in the world, and of all meshes of each prototype.
+    standing: usize,
+    prototypes: Vec<usize>,
+    /// Number of meshes that stand in the scene, lamps included.
+    standing_in_scene: usize,
+}
+
+impl UnlitBuilder {
+    /// Takes materials and texture filter of `lit`, which is this builder with lights and textures.
+    pub fn complete(&mut self, lit: &SceneBuilder) {
+        let count = self.builder.materials.len();
+        self.builder.materials = lit.materials.iter().take(count).cloned().collect();
+        self.builder.texture_filter = lit.texture_filter;
+        self.builder.panes = lit.panes;
+        self.standing_in_scene = lit.meshes.len();
+    }
+
+    /// The builder with the triangles and textures of its scene; `None` if the scene has changed them:
+    /// a compact scene, one with panes, or one that shares its triangles.
+    pub fn with_parts_of(self, scene: Scene) -> Option<SceneBuilder> {
+        let Self {
+            mut builder,
+            standing,
+            prototypes,
+            standing_in_scene,
+        } = self;
+        let ground = usize::from(scene.ground.is_some());
+        let is_as_built = !scene.is_compact
+            && scene.panes == 0
+            && scene.standing().len() == standing_in_scene + ground
+            && scene
+                .prototypes
+                .iter()
+                .map(|range| range.len())
+                .eq(prototypes.iter().copied());
+        if !is_as_built {
+            return None;
+        }
+        let materials: Vec<MaterialId> = scene.shapes.iter().map(|shape| shape.material).collect();
+        let meshes = Arc::try_unwrap(scene.meshes).ok()?;
+        let mut all = meshes.into_iter().zip(materials);
+        builder.meshes = all.by_ref().take(standing).collect();
+        let lamps = standing_in_scene + ground - standing;
+        all.by_ref().take(lamps).for_each(drop);
+        builder.prototypes = prototypes
+            .into_iter()
+            .map(|count| all.by_ref().take(count).collect())
+            .collect();
+        builder.textures = scene.textures;
+        Some(builder)
+    }
+}
+
+impl SceneBuilder {
+    /// This builder without triangles and textures.
+    pub fn unlit(&self) -> UnlitBuilder {
+        UnlitBuilder {
+            standing: self.meshes.len(),
+            prototypes: self.prototypes.iter().map(Vec::len).collect(),
+            standing_in_scene: self.meshes.len(),
+            builder: self.without_parts(),
+        }
+    }
+}

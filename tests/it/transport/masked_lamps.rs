@@ -1,0 +1,198 @@
+//! Emitting surfaces whose opacity is below 1: closed forms, and all integrators against each other.
+
+use super::bent_normals::{MAX_T, compare};
+use super::{metropolis, mlt};
+use crate::support::statistics::{Mean, assert_same_mean};
+use crate::support::*;
+use embrasure::camera::CameraParameters;
+use embrasure::color::Spectrum;
+use embrasure::film::Filter;
+use embrasure::integrator::{DirectLight, MetropolisDirect, PathIntegrator, Strategy};
+use embrasure::light::Light;
+use embrasure::material::Material;
+use embrasure::math::{UVec2, Vec3};
+use embrasure::scene::{Scene, SceneBuilder};
+use std::fs;
+
+/// A black surface that emits 3, of this opacity.
+fn lamp(opacity: f32) -> Material {
+    Material {
+        opacity,
+        ..material(0.0, 3.0)
+    }
+}
+
+/// Corners of a square of half side 1 at the height `y`, facing down.
+fn ceiling(y: f32) -> [Vec3; 4] {
+    [
+        Vec3::new(-1.0, y, -1.0),
+        Vec3::new(1.0, y, -1.0),
+        Vec3::new(1.0, y, 1.0),
+        Vec3::new(-1.0, y, 1.0),
+    ]
+}
+
+/// A floor of reflectance 0.6 below lamps of these opacities, the first the lowest.
+fn floor_below(opacities: &[f32]) -> Scene {
+    let mut b = SceneBuilder::new();
+    let floor = ceiling(0.0).map(|p| 20.0 * Vec3::new(p.x, p.y, -p.z));
+    add(&mut b, polygon(&floor), material(0.6, 0.0));
+    for (i, &opacity) in opacities.iter().enumerate() {
+        add(&mut b, polygon(&ceiling(1.5 + i as f32)), lamp(opacity));
+    }
+    b.build().unwrap().0
+}
+
+/// Radiance of the floor below the lamp's middle, by light samples, by scattered rays and by both.
+fn floor_radiances(scene: &Scene) -> [Mean; 3] {
+    let camera = pinhole(Vec3::new(0.4, 0.7, 1.0), Vec3::ZERO, 0.01);
+    let size = UVec2::splat(16);
+    [DirectLight::Light, DirectLight::None, DirectLight::Mis].map(|direct| {
+        with_world(scene, camera, size, |world| {
+            let path = PathIntegrator {
+                strategy: Strategy {
+                    direct,
+                    ..Strategy::default()
+                },
+                ..path_tracer(world, Some(1))
+            };
+            Mean::of_film(&film_of(&path, size, budget(4096), 7), 0)
+        })
+    })
+}
+
+#[test]
+fn lamp_of_half_opacity_gives_half_of_the_light() {
+    let [_, _, whole] = floor_radiances(&floor_below(&[1.0]));
+    for opacity in [0.5, 0.2] {
+        let expected = Mean::new(whole.value * f64::from(opacity), whole.error() * f64::from(opacity));
+        let scene = floor_below(&[opacity]);
+        for (how, got) in ["light", "none", "mis"].into_iter().zip(floor_radiances(&scene)) {
+            assert_same_mean(format!("opacity {opacity}, {how}"), got, expected);
+            assert!(got.error() < 0.01 * slack() * expected.value, "{got}");
+        }
+    }
+}
+
+#[test]
+fn lamp_behind_a_lamp_shines_through_it() {
+    let [_, _, low] = floor_radiances(&floor_below(&[1.0]));
+    let [_, _, high] = floor_radiances(&floor_below(&[0.0, 1.0]));
+    let expected = Mean::new(
+        0.4 * low.value + 0.6 * 0.7 * high.value,
+        low.error().hypot(high.error()),
+    );
+    let scene = floor_below(&[0.4, 0.7]);
+    for (how, got) in ["light", "none", "mis"].into_iter().zip(floor_radiances(&scene)) {
+        assert_same_mean(how, got, expected);
+    }
+}
+
+#[test]
+fn camera_sees_the_share_of_a_lamp_that_is_there() {
+    let mut b = SceneBuilder::new();
+    add(&mut b, panel(0.0, 2.0), lamp(0.3));
+    add(&mut b, panel(-1.0, 3.0), lamp(0.6));
+    let scene = b.build().unwrap().0;
+    let film = render_film(&scene, from_front(), [32, 32], 256, Some(2));
+    let expected = 3.0 * (0.3 + 0.7 * 0.6);
+    assert_same_mean("two lamps", Mean::of_film(&film, 0), Mean::exact(expected));
+}
+
+#[test]
+fn power_of_a_lamp_is_that_of_its_opacity() {
+    let power = |opacity| {
+        let scene = floor_below(&[opacity]);
+        scene.lights().iter().map(|light| light.power(1.0)).sum::<f64>()
+    };
+    let whole = power(1.0);
+    assert!((power(0.25) / whole - 0.25).abs() < 1e-6);
+    // A lamp of opacity 0 has no power, and a scene without power gets the default light.
+    let scene = floor_below(&[0.0]);
+    assert!(scene.lights().iter().any(|light| matches!(light, Light::Constant(_))));
+}
+
+/// Walls that don't touch, a lamp whose opacity and emission are textures, and a lamp of opacity 0.4
+/// in front of it and of the camera.
+fn masked_lamps() -> (Scene, CameraParameters) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write_png(
+        &folder.path().join("mask.png"),
+        4,
+        &[0, 40, 255, 128, 255, 0, 90, 255, 20, 255, 200, 0, 255, 160, 0, 60].map(|grey: u8| [grey; 3]),
+    );
+    write_png(
+        &folder.path().join("glow.png"),
+        2,
+        &[[255, 120, 60], [80, 255, 90], [200, 200, 255], [255, 255, 20]],
+    );
+    file(
+        "lamps.mtl",
+        "newmtl floor\nKd 0.6 0.5 0.4\nnewmtl wall\nKd 0.4 0.6 0.7\n\
+         newmtl masked\nKd 0.3 0.3 0.3\nKe 3 3 3\nmap_Ke glow.png\nd 0.9\nmap_d mask.png\n\
+         newmtl veil\nKd 0.5 0.5 0.5\nKe 0.6 0.8 1\nd 0.4\n",
+    );
+    file(
+        "lamps.obj",
+        "mtllib lamps.mtl\n\
+         v -0.8 -1 0.8\nv 0.8 -1 0.8\nv 0.8 -1 -0.8\nv -0.8 -1 -0.8\n\
+         v -0.8 -0.8 -1\nv 0.8 -0.8 -1\nv 0.8 0.8 -1\nv -0.8 0.8 -1\n\
+         v -0.6 0.9 -0.6\nv 0.6 0.9 -0.6\nv 0.6 0.9 0.6\nv -0.6 0.9 0.6\n\
+         v -0.5 -0.5 0.3\nv 0.4 -0.5 0.2\nv 0.4 0.3 0.2\nv -0.5 0.3 0.3\n\
+         vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+         usemtl floor\nf 1/1 2/2 3/3 4/4\nusemtl wall\nf 5/1 6/2 7/3 8/4\n\
+         usemtl masked\nf 9/1 10/2 11/3 12/4\nusemtl veil\nf 13 14 15 16\n",
+    );
+    let scene = load(&folder.path().join("lamps.obj"));
+    (scene, pinhole(Vec3::new(0.1, 0.1, 3.2), Vec3::new(0.0, 0.0, 0.0), 42.0))
+}
+
+#[test]
+fn integrators_and_backends_agree_on_masked_lamps() {
+    let (scene, camera) = masked_lamps();
+    assert!(scene.has_alpha());
+    let is_masked = |light: &&Light| matches!(light, Light::Textured(_));
+    assert_eq!(scene.lights().iter().filter(is_masked).count(), 4);
+    let mut wrong = Vec::new();
+    let mut check = |backend: &str, found: Vec<(&'static str, f64)>| {
+        for (name, t) in found {
+            println!("{backend}, {name}: |t| = {t:.2}");
+            if t > MAX_T {
+                wrong.push(format!("{backend}, {name}: |t| = {t:.1}"));
+            }
+        }
+    };
+    check("embree", compare(&scene, &backend(&scene), camera));
+    #[cfg(feature = "obvhs")]
+    check(
+        "obvhs",
+        compare(&scene, &embrasure::accel::bvh::BvhAccel::new(&scene), camera),
+    );
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn chains_agree_with_the_path_tracer_on_masked_lamps() {
+    let (scene, camera) = masked_lamps();
+    mlt::agrees("mlt", &scene, camera, (4, MetropolisDirect::Metropolis), 48);
+    metropolis::assert_agrees_with_paths("pssmlt", (&scene, camera, &Filter::BOX), (4, 400), |metropolis| {
+        (metropolis.chains, metropolis.bootstrap) = (Some(64), Some(512));
+    });
+}
+
+/// The ground compares arriving light with this irradiance.
+#[test]
+fn closed_form_of_irradiance_has_the_opacity() {
+    let irradiance = |opacity| {
+        let scene = floor_below(&[opacity]);
+        let at = |light: &Light| light.irradiance_at(Vec3::ZERO, Vec3::Y, 0.0).unwrap();
+        scene
+            .lights()
+            .iter()
+            .map(at)
+            .fold(Spectrum::ZERO, |sum, e| sum + e)
+            .mean()
+    };
+    assert!((irradiance(0.5) / irradiance(1.0) - 0.5).abs() < 1e-5);
+}

@@ -414,7 +414,8 @@ mod tests {
         Layers {
             resolution,
             channels: names.iter().map(channel).collect(),
-            tone: None,
+            finish: crate::options::Finish::default(),
+            backing: None,
         }
     }
 

@@ -53,7 +53,7 @@ pub struct BackgroundSum {
 impl BackgroundSum {
     /// Adds the `share` of `samples`, which come after those of `before`.
     pub fn add(&mut self, share: [f64; 3], samples: u32, before: u32) {
-        if before >= BLOCK && before.is_multiple_of(BLOCK) && samples == BLOCK {
+        if before >= BLOCK && before % BLOCK == 0 && samples == BLOCK {
             let blocks = f64::from(before / BLOCK);
             let difference = luminance(share) / f64::from(BLOCK) - luminance(self.mean(before));
             self.block_spread += difference * difference * blocks / (blocks + 1.0);
@@ -144,7 +144,7 @@ mod tests {
         merged.merge(&other, [2 * BLOCK; 2]);
         assert_eq!(merged.sum, whole.sum);
         assert!((merged.block_spread - whole.block_spread).abs() < 1e-12);
-        // What is taken back was never there.
+        // Samples that are taken back leave no trace.
         let mut longer = whole;
         longer.add([3.5; 3], 7, 4 * BLOCK);
         longer.take_back([3.5; 3]);

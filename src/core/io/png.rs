@@ -54,7 +54,7 @@ pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
         return (3, image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect());
     };
     // `max` maps NaN to 0.
-    let coverage = coverage.iter().map(|a| a.map(|a| a.max(0.0).min(1.0)));
+    let coverage = coverage.iter().map(|a| a.map(|a| f32::max(a, 0.0).min(1.0)));
     let pixels = image.rgb().zip(coverage);
     match backing {
         Backing::Transparent => (

@@ -1,4 +1,4 @@
-//! What is done to the sums of a render to show its picture.
+//! Steps from the sums of a render to its picture.
 
 use super::{Denoising, Value};
 use crate::color::Tone;

@@ -84,7 +84,7 @@ fn files_of_a_scene_with_guessed_light_are_read_once() {
     let obj = std::fs::read_to_string(at("a.obj")).unwrap();
     std::fs::write(at("a.obj"), obj + "usemtl dim\nf 1 4 5\n").unwrap();
     let load = |name: &str, guesses: bool| {
-        let file = SceneFile::load(&at(name)).unwrap();
+        let file = SceneFile::load(at(name)).unwrap();
         let mut settings = Settings::of(&file);
         settings.resolution = UVec2::splat(16);
         settings.guesses.light = guesses;

@@ -15,6 +15,7 @@ mod look;
 mod object;
 mod parts;
 mod spread;
+mod surfaces;
 mod survey;
 mod triangles;
 mod up;

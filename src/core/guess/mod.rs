@@ -16,6 +16,7 @@ mod object;
 mod parts;
 mod region;
 mod spread;
+mod surfaces;
 mod survey;
 mod triangles;
 mod up;

@@ -23,6 +23,10 @@ const LONG_TURN: f32 = 30.0;
 /// Height of an object over its width up to which it is flat, and the elevation of its candidates.
 const FLAT: f32 = 0.1;
 const FLAT_ELEVATION: [f32; 1] = [40.0];
+/// Width of an object over its depth up to which a side is the edge of a plate, and its minimum
+/// height: phones, screens and pictures are not seen from there.
+const EDGE: f32 = 0.25;
+const PLATE: f32 = 0.5;
 /// Share of its distance by which the depth of a surface changes at a step.
 const STEP: f32 = 0.03;
 /// Bits by which another candidate must show more to be preferred to one before it, so that roundings do not decide.
@@ -32,13 +36,18 @@ const USUAL_FRONT: f32 = 1.2;
 /// Doublings of detail that a side counts more whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
 const SYMMETRY: f32 = 0.6;
 
-/// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with the most detail and materials: faces have eyes and noses, backs are smooth. Azimuth
-/// 0 and symmetry count for something.
+/// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with the most detail and
+/// materials: faces have eyes and noses, backs are smooth. Azimuth 0 and symmetry count for
+/// something, and edges of plates are no fronts.
 pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
     let azimuths = [0.0, 180.0, 90.0, 270.0];
     let scores: Vec<f32> = azimuths
         .par_iter()
         .map(|&azimuth| {
+            let side = Side::new(looker, horizon, azimuth);
+            if side.width <= EDGE * side.depth && side.height >= PLATE * side.depth {
+                return f32::NEG_INFINITY;
+            }
             let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
             let usual = if azimuth == 0.0 { USUAL_FRONT } else { 0.0 };
             picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry() + usual
@@ -47,17 +56,34 @@ pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
     azimuths[first_best(&scores)]
 }
 
+/// Size of an object as it is seen from one side.
+struct Side {
+    width: f32,
+    height: f32,
+    depth: f32,
+}
+
+impl Side {
+    fn new(looker: &Looker, horizon: &Horizon, azimuth: f32) -> Self {
+        let bounds = upright_bounds(looker.region.bounds, horizon);
+        let size = bounds.max - bounds.min;
+        let depth = size.dot(horizon.coordinates(horizon.direction(azimuth, 0.0)).abs());
+        Self {
+            width: size.x + size.z - depth,
+            height: size.y,
+            depth,
+        }
+    }
+}
+
 /// Azimuth and elevation, in degrees, of the three-quarter view that shows most of an object whose front is at `front`.
 pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
-    let bounds = upright_bounds(looker.region.bounds, horizon);
-    let size = bounds.max - bounds.min;
-    let elevations: &[f32] = match size.y <= FLAT * size.x.max(size.z) {
+    let side = Side::new(looker, horizon, front);
+    let elevations: &[f32] = match side.height <= FLAT * side.width.max(side.depth) {
         true => &FLAT_ELEVATION,
         false => &ELEVATIONS,
     };
-    let ahead = horizon.coordinates(horizon.direction(front, 0.0)).abs();
-    let (length, width) = (size.dot(ahead), size.x + size.z - size.dot(ahead));
-    let more = if length > LONG * width { LONG_TURN } else { 0.0 };
+    let more = if side.depth > LONG * side.width { LONG_TURN } else { 0.0 };
     let candidates: Vec<(f32, f32)> = elevations
         .iter()
         .flat_map(|&elevation| TURNS.map(|turn: f32| (front + turn + more * turn.signum(), elevation)))

@@ -86,10 +86,10 @@ impl<'a> Parts<'a> {
         (0..3).filter(|&axis| size[axis] >= HULL * whole[axis]).count() >= 2
     }
 
-    /// How well the parts stand, by direction of `ups`, each with its opposite beside it: the sum
-    /// over the parts that rest on something below and touch nothing above, each as its shape
-    /// tells, over the number of parts. Zeros if there are few parts.
-    pub fn standing(&self, ups: &[[Vec3; 2]; 3]) -> [[f32; 2]; 3] {
+    /// How well the parts stand, by direction of `ups`, each followed by its opposite: the sum over
+    /// the parts that rest on something below and touch nothing above, each weighted by its shape,
+    /// over the number of parts. Zeros if there are few parts.
+    pub fn standing(&self, ups: &[Vec3; 6]) -> [f32; 6] {
         const FEW: usize = 3;
         let parts: Vec<(u32, &[Vec3])> = (0..)
             .zip(&self.parts)
@@ -97,21 +97,21 @@ impl<'a> Parts<'a> {
             .filter(|(_, part)| !self.is_hull(part))
             .collect();
         if parts.len() < FEW {
-            return [[0.0; 2]; 3];
+            return [0.0; 6];
         }
         let stride = parts.len().div_ceil(MAX_PARTS);
         let tried: Vec<_> = parts.into_iter().step_by(stride).collect();
-        ups.map(|ups| {
-            let sums = tried.par_iter().map(|&(number, part)| {
-                let rests = ups.map(|up| self.rests(number, part, up));
-                match rests {
-                    [true, false] => [weight(part, ups[0]), 0.0],
-                    [false, true] => [0.0, weight(part, ups[0])],
-                    _ => [0.0, 0.0],
-                }
+        let rest = tried
+            .par_iter()
+            .map(|&(number, part)| ups.map(|up| self.rests(number, part, up)));
+        let rest: Vec<[bool; 6]> = rest.collect();
+        std::array::from_fn(|i| {
+            let stands = rest.iter().map(|rests| rests[i] && !rests[i ^ 1]);
+            let weights = stands.zip(&tried).map(|(stands, (_, part))| match stands {
+                true => weight(part, ups[i]),
+                false => 0.0,
             });
-            let sums: Vec<[f32; 2]> = sums.collect();
-            [0, 1].map(|side| sums.iter().map(|sum| sum[side]).sum::<f32>() / tried.len() as f32)
+            weights.sum::<f32>() / tried.len() as f32
         })
     }
 

@@ -1,5 +1,5 @@
 use crate::geometry::{GeomId, InstanceId, Mesh, PrimId, triangle_area, triangle_normal};
-use crate::math::{Affine3A, Vec3};
+use crate::math::{Affine3A, Vec2, Vec3};
 use crate::scene::Scene;
 
 /// A triangle that stands in the world at time 0.
@@ -10,6 +10,9 @@ pub(super) struct Triangle {
     /// Unit normal of its winding; zero without area.
     pub normal: Vec3,
     pub area: f64,
+    /// Texture coordinates of the corners; `None` without them.
+    pub uvs: Option<[Vec2; 3]>,
+    pub material: u32,
 }
 
 /// Name of a triangle of a scene.
@@ -36,6 +39,8 @@ pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&
                 corners,
                 normal: triangle_normal(p0, p1, p2),
                 area: triangle_area(p0, p1, p2),
+                uvs: (!mesh.uvs.is_empty()).then(|| mesh.triangles[next as usize].map(|i| mesh.uvs[i as usize])),
+                material: scene.shape(geom).material.0,
             });
             next += stride;
         }

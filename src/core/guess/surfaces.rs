@@ -1,0 +1,396 @@
+//! Measures of a scene's surfaces along its axes, as evidence on its upright axis (`up`).
+
+use super::look::Looker;
+use super::parts::Parts;
+use super::spread::radical_inverse;
+use super::triangles::{Triangle, for_each_triangle};
+use crate::material::Material;
+use crate::math::{Bounds3, Vec2, Vec3};
+use crate::sampling::warp::uniform_triangle;
+use std::collections::HashMap;
+
+/// Maximum number of triangles that are measured, evenly spread over the scene's.
+const MAX_TRIANGLES: u64 = 1 << 20;
+/// Points of the surfaces, evenly spread over their area.
+const POINTS: f64 = 16384.0;
+/// Maximum number of points from which rays are cast.
+const RAYS: usize = 1024;
+/// Length by which a ray starts off its surface, in radii of the scene.
+const OFF_SURFACE: f32 = 1e-4;
+/// Cells along each axis of the grid in which a scene is compared with its images.
+const CELLS: i32 = 20;
+/// Share of the extent along an axis within which points are on its lowest plane.
+const CONTACT: f32 = 0.015;
+/// Minimum cosine between up and the normal of a surface that looks up.
+const LOOKS_UP: f32 = 0.2;
+/// Share of the extent along an axis within which a coordinate is 0.
+const AT_ORIGIN: f32 = 0.02;
+/// Share of all parts that stand, below which few do.
+const FEW_STAND: f32 = 0.02;
+
+/// Words in names of materials of things that are high in an object or a room.
+const HIGH: [&str; 22] = [
+    "antenna",
+    "bulb",
+    "ceiling",
+    "chimney",
+    "crown",
+    "eye",
+    "eyebrow",
+    "face",
+    "flame",
+    "foliage",
+    "hair",
+    "hat",
+    "head",
+    "leaf",
+    "leave",
+    "roof",
+    "sky",
+    "smoke",
+    "teeth",
+    "top",
+    "window",
+    "windscreen",
+];
+/// Words in names of materials of things that are low in an object or a room.
+const LOW: [&str; 28] = [
+    "asphalt", "bark", "base", "boot", "bottom", "carpet", "dirt", "feet", "floor", "foot", "grass", "ground", "jean",
+    "leg", "pant", "rim", "road", "rug", "sand", "shoe", "sole", "stem", "street", "terrain", "tire", "trunk", "tyre",
+    "wheel",
+];
+
+/// A direction along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Direction {
+    pub axis: usize,
+    pub is_negative: bool,
+}
+
+impl Direction {
+    /// The six directions.
+    pub const ALL: [Self; 6] = [
+        Self::new(0, false),
+        Self::new(0, true),
+        Self::new(1, false),
+        Self::new(1, true),
+        Self::new(2, false),
+        Self::new(2, true),
+    ];
+
+    const fn new(axis: usize, is_negative: bool) -> Self {
+        Self { axis, is_negative }
+    }
+
+    fn sign(self) -> f32 {
+        if self.is_negative { -1.0 } else { 1.0 }
+    }
+
+    pub fn vector(self) -> Vec3 {
+        // Adding 0 turns −0 into 0.
+        self.sign() * Vec3::AXES[self.axis] + Vec3::ZERO
+    }
+
+    pub fn opposite(self) -> Self {
+        Self::new(self.axis, !self.is_negative)
+    }
+
+    /// Number of the direction in [`Direction::ALL`].
+    pub fn index(self) -> usize {
+        2 * self.axis + usize::from(self.is_negative)
+    }
+}
+
+/// Measures of the surfaces.
+pub(super) struct Surfaces {
+    /// Similarity of the scene and its mirror image along each axis, 0 to 1.
+    pub mirror: [f32; 3],
+    /// Similarity of the scene and itself turned by a right angle around each axis, 0 to 1.
+    pub turn: [f32; 3],
+    /// Distance of the box's centre from the origin along each axis, in extents, at most 1/2.
+    pub off_center: [f32; 3],
+    /// Distance of the surfaces' centre from the box's centre along each axis, in extents.
+    pub off_balance: [f32; 3],
+    /// Mean direction in which the texture coordinate v increases.
+    pub v: Vec3,
+    /// Vector from materials with names of low things to those with names of high things, in
+    /// extents.
+    pub named: Vec3,
+    ways: [Way; 6],
+}
+
+/// Measures of a direction, as if it were up.
+#[derive(Clone, Copy)]
+pub(super) struct Way {
+    /// Share of the parts that stand, of those that stand in any direction.
+    pub standing: f32,
+    /// Area of the box around the lowest points, as a share of the scene's outline.
+    pub contact: f32,
+    /// Share of the surfaces that look up.
+    pub looks_up: f32,
+    /// Share of the surfaces with nothing above.
+    pub open: f32,
+    /// True if the lowest point has the height 0.
+    pub is_on_zero: bool,
+}
+
+impl Surfaces {
+    pub fn new(looker: &Looker) -> Self {
+        let bounds = looker.region.bounds;
+        let extent = (bounds.max - bounds.min).max(Vec3::splat(f32::MIN_POSITIVE));
+        let points = points(looker);
+        let count = (points.len() as f32).max(1.0);
+        let mean = |of: fn(&Point) -> Vec3| points.iter().map(of).sum::<Vec3>() / count;
+        let cells = Cells::new(&points, bounds);
+        let standing = Parts::of(looker).standing(&Direction::ALL.map(Direction::vector));
+        let stand: f32 = standing.iter().sum();
+        Self {
+            mirror: [0, 1, 2].map(|axis| cells.mirror(axis)),
+            turn: [0, 1, 2].map(|axis| turn(&points, bounds, axis)),
+            off_center: (bounds.center().abs() / extent).min(Vec3::splat(0.5)).to_array(),
+            off_balance: ((mean(|point| point.p) - bounds.center()).abs() / extent).to_array(),
+            v: mean(|point| point.v),
+            named: named(looker.scene.materials(), &points) / extent,
+            ways: Direction::ALL.map(|up| Way {
+                standing: standing[up.index()] / (stand + FEW_STAND),
+                contact: contact(&points, bounds, up),
+                looks_up: share(&points, |point| point.n.dot(up.vector()) > LOOKS_UP),
+                open: open(looker, &points, up.vector()),
+                is_on_zero: lowest(bounds, up).abs() <= AT_ORIGIN * extent[up.axis],
+            }),
+        }
+    }
+
+    pub fn way(&self, up: Direction) -> &Way {
+        &self.ways[up.index()]
+    }
+}
+
+/// A point of a surface.
+struct Point {
+    p: Vec3,
+    n: Vec3,
+    /// Direction in which the texture coordinate v increases; zero without texture coordinates.
+    v: Vec3,
+    material: u32,
+}
+
+/// Points all over the scene's surfaces; none if the surfaces have no area.
+fn points(looker: &Looker) -> Vec<Point> {
+    let mut area = 0.0;
+    for_each_triangle(looker.scene, MAX_TRIANGLES, |triangle| area += triangle.area);
+    let (mut points, mut due) = (Vec::new(), 0.5);
+    for_each_triangle(looker.scene, MAX_TRIANGLES, |triangle| {
+        due += POINTS * triangle.area / area;
+        while due >= 1.0 {
+            due -= 1.0;
+            let i = points.len() as u32;
+            let (b1, b2) = uniform_triangle(Vec2::new(radical_inverse(2, i), radical_inverse(3, i)));
+            let [p0, p1, p2] = triangle.corners;
+            points.push(Point {
+                p: p0 + b1 * (p1 - p0) + b2 * (p2 - p0),
+                n: triangle.normal,
+                v: v_direction(triangle),
+                material: triangle.material,
+            });
+        }
+    });
+    points
+}
+
+/// Unit vector along which v increases in a triangle while u is constant; zero without texture
+/// coordinates.
+fn v_direction(triangle: &Triangle) -> Vec3 {
+    let [p0, p1, p2] = triangle.corners;
+    let Some([t0, t1, t2]) = triangle.uvs else {
+        return Vec3::ZERO;
+    };
+    let (d1, d2) = (t1 - t0, t2 - t0);
+    let determinant = d1.perp_dot(d2);
+    match determinant == 0.0 {
+        true => Vec3::ZERO,
+        false => (determinant.signum() * (d1.x * (p2 - p0) - d2.x * (p1 - p0))).normalize_or_zero(),
+    }
+}
+
+/// Share of the points for which `is` returns true.
+fn share(points: &[Point], is: impl Fn(&Point) -> bool) -> f32 {
+    points.iter().filter(|point| is(point)).count() as f32 / (points.len() as f32).max(1.0)
+}
+
+/// Coordinate of the lowest points.
+fn lowest(bounds: Bounds3, up: Direction) -> f32 {
+    match up.is_negative {
+        true => bounds.max[up.axis],
+        false => bounds.min[up.axis],
+    }
+}
+
+/// Area of the box around the lowest points, as a share of the scene's outline.
+fn contact(points: &[Point], bounds: Bounds3, up: Direction) -> f32 {
+    let extent = (bounds.max - bounds.min).max(Vec3::splat(f32::MIN_POSITIVE));
+    let is_low = |p: &Vec3| (p[up.axis] - lowest(bounds, up)).abs() < CONTACT * extent[up.axis];
+    let low: Bounds3 = points.iter().map(|point| point.p).filter(is_low).collect();
+    let shares = ((low.max - low.min) / extent).clamp(Vec3::ZERO, Vec3::ONE);
+    match low.is_empty() {
+        true => 0.0,
+        false => shares[(up.axis + 1) % 3] * shares[(up.axis + 2) % 3],
+    }
+}
+
+/// Share of the points above which there is no surface.
+fn open(looker: &Looker, points: &[Point], up: Vec3) -> f32 {
+    let offset = OFF_SURFACE * looker.region.bounds.radius() * up;
+    let is_open = |point: &&Point| looker.look(point.p + offset, up).is_none();
+    let tried = || points.iter().step_by(points.len().div_ceil(RAYS).max(1));
+    tried().filter(is_open).count() as f32 / (tried().count() as f32).max(1.0)
+}
+
+/// Number of points in each cell of a grid.
+struct Cells {
+    counts: HashMap<[i32; 3], u32>,
+    points: usize,
+}
+
+impl Cells {
+    fn new(points: &[Point], bounds: Bounds3) -> Self {
+        let extent = (bounds.max - bounds.min).max(Vec3::splat(f32::MIN_POSITIVE));
+        let mut counts = HashMap::new();
+        for point in points {
+            let place = (point.p - bounds.min) / extent * CELLS as f32;
+            let cell = place.to_array().map(|x| (x as i32).clamp(0, CELLS - 1));
+            *counts.entry(cell).or_default() += 1;
+        }
+        Self {
+            counts,
+            points: points.len(),
+        }
+    }
+
+    /// Similarity with the image in which each cell is at `image`, 0 to 1: the share of points
+    /// that have a counterpart.
+    fn similarity(&self, image: impl Fn([i32; 3]) -> [i32; 3]) -> f32 {
+        let shared = |(cell, count): (&[i32; 3], &u32)| {
+            let other = self.counts.get(&image(*cell)).copied().unwrap_or(0);
+            u64::from(other.min(*count))
+        };
+        self.counts.iter().map(shared).sum::<u64>() as f32 / (self.points as f32).max(1.0)
+    }
+
+    fn mirror(&self, axis: usize) -> f32 {
+        self.similarity(|mut cell| {
+            cell[axis] = CELLS - 1 - cell[axis];
+            cell
+        })
+    }
+}
+
+/// Similarity of the scene and itself turned by a right angle around its middle, 0 to 1.
+fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
+    let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+    let (extent, center) = (bounds.max - bounds.min, bounds.center());
+    let half = 0.5 * extent[a].max(extent[b]);
+    let mut square = bounds;
+    for across in [a, b] {
+        (square.min[across], square.max[across]) = (center[across] - half, center[across] + half);
+    }
+    Cells::new(points, square).similarity(|cell| {
+        let mut turned = cell;
+        (turned[a], turned[b]) = (cell[b], CELLS - 1 - cell[a]);
+        turned
+    })
+}
+
+/// Vector from the middle of the materials with names of low things to that of the materials with
+/// names of high things. The middle of all materials replaces a missing one.
+fn named(materials: &[Material], points: &[Point]) -> Vec3 {
+    let levels: Vec<Option<bool>> = materials.iter().map(|material| is_high(&material.name)).collect();
+    let middle = |is_in: &dyn Fn(&Point) -> bool| {
+        let chosen = points.iter().filter(|point| is_in(point));
+        let (sum, count) = chosen.fold((Vec3::ZERO, 0.0f32), |(sum, count), point| (sum + point.p, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    };
+    let all = middle(&|_| true).unwrap_or_default();
+    let of_level = |level: bool| middle(&|point| levels[point.material as usize] == Some(level)).unwrap_or(all);
+    of_level(true) - of_level(false)
+}
+
+/// True if a name is of a high thing, false if it is of a low thing, `None` of all others.
+fn is_high(name: &str) -> Option<bool> {
+    let words = words(name);
+    let has = |list: &[&str]| {
+        let is_listed = |word: &String| list.contains(&word.as_str()) || list.contains(&word.trim_end_matches('s'));
+        words.iter().any(is_listed)
+    };
+    match (has(&HIGH), has(&LOW)) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    }
+}
+
+/// Words of a name in lower case. A word ends at a capital letter and at other characters.
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut was_lower = false;
+    for c in name.chars() {
+        if !c.is_alphabetic() || was_lower && c.is_uppercase() {
+            words.push(String::new());
+        }
+        was_lower = c.is_lowercase();
+        if let (true, Some(word)) = (c.is_alphabetic(), words.last_mut()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_materials_are_high_or_low() {
+        for (name, expected) in [
+            ("Roof_tiles.001", Some(true)),
+            ("carWheels", Some(false)),
+            ("GRASS", Some(false)),
+            ("Leaves", Some(true)),
+            ("laptop", None),
+            ("roof and floor", None),
+            ("", None),
+        ] {
+            assert_eq!(is_high(name), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn v_increases_along_its_direction() {
+        let triangle = |uvs: Option<[Vec2; 3]>| Triangle {
+            name: 0,
+            corners: [Vec3::ZERO, Vec3::X, 2.0 * Vec3::Z],
+            normal: Vec3::NEG_Y,
+            area: 1.0,
+            uvs,
+            material: 0,
+        };
+        let upright = [Vec2::ZERO, Vec2::X, Vec2::Y];
+        assert_eq!(v_direction(&triangle(Some(upright))), Vec3::Z);
+        assert_eq!(
+            v_direction(&triangle(Some(upright.map(|uv| Vec2::new(uv.y, uv.x))))),
+            Vec3::X
+        );
+        assert_eq!(v_direction(&triangle(Some(upright.map(|uv| -uv)))), Vec3::NEG_Z);
+        assert_eq!(v_direction(&triangle(Some([Vec2::ZERO; 3]))), Vec3::ZERO);
+        assert_eq!(v_direction(&triangle(None)), Vec3::ZERO);
+    }
+
+    #[test]
+    fn direction_has_its_index() {
+        for (index, direction) in Direction::ALL.into_iter().enumerate() {
+            assert_eq!(direction.index(), index);
+            assert_eq!(direction.opposite().vector(), -direction.vector());
+        }
+    }
+}

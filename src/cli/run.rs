@@ -18,6 +18,8 @@ use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::film::{Image, Spikes, metered};
 use crate::io::{FileError, Format, LoadObserver, Warning, guarded, in_words};
+use crate::lint::reason_for_darkness;
+use crate::options::IntegratorKind;
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{BUILD, RenderState, Renderer, Session, Settings, Unfinished};
 use std::path::PathBuf;
@@ -88,7 +90,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         errln!("Glass: {words}");
     }
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
-    let load_s = start.elapsed().as_secs_f64();
+    let load_s = start.elapsed().as_secs_f64() - session.guess_seconds();
     loading.begin("building the acceleration structure", 1);
     let renderer = session.renderer();
     loading.finish();
@@ -181,6 +183,13 @@ struct Run<'a> {
     load_s: f64,
 }
 
+/// What came after the last sample.
+#[derive(Default)]
+struct Finished {
+    denoised: Option<Denoised>,
+    write_s: f64,
+}
+
 impl Run<'_> {
     /// `audit` says afterwards what was found about the backend, if anything was looked for.
     fn render(
@@ -237,10 +246,14 @@ impl Run<'_> {
         }
 
         // Without a sample there is nothing to write: what is there from before stays.
-        let (mut failures, mut denoised, mut exposure) = (Vec::new(), None, None);
+        let (mut failures, mut finished, mut exposure) = (Vec::new(), Finished::default(), None);
         if !state.is_empty() {
-            let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut denoised));
-            exposure = metered(job.settings.tone, &image).exposure.stops();
+            let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut finished));
+            let is_black = image.rgb().all(|rgb| rgb.iter().all(|&v| v <= 0.0));
+            match is_black && job.settings.method().kind() != IntegratorKind::Debug {
+                true => warn(self.darkness()),
+                false => exposure = metered(job.settings.tone, &image).exposure.stops(),
+            }
             if let Some(lost) = preview.finish(&image) {
                 warn(lost.to_string());
             }
@@ -250,7 +263,8 @@ impl Run<'_> {
         let stats = Stats {
             exposure,
             noise,
-            denoise: denoised,
+            denoise: finished.denoised,
+            write_s: finished.write_s,
             audit,
             warnings: warnings.iter().map(|warning| warning.text.as_str()).collect(),
             ..self.stats(&state, stop, &info)
@@ -274,7 +288,7 @@ impl Run<'_> {
         state: &RenderState,
         stop: Stop,
         checkpointer: Option<&Checkpointer>,
-        (failures, denoised): (&mut Vec<String>, &mut Option<Denoised>),
+        (failures, finished): (&mut Vec<String>, &mut Finished),
     ) -> Image {
         let mut metadata = self.renderer.metadata(state, stop.is_complete());
         let kept = checkpointer.map(|checkpointer| checkpointer.keep(state, &metadata));
@@ -294,14 +308,16 @@ impl Run<'_> {
             self.develop(state, failures)
         });
         metadata.note_exposure(self.job.settings.tone, &image);
-        *denoised = metadata.denoiser.clone().map(|by| Denoised {
+        finished.denoised = metadata.denoiser.clone().map(|by| Denoised {
             by,
             seconds: start.elapsed().as_secs_f64(),
         });
+        let start = Instant::now();
         let images = &self.files.images;
         let before: Vec<_> = images.iter().map(|(_, output)| output.id()).collect();
         let unwritten = self.renderer.write(state, &image, images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
+        finished.write_s = start.elapsed().as_secs_f64();
         // A file that was replaced is whole, whatever went wrong afterwards.
         let mut files = images.iter().zip(&before);
         let has_floats =
@@ -319,6 +335,21 @@ impl Run<'_> {
             }
         }
         image
+    }
+
+    /// Why the picture is black, with the command that finds more.
+    fn darkness(&self) -> String {
+        let session = self.renderer.session();
+        let whole = |message: String| self.job.scene.whole(message);
+        let reason = reason_for_darkness(
+            self.renderer.accel().as_dyn(),
+            session.scene(),
+            session.camera(),
+            self.job.settings.resolution,
+            &whole,
+        );
+        let scene = self.job.scene_path.display();
+        format!("the picture is black: {reason}\n  help: `embrasure check {scene}` may find more")
     }
 
     /// The picture of `state`, without further channels where making them fails.
@@ -442,8 +473,10 @@ impl Run<'_> {
             lights: scene.lights().len(),
             focus_distance: self.renderer.session().camera_description().parameters.focus_distance,
             load_s: self.load_s,
+            guess_s: session.guess_seconds(),
             build_s: self.renderer.build_seconds(),
             render_s: state.seconds,
+            write_s: 0.0,
             total_s: self.start.elapsed().as_secs_f64(),
             rays: Rays {
                 camera: statistics.rays.camera,

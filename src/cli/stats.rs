@@ -63,9 +63,14 @@ pub(super) struct Stats<'a> {
     pub lights: usize,
     /// Distance from the lens along the view axis to the plane in focus, scene units.
     pub focus_distance: f32,
+    /// Reading files.
     pub load_s: f64,
+    /// Finding camera and light that are not said.
+    pub guess_s: f64,
     pub build_s: f64,
     pub render_s: f64,
+    /// Writing files.
+    pub write_s: f64,
     pub total_s: f64,
     pub rays: Rays,
     pub samples: u64,

@@ -78,7 +78,7 @@ pub(super) fn print_camera(session: &Session) {
 pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     let names: Vec<String> = images.iter().map(|(_, o)| o.path().display().to_string()).collect();
     errln!(
-        "{}: {}x{}, {} of {} per pixel in {:.2} s ({:.2} million samples/s, {} {}), {:.1} s in all{}{}{} -> {}",
+        "{}: {}x{}, {} of {} per pixel in {:.2} s ({:.2} million samples/s, {} {}), {}{}{}{} -> {}",
         job.scene_path.display(),
         stats.width,
         stats.height,
@@ -88,7 +88,7 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
         stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
         stats.backend,
         stats.backend_version,
-        stats.total_s,
+        times(stats),
         stats.error.map_or(String::new(), |error| format!(
             ", relative error {}{}",
             words::percent(error),
@@ -114,11 +114,13 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     );
     if job.verbose {
         errln!(
-            "  {}, {}; load {:.3} s, build {:.3} s, in all {:.3} s",
+            "  {}, {}; load {:.3} s, guess {:.3} s, build {:.3} s, write {:.3} s, in all {:.3} s",
             words::count(stats.triangles, "triangle"),
             words::count(stats.lights as u64, "light"),
             stats.load_s,
+            stats.guess_s,
             stats.build_s,
+            stats.write_s,
             stats.total_s
         );
         errln!(
@@ -146,4 +148,31 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
             stats.scene_hash,
         );
     }
+}
+
+/// Seconds in all, and those of each step, which add up. What a resumed render took before is not
+/// among them.
+fn times(stats: &Stats) -> String {
+    let denoise = stats.denoise.as_ref().map_or(0.0, |denoised| denoised.seconds);
+    let known = [stats.load_s, stats.guess_s, stats.build_s, denoise, stats.write_s].map(hundredths);
+    let [load, guess, build, denoise, write] = known;
+    let render = hundredths(stats.total_s).saturating_sub(known.iter().sum());
+    let steps = [
+        ("load", load),
+        ("guess", guess),
+        ("build", build),
+        ("render", render),
+        ("denoise", denoise),
+        ("write", write),
+    ];
+    let seconds = |hundredths: u64| format!("{}.{:02}", hundredths / 100, hundredths % 100);
+    let all = steps.iter().map(|(_, time)| time).sum();
+    let steps = steps.iter().filter(|(_, time)| *time > 0);
+    let steps: Vec<String> = steps.map(|&(step, time)| format!("{step} {}", seconds(time))).collect();
+    format!("{} s in all: {}", seconds(all), steps.join(" + "))
+}
+
+/// Rounded to hundredths.
+fn hundredths(seconds: f64) -> u64 {
+    (100.0 * seconds).round().max(0.0) as u64
 }

@@ -50,6 +50,7 @@ use memory::{check_pixels, forecast_of, within_memory};
 use settings::{Surveyed, Wanted};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 
 /// A scene that is in memory, with all that is settled about its render.
 pub struct Session {
@@ -80,6 +81,8 @@ pub struct Session {
     pool: rayon::ThreadPool,
     /// The acceleration structure, where it outlives a renderer.
     kept: Option<AnyAccel<'static>>,
+    /// Seconds in which camera and light were guessed.
+    guess_seconds: f64,
 }
 
 impl Session {
@@ -103,6 +106,16 @@ impl Session {
         Self::settle((file, settings), (loaded, Some(unlit)), pool, observer)
     }
 
+    /// The camera.
+    pub(crate) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Seconds in which camera and light were guessed, or the camera that is named was placed.
+    pub(crate) fn guess_seconds(&self) -> f64 {
+        self.guess_seconds
+    }
+
     /// Settles the camera of a scene that was read, and its light: `unlit` builds it again.
     fn settle(
         (file, settings): (&SceneFile, Settings),
@@ -119,19 +132,23 @@ impl Session {
         } = loaded;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
+        let start = Instant::now();
         let (found, lit) = camera_and_lit(file, &settings, (&scene, &warnings), &pool)?;
+        let guess_seconds = start.elapsed().as_secs_f64();
         let FoundCamera {
             camera,
             description,
             guess,
         } = found;
         if let Some(lit) = lit {
+            let relit = Self::relit((&lit.file, lit.settings), (scene, unlit), pool, observer)?;
             return Ok(Self {
                 camera_guess: guess,
+                guess_seconds: guess_seconds + relit.guess_seconds,
                 lit_words: lit.words,
                 lit_file: Some(lit.file.clone()),
                 said_camera: settings.camera,
-                ..Self::relit((&lit.file, lit.settings), (scene, unlit), pool, observer)?
+                ..relit
             });
         }
         method.check_ground(&scene)?;
@@ -156,6 +173,7 @@ impl Session {
             memory,
             pool,
             kept: None,
+            guess_seconds,
         })
     }
 
@@ -216,6 +234,7 @@ impl Session {
             settings,
             scene,
             kept: None,
+            guess_seconds: 0.0,
         })
     }
 

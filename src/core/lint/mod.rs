@@ -6,6 +6,7 @@
 //! exporters split vertices. All findings of a kind in a file are one finding, with the first places.
 
 mod components;
+mod darkness;
 mod definitions;
 mod faces;
 mod inspection;
@@ -15,6 +16,7 @@ mod profile;
 mod tally;
 mod view;
 
+pub use darkness::reason_for_darkness;
 pub use inspection::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use memory::{AccelMemory, Forecast};
 pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};

@@ -87,6 +87,16 @@ fn bounds_of(scene: &Scene, meshes: Range<u32>) -> Bounds3 {
         .collect()
 }
 
+/// Centres of the cells of a grid over a unit square.
+fn cells() -> impl Iterator<Item = Vec2> {
+    (0..RAYS * RAYS).map(|i| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5) / RAYS as f32)
+}
+
+/// Rays all over the picture, when the camera starts to look.
+pub(super) fn camera_rays(camera: &Camera, resolution: UVec2) -> impl Iterator<Item = Ray> {
+    cells().map(move |cell| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0))
+}
+
 /// Whether the camera sees anything when it starts to look, and is not inside of a wall.
 pub fn inspect_view(
     accel: &dyn Accel,
@@ -95,9 +105,7 @@ pub fn inspect_view(
     resolution: UVec2,
     whole: Whole,
 ) -> Option<Finding> {
-    let cells = || (0..RAYS * RAYS).map(|i| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5) / RAYS as f32);
-    let film = |cell: Vec2| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0);
-    let rays: Vec<Ray> = cells().map(film).collect();
+    let rays: Vec<Ray> = camera_rays(camera, resolution).collect();
     let finding = |code, message: String, help: &str| {
         let error = whole(message).help(help);
         Some(Finding::new(Severity::Warning, code, error))

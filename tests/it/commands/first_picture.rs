@@ -441,3 +441,85 @@ fn the_clamp_limits_indirect_light_alone_and_is_told() {
         words(&out)
     );
 }
+
+/// A black picture says why, and gets no advice to raise the exposure of nothing.
+#[test]
+fn black_pictures_say_why() {
+    let cube = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n";
+    let outwards = "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
+    let inwards = "f 2 3 4 1\nf 8 7 6 5\nf 5 6 2 1\nf 7 8 4 3\nf 6 7 3 2\nf 4 8 5 1\n";
+    let floor = "v -9 -2 9\nv 9 -2 9\nv 9 -2 -9\nv -9 -2 -9\nusemtl grey\nf -4 -3 -2 -1\n";
+    let folder = folder(&[
+        (
+            "m.mtl",
+            "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nnewmtl none\nd 0\nnewmtl black\nKd 0 0 0\n",
+        ),
+        (
+            "bulb.obj",
+            &format!("mtllib m.mtl\n{cube}usemtl lamp\n{inwards}{floor}"),
+        ),
+        (
+            "shown.obj",
+            &format!("mtllib m.mtl\n{cube}usemtl lamp\n{outwards}{floor}"),
+        ),
+        ("none.obj", &format!("mtllib m.mtl\n{cube}usemtl none\n{outwards}")),
+        ("black.obj", &format!("mtllib m.mtl\n{cube}usemtl black\n{outwards}")),
+    ]);
+    let at = folder.path();
+    let scene = |name: &str, camera: &str, light: &str| {
+        let text = format!(
+            "version = 1\n[camera]\n{camera}\nvertical_fov = 20\n[image]\nwidth = 16\nheight = 16\nexposure = \"auto\"\n\
+             background = \"black\"\n[render]\nsamples = 4\n[[object]]\nobj = \"{name}.obj\"\n{light}"
+        );
+        fs::write(at.join("s.toml"), text).unwrap();
+        words(&done(at, &split("render s.toml -o o.png")))
+    };
+    let white = "[[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n";
+    let far = "position = [0, 3, 12]\nlook_at = [0, -1, 0]";
+    for (name, camera, light, reason) in [
+        ("bulb", far, "", "the lamps face inwards"),
+        ("none", far, white, "all surfaces are invisible"),
+        ("black", far, white, "no light reaches what the camera sees"),
+        (
+            "shown",
+            "position = [0, 3, 12]\nlook_at = [0, 99, 0]",
+            "",
+            "the camera sees nothing",
+        ),
+    ] {
+        let said = scene(name, camera, light);
+        assert!(
+            said.contains(&format!("the picture is black: {reason}")),
+            "{name}: {said}"
+        );
+        assert!(said.contains("`embrasure check s.toml`"), "{name}: {said}");
+        assert!(!said.contains("is brighter"), "{name}: {said}");
+    }
+    let said = scene("shown", far, "");
+    assert!(
+        !said.contains("the picture is black") && said.contains("is brighter"),
+        "{said}"
+    );
+}
+
+/// The steps of the summary line add up to the time in all.
+#[test]
+fn times_of_the_summary_add_up() {
+    let folder = scene();
+    let said = words(&done(
+        folder.path(),
+        &split("render a.obj --size 64x48 --quality draft -o o.png"),
+    ));
+    let (before, steps) = said.split_once(" s in all: ").unwrap();
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let all = number(before.rsplit(' ').next().unwrap());
+    let steps = steps.split(',').next().unwrap().split(" ->").next().unwrap();
+    let (mut sum, mut names) = (0.0, Vec::new());
+    for step in steps.split(" + ") {
+        let (name, seconds) = step.split_once(' ').unwrap();
+        sum += number(seconds);
+        names.push(name);
+    }
+    assert!((sum - all).abs() < 1e-6 && all > 0.0, "{said}");
+    assert!(names.contains(&"render") && names.contains(&"denoise"), "{said}");
+}

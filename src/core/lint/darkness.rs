@@ -1,0 +1,80 @@
+//! Reasons for a picture without any light.
+
+use super::Whole;
+use super::view::{camera_rays, inspect_view};
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::geometry::GeomId;
+use crate::math::{Ray, UVec2};
+use crate::scene::Scene;
+
+/// Share of the lamps that must face the wrong way.
+const MOST: f32 = 0.9;
+/// Maximum number of triangles of a lamp that are looked at.
+const MAX_TRIANGLES: usize = 256;
+/// Distance of a ray's origin from the triangle, in radii of the scene.
+const OFFSET: f32 = 1e-4;
+
+/// The reason why a picture of `scene` from `camera` has no light, in words.
+pub fn reason_for_darkness(
+    accel: &dyn Accel,
+    scene: &Scene,
+    camera: &Camera,
+    resolution: UVec2,
+    whole: Whole,
+) -> String {
+    let is_invisible = scene.materials().iter().all(|material| material.opacity == 0.0);
+    if scene.triangle_count() > 0 && is_invisible {
+        return "all surfaces are invisible (opacity 0)".into();
+    }
+    if let Some(finding) = inspect_view(accel, scene, camera, resolution, whole) {
+        return finding.error.message;
+    }
+    if face_inwards(accel, scene) {
+        return "the lamps face inwards: they light nothing but themselves".into();
+    }
+    if show_backs(accel, scene, camera, resolution) {
+        return "the camera sees the backs of the lamps, and nothing that they light".into();
+    }
+    "no light reaches what the camera sees".into()
+}
+
+/// Returns true if most triangles of lamps face another one of their own mesh.
+fn face_inwards(accel: &dyn Accel, scene: &Scene) -> bool {
+    let offset = OFFSET * scene.bounds().radius();
+    let (mut inwards, mut all) = (0.0, 0.0);
+    for (geom, mesh) in (0..).map(GeomId).zip(scene.meshes()) {
+        if scene.shape(geom).first_light.is_none() {
+            continue;
+        }
+        let stride = mesh.triangles.len().div_ceil(MAX_TRIANGLES).max(1);
+        for triangle in mesh.triangles.iter().step_by(stride) {
+            let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize]);
+            let n = (b - a).cross(c - a).normalize_or_zero();
+            let ray = Ray::new((a + b + c) / 3.0 + offset * n, n);
+            all += 1.0;
+            if accel.intersect(&ray).is_some_and(|hit| hit.geom == geom) {
+                inwards += 1.0;
+            }
+        }
+    }
+    all > 0.0 && inwards >= MOST * all
+}
+
+/// Returns true if the camera sees lamps, and most of them from behind.
+fn show_backs(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> bool {
+    let (mut backs, mut all) = (0.0, 0.0);
+    for ray in camera_rays(camera, resolution) {
+        let Some(hit) = accel
+            .intersect(&ray)
+            .filter(|hit| scene.shape(hit.geom).first_light.is_some())
+        else {
+            continue;
+        };
+        all += 1.0;
+        if scene.surface_point(&hit, 0.0).ng.dot(ray.direction) > 0.0 {
+            backs += 1.0;
+        }
+    }
+    all > 0.0 && backs >= MOST * all
+}

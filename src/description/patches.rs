@@ -70,8 +70,8 @@ impl<'a> PatchList<'a> {
 }
 
 impl SceneFile {
-    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE`: a glob of names, a key of `[material.NAME]` and a value of TOML or a
-    /// plain string.
+    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE` or `GLOB=PRESET`: a glob of names, a key of
+    /// `[material.NAME]` and a value of TOML or a plain string.
     ///
     /// # Errors
     ///
@@ -81,8 +81,8 @@ impl SceneFile {
             let bytes = self.source.bytes();
             let added = self.source.overrides.add_patch(written, bytes);
             added.map_err(|()| {
-                let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE"));
-                let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2'";
+                let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE or NAME=PRESET"));
+                let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2' or ring=gold";
                 error.of_flag().help(help)
             })?;
         }

@@ -46,7 +46,7 @@ pub(super) use merge::MergeArgs;
 pub(super) use paths::PathsArgs;
 pub(super) use points::{PointSet, PointsArgs};
 pub(super) use render::RenderArgs;
-pub(super) use scene::SceneArgs;
+pub(super) use scene::{CheckArgs, SceneArgs};
 pub(super) use selftest::SelftestArgs;
 #[cfg(feature = "view")]
 pub(super) use view::ViewArgs;
@@ -177,7 +177,7 @@ The exit code is 1 if there is an error; warnings and notes give 0.
 Examples:
   embrasure check scenes/cornell-box.toml
   embrasure check room.obj --json")]
-    Check(SceneArgs),
+    Check(CheckArgs),
     /// Describe how a material reflects light, and render a sphere of it
     Explain(ExplainArgs),
     /// Record the paths of a pixel: vertices, densities, weights, contributions

@@ -101,6 +101,8 @@ struct Loader<'a> {
     finder: FileFinder,
     /// Textures that were found elsewhere than named, by the file that names them and their folder.
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
+    /// Uses of textures that are nowhere, by the file that names them and their name.
+    missing: BTreeMap<(PathBuf, String), Vec<MissingUse>>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -151,6 +153,7 @@ impl<'a> Loader<'a> {
             texture_dirs: Vec::new(),
             finder: FileFinder::default(),
             found_elsewhere: BTreeMap::new(),
+            missing: BTreeMap::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
             files: file

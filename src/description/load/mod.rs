@@ -102,7 +102,7 @@ struct Loader<'a> {
     /// Textures that were found elsewhere than named, by the file that names them and their folder.
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
     /// Uses of textures that are nowhere, by the file that names them and their name.
-    missing: BTreeMap<(PathBuf, String), Vec<MissingUse>>,
+    missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -313,11 +313,6 @@ impl<'a> Loader<'a> {
 
     fn wrong(&mut self, code: &'static str, error: FileError) {
         self.findings.add(Severity::Error, code, error);
-    }
-
-    /// Tells of a file that a render could do without.
-    fn lacks(&mut self, code: &'static str, error: FileError) {
-        self.findings.add(self.file.load.severity_of_lack(), code, error);
     }
 
     fn warn(&mut self, code: &'static str, error: FileError) {

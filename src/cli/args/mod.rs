@@ -66,10 +66,11 @@ use std::ffi::OsString;
 )]
 #[command(after_help = "\
 Examples:
+  embrasure render chair.obj -o chair.png
   embrasure render scenes/cornell-box.toml -o box.exr -o box.png
   embrasure check room.obj
-  embrasure help render
-  embrasure help mtl")]
+  embrasure render --help       all flags; -h: the most important ones
+  embrasure help camera         a page of the guide; embrasure help lists all")]
 pub(super) struct Args {
     /// Print version, backends built in, and the instruction set in use
     #[arg(short = 'V', long)]
@@ -82,7 +83,7 @@ pub(super) struct Args {
 impl Args {
     /// The program with all its commands, whose flags are in groups, as `--help` shows it.
     pub fn program() -> clap::Command {
-        headings::full(headings::grouped(Self::command()))
+        headings::with_groups(headings::full(headings::grouped(Self::command())))
     }
 
     /// Parses the arguments of the process.
@@ -99,7 +100,7 @@ impl Args {
         };
         let words = with_values(words.into_iter().map(Into::into));
         let program = match words.iter().any(|word| word == "-h") {
-            true => headings::brief(headings::grouped(Self::command())),
+            true => headings::with_groups(headings::brief(headings::grouped(Self::command()))),
             false => Self::program(),
         };
         let mut command = program.mut_subcommands(|command| command.mut_args(negative));

@@ -15,7 +15,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Prints what is worth a word about a scene; `is_verbose` adds the parts of the memory. The exit code is 1 where something is wrong.
+/// Prints what is worth a word about a scene; `is_verbose` adds the parts of the memory. The exit
+/// code is 1 where something is wrong.
 pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliError> {
     let mut report = Report::default();
     if let Some(file) = report.open(args)? {

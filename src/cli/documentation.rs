@@ -116,7 +116,7 @@ fn presets_are_documented() {
         .lines()
         .filter_map(|line| line.strip_prefix("preset = "))
         .collect();
-    let names: Vec<String> = PRESETS.iter().map(|preset| format!("{:?}", preset.name)).collect();
+    let names: Vec<String> = PRESETS.iter().map(|preset| format!("\"{}\"", preset.name)).collect();
     assert_eq!(shown, names);
 }
 

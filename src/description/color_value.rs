@@ -10,12 +10,14 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use toml::Spanned;
 
-/// A colour of a scene file: linear Rec.709 as three numbers or as one for a grey, `"#rrggbb"` of sRGB, or a name of CSS.
+/// A colour of a scene file: linear Rec.709 as three numbers or as one for a grey, `"#rrggbb"` of
+/// sRGB, or a name of CSS.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct ColorValue(pub [f32; 3]);
 
-/// A number for each channel that is not a colour, such as an index of refraction: three numbers, or one for all channels.
+/// A number for each channel that is not a colour, such as an index of refraction: three numbers,
+/// or one for all channels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct ChannelValues(pub [f32; 3]);

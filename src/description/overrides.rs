@@ -4,8 +4,6 @@
 //! that of the file. A value that is no TOML is a string: `render.sampler=halton`. Each text is parsed behind more blanks than the file has bytes, so that
 //! the place of a value tells who set it.
 
-use super::presets::Preset;
-use super::schema::is_of_material;
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
@@ -53,28 +51,6 @@ impl Overrides {
             })
         });
         overrides.collect::<Result<_, _>>().map(Self)
-    }
-
-    /// Adds a patch `GLOB.KEY=VALUE` or `GLOB=PRESET` of materials; the file has `bytes`. The last dot before the `=` ends the glob if a key follows; it may
-    /// stand between quotes.
-    ///
-    /// # Errors
-    ///
-    /// The text is no such patch.
-    pub fn add_patch(&mut self, written: &str, bytes: usize) -> Result<(), ()> {
-        let key_end = written.find('=').ok_or(())?;
-        let value = written[key_end + 1..].trim();
-        let (glob, patch) = match written[..key_end].rsplit_once('.') {
-            Some((glob, key)) if is_of_material(key.trim()) || Preset::of_name(value).is_none() => {
-                (glob.trim(), &written[glob.len() + 1..])
-            }
-            _ => (written[..key_end].trim(), ""),
-        };
-        let preset = format!("preset={value}");
-        let patch = if patch.is_empty() { &preset } else { patch };
-        let quoted = |quote| glob.strip_prefix(quote).and_then(|glob| glob.strip_suffix(quote));
-        let glob = quoted('"').or(quoted('\'')).unwrap_or(glob);
-        self.add_patch_of(glob, patch, written, bytes)
     }
 
     /// Adds a patch `KEY=VALUE` of the materials that `glob` matches, which errors name as `written`; the file has `bytes`.

@@ -35,7 +35,7 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(long, value_name = "P", value_parser = parse_chance, default_value = "0.01")]
     pub significance: f64,
 
-    /// Maximum difference of a channel, in levels of 255 (sRGB) [default of PNG files: 1]
+    /// Maximum difference of a channel, in levels of 255 [default of PNG files: 1]
     #[arg(long, value_name = "LEVELS")]
     pub tolerance: Option<f64>,
 

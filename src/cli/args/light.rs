@@ -90,7 +90,9 @@ fn parse_env(text: &str) -> Result<EnvFlag, String> {
         _ => match Spectrum::of_text(text) {
             Some(color) => Environment::Color(color.to_array()),
             None if text.starts_with('#') || numbers(text).is_some() => {
-                return Err(format!("a colour is expected: {WRITTEN_COLORS}"));
+                return Err(format!(
+                    "a colour is expected, its numbers finite and 0 or more: {WRITTEN_COLORS}"
+                ));
             }
             None if text.contains(['.', '/', '\\']) => Environment::File(text.into()),
             None => {

@@ -21,6 +21,7 @@ mod man;
 mod merge;
 mod paths;
 mod points;
+mod refusals;
 mod render;
 mod scene;
 mod selftest;
@@ -52,7 +53,6 @@ pub(super) use selftest::SelftestArgs;
 pub(super) use view::ViewArgs;
 pub(super) use views::ViewsArgs;
 
-use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 
@@ -109,12 +109,9 @@ impl Args {
             .map(|word| word.to_string_lossy().into_owned())
             .collect::<Vec<_>>();
         let matches = command.try_get_matches_from_mut(words);
-        let matches = matches.map_err(|error| unknown::explained(error, &command, &text))?;
-        // Refusals of values say what to write instead; the usage would say no more.
-        Self::from_arg_matches(&matches).map_err(|e| match e.kind() {
-            ErrorKind::ValueValidation => e,
-            _ => e.format(&mut command),
-        })
+        let explained = |error| refusals::explained(error, &command, &text);
+        let matches = matches.map_err(explained)?;
+        Self::from_arg_matches(&matches).map_err(explained)
     }
 }
 

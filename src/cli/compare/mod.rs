@@ -81,7 +81,8 @@ fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
     }
 }
 
-/// Difference of a channel, in levels of 255, up to which pictures without noise are alike: that of rounding.
+/// Difference of a channel, in levels of 255, up to which pictures without noise are alike: that of
+/// rounding.
 const TOLERANCE: f64 = 1.0;
 
 /// Largest difference of a channel of a pixel, in levels of 255 of sRGB values.

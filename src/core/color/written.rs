@@ -6,9 +6,11 @@ use super::{Spectrum, srgb};
 pub const WRITTEN_COLORS: &str = "#ffc356 (sRGB), a CSS name such as orange, or linear numbers: 0.5 or 0.2,0.3,0.4";
 
 impl Spectrum {
-    /// Reads a colour: `#rrggbb` or `#rgb` of sRGB, a name of CSS, or one or three linear numbers with commas between them.
+    /// Reads a colour: `#rrggbb` or `#rgb` of sRGB, a name of CSS, or one or three linear numbers
+    /// with commas between them.
     ///
-    /// Codes and names are decoded to linear light. Returns `None` for other texts, and for numbers that are negative or not finite.
+    /// Codes and names are decoded to linear light. Returns `None` for other texts, and for numbers
+    /// that are negative or not finite.
     pub fn of_text(text: &str) -> Option<Self> {
         let text = text.trim();
         if let Some(digits) = text.strip_prefix('#') {

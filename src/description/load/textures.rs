@@ -68,7 +68,8 @@ impl Loader<'_> {
         material
     }
 
-    /// The file of a texture of `material`. Notes if there is none, and if it is found elsewhere than named.
+    /// The file of a texture of `material`. Notes if there is none, and if it is found elsewhere
+    /// than named.
     fn find_texture(&mut self, request: &MapRequest, material: &str, obj: &Path) -> Option<PathBuf> {
         let statement = &request.statement;
         let folder = request.place.file.parent().unwrap_or(Path::new(""));
@@ -292,7 +293,7 @@ fn look_without(slot: MapSlot) -> &'static str {
         MapSlot::Specular | MapSlot::Exponent | MapSlot::Roughness | MapSlot::Metallic => "with an even gloss",
         MapSlot::Emission => "with an even glow",
         MapSlot::Opacity => "without holes",
-        MapSlot::Bump | MapSlot::Normal => "flat, without relief",
+        MapSlot::Bump | MapSlot::Normal => "flat, without bumps",
     }
 }
 

@@ -1,4 +1,5 @@
-//! Warnings of invisible surfaces: if no face of a scene can be seen, the picture would be empty without a reason.
+//! Warnings of invisible surfaces: if no face of a scene can be seen, the picture would be empty
+//! without a reason.
 
 use crate::color::Spectrum;
 use crate::description::{FileError, Findings, Position, SceneFile, Severity};
@@ -9,7 +10,8 @@ use crate::scene::{Scene, SceneReport};
 use crate::texture::Texture;
 use std::collections::BTreeSet;
 
-/// Warns if all triangles were skipped, or if all materials are invisible; else of each material that its library makes invisible.
+/// Warns if all triangles were skipped, or if all materials are invisible; else of each material
+/// that its library makes invisible.
 pub(super) fn report_unseen(
     file: &SceneFile,
     scene: &Scene,

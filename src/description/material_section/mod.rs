@@ -1,10 +1,12 @@
 //! Materials of a scene file.
 //!
-//! `replace` makes a material of a section alone (of a preset if it names one), `patch` changes a material by what a section says, and `describe` writes a material as the section
-//! that patches nothing of it. `values` has what a key may hold.
+//! `replace` makes a material of a section alone (of a preset if it names one), `patch` changes a
+//! material by what a section says, and `describe` writes a material as the section that patches
+//! nothing of it. `values` has what a key may hold.
 
 mod describe;
 mod patch;
+mod preset;
 mod replace;
 mod values;
 
@@ -13,7 +15,7 @@ mod tests;
 
 use super::FileError;
 use super::mtl::{FileMaterial, MapSlot};
-use super::presets::{self, Preset};
+use super::presets::Preset;
 use super::source::Source;
 use super::{ChannelValues, ColorValue, MapSection};
 use crate::material::{Gloss, Material};
@@ -124,7 +126,7 @@ impl MaterialSection {
         let preset =
             Preset::of_name(name.get_ref()).ok_or_else(|| section.unknown_preset(name.get_ref(), name.span()))?;
         let new = preset.section().material(&old.material.name, file)?;
-        Ok(Cow::Owned(presets::applied(new, old)))
+        Ok(Cow::Owned(preset::applied(new, old)))
     }
 
     /// The keys of textures with their slots, in the order of the slots.

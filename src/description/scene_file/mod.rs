@@ -340,6 +340,11 @@ impl SceneFile {
         self.source.error(span, message)
     }
 
+    /// Whether a flag set the value at bytes `span`, rather than the file.
+    pub(super) fn is_of_flag(&self, span: &Range<usize>) -> bool {
+        self.source.overrides.at(span.start).is_some()
+    }
+
     /// Where `[camera]` has the camera, if it says so.
     pub fn eye(&self) -> Option<Vec3> {
         let position = self.camera.as_ref()?.position.as_ref()?;

@@ -776,8 +776,8 @@ fn explain_tells_numbers_that_people_would_write() {
     }
 }
 
-/// A missing file is told once with its uses and the look without it; invisible materials are told; there is no light in the file; parts of the memory
-/// are for `-v`.
+/// A missing file is told once with its uses and the look without it; invisible materials are told;
+/// there is no light in the file; parts of the memory are for `-v`.
 #[test]
 fn a_person_reads_the_report() {
     let obj = format!("{SQUARE}f 1 2 3 4\nusemtl n\nf 1 2 3 4\nusemtl o\nf 1 2 3 4\nusemtl p\nf 1 2 3 4\n");
@@ -797,7 +797,7 @@ fn a_person_reads_the_report() {
         [
             (
                 3,
-                "texture `gone.png` is missing; `m`, `n` are rendered in one plain colour; `m` is rendered flat, without relief"
+                "texture `gone.png` is missing; `m`, `n` are rendered in one plain colour; `m` is rendered flat, without bumps"
             ),
             (1, "texture `holes.png` is missing; `p` is rendered without holes"),
         ]

@@ -133,7 +133,7 @@ fn wrong_patches_are_told_with_what_is_right() {
     let at = folder.path();
     for (value, expected) in [
         ("Metal", &["expected NAME.KEY=VALUE", "'Floor*.roughness=0.2'"][..]),
-        ("Metal=1", &["expected NAME.KEY=VALUE"]),
+        ("Metal=1", &["there is no preset `1`", "frosted-glass"]),
         (".roughness=1", &["expected NAME.KEY=VALUE"]),
         ("Metal.roughness=2", &["roughness is 2", "a number from 0 to 1"]),
         (
@@ -141,7 +141,7 @@ fn wrong_patches_are_told_with_what_is_right() {
             &["unknown key `roughnes`", "did you mean `roughness`?"],
         ),
         ("Metal.roughness=rough", &["expected a number, found"]),
-        ("Metal.diffuse=red", &["expected a number or three numbers"]),
+        ("Metal.diffuse=redd", &["unknown colour", "did you mean"]),
         ("Metal.diffuse=[1,2]", &["found 2"]),
         ("Metal.diffuse_map=true", &["false for no texture"]),
         ("Metal.patch=true", &["`patch` belongs in [material.NAME] only"]),

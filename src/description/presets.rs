@@ -1,12 +1,8 @@
 //! Materials by name: `preset` of a scene file, and `--material NAME=PRESET`.
 //!
-//! Colours of metals are measured: the reflectance along the normal that follows from measured n and k, seen in daylight (D65) and clipped to
-//! Rec.709. `docs/guide/reference/materials.md` lists all presets; the tests compute each colour from the figures of its source.
-
-use super::MaterialSection;
-use super::mtl::{FileMaterial, MapRequest, MapSlot};
-use crate::color::Spectrum;
-use crate::material::{Gloss, Material};
+//! Colours of metals are measured: the reflectance along the normal that follows from measured n
+//! and k, seen in daylight (D65) and clipped to Rec.709. `docs/guide/reference/materials.md` lists
+//! all presets; the tests compute each colour from the figures of its source.
 
 /// A material that users choose by its name.
 pub struct Preset {
@@ -183,44 +179,4 @@ impl Preset {
     pub fn of_name(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
     }
-
-    /// The keys as a section.
-    pub(super) fn section(&self) -> MaterialSection {
-        toml::from_str(self.keys).unwrap_or_default()
-    }
 }
-
-/// `old` as a preset has it, of which `new` is the material alone: its opacity and its bump or normal map stay, and, if the preset reflects diffusely, its
-/// diffuse texture.
-pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
-    let has_pigment = has_pigment(&new.material);
-    let stays = |request: &&MapRequest| match request.statement.slot {
-        MapSlot::Opacity | MapSlot::Bump | MapSlot::Normal => true,
-        MapSlot::Diffuse => has_pigment,
-        _ => false,
-    };
-    let is_textured = has_pigment && old.has_map(MapSlot::Diffuse);
-    FileMaterial {
-        material: Material {
-            name: old.material.name.clone(),
-            opacity: old.material.opacity,
-            diffuse: if is_textured {
-                old.material.diffuse
-            } else {
-                new.material.diffuse
-            },
-            ..new.material
-        },
-        maps: old.maps.iter().filter(stays).cloned().collect(),
-        ..old.clone()
-    }
-}
-
-/// Returns true if the diffuse reflection gives the material its colour.
-fn has_pigment(material: &Material) -> bool {
-    let is_metal = matches!(material.gloss, Gloss::Metallic(1.0));
-    !is_metal && material.transmission == Spectrum::ZERO
-}
-
-#[cfg(test)]
-mod tests;

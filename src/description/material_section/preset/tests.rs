@@ -1,7 +1,8 @@
-use super::super::source::Source;
+use super::super::Source;
 use super::*;
 use crate::color::xyz::{WHITE, xyz_to_linear};
-use crate::description::SceneFile;
+use crate::description::presets::PRESETS;
+use crate::description::{SceneFile, inspect_scene};
 use crate::lint::{direction_at, directional_albedo};
 
 /// Wavelength in nanometres, n and k.
@@ -222,7 +223,8 @@ fn matching(nanometers: f32) -> [f32; 3] {
     ]
 }
 
-/// Reflectance along the normal of a metal in air at a wavelength; indices are interpolated linearly.
+/// Reflectance along the normal of a metal in air at a wavelength; indices are interpolated
+/// linearly.
 fn reflectance(indices: Indices, nanometers: f32) -> f32 {
     let after = indices
         .partition_point(|row| row[0] < nanometers)
@@ -282,7 +284,8 @@ fn metals_have_their_measured_colors() {
         let material = material(name);
         let base = material.diffuse.to_array();
         assert!(close(base, expected, 6e-4), "{name}: {base:?}, measured {expected:?}");
-        // Facets turn from the normal, where metals reflect more; multiple scattering saturates the colour.
+        // Facets turn from the normal, where metals reflect more; multiple scattering saturates the
+        // colour.
         let [albedo, _] = albedos(&material);
         assert!(
             close(albedo, expected, 0.04),
@@ -299,7 +302,8 @@ fn metals_have_their_measured_colors() {
 
 #[test]
 fn pigments_have_their_measured_colors() {
-    // A. Palmqvist, Physically Based database: Nix Spectro 2, D65 or D50, without the specular reflection. Foliage: sRGB 87 108 67.
+    // A. Palmqvist, Physically Based database: Nix Spectro 2, D65 or D50, without the specular
+    // reflection. Foliage: sRGB 87 108 67.
     let foliage = Spectrum::of_text("#576c43").unwrap().to_array();
     for (name, measured) in [
         ("rubber", [0.023, 0.023, 0.023]),
@@ -314,7 +318,8 @@ fn pigments_have_their_measured_colors() {
         assert!(close(base, measured, 1e-6), "{name}: {base:?}");
         let [albedo, _] = albedos(&material);
         match material.gloss {
-            // A coat reflects ((n − 1) / (n + 1))² along the normal, and shades its base by as much each way; interreflection below it gives a part back.
+            // A coat reflects ((n − 1) / (n + 1))² along the normal, and shades its base by as much
+            // each way; interreflection below it gives a part back.
             Gloss::Metallic(_) => {
                 let coat = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2);
                 let bounds = [0.9, 1.0].map(|kept| measured.map(|c| coat + kept * (1.0 - coat) * c));
@@ -398,7 +403,8 @@ fn keys_beside_a_preset_win() {
     assert!(error.contains("there is no preset `steel`"), "{error}");
 }
 
-/// Patches of flags and files: opacity and textures of pigments stay, lobes of the old material do not.
+/// Patches of flags and files: opacity and textures of pigments stay, lobes of the old material do
+/// not.
 #[test]
 fn a_preset_replaces_what_a_material_reflects() {
     let folder = tempfile::tempdir().unwrap();
@@ -417,7 +423,7 @@ fn a_preset_replaces_what_a_material_reflects() {
         let mut file = SceneFile::of_obj(at("a.obj"));
         let patches: Vec<String> = patches.iter().map(ToString::to_string).collect();
         file.patch_materials(&patches).unwrap();
-        let inspection = crate::description::inspect_scene(&file, crate::scene::SceneBuilder::new());
+        let inspection = inspect_scene(&file, crate::scene::SceneBuilder::new());
         let error = inspection
             .findings
             .first_error()

@@ -45,7 +45,7 @@ fn of_digits(digits: &str) -> Option<Spectrum> {
         3 => Some(decoded(
             [8, 4, 0]
                 .into_iter()
-                .fold(0, |all, shift| all << 8 | (code >> shift & 0xf) * 0x11),
+                .fold(0, |all, shift| (all << 8) | ((code >> shift & 0xf) * 0x11)),
         )),
         _ => None,
     }

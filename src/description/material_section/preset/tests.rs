@@ -119,6 +119,8 @@ const ALUMINIUM: Indices = &[
 ];
 
 /// Johnson and Christy 1974.
+// One of the figures is 3.14.
+#[allow(clippy::approx_constant)]
 const CHROME: Indices = &[
     [368.0, 1.87, 2.69],
     [381.0, 1.92, 2.74],

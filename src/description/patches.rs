@@ -105,6 +105,8 @@ impl SceneFile {
             let added = parts(written)
                 .ok_or(())
                 .and_then(|(glob, patch)| self.source.overrides.add_patch_of(glob, &patch, written, bytes));
+            // A picture that a flag does not change is a surprise.
+            let added = added.map(|()| self.source.overrides.require_match());
             added.map_err(|()| {
                 let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE or NAME=PRESET"));
                 let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2' or ring=gold";

@@ -131,7 +131,7 @@ impl Loader<'_> {
                 format!("no face uses the material `{}`", excerpt(&written)),
             );
             let names = self.materials.iter().map(|material| material.name.as_str());
-            if file.is_of_flag(&span) {
+            if file.must_match(&span) {
                 // A flag that changes nothing is a mistake, and its picture a surprise.
                 let error = error_of_pattern(file, span, &literal, names);
                 self.wrong("unused-material", error);

@@ -340,9 +340,9 @@ impl SceneFile {
         self.source.error(span, message)
     }
 
-    /// Whether a flag set the value at bytes `span`, rather than the file.
-    pub(super) fn is_of_flag(&self, span: &Range<usize>) -> bool {
-        self.source.overrides.at(span.start).is_some()
+    /// Returns true if the patch of materials at bytes `span` is that of a flag, which has to match one.
+    pub(super) fn must_match(&self, span: &Range<usize>) -> bool {
+        self.source.overrides.must_match(span.start)
     }
 
     /// Where `[camera]` has the camera, if it says so.

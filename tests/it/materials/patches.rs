@@ -308,3 +308,23 @@ fn warnings_of_one_kind_are_one_line() {
         "{said}"
     );
 }
+
+/// A pattern of a flag that matches nothing is an error that lists the materials; one of a scene file is a warning.
+#[test]
+fn a_pattern_without_materials_is_an_error() {
+    let folder = scene();
+    let at = folder.path();
+    for command in ["render", "check"] {
+        let out = run(at, &[command, "s.toml", "--material", "Metla*.roughness=0.2"]);
+        let said = printed(&out) + &words(&out);
+        assert_eq!(code(&out), if command == "check" { 1 } else { 2 }, "{said}");
+        assert!(
+            said.contains("--material Metla*.roughness=0.2: no face uses a material of this name"),
+            "{said}"
+        );
+        assert!(
+            said.contains("did you mean `Metal`") && said.contains("materials are `"),
+            "{said}"
+        );
+    }
+}

@@ -132,7 +132,6 @@ impl Loader<'_> {
             );
             let names = self.materials.iter().map(|material| material.name.as_str());
             if file.must_match(&span) {
-                // A flag that changes nothing is a mistake, and its picture a surprise.
                 let error = error_of_pattern(file, span, &literal, names);
                 self.wrong("unused-material", error);
                 continue;

@@ -18,7 +18,7 @@ from embrasure._settings import Array
 class Comparison:
     """How far a picture is from a reference, and whether by more than noise."""
 
-    #: ``identical``, ``equal within noise``, ``differs``, or ``not tested`` without enough variance.
+    #: ``identical``, ``equal within noise``, ``equal within tolerance`` (pictures of 8 or 16 bits), ``differs``, or ``not tested`` without enough variance.
     outcome: str
     #: Mean of the picture by channel.
     mean: List[float]

@@ -15,8 +15,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Prints what is worth a word about a scene. The exit code is 1 where something is wrong.
-pub(super) fn check(args: &SceneArgs) -> Result<ExitCode, CliError> {
+/// Prints what is worth a word about a scene; `is_verbose` adds the parts of the memory. The exit
+/// code is 1 where something is wrong.
+pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliError> {
     let mut report = Report::default();
     if let Some(file) = report.open(args)? {
         report.look_at(args, file)?;
@@ -26,7 +27,7 @@ pub(super) fn check(args: &SceneArgs) -> Result<ExitCode, CliError> {
     if args.json {
         outln!("{:#}", report.json(args));
     } else {
-        report.print(args);
+        report.print(args, is_verbose);
     }
     Ok(ExitCode::from(u8::from(report.count(Severity::Error) > 0)))
 }
@@ -247,7 +248,7 @@ impl Report {
         self.findings.iter().filter(|f| f.severity == severity).count()
     }
 
-    fn print(&self, args: &SceneArgs) {
+    fn print(&self, args: &SceneArgs, is_verbose: bool) {
         self.findings.iter().for_each(|finding| outln!("{finding}"));
         let counts = [Severity::Error, Severity::Warning, Severity::Note].map(|severity| {
             let count = self.count(severity);
@@ -272,23 +273,38 @@ impl Report {
             },
             words::count(self.materials as u64, "material")
         );
+        outln!("  light: {}", self.light_words(args));
+        let peak = memory.peak(backend()) as f64 / 1e6;
+        let more = if is_verbose { "" } else { "; -v lists its parts" };
+        outln!(
+            "  memory: about {peak:.0} MB at the peak of a render with {}{more}",
+            backend()
+        );
+        if is_verbose {
+            let parts: Vec<String> = parts(memory)
+                .iter()
+                .map(|(name, bytes)| format!("{} {:.1}", name.replace('_', " "), *bytes as f64 / 1e6))
+                .collect();
+            outln!("    MB: {}", parts.join(", "));
+        }
+    }
+
+    /// The lights of the files with their power, or the light that the program adds.
+    fn light_words(&self, args: &SceneArgs) -> String {
+        if self.findings.iter().any(|finding| finding.code == DEFAULT_LIGHT) {
+            let added = match kind_of(&args.scene) {
+                Ok(SceneKind::Obj) => "`embrasure render` adds some",
+                _ => "white light of radiance 1 from everywhere is used",
+            };
+            return format!("none in the file; {added}");
+        }
         let kinds: Vec<String> = self
             .power
             .iter()
             .map(|(kind, watts)| format!("{kind} {watts:.4}"))
             .collect();
         let total: f64 = self.power.values().sum();
-        outln!("  light: {total:.4} W ({})", kinds.join(", "));
-        let parts: Vec<String> = parts(memory)
-            .iter()
-            .map(|(name, bytes)| format!("{} {:.1}", name.replace('_', " "), *bytes as f64 / 1e6))
-            .collect();
-        outln!(
-            "  memory: about {:.0} MB at the peak of a render with {}\n    MB: {}",
-            memory.peak(backend()) as f64 / 1e6,
-            backend(),
-            parts.join(", ")
-        );
+        format!("{total:.4} W ({})", kinds.join(", "))
     }
 
     fn json(&self, args: &SceneArgs) -> Value {

@@ -1,7 +1,7 @@
 //! What docs/guide/reference takes from the program: tables of parameters and methods, and the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the
 //! tests write it.
 
-use crate::description::SceneOptions;
+use crate::description::{PRESETS, SceneOptions};
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use clap::CommandFactory;
 use std::fs;
@@ -91,6 +91,33 @@ fn tables_of_parameters_are_up_to_date() {
         assert!(expected.matches("\n| `").count() > 10, "{name} has lost its table");
         assert_page(name, &expected);
     }
+}
+
+#[test]
+fn presets_are_documented() {
+    let name = "materials.md";
+    let rows: Vec<String> = PRESETS
+        .iter()
+        .map(|preset| format!("| `{}` | {} | {} |", preset.name, preset.about, preset.source))
+        .collect();
+    let text = fs::read_to_string(page(name)).unwrap();
+    let (before, table) = text
+        .split_once("| preset | material | source |\n|---|---|---|\n")
+        .unwrap();
+    let after = table.split_once("\n\n").unwrap().1;
+    let expected = format!(
+        "{before}| preset | material | source |\n|---|---|---|\n{}\n\n{after}",
+        rows.join("\n")
+    );
+    assert_page(name, &expected);
+    // The picture has a ball of each, in this order.
+    let scene = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/presets.toml")).unwrap();
+    let shown: Vec<&str> = scene
+        .lines()
+        .filter_map(|line| line.strip_prefix("preset = "))
+        .collect();
+    let names: Vec<String> = PRESETS.iter().map(|preset| format!("\"{}\"", preset.name)).collect();
+    assert_eq!(shown, names);
 }
 
 // A build without `view` lacks a command.

@@ -12,7 +12,7 @@ pub(super) fn help(args: &HelpArgs) -> Result<ExitCode, CliError> {
     program.build();
     let Some(topic) = args.topic.as_deref() else {
         outln!("{}", program.render_help());
-        outln!("Pages of the reference (embrasure help PAGE):");
+        outln!("Pages of the guide (embrasure help PAGE):");
         for topic in TOPICS {
             outln!("  {:<12} {}", topic.names[0], topic.title());
         }

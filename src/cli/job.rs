@@ -237,9 +237,40 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     match extension.as_deref() {
         Some("toml") => Ok(SceneKind::Toml),
         Some("obj") => Ok(SceneKind::Obj),
-        _ => Err(refused("the name of a scene ends in .toml or .obj")),
+        Some(extension) => match FORMATS
+            .iter()
+            .find(|(_, extensions, _)| extensions.contains(&extension))
+        {
+            Some((name, _, import)) => {
+                let message = format!("{name} files are not read");
+                let help = format!("make an OBJ file: in Blender {import}, then File > Export > Wavefront (.obj)");
+                Err(FileError::new(path, message).help(help))
+            }
+            None => Err(refused("the name of a scene ends in .toml or .obj")),
+        },
+        None => Err(refused("the name of a scene ends in .toml or .obj")),
     }
 }
+
+/// Formats of models that are not read: name, extensions, and how Blender opens one.
+const FORMATS: [(&str, &[&str], &str); 8] = [
+    ("glTF", &["gltf", "glb"], "File > Import > glTF 2.0"),
+    ("STL", &["stl"], "File > Import > STL"),
+    ("FBX", &["fbx"], "File > Import > FBX"),
+    ("Blender", &["blend"], "open the file"),
+    ("PLY", &["ply"], "File > Import > Stanford PLY"),
+    (
+        "3D Studio",
+        &["3ds"],
+        "enable the add-on Autodesk 3DS format, File > Import > 3D Studio",
+    ),
+    ("COLLADA", &["dae"], "up to version 4.5 File > Import > Collada"),
+    (
+        "USD",
+        &["usd", "usda", "usdc", "usdz"],
+        "File > Import > Universal Scene Description",
+    ),
+];
 
 /// Sets how the files of a scene are read: as it says itself, and flags over it.
 pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
@@ -249,4 +280,30 @@ pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
         strict: args.strict,
     };
     scene.texture_dirs.clone_from(&args.texture_dir);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_formats_have_a_way_to_an_obj() {
+        for name in [
+            "a.gltf", "a.GLB", "a.stl", "a.fbx", "a.blend", "a.ply", "a.3ds", "a.dae", "a.usd", "a.usdz",
+        ] {
+            let error = kind_of(Path::new(name)).err().unwrap();
+            let help = error.help.unwrap_or_default();
+            assert!(
+                error.message.ends_with(" files are not read"),
+                "{name}: {}",
+                error.message
+            );
+            assert!(
+                help.starts_with("make an OBJ file: in Blender ") && help.contains("Wavefront (.obj)"),
+                "{help}"
+            );
+        }
+        let error = kind_of(Path::new("a.xyz")).err().unwrap();
+        assert_eq!(error.message, "the name of a scene ends in .toml or .obj");
+    }
 }

@@ -130,7 +130,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         #[cfg(feature = "view")]
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Init(args)) => init::init(&args),
-        Some(Command::Check(args)) => check::check(&args),
+        Some(Command::Check(args)) => check::check(&args.common, args.verbose),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Explain(args)) => explain::explain(&args),
         Some(Command::Points(args)) => points::points(&args),

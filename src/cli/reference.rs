@@ -1,9 +1,10 @@
-//! Pages of the reference, as they are in the program: docs/guide/reference, which an installed program has no folder of.
+//! Pages of the guide, as they are in the program: an installed program has no folder of
+//! docs/guide.
 
 /// Width of the text, in characters.
 const WIDTH: usize = 96;
 
-/// A page of the reference.
+/// A page of the guide.
 pub(super) struct Topic {
     /// Names by which `help` prints the page; the first name is listed.
     pub names: &'static [&'static str],
@@ -15,26 +16,29 @@ macro_rules! topics {
     ($($($name:literal)+ = $page:literal,)+) => {
         &[$(Topic {
             names: &[$($name),+],
-            text: include_str!(concat!("../../docs/guide/reference/", $page)),
+            text: include_str!(concat!("../../docs/guide/", $page)),
         }),+]
     };
 }
 
 /// All pages, in the order of the guide.
 pub(super) const TOPICS: &[Topic] = topics! {
-    "scene" "toml" = "scene-file.md",
-    "guesses" = "guesses.md",
-    "materials" = "materials.md",
-    "mtl" "obj" = "obj-mtl.md",
-    "readers" = "readers.md",
-    "integrators" = "integrators.md",
-    "background" "ground" = "background.md",
-    "exr" "png" = "output.md",
-    "comparing" = "compare.md",
-    "checks" "codes" = "checks.md",
-    "json" = "json.md",
-    "units" = "units.md",
-    "glossary" = "glossary.md",
+    "camera" "cameras" = "tutorials/find-a-camera.md",
+    "light" "lights" = "tutorials/light-a-room.md",
+    "batch" = "how-to/batch.md",
+    "scene" "toml" = "reference/scene-file.md",
+    "guesses" = "reference/guesses.md",
+    "materials" = "reference/materials.md",
+    "mtl" "obj" = "reference/obj-mtl.md",
+    "readers" = "reference/readers.md",
+    "integrators" = "reference/integrators.md",
+    "background" "ground" = "reference/background.md",
+    "exr" "png" = "reference/output.md",
+    "comparing" = "reference/compare.md",
+    "checks" "codes" = "reference/checks.md",
+    "json" = "reference/json.md",
+    "units" = "reference/units.md",
+    "glossary" = "reference/glossary.md",
 };
 
 /// The topic of the JSON Schema of scene files.

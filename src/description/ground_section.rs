@@ -1,5 +1,5 @@
+use super::ColorValue;
 use super::exact_list::numbers;
-use crate::color::Spectrum;
 use crate::math::Vec3;
 use crate::scene::{BuildError, GroundPlane};
 use serde::{Deserialize, Serialize};
@@ -22,17 +22,7 @@ pub struct GroundSection {
     /// Radius around the point, scene units; 50 times that of the scene if this is left out.
     pub radius: Option<Spanned<f32>>,
     /// Albedo for all rays but those of the camera.
-    pub albedo: Option<Spanned<Albedo>>,
-}
-
-/// One number for all channels, or red, green and blue.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(untagged, expecting = "albedo must be a number or three numbers")]
-pub enum Albedo {
-    /// One number for all channels.
-    Grey(f32),
-    /// Linear red, green and blue.
-    Rgb([f32; 3]),
+    pub albedo: Option<Spanned<ColorValue>>,
 }
 
 impl GroundSection {
@@ -45,11 +35,10 @@ impl GroundSection {
             normal: vector(&self.normal),
             up: vector(&self.up).unwrap_or(usual.up),
             radius: self.radius.as_ref().map(|r| *r.get_ref()),
-            albedo: match self.albedo.as_ref().map(Spanned::get_ref) {
-                None => usual.albedo,
-                Some(&Albedo::Grey(value)) => Spectrum::splat(value),
-                Some(&Albedo::Rgb(rgb)) => rgb.into(),
-            },
+            albedo: self
+                .albedo
+                .as_ref()
+                .map_or(usual.albedo, |albedo| albedo.get_ref().0.into()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! `[[light]]`: its keys, and the light that they make.
 
+use super::color_value::color;
 use super::environment::{BYTES_OF_A_NEW_TEXEL, Environment, environment_bytes, read_environment};
 use super::exact_list::numbers;
 use super::light_group_section::light_group;
@@ -12,7 +13,7 @@ use crate::math::{Quat, Vec3, excerpt, excerpt_of_path, rotation_from_degrees};
 use crate::scene::{
     BuildError, DiskParameters, RectangleParameters, SceneBuilder, SkyParameters, SphereParameters, StudioParameters,
 };
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -79,28 +80,6 @@ pub enum Rotation {
     Up(f32),
     /// About x, y and z.
     Axes([f32; 3]),
-}
-
-/// Channels of a colour.
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "a colour is one number or three")]
-enum Channels {
-    /// One number for all channels.
-    All(f32),
-    /// Linear red, green and blue.
-    Each([f32; 3]),
-}
-
-/// Reads a colour as three channels.
-fn color<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<[f32; 3]>>, D::Error> {
-    let read = Option::<Spanned<Channels>>::deserialize(deserializer)?;
-    Ok(read.map(|read| {
-        let span = read.span();
-        match read.into_inner() {
-            Channels::All(value) => Spanned::new(span, [value; 3]),
-            Channels::Each(values) => Spanned::new(span, values),
-        }
-    }))
 }
 
 /// Where a spot light falls off, as a share of its angle, if it does not say.

@@ -6,6 +6,7 @@
 //! render in `options`.
 
 mod camera_section;
+mod color_value;
 mod exact_list;
 mod find_texture;
 mod glob;
@@ -24,6 +25,7 @@ mod option_section;
 mod overrides;
 mod patches;
 mod placement;
+mod presets;
 mod scene_file;
 mod scene_options;
 mod schema;
@@ -34,7 +36,8 @@ mod write;
 
 pub use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use camera_section::{CameraSection, NamedView, OrbitAngles};
-pub use ground_section::{Albedo, GroundSection};
+pub use color_value::{ChannelValues, ColorValue};
+pub use ground_section::GroundSection;
 pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;
 pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
@@ -42,8 +45,9 @@ pub use load::{Loaded, inspect_scene, load_scene, load_scene_watched};
 pub(crate) use load::{Unlit, load_scene_to_light};
 pub use made_object::MadeObject;
 pub use map_section::MapSection;
-pub use material_section::{ColorValue, MaterialSection};
+pub use material_section::MaterialSection;
 pub use object_section::{Instances, ObjectSection, Scale, TransformSection};
+pub use presets::{PRESETS, Preset};
 pub use scene_file::SceneFile;
 pub use scene_options::SceneOptions;
 pub use schema::schema_text;

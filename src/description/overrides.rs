@@ -29,6 +29,8 @@ struct Override {
     start: usize,
     /// Names of the materials that it is about; `None` where it is a key of the file.
     materials: Option<String>,
+    /// Whether a patch that matches no material is an error.
+    must_match: bool,
 }
 
 impl Overrides {
@@ -48,23 +50,10 @@ impl Overrides {
                 toml,
                 start: before,
                 materials: None,
+                must_match: false,
             })
         });
         overrides.collect::<Result<_, _>>().map(Self)
-    }
-
-    /// Adds a patch `GLOB.KEY=VALUE` of materials; the file has `bytes`. The last dot before the `=` ends the glob, which may stand between quotes.
-    ///
-    /// # Errors
-    ///
-    /// The text is no such patch.
-    pub fn add_patch(&mut self, written: &str, bytes: usize) -> Result<(), ()> {
-        let key_end = written.find('=').ok_or(())?;
-        let dot = written[..key_end].rfind('.').ok_or(())?;
-        let glob = written[..dot].trim();
-        let quoted = |quote| glob.strip_prefix(quote).and_then(|glob| glob.strip_suffix(quote));
-        let glob = quoted('"').or(quoted('\'')).unwrap_or(glob);
-        self.add_patch_of(glob, &written[dot + 1..], written, bytes)
     }
 
     /// Adds a patch `KEY=VALUE` of the materials that `glob` matches, which errors name as `written`; the file has `bytes`.
@@ -80,6 +69,7 @@ impl Overrides {
             toml: " ".repeat(start) + &toml,
             start,
             materials: Some(glob.into()),
+            must_match: false,
         });
         Ok(())
     }
@@ -99,8 +89,22 @@ impl Overrides {
             toml: String::new(),
             start,
             materials: None,
+            must_match: false,
         });
         start..start
+    }
+
+    /// Makes it an error if the last patch matches no material.
+    pub fn require_match(&mut self) {
+        if let Some(last) = self.0.last_mut() {
+            last.must_match = true;
+        }
+    }
+
+    /// Returns true if the value at `byte` is that of a patch that has to match a material.
+    pub fn must_match(&self, byte: usize) -> bool {
+        let before = self.0.partition_point(|o| o.start <= byte);
+        before.checked_sub(1).is_some_and(|i| self.0[i].must_match)
     }
 
     /// The flag that set the value at `byte`, as the user wrote it; `None` if the file did.

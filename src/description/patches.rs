@@ -1,6 +1,8 @@
 //! Patches of materials, in the order in which they apply: those of the scene file as it has them, then those of flags.
 
 use super::glob::Glob;
+use super::presets::Preset;
+use super::schema::is_of_material;
 use super::unknown_key::parser_error;
 use super::{FileError, MaterialSection, SceneFile};
 use std::borrow::Cow;
@@ -69,9 +71,30 @@ impl<'a> PatchList<'a> {
     }
 }
 
+/// The glob and the patch `KEY=VALUE` of `GLOB.KEY=VALUE` or `GLOB=PRESET`. The last dot before the
+/// `=` ends the glob if a key follows. The glob may stand between quotes.
+fn parts(written: &str) -> Option<(&str, Cow<'_, str>)> {
+    let (name, value) = written.split_once('=')?;
+    let key = name.rsplit_once('.').filter(|(_, key)| {
+        // Names of materials may have dots.
+        is_of_material(key.trim()) || Preset::of_name(value.trim()).is_none()
+    });
+    let (glob, patch) = match key {
+        Some((glob, _)) => (glob, Cow::Borrowed(&written[glob.len() + 1..])),
+        None => {
+            let preset = value.trim().trim_matches(['"', '\'']);
+            (name, Cow::Owned(format!("preset={}", toml::Value::from(preset))))
+        }
+    };
+    let glob = glob.trim();
+    let quoted = |quote| glob.strip_prefix(quote).and_then(|glob| glob.strip_suffix(quote));
+    Some((quoted('"').or(quoted('\'')).unwrap_or(glob), patch))
+}
+
 impl SceneFile {
-    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE`: a glob of names, a key of `[material.NAME]` and a value of TOML or a
-    /// plain string.
+    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE` or
+    /// `GLOB=PRESET`: a glob of names, a key of `[material.NAME]` and a value of TOML or a plain
+    /// string.
     ///
     /// # Errors
     ///
@@ -79,10 +102,14 @@ impl SceneFile {
     pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
         for written in written {
             let bytes = self.source.bytes();
-            let added = self.source.overrides.add_patch(written, bytes);
+            let added = parts(written)
+                .ok_or(())
+                .and_then(|(glob, patch)| self.source.overrides.add_patch_of(glob, &patch, written, bytes));
+            // A picture that a flag does not change is a surprise.
+            let added = added.map(|()| self.source.overrides.require_match());
             added.map_err(|()| {
-                let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE"));
-                let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2'";
+                let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE or NAME=PRESET"));
+                let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2' or ring=gold";
                 error.of_flag().help(help)
             })?;
         }

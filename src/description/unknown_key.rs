@@ -92,8 +92,40 @@ pub(super) fn nearest_names<'a>(name: &str, known: impl IntoIterator<Item = &'a 
     scored.into_iter().take(MAX_NEAREST).map(|(_, name)| name).collect()
 }
 
+/// Names of keys in other programs, and the keys here that mean the same.
+const ELSEWHERE: [(&str, &str); 12] = [
+    ("eye", "position"),
+    ("origin", "position"),
+    ("target", "look_at"),
+    ("color", "diffuse"),
+    ("colour", "diffuse"),
+    ("base_color", "diffuse"),
+    ("albedo", "diffuse"),
+    ("Kd", "diffuse"),
+    ("Ks", "specular"),
+    ("Ke", "emission"),
+    ("alpha", "opacity"),
+    ("file", "obj"),
+];
+
+/// The key among `known` that `key` may stand for: that of another program's word, the most similar
+/// one, or one that contains it, such as `vertical_fov` for `fov`.
+fn nearest_key<'a>(key: &str, known: &[&'a str]) -> Option<&'a str> {
+    let elsewhere = ELSEWHERE.iter().find(|(theirs, _)| *theirs == key);
+    let meant = elsewhere.and_then(|(_, ours)| known.iter().find(|known| *known == ours));
+    let contains = || {
+        let is_part = |known: &&&str| key.len() > 2 && known.split('_').any(|word| word == key);
+        known.iter().find(is_part).copied()
+    };
+    meant
+        .copied()
+        .or_else(contains)
+        .or_else(|| nearest(key, known.iter().copied()))
+}
+
 fn help<'a>(key: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    match nearest(key, known) {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest_key(key, &known) {
         Some(known) => format!("did you mean `{known}`? {REFERENCE}"),
         None => REFERENCE.into(),
     }
@@ -138,6 +170,32 @@ mod tests {
         assert_eq!(nearest_names("Metla", known), ["Metal", "Metal.001"]);
         assert_eq!(nearest_names("METAL", known), ["Metal", "Metal.001", "brushed metal"]);
         assert!(nearest_names("xyz", known).is_empty() && nearest_names("", known).is_empty());
+    }
+
+    #[test]
+    fn keys_have_their_nearest() {
+        let known = [
+            "position",
+            "look_at",
+            "vertical_fov",
+            "lens_radius",
+            "diffuse",
+            "specular",
+        ];
+        for (key, expected) in [
+            ("fov", Some("vertical_fov")),
+            ("lookat", Some("look_at")),
+            ("target", Some("look_at")),
+            ("albedo", Some("diffuse")),
+            ("radius", Some("lens_radius")),
+            ("diffuze", Some("diffuse")),
+            ("zzz", None),
+            ("", None),
+            // This section has no `emission`.
+            ("Ke", None),
+        ] {
+            assert_eq!(nearest_key(key, &known), expected, "{key}");
+        }
     }
 
     #[test]

@@ -298,6 +298,7 @@ model = "ggx"
 exponent = 90.0
 roughness = 0.3
 metallic = 0.7
+preset = "gold"
 anisotropy = 0.1
 anisotropy_rotation = 30.0
 clearcoat = 0.2

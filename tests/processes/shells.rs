@@ -32,8 +32,8 @@ fn there_is(program: &str) -> bool {
 /// The commands, by the program's help.
 fn commands() -> Vec<String> {
     let help = printed(&embrasure(&["--help"]));
-    let (_, list) = help.split_once("Commands:\n").expect("a list of commands");
-    let names = list.lines().take_while(|line| !line.is_empty());
+    let (_, list) = help.split_once("Every day:\n").expect("a list of commands");
+    let names = list.lines().take_while(|line| *line != "Options:");
     // Descriptions that go on in the next line are further to the right.
     let names = names.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     names

@@ -12,11 +12,13 @@ Images are EXR files, or PNG, JPEG, TGA, BMP and HDR pictures; 8-bit and 16-bit 
 by the sRGB curve. If both images have `variance` channels, as files of this program do, a
 significance test decides whether they differ by more than their noise. Errors of pssmlt, mlt, sppm,
 photon-map and irradiance-cache spread over many pixels, so fewer tests apply to them; the output
-names the tests that are left out. The exit code is 1 if the images differ, if a value is not
-finite, or if a limit is exceeded. With --max-relmse or --max-flip only these limits decide.
+names the tests that are left out. Pictures of 8 or 16 bits have no variance: they differ if a channel
+of a pixel differs by more than --tolerance. The exit code is 1 if the images differ, if a value is not
+finite, or if a limit is exceeded. With --tolerance, --max-relmse or --max-flip only these limits decide.
 Examples:
   embrasure compare reference.exr image.exr
   embrasure compare reference.exr image.exr -o difference.png
+  embrasure compare reference.png image.png --tolerance 3
   embrasure compare reference.png image.png --max-flip 0.02 --json")]
 pub(in crate::cli) struct CompareArgs {
     /// Reference image
@@ -32,6 +34,10 @@ pub(in crate::cli) struct CompareArgs {
     /// Probability of a false alarm over all tests, 0 to 1
     #[arg(long, value_name = "P", value_parser = parse_chance, default_value = "0.01")]
     pub significance: f64,
+
+    /// Maximum difference of a channel, in levels of 255 [default of PNG files: 1]
+    #[arg(long, value_name = "LEVELS")]
+    pub tolerance: Option<f64>,
 
     /// Maximum relMSE; above it the exit code is 1
     #[arg(long, value_name = "X")]
@@ -60,6 +66,7 @@ impl CompareArgs {
             image: image.into(),
             json: true,
             significance,
+            tolerance: None,
             max_relmse: None,
             max_flip: None,
             output: None,

@@ -1,10 +1,42 @@
-//! Headings under which `--help` lists flags, and the dozen of them that `-h` shows.
+//! Headings under which `--help` lists commands and flags, and the flags that `-h` shows.
 //!
 //! `-h` shows the first line of each help, `--help` all lines. Within a heading flags are in the order of the fields in `cli/args`, and parameters in
-//! that of their entries in `options`; headings are in the order of their first flags.
+//! that of their entries in `options`. Headings are in the order of [`FIRST_TITLES`], then of their
+//! first flags.
 
 use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, Command};
+
+/// Commands under the titles of their groups, as `--help` of the program lists them.
+const COMMANDS: [(&str, &[&str]); 4] = [
+    (
+        "Every day",
+        &["render", "view", "views", "init", "info", "check", "help"],
+    ),
+    ("Pictures", &["develop", "compare"]),
+    ("Farms and shells", &["merge", "completions", "man"]),
+    (
+        "Teaching and checking",
+        &["lab", "explain", "paths", "points", "selftest", "audit", "bench"],
+    ),
+];
+
+/// The program with its commands in groups.
+pub(super) fn with_groups(program: Command) -> Command {
+    let mut lists = String::new();
+    for (title, names) in COMMANDS {
+        lists += &format!("{title}:\n");
+        // A build may lack a command.
+        for command in names.iter().filter_map(|name| program.find_subcommand(name)) {
+            let about = command.get_about().map_or(String::new(), ToString::to_string);
+            lists += &format!("  {:<12}{about}\n", command.get_name());
+        }
+        lists.push('\n');
+    }
+    program.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{lists}Options:\n{{options}}{{after-help}}"
+    ))
+}
 
 /// Flags of commands that load a scene, under the titles of their groups. Flags that are not here are under "Options", or say their heading themselves.
 const HEADINGS: [(&str, &[&str]); 7] = [
@@ -98,7 +130,8 @@ const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
 /// Flags that `-h` shows of every command that loads a scene, below the headings too.
 const BRIEF: [&str; 4] = ["view", "orbit", "material", "integrator"];
 
-/// Flags that `-h` shows besides [`BRIEF`], of commands with more than a dozen; of others all that have no heading.
+/// Flags that `-h` shows besides [`BRIEF`], of commands with many; of others all that have no
+/// heading.
 const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
     (
         "render",
@@ -110,8 +143,13 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
             "time-limit",
             "denoise",
             "exposure",
+            "tone",
+            "background",
             "env",
             "sun",
+            "position",
+            "smooth",
+            "texture-dir",
         ],
     ),
     (
@@ -171,15 +209,31 @@ fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
     group.map(|(heading, _)| *heading).filter(|_| loads_a_scene(command))
 }
 
+/// Titles that `--help` lists first, in this order; those of integrators are last.
+const FIRST_TITLES: [&str; 4] = ["Camera", "Light", "Image", "Materials and files"];
+const LAST_TITLE: &str = "Integrator";
+
 /// The program with the flags of its commands in groups.
 pub(super) fn grouped(program: Command) -> Command {
     program.mut_subcommands(|command| {
-        let headings: Vec<_> = command
-            .get_arguments()
-            .filter_map(|arg| Some((arg.get_id().clone(), heading_of(&command, arg.get_long()?)?)))
-            .collect();
-        headings.into_iter().fold(command, |command, (id, heading)| {
-            command.mut_arg(id, |arg| arg.help_heading(heading))
+        let rank = |title: &str| match FIRST_TITLES.iter().position(|first| *first == title) {
+            Some(rank) => rank,
+            None if title == LAST_TITLE => usize::MAX,
+            None => FIRST_TITLES.len(),
+        };
+        let of = |arg: &Arg| {
+            let heading = heading_of(&command, arg.get_long()?);
+            let title = heading.or(arg.get_help_heading())?;
+            Some((rank(title), arg.get_id().clone(), heading))
+        };
+        let mut headings: Vec<_> = command.get_arguments().filter_map(of).collect();
+        // `mut_arg` moves a flag behind all others.
+        headings.sort_by_key(|(rank, ..)| *rank);
+        headings.into_iter().fold(command, |command, (_, id, heading)| {
+            command.mut_arg(id, |arg| match heading {
+                Some(heading) => arg.help_heading(heading),
+                None => arg,
+            })
         })
     })
 }
@@ -263,6 +317,44 @@ mod tests {
         }
     }
 
+    /// Each command is in one group.
+    #[test]
+    fn commands_have_groups() {
+        let program = Args::program();
+        let mut grouped: Vec<&str> = COMMANDS.iter().flat_map(|(_, names)| *names).copied().collect();
+        grouped.retain(|name| program.find_subcommand(name).is_some());
+        let mut known: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
+        grouped.sort_unstable();
+        known.sort_unstable();
+        assert_eq!(grouped, known);
+        let help = Args::program().render_help().to_string();
+        let places: Vec<usize> = COMMANDS
+            .iter()
+            .map(|(title, _)| help.find(&format!("{title}:\n  ")).unwrap())
+            .collect();
+        assert!(places.is_sorted(), "{help}");
+    }
+
+    /// Cameras, light and image come first among the groups of `render`, and the integrator last.
+    #[test]
+    fn render_begins_with_the_camera() {
+        let mut program = Args::program();
+        program.build();
+        let help = program.find_subcommand_mut("render").unwrap().render_help().to_string();
+        let titles: Vec<&str> = help
+            .lines()
+            .filter(|line| line.ends_with(':') && !line.starts_with(' ') && *line != "Examples:")
+            .collect();
+        let after_options: Vec<&str> = titles
+            .iter()
+            .copied()
+            .skip_while(|title| *title != "Options:")
+            .skip(1)
+            .collect();
+        assert_eq!(after_options[..3], ["Camera:", "Light:", "Image:"], "{titles:?}");
+        assert_eq!(after_options.last(), Some(&"Integrator:"), "{titles:?}");
+    }
+
     /// No group of a command is longer than two dozen flags, besides the parameters of integrators; commands with more than a dozen flags have groups.
     #[test]
     fn long_helps_have_groups() {
@@ -281,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn brief_help_is_a_dozen_flags() {
+    fn brief_help_is_a_screen_of_flags() {
         let mut program = brief(grouped(Args::command()));
         program.build();
         let names: Vec<String> = program.get_subcommands().map(|c| c.get_name().into()).collect();
@@ -291,7 +383,7 @@ mod tests {
             // Lines of a wrapped text are further to the right.
             let is_flag = |line: &&str| line.starts_with("  -") || line.starts_with("      --");
             let flags = help.lines().filter(is_flag).count();
-            assert!((1..=14).contains(&flags), "{name}: {flags}\n{help}");
+            assert!((1..=20).contains(&flags), "{name}: {flags}\n{help}");
             let is_cut = command.get_arguments().any(Arg::is_hide_set);
             assert_eq!(
                 help.contains(&format!("embrasure {name} --help shows ")),
@@ -300,7 +392,17 @@ mod tests {
             );
         }
         let help = program.find_subcommand_mut("render").unwrap().render_help().to_string();
-        assert!(help.contains("--sun") && !help.contains("--photon-alpha"), "{help}");
+        for flag in [
+            "--sun",
+            "--background",
+            "--tone",
+            "--position",
+            "--smooth",
+            "--texture-dir",
+        ] {
+            assert!(help.contains(flag), "{flag}: {help}");
+        }
+        assert!(!help.contains("--photon-alpha"), "{help}");
     }
 
     /// `-h` has the first line of a help, `--help` all of it, below each other.

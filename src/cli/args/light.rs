@@ -1,6 +1,6 @@
 //! Flags that change the light of a scene: `--env`, `--sun` and `--key-light`, as changes of the `[[light]]` sections of the scene file ([`LightChanges`]).
 
-use crate::color::srgb;
+use crate::color::{Spectrum, WRITTEN_COLORS};
 #[cfg(feature = "view")]
 use crate::description::LightSection;
 use crate::description::{Environment, LightChanges, Sun};
@@ -87,23 +87,21 @@ fn parse_env(text: &str) -> Result<EnvFlag, String> {
     let env = match text {
         "studio" => Environment::Studio,
         "sky" => Environment::Sky,
-        "white" => Environment::Color([1.0; 3]),
-        "black" => Environment::Color([0.0; 3]),
-        _ => match text.strip_prefix('#') {
-            Some(digits) => {
-                Environment::Color(srgb_color(digits).ok_or("a colour of six digits is expected, such as #ffcc80")?)
+        _ => match Spectrum::of_text(text) {
+            Some(color) => Environment::Color(color.to_array()),
+            None if text.starts_with('#') || numbers(text).is_some() => {
+                return Err(format!(
+                    "a colour is expected, its numbers finite and 0 or more: {WRITTEN_COLORS}"
+                ));
             }
-            None => match numbers(text) {
-                Some(numbers) => Environment::Color(linear_color(&numbers)?),
-                None if text.contains(['.', '/', '\\']) => Environment::File(text.into()),
-                None => {
-                    let near = nearest(text, ["studio", "sky", "white", "black"]);
-                    let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
-                    return Err(format!(
-                        "{near}an .hdr or .exr file, white, black, a number, R,G,B, #rrggbb, studio or sky is expected"
-                    ));
-                }
-            },
+            None if text.contains(['.', '/', '\\']) => Environment::File(text.into()),
+            None => {
+                let near = nearest(text, ["studio", "sky"].into_iter().chain(Spectrum::names()));
+                let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+                return Err(format!(
+                    "{near}studio, sky, an .hdr or .exr file or a colour is expected: {WRITTEN_COLORS}"
+                ));
+            }
         },
     };
     Ok(EnvFlag {
@@ -115,24 +113,6 @@ fn parse_env(text: &str) -> Result<EnvFlag, String> {
 /// Numbers with commas between them; `None` where something else is there.
 fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(|number| number.trim().parse().ok()).collect()
-}
-
-/// One number for all channels, or one for each.
-fn linear_color(numbers: &[f32]) -> Result<[f32; 3], String> {
-    let color = match *numbers {
-        [grey] => Some([grey; 3]),
-        [r, g, b] => Some([r, g, b]),
-        _ => None,
-    };
-    let valid = color.filter(|color| color.iter().all(|c| c.is_finite() && *c >= 0.0));
-    valid.ok_or_else(|| "a colour is one number or R,G,B, each finite and 0 or more".into())
-}
-
-/// Linear light of six hexadecimal digits of sRGB.
-fn srgb_color(digits: &str) -> Option<[f32; 3]> {
-    let is_color = digits.len() == 6 && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let code = u32::from_str_radix(digits, 16).ok().filter(|_| is_color)?;
-    Some([16, 8, 0].map(|shift| srgb::decode((code >> shift & 0xff) as f32 / 255.0)))
 }
 
 /// `AZ,EL` or `AZ,EL,STRENGTH`.
@@ -187,6 +167,7 @@ mod tests {
         assert_eq!(env(".5"), Environment::Color([0.5; 3]));
         assert_eq!(env("1, 0.5,2e1"), Environment::Color([1.0, 0.5, 20.0]));
         assert_eq!(env("#ff0000"), Environment::Color([1.0, 0.0, 0.0]));
+        assert_eq!(env("blue"), Environment::Color([0.0, 0.0, 1.0]));
         let Environment::Color(grey) = env("#808080") else {
             panic!()
         };
@@ -195,7 +176,7 @@ mod tests {
             assert_eq!(env(file), Environment::File(file.into()));
         }
         for wrong in [
-            "", "-1", "1,2", "nan", "inf", "#fff", "#gg0000", "#+12345", "1,,2", "blue",
+            "", "-1", "1,2", "nan", "inf", "#ffff", "#gg0000", "#+12345", "1,,2", "bleu",
         ] {
             assert!(parse_env(wrong).is_err(), "{wrong}");
         }

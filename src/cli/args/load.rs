@@ -20,7 +20,7 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Change materials by name or pattern, such as 'Floor*.roughness=0.2'; repeatable
+    /// Change materials: 'Floor*.roughness=0.2', or a preset: 'ring=gold'; repeatable
     #[arg(id = "patches", long = "material", value_name = "GLOB.KEY=VALUE")]
     pub patches: Vec<String>,
 

@@ -21,6 +21,7 @@ mod man;
 mod merge;
 mod paths;
 mod points;
+mod refusals;
 mod render;
 mod scene;
 mod selftest;
@@ -46,13 +47,12 @@ pub(super) use merge::MergeArgs;
 pub(super) use paths::PathsArgs;
 pub(super) use points::{PointSet, PointsArgs};
 pub(super) use render::RenderArgs;
-pub(super) use scene::SceneArgs;
+pub(super) use scene::{CheckArgs, SceneArgs};
 pub(super) use selftest::SelftestArgs;
 #[cfg(feature = "view")]
 pub(super) use view::ViewArgs;
 pub(super) use views::ViewsArgs;
 
-use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 
@@ -66,10 +66,11 @@ use std::ffi::OsString;
 )]
 #[command(after_help = "\
 Examples:
+  embrasure render chair.obj -o chair.png
   embrasure render scenes/cornell-box.toml -o box.exr -o box.png
   embrasure check room.obj
-  embrasure help render
-  embrasure help mtl")]
+  embrasure render --help       all flags; -h: the most important ones
+  embrasure help camera         a page of the guide; embrasure help lists all")]
 pub(super) struct Args {
     /// Print version, backends built in, and the instruction set in use
     #[arg(short = 'V', long)]
@@ -82,7 +83,7 @@ pub(super) struct Args {
 impl Args {
     /// The program with all its commands, whose flags are in groups, as `--help` shows it.
     pub fn program() -> clap::Command {
-        headings::full(headings::grouped(Self::command()))
+        headings::with_groups(headings::full(headings::grouped(Self::command())))
     }
 
     /// Parses the arguments of the process.
@@ -99,7 +100,7 @@ impl Args {
         };
         let words = with_values(words.into_iter().map(Into::into));
         let program = match words.iter().any(|word| word == "-h") {
-            true => headings::brief(headings::grouped(Self::command())),
+            true => headings::with_groups(headings::brief(headings::grouped(Self::command()))),
             false => Self::program(),
         };
         let mut command = program.mut_subcommands(|command| command.mut_args(negative));
@@ -108,12 +109,9 @@ impl Args {
             .map(|word| word.to_string_lossy().into_owned())
             .collect::<Vec<_>>();
         let matches = command.try_get_matches_from_mut(words);
-        let matches = matches.map_err(|error| unknown::explained(error, &command, &text))?;
-        // Refusals of values say what to write instead; the usage would say no more.
-        Self::from_arg_matches(&matches).map_err(|e| match e.kind() {
-            ErrorKind::ValueValidation => e,
-            _ => e.format(&mut command),
-        })
+        let explained = |error| refusals::explained(error, &command, &text);
+        let matches = matches.map_err(explained)?;
+        Self::from_arg_matches(&matches).map_err(explained)
     }
 }
 
@@ -177,7 +175,7 @@ The exit code is 1 if there is an error; warnings and notes give 0.
 Examples:
   embrasure check scenes/cornell-box.toml
   embrasure check room.obj --json")]
-    Check(SceneArgs),
+    Check(CheckArgs),
     /// Describe how a material reflects light, and render a sphere of it
     Explain(ExplainArgs),
     /// Record the paths of a pixel: vertices, densities, weights, contributions

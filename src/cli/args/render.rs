@@ -35,6 +35,35 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
+    /// Size of the image in pixels [default: 512x512]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub light: LightFlags,
+
+    #[command(flatten)]
+    pub background: Flags<BackgroundOptions>,
+
+    #[command(flatten)]
+    pub ground: GroundArgs,
+
+    #[command(flatten)]
+    pub tone: Flags<ToneOptions>,
+
+    /// Render only these pixels: half-open, origin top left
+    ///
+    /// Integrators that trace paths from lights, and irradiance-cache, still compute the light of
+    /// the whole image.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
+    pub crop: Option<[u32; 4]>,
+
+    #[command(flatten)]
+    pub filter: Flags<FilterOptions>,
+
     /// Stop at this estimated relative error, such as 2%; --spp is the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
@@ -77,25 +106,6 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "NAME,...")]
     pub aov: Vec<String>,
 
-    /// Size of the image in pixels [default: 512x512]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<[u32; 2]>,
-
-    /// Render only these pixels: half-open, origin top left
-    ///
-    /// Integrators that trace paths from lights, and irradiance-cache, still compute the light of the whole image.
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
-    pub crop: Option<[u32; 4]>,
-
-    #[command(flatten)]
-    pub filter: Flags<FilterOptions>,
-
-    #[command(flatten)]
-    pub background: Flags<BackgroundOptions>,
-
-    #[command(flatten)]
-    pub ground: GroundArgs,
-
     #[command(flatten)]
     pub sampling: Flags<SamplingOptions>,
 
@@ -103,16 +113,7 @@ pub(in crate::cli) struct RenderArgs {
     pub quality: Flags<QualityOptions>,
 
     #[command(flatten)]
-    pub integrator: Flags<IntegratorOptions>,
-
-    #[command(flatten)]
     pub load: LoadArgs,
-
-    #[command(flatten)]
-    pub light: LightFlags,
-
-    #[command(flatten)]
-    pub tone: Flags<ToneOptions>,
 
     #[command(flatten)]
     pub exr: ExrArgs,
@@ -124,9 +125,6 @@ pub(in crate::cli) struct RenderArgs {
     /// Render and build threads, at most 64 per processor [default: one per processor]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-
-    #[command(flatten)]
-    pub camera: CameraArgs,
 
     /// Trace one sample of this pixel, and print its rays and hits
     #[arg(long, value_name = "X,Y", value_parser = parse_list::<u32, 2>)]
@@ -159,4 +157,7 @@ pub(in crate::cli) struct RenderArgs {
     /// Verbose output
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
+
+    #[command(flatten)]
+    pub integrator: Flags<IntegratorOptions>,
 }

@@ -21,3 +21,14 @@ pub(in crate::cli) struct SceneArgs {
     #[command(flatten)]
     pub light: LightFlags,
 }
+
+/// A scene to check.
+#[derive(Debug, Parser)]
+pub(in crate::cli) struct CheckArgs {
+    #[command(flatten)]
+    pub common: SceneArgs,
+
+    /// Also list the parts of the memory of a render
+    #[arg(short, long)]
+    pub verbose: bool,
+}

@@ -1,11 +1,10 @@
-//! Errors of unknown flags, with the known flag to write instead.
+//! The known flag to write instead of an unknown one.
 //!
 //! People come from other renderers with flags of theirs. These have a table, since the names that look most like them mean other things: `--camera` is no
 //! `--cache-rays`.
 
 use crate::options::nearest;
 use clap::Command;
-use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
 /// Flags of other renderers, and the flags here that do the same, each with a value as people write it. The first one that the command has is meant.
 const ELSEWHERE: &[(&[&str], &[&str])] = &[
@@ -34,26 +33,8 @@ const ELSEWHERE: &[(&[&str], &[&str])] = &[
     (&["--ev"], &["--exposure 1"]),
 ];
 
-/// `error` with advice of our own, where it refuses a flag that `program` has not; `words` are all arguments, the name of the program first.
-pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Error {
-    if error.kind() != ErrorKind::UnknownArgument {
-        return error;
-    }
-    let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else {
-        return error;
-    };
-    let command = words.iter().skip(1).find_map(|word| program.find_subcommand(word));
-    let (Some(command), true) = (command, flag.starts_with('-')) else {
-        return error;
-    };
-    let name = command.get_name();
-    let meant = advice(command, flag).map_or(String::new(), |meant| format!("did you mean {meant}? "));
-    let words = format!("{name} has no flag {flag}\n  help: {meant}`embrasure {name} --help` lists all flags\n");
-    Error::raw(ErrorKind::UnknownArgument, words)
-}
-
 /// The flag of `command` that `flag` may mean.
-fn advice(command: &Command, flag: &str) -> Option<String> {
+pub(super) fn advice(command: &Command, flag: &str) -> Option<String> {
     let flags: Vec<String> = command
         .get_arguments()
         .filter(|arg| !arg.is_hide_set())

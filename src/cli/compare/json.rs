@@ -40,6 +40,7 @@ impl Comparison<'_> {
             "mse": errors.mse,
             "rel_mse": errors.rel_mse,
             "psnr_db": errors.psnr(),
+            "max_levels": self.levels,
             "flip": {
                 "mean": self.flip.mean,
                 "exposures": self.flip.exposures.map(|e| json!({ "start": e.start, "stop": e.stop, "count": e.count })),

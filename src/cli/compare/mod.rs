@@ -8,7 +8,9 @@ mod text;
 use super::args::CompareArgs;
 use super::error::CliError;
 use super::outputs::Outputs;
+use crate::color::srgb;
 use crate::compare::{CommonErrors, Errors, Flip, MIN_RARE, Scale, Significance, SizeMismatch};
+use crate::film::RgbImage;
 use crate::io::{Format, Output, Rendering};
 use crate::session::Error;
 use pair::Pair;
@@ -21,7 +23,11 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     let output = args.output.as_deref();
     let output = output.map(|path| prepare(path, &mut outputs)).transpose()?;
     outputs.spare([&*args.reference, &*args.image])?;
-    for (flag, limit) in [("--max-relmse", args.max_relmse), ("--max-flip", args.max_flip)] {
+    for (flag, limit) in [
+        ("--tolerance", args.tolerance),
+        ("--max-relmse", args.max_relmse),
+        ("--max-flip", args.max_flip),
+    ] {
         if let Some(limit) = limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
             return Err(CliError::Usage(format!(
                 "{flag} {limit}\n  help: use a number, 0 or more"
@@ -75,11 +81,25 @@ fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
     }
 }
 
+/// Difference of a channel, in levels of 255, up to which pictures without noise are alike: that of
+/// rounding.
+const TOLERANCE: f64 = 1.0;
+
+/// Largest difference of a channel of a pixel, in levels of 255 of sRGB values.
+fn max_levels(reference: &RgbImage, image: &RgbImage) -> f64 {
+    let pairs = reference.pixels.iter().flatten().zip(image.pixels.iter().flatten());
+    let difference = |(a, b): (&f32, &f32)| f64::from((srgb::encode(*a) - srgb::encode(*b)).abs());
+    // Levels that were decoded and encoded again are whole numbers to four digits.
+    (255e3 * pairs.map(difference).fold(0.0, f64::max)).round() / 1e3
+}
+
 /// Result for the pair as a whole.
 #[derive(Clone, Copy, PartialEq)]
 enum Outcome {
     Identical,
     Equal,
+    /// No channel differs by more than [`TOLERANCE`].
+    Alike,
     Differs,
     /// Nothing is known of the noise.
     Unknown,
@@ -90,6 +110,7 @@ impl Outcome {
         match self {
             Self::Identical => "identical",
             Self::Equal => "equal within noise",
+            Self::Alike => "equal within tolerance",
             Self::Differs => "differs",
             Self::Unknown => "not tested",
         }
@@ -102,6 +123,8 @@ struct Comparison<'a> {
     pair: &'a Pair,
     errors: Errors,
     flip: Flip,
+    /// Largest difference of a channel of a pixel, in levels of 255 of sRGB values.
+    levels: f64,
     significance: Option<Significance>,
     outcome: Outcome,
 }
@@ -112,9 +135,12 @@ impl<'a> Comparison<'a> {
         let significance = pair
             .noisy()
             .and_then(|[reference, image]| Significance::new(pair.window, reference, image, args.significance));
+        let levels = max_levels(reference, image);
         let outcome = match &significance {
             _ if pair.not_finite != [0; 2] => Outcome::Differs,
             _ if pair.is_identical => Outcome::Identical,
+            None if pair.is_display && levels > TOLERANCE => Outcome::Differs,
+            None if pair.is_display => Outcome::Alike,
             None => Outcome::Unknown,
             Some(significance) if significance.differs() => Outcome::Differs,
             Some(significance) if significance.extremes.is_empty() => Outcome::Unknown,
@@ -129,6 +155,7 @@ impl<'a> Comparison<'a> {
             } else {
                 Flip::hdr(image, reference)?
             },
+            levels,
             significance,
             outcome,
         })
@@ -137,6 +164,7 @@ impl<'a> Comparison<'a> {
     /// Limits that were given: flag, measured, limit.
     fn limits(&self) -> impl Iterator<Item = (&'static str, f64, f64)> {
         let limits = [
+            ("tolerance", self.levels, self.args.tolerance),
             ("max-relmse", self.errors.rel_mse, self.args.max_relmse),
             ("max-flip", self.flip.mean, self.args.max_flip),
         ];

@@ -53,6 +53,10 @@ impl Comparison<'_> {
             "  PSNR    {:<12}of sRGB values in [0, 1]; the peak is 1",
             decibels(errors.psnr())
         );
+        outln!(
+            "  levels  {:<12.2}largest difference of a channel, of 255 levels of sRGB",
+            self.levels
+        );
         outln!("  FLIP    {:<12.6}{}", self.flip.mean, self.flip_words());
         self.print_result();
         for line in self.biased() {
@@ -109,6 +113,9 @@ impl Comparison<'_> {
                 (Outcome::Unknown, None) => ": one of them has no variance channels (variance.R, .G, .B)",
                 (Outcome::Unknown, Some(_)) => {
                     ": too few samples or pixels; take 2 samples per pixel or more, and 160x160 pixels or more with photon-map and irradiance-cache"
+                }
+                (Outcome::Differs, None) if self.pair.is_display && self.pair.not_finite == [0; 2] => {
+                    ": a channel differs by more than 1 level of 255; --tolerance sets another limit"
                 }
                 _ => "",
             };

@@ -15,7 +15,7 @@ const ORIGIN: [f64; 2] = [0.5 * WIDTH, 130.0];
 const TITLE: f64 = 26.0;
 const ALBEDOS: f64 = 300.0;
 /// Points of a curve that are nearer than this to the one before are left out.
-const STEP: f64 = 0.4;
+const STEP: f64 = 1.2;
 
 /// The picture of a material: a row of plots for each lobe and for all, a plot for each angle of incidence.
 pub(super) fn svg(name: &str, profiles: &[Profile], albedos: &[(f32, Spectrum)]) -> String {

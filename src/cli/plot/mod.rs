@@ -70,7 +70,7 @@ pub(super) fn mark(text: &mut String, index: usize, x: f64, y: f64) {
 
 /// Places as an SVG list of points.
 pub(super) fn points(places: impl IntoIterator<Item = [f64; 2]>) -> String {
-    let places: Vec<String> = places.into_iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+    let places: Vec<String> = places.into_iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     places.join(" ")
 }
 

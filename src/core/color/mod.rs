@@ -4,7 +4,9 @@ pub mod false_color;
 mod spectrum;
 pub mod srgb;
 pub mod tone;
+mod written;
 pub mod xyz;
 
 pub use spectrum::Spectrum;
 pub use tone::{Curve, Exposure, Tone};
+pub use written::WRITTEN_COLORS;

@@ -1,7 +1,7 @@
 //! The background of the picture: `image.background` and `--background`.
 
 use super::{Value, parameters};
-use crate::color::{Spectrum, srgb};
+use crate::color::Spectrum;
 use crate::film::Backing;
 use crate::integrator::Background;
 use serde_json::json;
@@ -12,7 +12,7 @@ parameters! {
         /// Background of camera rays: light, transparent, gradient or a colour
         ///
         /// `light` shows the lights, such as an environment; `transparent` makes an alpha channel; `gradient` is a backdrop that darkens towards the
-        /// top, of radiance 0.8, or of another one as `gradient:COLOUR`. A colour is `white`, `black`, one or three linear numbers, or `#rrggbb` in sRGB.
+        /// top, of radiance 0.8, or of another one as `gradient:COLOUR`. A colour is `#rrggbb` in sRGB, a name of CSS such as `orange`, or one or three linear numbers.
         /// Reflections and glass still see the lights.
         background: Background = Background::Light;
     }
@@ -33,8 +33,7 @@ const GRADIENT: &str = "gradient:";
 
 impl Value for Background {
     const PLACEHOLDER: &'static str = "COLOUR";
-    const KIND: &'static str =
-        "light, transparent, gradient, or a colour such as white, 0.5, 0.2,0.3,0.4 (linear) or #8090a0 (sRGB)";
+    const KIND: &'static str = "light, transparent, gradient, or a colour: #ffc356 (sRGB), a CSS name such as orange, or linear numbers: 0.5 or 0.2,0.3,0.4";
     const IS_STRING: bool = true;
     const IS_LIST: bool = true;
 
@@ -44,8 +43,8 @@ impl Value for Background {
             "transparent" => Some(Self::Transparent),
             "gradient" => Some(Self::Gradient(Self::GRADIENT)),
             other => match other.strip_prefix(GRADIENT) {
-                Some(rest) => color(rest).map(Self::Gradient),
-                None => color(other).map(Self::Color),
+                Some(rest) => Spectrum::of_text(rest).map(Self::Gradient),
+                None => Spectrum::of_text(other).map(Self::Color),
             },
         }
     }
@@ -64,7 +63,7 @@ impl Value for Background {
         let channel = json!({ "type": "number", "minimum": 0 });
         json!({ "anyOf": [
             { "enum": ["light", "transparent", "gradient", "white", "black"] },
-            { "type": "string", "pattern": "^(gradient:.+|#[0-9A-Fa-f]{6}|[0-9.eE+ -]+(,[0-9.eE+ -]+){2})$" },
+            { "type": "string", "pattern": "^(gradient:.+|#([0-9A-Fa-f]{3}){1,2}|[A-Za-z]+|[0-9.eE+ -]+(,[0-9.eE+ -]+){2})$" },
             channel,
             { "type": "array", "items": channel, "minItems": 3, "maxItems": 3 },
             { "type": "array", "items": channel, "minItems": 1, "maxItems": 1 },
@@ -78,29 +77,6 @@ impl Value for Background {
             Self::Color(radiance) | Self::Gradient(radiance) => radiance.is_valid(),
         }
     }
-}
-
-/// A colour by name, as one or three linear numbers, or as `#rrggbb`.
-fn color(text: &str) -> Option<Spectrum> {
-    let text = text.trim();
-    match text {
-        "white" => return Some(Spectrum::ONE),
-        "black" => return Some(Spectrum::ZERO),
-        _ => {}
-    }
-    if let Some(digits) = text.strip_prefix('#') {
-        let is_hexadecimal = digits.len() == 6 && digits.bytes().all(|b| b.is_ascii_hexdigit());
-        let code = u32::from_str_radix(digits, 16).ok().filter(|_| is_hexadecimal)?;
-        let channel = |shift: u32| srgb::decode((code >> shift & 255) as f32 / 255.0);
-        return Some(Spectrum::rgb(channel(16), channel(8), channel(0)));
-    }
-    let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
-    let color = match *numbers?.as_slice() {
-        [grey] => Spectrum::splat(grey),
-        [r, g, b] => Spectrum::rgb(r, g, b),
-        _ => return None,
-    };
-    color.is_valid().then_some(color)
 }
 
 /// As users write it, without a space.
@@ -144,7 +120,7 @@ mod tests {
         assert!((grey.mean() - 0.215_86).abs() < 1e-5);
         for wrong in [
             "",
-            "grey",
+            "greyish",
             "-1",
             "nan",
             "inf",
@@ -156,7 +132,6 @@ mod tests {
             "#gg0000",
             "gradient:",
             "gradient:x",
-            "Light",
             "1 2 3",
         ] {
             assert_eq!(Background::of_text(wrong), None, "{wrong}");

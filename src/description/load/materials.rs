@@ -5,9 +5,11 @@ use crate::description::light_group_section::idle_members;
 use crate::description::mtl::{FileMaterial, default_material};
 use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
-use crate::description::{FileError, Position, Severity};
+use crate::description::{FileError, Position, SceneFile, Severity};
 use crate::material::MaterialId;
 use crate::math::excerpt;
+use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 
@@ -121,14 +123,20 @@ impl Loader<'_> {
             .collect();
         let patches = self.patches.unused();
         unused.extend(patches.map(|patch| (patch.span.clone(), patch.written.to_string(), patch.glob.literal())));
+        let count = unused.len();
         let idle = idle_members(&file.light_group, &self.emits);
-        for (span, written, literal) in unused.iter().take(MAX_NAMED) {
+        for (span, written, literal) in unused.into_iter().take(MAX_NAMED) {
             let warning = file.error(
                 span.clone(),
-                format!("no face uses the material `{}`", excerpt(written)),
+                format!("no face uses the material `{}`", excerpt(&written)),
             );
             let names = self.materials.iter().map(|material| material.name.as_str());
-            let nearest: Vec<String> = nearest_names(literal, names)
+            if file.must_match(&span) {
+                let error = error_of_pattern(file, span, &literal, names);
+                self.wrong("unused-material", error);
+                continue;
+            }
+            let nearest: Vec<String> = nearest_names(&literal, names)
                 .into_iter()
                 .map(|name| format!("`{}`", excerpt(name)))
                 .collect();
@@ -139,7 +147,7 @@ impl Loader<'_> {
             };
             self.warn("unused-material", warning.help(help));
         }
-        self.warn_of_more("unused-material", "no face uses", unused.len());
+        self.warn_of_more("unused-material", "no face uses", count);
         for (name, why) in idle.iter().take(MAX_NAMED) {
             let message = format!("material `{}` is in a light group, but {why}", excerpt(name.get_ref()));
             let warning = file.error(name.span(), message);
@@ -155,4 +163,35 @@ impl Loader<'_> {
             self.warn(code, self.file.whole(format!("{words} {more} other materials")));
         }
     }
+}
+
+/// Materials that the error of a pattern lists.
+const MAX_LISTED: usize = 20;
+
+/// The error of a flag whose pattern, at `span` of `file`, matches none of the materials `names`;
+/// `literal` is the pattern without its wildcards.
+fn error_of_pattern<'a>(
+    file: &SceneFile,
+    span: Range<usize>,
+    literal: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> FileError {
+    let quoted = |names: Vec<&str>| {
+        let quoted: Vec<String> = names.into_iter().map(|name| format!("`{}`", excerpt(name))).collect();
+        quoted.join(", ")
+    };
+    let near = nearest_names(literal, names.clone());
+    let meant = if near.is_empty() {
+        String::new()
+    } else {
+        format!("did you mean {}? ", quoted(near))
+    };
+    let all: BTreeSet<&str> = names.collect();
+    let more = match all.len().saturating_sub(MAX_LISTED) {
+        0 => String::new(),
+        n => format!(" and {n} more (`embrasure info` lists all)"),
+    };
+    let shown = quoted(all.into_iter().take(MAX_LISTED).collect());
+    let error = file.error(span, "no face uses a material of this name");
+    error.help(format!("{meant}materials are {shown}{more}"))
 }

@@ -149,6 +149,8 @@ struct Loader<'a> {
     finder: FileFinder,
     /// Textures that were found elsewhere than named, by the file that names them and their folder.
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
+    /// Uses of textures that are nowhere, by the file that names them and their name.
+    missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -199,6 +201,7 @@ impl<'a> Loader<'a> {
             texture_dirs: Vec::new(),
             finder: FileFinder::default(),
             found_elsewhere: BTreeMap::new(),
+            missing: BTreeMap::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
             files: file
@@ -396,11 +399,6 @@ impl<'a> Loader<'a> {
 
     fn wrong(&mut self, code: &'static str, error: FileError) {
         self.findings.add(Severity::Error, code, error);
-    }
-
-    /// Tells of a file that a render could do without.
-    fn lacks(&mut self, code: &'static str, error: FileError) {
-        self.findings.add(self.file.load.severity_of_lack(), code, error);
     }
 
     fn warn(&mut self, code: &'static str, error: FileError) {

@@ -9,6 +9,7 @@ use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement, d
 use crate::description::texture::{TextureKind, TextureRequest, load_textures_within};
 use crate::description::{FileError, Severity};
 use crate::material::{Map, Maps, Material};
+use crate::math::excerpt;
 use crate::texture::{Channel, TextureId};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -35,7 +36,7 @@ impl Loader<'_> {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
         for request in &mut found.maps {
-            request.path = self.find_texture(request, obj);
+            request.path = self.find_texture(request, &material.name, obj);
             let statement = &request.statement;
             let Some(path) = request.path.clone() else {
                 if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
@@ -67,8 +68,9 @@ impl Loader<'_> {
         material
     }
 
-    /// The file of a texture. Tells if there is none, and if it is found elsewhere than named.
-    fn find_texture(&mut self, request: &MapRequest, obj: &Path) -> Option<PathBuf> {
+    /// The file of a texture of `material`. Notes if there is none, and if it is found elsewhere
+    /// than named.
+    fn find_texture(&mut self, request: &MapRequest, material: &str, obj: &Path) -> Option<PathBuf> {
         let statement = &request.statement;
         let folder = request.place.file.parent().unwrap_or(Path::new(""));
         let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
@@ -96,10 +98,40 @@ impl Loader<'_> {
                     true => ("is a directory", "name a picture file".into()),
                     false => ("is missing", search.help()),
                 };
-                let missing = request.remark(&format!("{what}; the material's constant is used"));
-                self.lacks("missing-texture", missing.help(help));
+                let file = (request.place.file.clone(), statement.file.clone());
+                self.missing.entry(file).or_default().push(MissingUse {
+                    request: request.clone(),
+                    material: material.into(),
+                    what,
+                    help,
+                });
                 None
             }
+        }
+    }
+
+    /// Tells of textures that are nowhere, each once with its uses.
+    fn tell_of_missing(&mut self) {
+        let mut missing: Vec<Vec<MissingUse>> = std::mem::take(&mut self.missing).into_values().collect();
+        for uses in &mut missing {
+            uses.sort_by_key(|use_| use_.request.place.position.map(|position| position.line));
+        }
+        missing.sort_by_key(|uses| {
+            uses.first().map(|first| {
+                (
+                    first.request.place.file.clone(),
+                    first.request.place.position.map(|p| p.line),
+                )
+            })
+        });
+        let severity = self.file.load.severity_of_lack();
+        for uses in missing {
+            let Some(first) = uses.first() else { continue };
+            let words = format!("{}; {}", first.what, words_of_lack(&uses));
+            let error = first.request.remark(&words).help(first.help.clone());
+            let more = uses.iter().skip(1).filter_map(|use_| use_.request.place.position);
+            let finding = Finding::new(severity, "missing-texture", error);
+            self.findings.push(finding.repeated(uses.len() as u64, more));
         }
     }
 
@@ -117,6 +149,7 @@ impl Loader<'_> {
     }
 
     pub(super) fn load_textures(&mut self) {
+        self.tell_of_missing();
         self.tell_of_found_elsewhere();
         self.files
             .extend(self.textures.iter().map(|texture| texture.path.clone()));
@@ -243,6 +276,57 @@ fn exchanged(decided: &[(&AskedTexture, TextureKind)]) -> BTreeSet<usize> {
         moved.map(|(asked, _)| asked.material).collect()
     };
     &moved(MapSlot::Bump) & &moved(MapSlot::Normal)
+}
+
+/// A use of a texture that is nowhere.
+pub(super) struct MissingUse {
+    request: MapRequest,
+    /// Name of the material.
+    material: String,
+    /// State of the file, such as "is missing".
+    what: &'static str,
+    help: String,
+}
+
+/// Materials that are named for a missing texture; more of them are counted.
+const MAX_USERS: usize = 3;
+
+/// The look of surfaces without a texture, for each kind of use, with the materials.
+fn words_of_lack(uses: &[MissingUse]) -> String {
+    let mut looks: Vec<(&str, Vec<&str>)> = Vec::new();
+    for MissingUse { request, material, .. } in uses {
+        let look = look_without(request.statement.slot);
+        match looks.iter_mut().find(|(known, _)| *known == look) {
+            Some((_, users)) if users.contains(&material.as_str()) => {}
+            Some((_, users)) => users.push(material),
+            None => looks.push((look, vec![material])),
+        }
+    }
+    let looks = looks.into_iter().map(|(look, users)| {
+        let shown: Vec<String> = users
+            .iter()
+            .take(MAX_USERS)
+            .map(|name| format!("`{}`", excerpt(name)))
+            .collect();
+        let more = match users.len().saturating_sub(MAX_USERS) {
+            0 => String::new(),
+            n => format!(" and {n} more"),
+        };
+        let verb = if users.len() == 1 { "is" } else { "are" };
+        format!("{}{more} {verb} rendered {look}", shown.join(", "))
+    });
+    looks.collect::<Vec<_>>().join("; ")
+}
+
+/// The look of a surface without its texture in this slot.
+fn look_without(slot: MapSlot) -> &'static str {
+    match slot {
+        MapSlot::Diffuse => "in one plain colour",
+        MapSlot::Specular | MapSlot::Exponent | MapSlot::Roughness | MapSlot::Metallic => "with an even gloss",
+        MapSlot::Emission => "with an even glow",
+        MapSlot::Opacity => "without holes",
+        MapSlot::Bump | MapSlot::Normal => "flat, without bumps",
+    }
 }
 
 /// What a picture has decided of its texture; `None` if it is as written.

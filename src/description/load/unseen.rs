@@ -1,4 +1,5 @@
-//! A warning if no face of a scene can be seen: the picture would be empty without a reason.
+//! Warnings of invisible surfaces: if no face of a scene can be seen, the picture would be empty
+//! without a reason.
 
 use crate::color::Spectrum;
 use crate::description::{FileError, Findings, Position, SceneFile, Severity};
@@ -9,7 +10,8 @@ use crate::scene::{Scene, SceneReport};
 use crate::texture::Texture;
 use std::collections::BTreeSet;
 
-/// Warns if all triangles were skipped, or if all materials are invisible.
+/// Warns if all triangles were skipped, or if all materials are invisible; else of each material
+/// that its library makes invisible.
 pub(super) fn report_unseen(
     file: &SceneFile,
     scene: &Scene,
@@ -21,12 +23,21 @@ pub(super) fn report_unseen(
     let used = shapes.map(|shape| shape.material.0 as usize);
     // The ground has a material of its own.
     let used: BTreeSet<usize> = used.filter(|&id| id < materials.len()).collect();
-    let mut reasons = Vec::with_capacity(used.len());
-    for id in used {
-        let Some(reason) = reason_unseen(&scene.materials()[id], scene.textures()) else {
-            return;
-        };
-        reasons.push((id, reason));
+    let count = used.len();
+    let reason = |id: usize| Some((id, reason_unseen(&scene.materials()[id], scene.textures())?));
+    let reasons: Vec<(usize, Reason)> = used.into_iter().filter_map(reason).collect();
+    if reasons.len() < count {
+        for (id, reason) in reasons {
+            let source = materials.get(id);
+            // A material that the user makes invisible is no surprise.
+            if source.is_some_and(|source| source.found.opacity_line.is_some()) {
+                let name = excerpt(&scene.materials()[id].name);
+                let message = format!("material `{name}` is invisible, {}", reason.words);
+                let error = placed(file, source, message).help(reason.help);
+                findings.add(Severity::Warning, "invisible-material", error);
+            }
+        }
+        return;
     }
     let error = match reasons.first() {
         Some((id, reason)) => {

@@ -1,7 +1,7 @@
 //! A material as the section that says it: of each key what it is, where that has a meaning for the material. To patch the material with this section changes
 //! nothing.
 
-use super::{ColorValue, FileMaterial, Gloss, MapSection, MaterialSection};
+use super::{ChannelValues, ColorValue, FileMaterial, Gloss, MapSection, MaterialSection};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::mtl::{MapRequest, MapSlot};
@@ -76,8 +76,8 @@ impl MaterialSection {
         }
         match fresnel {
             Fresnel::Conductor { eta, k } => {
-                section.eta = said(ColorValue(eta));
-                section.k = said(ColorValue(k));
+                section.eta = said(ChannelValues(eta));
+                section.k = said(ChannelValues(k));
             }
             Fresnel::Dielectric { eta } => section.ior = said(eta),
             Fresnel::Full | Fresnel::Schlick { .. } => {}
@@ -87,7 +87,7 @@ impl MaterialSection {
             section.thin = material.thin.then_some(true);
             section.abbe = material.abbe.and_then(said).filter(|_| material.is_dispersive());
             if !material.absorption.is_black() {
-                section.absorption = color(material.absorption);
+                section.absorption = said(ChannelValues(material.absorption.to_array()));
             }
             // An index would give facets a Fresnel term that they do not have.
             if !matches!(material.gloss, Gloss::Ggx(_) | Gloss::Blinn(..)) {

@@ -1,25 +1,29 @@
 //! Materials of a scene file.
 //!
-//! `replace` makes a material of a section alone, `patch` changes a material by what a section says, and `describe` writes a material as the section
-//! that patches nothing of it. `values` has what a key may hold.
+//! `replace` makes a material of a section alone (of a preset if it names one), `patch` changes a
+//! material by what a section says, and `describe` writes a material as the section that patches
+//! nothing of it. `values` has what a key may hold.
 
-mod color;
 mod describe;
 mod patch;
+mod preset;
 mod replace;
 mod values;
 
 #[cfg(test)]
 mod tests;
 
-use super::MapSection;
+use super::FileError;
 use super::mtl::{FileMaterial, MapSlot};
+use super::presets::Preset;
 use super::source::Source;
+use super::{ChannelValues, ColorValue, MapSection};
 use crate::material::{Gloss, Material};
-pub use color::ColorValue;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
+use values::Named;
 
 /// `[material.NAME]` or `[patch."GLOB"]`. In a material that is no patch, a key that is left out is 0, or the default of the model.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -27,6 +31,8 @@ use toml::Spanned;
 pub struct MaterialSection {
     /// Whether `[material.NAME]` changes the material of a library instead of replacing it.
     pub patch: Option<Spanned<bool>>,
+    /// Name of a material that the other keys change.
+    pub preset: Option<Spanned<String>>,
     /// Diffuse reflectance.
     pub diffuse: Option<Spanned<ColorValue>>,
     /// Factor of the glossy or mirror reflection.
@@ -50,9 +56,9 @@ pub struct MaterialSection {
     /// Factor of the light scattered by fibres.
     pub sheen: Option<Spanned<ColorValue>>,
     /// Index of refraction of a metal, by channel; with `k`.
-    pub eta: Option<Spanned<ColorValue>>,
+    pub eta: Option<Spanned<ChannelValues>>,
     /// Extinction coefficient of a metal, by channel; with `eta`.
-    pub k: Option<Spanned<ColorValue>>,
+    pub k: Option<Spanned<ChannelValues>>,
     /// Factor of the transmitted light.
     pub transmission: Option<Spanned<ColorValue>>,
     /// Index of refraction, of `transmission` and of a `blinn` or `ggx` reflection.
@@ -60,7 +66,7 @@ pub struct MaterialSection {
     /// Abbe number of smooth glass.
     pub abbe: Option<Spanned<f32>>,
     /// Absorption coefficient inside of a body, per scene unit.
-    pub absorption: Option<Spanned<ColorValue>>,
+    pub absorption: Option<Spanned<ChannelValues>>,
     /// Way through a body on which `transmission` is what light keeps.
     pub absorption_depth: Option<Spanned<f32>>,
     /// Whether the surface is a sheet that light leaves straight on.
@@ -105,7 +111,22 @@ impl MaterialSection {
 
     /// Sets the keys that `other` says over those of this section.
     pub(super) fn set_over(&mut self, other: Self) {
-        set_over!(self, other: patch, diffuse, specular, model, exponent, roughness, metallic, anisotropy, anisotropy_rotation, clearcoat, clearcoat_roughness, sheen, eta, k, transmission, ior, abbe, absorption, absorption_depth, thin, emission, opacity, diffuse_map, specular_map, emission_map, exponent_map, roughness_map, metallic_map, opacity_map, bump_map, normal_map);
+        set_over!(self, other: patch, preset, diffuse, specular, model, exponent, roughness, metallic, anisotropy, anisotropy_rotation, clearcoat, clearcoat_roughness, sheen, eta, k, transmission, ior, abbe, absorption, absorption_depth, thin, emission, opacity, diffuse_map, specular_map, emission_map, exponent_map, roughness_map, metallic_map, opacity_map, bump_map, normal_map);
+    }
+
+    /// `old` as the preset has it; `old` itself without a preset.
+    fn preset_over<'a>(&self, old: &'a FileMaterial, file: &Source) -> Result<Cow<'a, FileMaterial>, FileError> {
+        let Some(name) = &self.preset else {
+            return Ok(Cow::Borrowed(old));
+        };
+        let section = Named {
+            name: &old.material.name,
+            file,
+        };
+        let preset =
+            Preset::of_name(name.get_ref()).ok_or_else(|| section.unknown_preset(name.get_ref(), name.span()))?;
+        let new = preset.section().material(&old.material.name, file)?;
+        Ok(Cow::Owned(preset::applied(new, old)))
     }
 
     /// The keys of textures with their slots, in the order of the slots.

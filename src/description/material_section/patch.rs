@@ -22,6 +22,7 @@ impl MaterialSection {
         let name = base.material.name.as_str();
         let section = Named { name, file };
         let values = self.values(&section)?;
+        let base = &*self.preset_over(base, file)?;
         let mut patched = base.clone();
         let material = &mut patched.material;
 
@@ -154,7 +155,7 @@ impl MaterialSection {
             Fresnel::Conductor { eta, k } => (Some(eta), Some(k)),
             _ => (None, None),
         };
-        let place = |value: &Option<Spanned<super::ColorValue>>| value.as_ref().map_or(0..0, Spanned::span);
+        let place = |value: &Option<Spanned<super::ChannelValues>>| value.as_ref().map_or(0..0, Spanned::span);
         match (values.eta.or(own_eta), values.k.or(own_k)) {
             _ if values.eta.is_none() && values.k.is_none() => Ok(None),
             (Some(eta), Some(k)) => Ok(Some(Fresnel::Conductor { eta, k })),

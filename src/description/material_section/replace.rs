@@ -13,6 +13,17 @@ pub(super) const DEFAULT_EXPONENT: f32 = 10.0;
 impl MaterialSection {
     /// The material `name` as this section alone has it; what cannot be is an error at its key in `file`.
     pub(in crate::description) fn material(&self, name: &str, file: &Source) -> Result<FileMaterial, FileError> {
+        if self.preset.is_some() {
+            // Keys beside a preset change it, as those of a patch do. It has no texture to be kept.
+            let found = FileMaterial {
+                material: Material {
+                    name: name.into(),
+                    ..Material::default()
+                },
+                ..FileMaterial::default_of(name)
+            };
+            return self.patched(&found, file).map(|(found, _)| found);
+        }
         let section = Named { name, file };
         let values = self.values(&section)?;
         let conductor = match (values.eta, values.k) {

@@ -1,9 +1,11 @@
 //! Values of the keys of a material, each in its range, and errors of keys that cannot be combined.
 
-use super::{ColorValue, Material, MaterialSection};
+use super::{ChannelValues, ColorValue, Material, MaterialSection};
 use crate::color::Spectrum;
 use crate::description::FileError;
+use crate::description::PRESETS;
 use crate::description::source::Source;
+use crate::description::unknown_key::nearest_names;
 use crate::math::{excerpt, list};
 use std::ops::Range;
 use toml::Spanned;
@@ -54,14 +56,22 @@ impl MaterialSection {
     pub(super) fn values(&self, section: &Named) -> Result<Values, FileError> {
         let share = |n: f32| (0.0..=1.0).contains(&n);
         let share = |key, value| section.number(key, value, share, "a number from 0 to 1");
-        let indices = |key, value: &Option<Spanned<ColorValue>>, is_good: fn(f32) -> bool, rule| {
-            let checked = value.as_ref().map(|value| section.check(key, value, is_good, rule));
+        let indices = |key, value: &Option<Spanned<ChannelValues>>, is_good: fn(f32) -> bool, rule| {
+            let checked = value
+                .as_ref()
+                .map(|value| section.check(key, &value.get_ref().0, value.span(), is_good, rule));
             checked.transpose()?;
             Ok::<_, FileError>(value.as_ref().map(|value| value.get_ref().0))
         };
         let sheen = section.color("sheen", &self.sheen)?;
         if let Some(sheen) = &self.sheen {
-            section.check("sheen", sheen, |n| n <= 1.0, "three numbers from 0 to 1")?;
+            section.check(
+                "sheen",
+                &sheen.get_ref().0,
+                sheen.span(),
+                |n| n <= 1.0,
+                "three numbers from 0 to 1",
+            )?;
         }
         let turn = &self.anisotropy_rotation;
         Ok(Values {
@@ -81,7 +91,13 @@ impl MaterialSection {
             clearcoat_roughness: share("clearcoat_roughness", &self.clearcoat_roughness)?,
             ior: section.number("ior", &self.ior, |n| n > 0.0, "a finite number above 0")?,
             abbe: section.number("abbe", &self.abbe, |n| n >= 5.0, "a finite number, 5 or more")?,
-            absorption: section.color("absorption", &self.absorption)?,
+            absorption: indices(
+                "absorption",
+                &self.absorption,
+                |n| n.is_finite() && n >= 0.0,
+                "three finite numbers, 0 or more",
+            )?
+            .map(Spectrum::from),
             absorption_depth: section.number(
                 "absorption_depth",
                 &self.absorption_depth,
@@ -121,6 +137,17 @@ impl Named<'_> {
         self.error(place, &message, "choose among phong, blinn, ggx, mirror")
     }
 
+    pub fn unknown_preset(&self, preset: &str, place: Range<usize>) -> FileError {
+        let names = || PRESETS.iter().map(|preset| preset.name);
+        let all: Vec<&str> = names().collect();
+        let near = nearest_names(preset, names());
+        let meant = near
+            .first()
+            .map_or(String::new(), |near| format!("did you mean {near}? "));
+        let help = format!("{meant}presets are {}", all.join(", "));
+        self.error(place, &format!("there is no preset `{}`", excerpt(preset)), &help)
+    }
+
     pub fn disperses_nothing(&self, place: Range<usize>) -> FileError {
         let message = "`abbe` needs smooth glass without other lobes";
         let help = "remove it, or use a transmission that is not thin, without roughness, other lobes or textures";
@@ -149,14 +176,14 @@ impl Named<'_> {
     fn check(
         &self,
         key: &str,
-        value: &Spanned<ColorValue>,
+        numbers: &[f32; 3],
+        place: Range<usize>,
         is_good: impl Fn(f32) -> bool,
         rule: &str,
     ) -> Result<(), FileError> {
-        let numbers = &value.get_ref().0;
         match numbers.iter().all(|&n| is_good(n)) {
             true => Ok(()),
-            false => Err(self.wrong(key, value.span(), &list(numbers), rule)),
+            false => Err(self.wrong(key, place, &list(numbers), rule)),
         }
     }
 
@@ -183,7 +210,13 @@ impl Named<'_> {
     fn color(&self, key: &str, value: &Option<Spanned<ColorValue>>) -> Result<Option<Spectrum>, FileError> {
         let Some(value) = value else { return Ok(None) };
         let rule = "three finite numbers, 0 or more";
-        self.check(key, value, |n| Spectrum::splat(n).is_valid(), rule)?;
+        self.check(
+            key,
+            &value.get_ref().0,
+            value.span(),
+            |n| Spectrum::splat(n).is_valid(),
+            rule,
+        )?;
         Ok(Some(value.get_ref().0.into()))
     }
 }

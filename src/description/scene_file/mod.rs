@@ -340,6 +340,11 @@ impl SceneFile {
         self.source.error(span, message)
     }
 
+    /// Returns true if the patch of materials at bytes `span` is that of a flag, which has to match one.
+    pub(super) fn must_match(&self, span: &Range<usize>) -> bool {
+        self.source.overrides.must_match(span.start)
+    }
+
     /// Where `[camera]` has the camera, if it says so.
     pub fn eye(&self) -> Option<Vec3> {
         let position = self.camera.as_ref()?.position.as_ref()?;

@@ -1,6 +1,7 @@
 //! Keys of the sections that set no parameters of `options`: what each may hold, and what it means.
 
 use crate::camera::BLADES;
+use crate::description::PRESETS;
 use crate::guess::View;
 use crate::texture::Channel;
 use serde_json::{Value, json};
@@ -29,6 +30,11 @@ macro_rules! keys {
     };
 }
 
+/// Whether materials have a key of this name.
+pub(in crate::description) fn is_of_material(name: &str) -> bool {
+    MATERIAL.iter().any(|key| key.name == name)
+}
+
 /// A type of lights.
 pub(super) struct LightType {
     pub name: &'static str,
@@ -39,6 +45,9 @@ pub(super) struct LightType {
     /// Keys that mean something else than for other types.
     pub keys: &'static [Key],
 }
+
+/// Where the schema defines the texts of colours.
+pub(super) const COLOR_TEXT: &str = "#/definitions/colour";
 
 pub(super) fn number() -> Value {
     json!({ "type": "number" })
@@ -81,8 +90,13 @@ fn either(choices: &[Value]) -> Value {
     json!({ "anyOf": choices })
 }
 
-/// A number or three, each as `channel` says.
+/// A colour: a number or three, each as `channel` says, or a text of [`COLOR_TEXT`].
 fn color(channel: Value) -> Value {
+    either(&[channel.clone(), list(3, channel), json!({ "$ref": COLOR_TEXT })])
+}
+
+/// A number or three, each as `channel` says.
+fn channels(channel: Value) -> Value {
     either(&[channel.clone(), list(3, channel)])
 }
 
@@ -185,6 +199,7 @@ keys! {
     /// `[material.NAME]` and `[patch.GLOB]`
     MATERIAL {
         "patch": boolean(), "true: changes the material of that name instead of replacing it";
+        "preset": names(&PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>()), "Material that the other keys change";
         "diffuse": color(at_least(0.0)), "Diffuse reflectance; the base colour with metallic";
         "specular": color(at_least(0.0)), "Factor of the glossy or mirror reflection";
         "model": names(&["phong", "blinn", "ggx", "mirror"]), "Model of that reflection; default phong, or ggx with roughness or metallic";
@@ -196,12 +211,12 @@ keys! {
         "clearcoat": from_to(0.0, 1.0), "Factor of the reflection of a coat with index 1.5 over all other lobes";
         "clearcoat_roughness": from_to(0.0, 1.0), "Roughness of the coat";
         "sheen": color(from_to(0.0, 1.0)), "Factor of the light scattered by fibres";
-        "eta": color(above(0.0)), "Index of refraction of a metal by channel; with k";
-        "k": color(at_least(0.0)), "Extinction coefficient of a metal by channel; with eta";
+        "eta": channels(above(0.0)), "Index of refraction of a metal by channel; with k";
+        "k": channels(at_least(0.0)), "Extinction coefficient of a metal by channel; with eta";
         "transmission": color(at_least(0.0)), "Factor of the transmitted light";
         "ior": above(0.0), "Index of refraction behind the surface; default 1.5";
         "abbe": at_least(5.0), "Abbe number of smooth glass, whose ior is that at 587.56 nm; default no dispersion";
-        "absorption": color(at_least(0.0)), "Absorption coefficient inside a body, per scene unit; default 0";
+        "absorption": channels(at_least(0.0)), "Absorption coefficient inside a body, per scene unit; default 0";
         "absorption_depth": above(0.0), "Distance through a body, in scene units, after which transmission is the remaining light";
         "thin": boolean(), "true: thin dielectric, which light passes without a change of direction";
         "emission": color(at_least(0.0)), "Radiance of the front, W·sr⁻¹·m⁻²";

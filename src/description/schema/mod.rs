@@ -8,8 +8,10 @@ mod keys;
 
 use super::SceneOptions;
 use super::scene_file::TEXTURE_DIR;
+use crate::color::Spectrum;
 use crate::options::Parameter;
 use keys::Key;
+pub(super) use keys::is_of_material;
 use serde_json::{Map, Value, json};
 
 /// The schema of scene files, as text.
@@ -28,6 +30,7 @@ fn schema() -> Value {
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "Embrasure scene file",
+        "definitions": { "colour": color_text() },
         "type": "object",
         "additionalProperties": false,
         "required": ["version", "object"],
@@ -44,6 +47,12 @@ fn schema() -> Value {
             "light_group": list(section("Group of emitting materials", keys::LIGHT_GROUP, &["name", "materials"]), 0, "Light groups"),
         },
     })
+}
+
+/// Texts of colours: codes of sRGB, and names of CSS.
+fn color_text() -> Value {
+    let code = json!({ "type": "string", "pattern": "^#([0-9A-Fa-f]{3}){1,2}$" });
+    json!({ "anyOf": [code, { "enum": Spectrum::names().collect::<Vec<_>>() }] })
 }
 
 /// A table of `keys`, of which some are `required`, and which has no others.

@@ -13,7 +13,7 @@ const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(tex
 // The lower end of a range, or undefined.
 const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
 // Colours are a number or three, none of them negative.
-const isColour = ({ anyOf }) => anyOf?.length === 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array";
+const isColour = ({ anyOf }) => anyOf?.length > 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array";
 const isNumber = ({ type, anyOf }) => type === "number" || Boolean(anyOf && !anyOf.some((choice) => choice.type === "array"));
 // A list of numbers as TOML, or a single one.
 const list = (text) => (text.includes(",") ? `[${text}]` : text.trim());

@@ -814,3 +814,59 @@ fn explain_tells_numbers_that_people_would_write() {
         }
     }
 }
+
+/// A missing file is told once with its uses and the look without it; invisible materials are told;
+/// there is no light in the file; parts of the memory are for `-v`.
+#[test]
+fn a_person_reads_the_report() {
+    let obj = format!("{SQUARE}f 1 2 3 4\nusemtl n\nf 1 2 3 4\nusemtl o\nf 1 2 3 4\nusemtl p\nf 1 2 3 4\n");
+    let mtl = "newmtl m\nmap_Kd gone.png\nmap_Bump gone.png\nnewmtl n\nmap_Kd gone.png\nnewmtl o\nKd 1\nd 0\nnewmtl p\nmap_d holes.png\n";
+    let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl), ("s.toml", SCENE)]);
+    let (report, _) = check(folder.path(), "a.obj");
+    let missing: Vec<&Value> = findings(&report)
+        .iter()
+        .filter(|f| f["code"] == "missing-texture")
+        .collect();
+    let told: Vec<(u64, &str)> = missing
+        .iter()
+        .map(|f| (f["count"].as_u64().unwrap(), f["message"].as_str().unwrap()))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            (
+                3,
+                "texture `gone.png` is missing; `m`, `n` are rendered in one plain colour; `m` is rendered flat, without bumps"
+            ),
+            (1, "texture `holes.png` is missing; `p` is rendered without holes"),
+        ]
+    );
+    let places: Vec<u64> = missing[0]["places"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| p["line"].as_u64().unwrap())
+        .collect();
+    assert_eq!(places, [2, 3, 5]);
+    let keys: Vec<String> = findings(&report).iter().map(key).collect();
+    assert!(
+        keys.contains(&"warning invisible-material a.mtl:8:0".to_string()),
+        "{keys:?}"
+    );
+
+    let text = |args: &[&str]| printed(&run(folder.path(), &[&["check"], args].concat()));
+    let brief = text(&["a.obj"]);
+    assert!(
+        brief.contains("light: none in the file; `embrasure render` adds some"),
+        "{brief}"
+    );
+    assert!(
+        !brief.contains("MB: ") && brief.contains("; -v lists its parts"),
+        "{brief}"
+    );
+    assert!(text(&["s.toml"]).contains("light: none in the file; white light"));
+    let verbose = text(&["-v", "a.obj"]);
+    assert!(verbose.contains("    MB: process "), "{verbose}");
+    fs::write(folder.path().join("a.mtl"), "newmtl m\nKe 1 1 1\n").unwrap();
+    assert!(text(&["a.obj"]).contains(" W ("));
+}

@@ -183,7 +183,7 @@ fn mistakes_are_named_and_leave_no_files() {
         (&["help", "scen"], keep, 2, &["`scen`", "help: did you mean scene?"]),
         (&["render", "."], keep, 1, &["directory", "help:"]),
         (&["render", "a.mtl"], keep, 1, &["a.mtl", "help:"]),
-        (&["render"], keep, 2, &["Usage"]),
+        (&["render"], keep, 2, &["render needs SCENE", "help:"]),
         (&["render", "s.toml", "--spp", "0"], keep, 2, &["--spp 0", "help:"]),
         (&["render", "s.toml", "--spp", "many"], keep, 2, &["--spp"]),
         (
@@ -636,7 +636,7 @@ fn textures_are_part_of_the_scene() {
         ),
         (
             ["--texture-dir", "gone"],
-            "'gone' for '--texture-dir <DIR>': a folder that is there is expected",
+            "--texture-dir gone\n  help: a folder that is there is expected",
         ),
         (["--smooth", "0"], "smooth"),
     ] {

@@ -8,6 +8,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// The schema that the program prints.
 fn schema() -> Value {
@@ -101,7 +102,13 @@ fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
                 true => violation(&schema["then"], value, path),
                 false => None,
             },
-            "then" => None,
+            "then" | "definitions" => None,
+            "$ref" => {
+                static ROOT: OnceLock<Value> = OnceLock::new();
+                let root = ROOT.get_or_init(|| serde_json::from_str(&embrasure::description::schema_text()).unwrap());
+                let place = rule.as_str().unwrap().trim_start_matches('#');
+                violation(root.pointer(place).unwrap(), value, path)
+            }
             other => panic!("the keyword {other} is not evaluated here"),
         }
     })

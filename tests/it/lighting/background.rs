@@ -344,14 +344,14 @@ fn wrong_backgrounds_and_grounds_are_refused() {
             expected,
         )
     };
-    for value in ["grey", "-1", "1,2", "#12345", "gradient:x", "nan"] {
+    for value in ["greyish", "-1", "1,2", "#12345", "gradient:x", "nan"] {
         let said = run("", &format!("--background {value}"), 2);
         assert!(
             said.contains(&format!("--background {value}")) && said.contains("transparent, gradient"),
             "{said}"
         );
     }
-    for value in ["\"grey\"", "[1, 2]", "[1, -2, 3]", "true", "[[1]]", "{}"] {
+    for value in ["\"greyish\"", "[1, 2]", "[1, -2, 3]", "true", "[[1]]", "{}"] {
         let said = run(&format!("background = {value}"), "", 1);
         assert!(
             said.contains("s.toml:9:14: background = ") && said.contains("transparent, gradient"),
@@ -404,7 +404,7 @@ fn wrong_backgrounds_and_grounds_are_refused() {
         ("radius = 1e-30", "from 1e-9 to 1e10"),
         ("albedo = 0", "from 0.01 to 1"),
         ("albedo = [0.5, 0.5, 1.5]", "from 0.01 to 1"),
-        ("albedo = \"white\"", "a number or three numbers"),
+        ("albedo = \"whitish\"", "unknown colour"),
         ("radios = 3", "did you mean `radius`"),
     ] {
         let more = format!("[ground]\npoint = [0, 1, 0]\n{key}");

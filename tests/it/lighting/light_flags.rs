@@ -396,17 +396,17 @@ fn wrong_flags_are_refused() {
     let folder = floor("");
     for (flags, parts) in [
         (
-            "--env blue",
+            "--env sunset",
             [
                 "--env",
-                "an .hdr or .exr file, white, black, a number, R,G,B, #rrggbb, studio or sky",
+                "studio, sky, an .hdr or .exr file or a colour is expected: #ffc356 (sRGB), a CSS name",
             ],
         ),
         ("--env stduio", ["--env", "did you mean studio"]),
-        ("--env 1,2", ["--env", "one number or R,G,B"]),
+        ("--env 1,2", ["--env", "linear numbers: 0.5 or 0.2,0.3,0.4"]),
         ("--env -1", ["--env", "0 or more"]),
         ("--env nan", ["--env", "finite"]),
-        ("--env #ff", ["--env", "six digits"]),
+        ("--env #ff", ["--env", "a colour is expected"]),
         ("--sun 10", ["--sun", "azimuth and elevation"]),
         ("--sun 10,0", ["--sun", "above 0 and at 90"]),
         ("--sun 10,-5", ["--sun", "above 0 and at 90"]),

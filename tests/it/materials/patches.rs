@@ -133,7 +133,7 @@ fn wrong_patches_are_told_with_what_is_right() {
     let at = folder.path();
     for (value, expected) in [
         ("Metal", &["expected NAME.KEY=VALUE", "'Floor*.roughness=0.2'"][..]),
-        ("Metal=1", &["expected NAME.KEY=VALUE"]),
+        ("Metal=1", &["there is no preset `1`", "frosted-glass"]),
         (".roughness=1", &["expected NAME.KEY=VALUE"]),
         ("Metal.roughness=2", &["roughness is 2", "a number from 0 to 1"]),
         (
@@ -141,7 +141,7 @@ fn wrong_patches_are_told_with_what_is_right() {
             &["unknown key `roughnes`", "did you mean `roughness`?"],
         ),
         ("Metal.roughness=rough", &["expected a number, found"]),
-        ("Metal.diffuse=red", &["expected a number or three numbers"]),
+        ("Metal.diffuse=redd", &["unknown colour", "did you mean"]),
         ("Metal.diffuse=[1,2]", &["found 2"]),
         ("Metal.diffuse_map=true", &["false for no texture"]),
         ("Metal.patch=true", &["`patch` belongs in [material.NAME] only"]),
@@ -307,4 +307,24 @@ fn warnings_of_one_kind_are_one_line() {
         said.contains("--warnings some") && said.contains("summary, all, none"),
         "{said}"
     );
+}
+
+/// A pattern of a flag that matches nothing is an error that lists the materials; one of a scene file is a warning.
+#[test]
+fn a_pattern_without_materials_is_an_error() {
+    let folder = scene();
+    let at = folder.path();
+    for command in ["render", "check"] {
+        let out = run(at, &[command, "s.toml", "--material", "Metla*.roughness=0.2"]);
+        let said = printed(&out) + &words(&out);
+        assert_eq!(code(&out), if command == "check" { 1 } else { 2 }, "{said}");
+        assert!(
+            said.contains("--material Metla*.roughness=0.2: no face uses a material of this name"),
+            "{said}"
+        );
+        assert!(
+            said.contains("did you mean `Metal`") && said.contains("materials are `"),
+            "{said}"
+        );
+    }
 }

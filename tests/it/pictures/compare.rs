@@ -348,7 +348,12 @@ fn png_files_are_decoded() {
     let folder = folder.path();
     render(folder, "s.toml", &["-o", "x.exr"], "x.png");
     let (code, found) = compare(folder, &["x.exr", "x.png"]);
-    assert_eq!((code, found["outcome"].as_str()), (0, Some("not tested")), "{found:#}");
+    assert_eq!(
+        (code, found["outcome"].as_str()),
+        (0, Some("equal within tolerance")),
+        "{found:#}"
+    );
+    assert!(found["max_levels"].as_f64().unwrap() <= 0.5, "{found:#}");
     // Eight bits are left of what is neither black nor clipped: a mean square of (1/255)² / 12.
     let read = embrasure::io::read_exr(&folder.join("x.exr")).unwrap();
     let values = read.pixels.as_flattened();
@@ -359,6 +364,48 @@ fn png_files_are_decoded() {
     assert!(found["flip"]["exposures"].is_null() && found["display_values"] == true);
 }
 
+/// Writes a grey PNG of 16 × 8 pixels, of which one has another level.
+fn grey_png(path: &Path, level: u8, of_one: u8) {
+    let file = std::io::BufWriter::new(fs::File::create(path).unwrap());
+    let mut encoder = png::Encoder::new(file, 16, 8);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut levels = [level; 128];
+    levels[77] = of_one;
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&levels).unwrap();
+}
+
+#[test]
+fn png_files_differ_beyond_a_tolerance() {
+    let folder = folder(&[]);
+    let folder = folder.path();
+    grey_png(&folder.join("a.png"), 100, 100);
+    grey_png(&folder.join("b.png"), 100, 101);
+    grey_png(&folder.join("c.png"), 100, 103);
+    for (flags, expected, outcome) in [
+        ("a.png a.png", 0, "identical"),
+        ("a.png b.png", 0, "equal within tolerance"),
+        ("a.png c.png", 1, "differs"),
+        ("a.png b.png --tolerance 0", 1, "equal within tolerance"),
+        ("a.png c.png --tolerance 2.9", 1, "differs"),
+        ("a.png c.png --tolerance 3", 0, "differs"),
+        ("a.png c.png --max-flip 0.5", 0, "differs"),
+        ("a.png c.png --max-flip 0.5 --tolerance 1", 1, "differs"),
+    ] {
+        let (code, found) = compare(folder, &split(flags));
+        assert_eq!((code, found["outcome"].as_str()), (expected, Some(outcome)), "{flags}");
+    }
+    let (_, found) = compare(folder, &["a.png", "c.png"]);
+    assert_eq!(found["max_levels"].as_f64(), Some(3.0));
+    let (code, text, _) = said(folder, &["compare", "a.png", "c.png"]);
+    assert!(
+        code == 1 && text.contains("more than 1 level of 255; --tolerance"),
+        "{text}"
+    );
+    let (_, text, _) = said(folder, &split("compare a.png c.png --tolerance 3"));
+    assert!(text.contains("limit: 3.000000 is within --tolerance 3"), "{text}");
+}
+
 #[test]
 fn wrong_usage_has_code_2() {
     let folder = folder(&[]);
@@ -367,6 +414,7 @@ fn wrong_usage_has_code_2() {
     for flags in [
         &["--significance", "1"][..],
         &["--max-flip", "-1"],
+        &["--tolerance", "-1"],
         &["-o", "x.exr"],
         &["-o", "x.png", "--map", "heat"],
         &["--map", "flip"],

@@ -291,7 +291,7 @@ fn what_cannot_be_developed_is_refused_with_what_can() {
     fs::write(at.join("text.exr"), "no picture").unwrap();
     write_grey_png(&at.join("grey.png"), &[1, 2, 3]);
     for (line, code, expected) in [
-        ("s.exr", 2, &["--output", "required"][..]),
+        ("s.exr", 2, &["needs --output FILE", "help:"][..]),
         ("gone.exr -o x.png", 1, &["gone.exr", "help:"]),
         ("text.exr -o x.png", 1, &["text.exr", "EXR", "help:"]),
         ("grey.png -o x.png", 1, &["grey.png", "EXR", "help:"]),

@@ -1,0 +1,202 @@
+//! Errors of arguments, in the words of the program.
+//!
+//! clap says what is wrong and prints the usage, which does not help if a command has a hundred
+//! flags. Its contexts have the flags and values; the sentences here say how to put it right.
+//! Refusals of values by our own parsers pass unchanged, without clap's frame.
+
+use super::unknown;
+use clap::Command;
+use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
+
+/// `error` of `program` in our words; `words` are all arguments, the name of the program first.
+/// Help and version pass unchanged.
+pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Error {
+    let command = words.iter().skip(1).find_map(|word| program.find_subcommand(word));
+    let name = command.map_or("embrasure".into(), |command| command.get_name().to_string());
+    let lists = match command {
+        Some(_) => format!("`embrasure {name} --help` lists all flags"),
+        None => "`embrasure --help` lists all commands".into(),
+    };
+    let invalid = text(&error, ContextKind::InvalidArg);
+    let value = text(&error, ContextKind::InvalidValue);
+    let (message, help) = match error.kind() {
+        ErrorKind::UnknownArgument if invalid.starts_with('-') => {
+            let near = command.and_then(|command| unknown::advice(command, &invalid));
+            let meant = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+            (format!("{name} has no flag {invalid}"), format!("{meant}{lists}"))
+        }
+        ErrorKind::UnknownArgument => surplus(&name, &invalid, &lists),
+        ErrorKind::InvalidSubcommand => {
+            let unknown = text(&error, ContextKind::InvalidSubcommand);
+            let near = text(&error, ContextKind::SuggestedSubcommand);
+            let meant = if near.is_empty() {
+                near
+            } else {
+                format!("did you mean {near}? ")
+            };
+            (format!("there is no command `{unknown}`"), format!("{meant}{lists}"))
+        }
+        ErrorKind::ArgumentConflict => match text(&error, ContextKind::PriorArg) {
+            prior if prior.is_empty() || flag(&prior) == flag(&invalid) => {
+                (format!("{} is given twice", flag(&invalid)), "give it once".into())
+            }
+            prior => (
+                format!("{} cannot be used with {}", flag(&invalid), flags(&prior)),
+                "leave one of them out".into(),
+            ),
+        },
+        ErrorKind::MissingRequiredArgument => {
+            let what = invalid.replace(['<', '>'], "");
+            (format!("{name} needs {what}"), lists)
+        }
+        ErrorKind::InvalidValue if value.is_empty() => {
+            (format!("{} needs a value", flag(&invalid)), format!("write {invalid}"))
+        }
+        ErrorKind::InvalidValue => {
+            let all = text(&error, ContextKind::ValidValue);
+            (
+                format!("{} {value}: there is no such value", flag(&invalid)),
+                format!("choose among {all}"),
+            )
+        }
+        ErrorKind::NoEquals => {
+            let flag = flag(&invalid);
+            (
+                format!("{flag} takes its value behind a `=`"),
+                format!("write {flag}=VALUE"),
+            )
+        }
+        // Our parsers say what is expected.
+        ErrorKind::ValueValidation if !invalid.is_empty() => (format!("{} {value}", flag(&invalid)), reason(&error)),
+        ErrorKind::TooManyValues | ErrorKind::TooFewValues | ErrorKind::WrongNumberOfValues => (
+            format!("{} {value}: the number of values is wrong", flag(&invalid)),
+            format!("write {invalid}"),
+        ),
+        ErrorKind::InvalidUtf8 => (
+            "an argument is not valid UTF-8".into(),
+            "rename the file, or correct the text".into(),
+        ),
+        _ => return error,
+    };
+    Error::raw(error.kind(), format!("{message}\n  help: {help}\n"))
+}
+
+/// The reason why a parser refuses a value. Parsers of plain numbers speak of digits and literals.
+fn reason(error: &Error) -> String {
+    use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
+    let Some(source) = std::error::Error::source(error) else {
+        return String::new();
+    };
+    match source.downcast_ref::<ParseIntError>().map(ParseIntError::kind) {
+        Some(IntErrorKind::PosOverflow | IntErrorKind::NegOverflow) => "use a smaller number".into(),
+        Some(_) => "use a whole number, 0 or more".into(),
+        None if source.is::<ParseFloatError>() => "use a number".into(),
+        None => source.to_string(),
+    }
+}
+
+/// Message and help for a value that `command` has no place for.
+fn surplus(command: &str, value: &str, lists: &str) -> (String, String) {
+    let takes_a_scene = matches!(
+        command,
+        "render" | "info" | "check" | "view" | "views" | "lab" | "bench" | "init"
+    );
+    let message = match takes_a_scene {
+        true => format!("{command} takes one scene, and `{value}` is another one"),
+        false => format!("{command} has no place for `{value}`"),
+    };
+    let help = match command {
+        "render" => {
+            "one picture of several OBJ files: a scene file with [[object]] for each; one picture of each: `embrasure help batch`"
+        }
+        _ => lists,
+    };
+    (message, help.into())
+}
+
+/// A context as text; several values with commas between them.
+fn text(error: &Error, kind: ContextKind) -> String {
+    match error.get(kind) {
+        Some(ContextValue::String(text)) => text.clone(),
+        Some(ContextValue::Strings(texts)) => texts.join(", "),
+        _ => String::new(),
+    }
+}
+
+/// A flag without its value: clap writes `--view <NAME>`.
+fn flag(written: &str) -> &str {
+    written.split_once([' ', '=', '[']).map_or(written, |(flag, _)| flag)
+}
+
+/// Flags without their values.
+fn flags(written: &str) -> String {
+    let flags: Vec<&str> = written.split(", ").map(flag).collect();
+    flags.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cli::args::Args;
+
+    #[test]
+    fn errors_have_our_words() {
+        for (line, expected) in [
+            (
+                "render a.obj b.obj",
+                "error: render takes one scene, and `b.obj` is another one\n  help: one picture of several OBJ files: a scene file with [[object]] for each; one picture of each: `embrasure help batch`",
+            ),
+            (
+                "compare a.exr b.exr c.exr",
+                "error: compare has no place for `c.exr`\n  help: `embrasure compare --help`",
+            ),
+            (
+                "render a.obj --view top --position 0,0,1",
+                "error: --view cannot be used with --position\n  help: leave one of them out",
+            ),
+            ("render a.obj -q -v", "error: --quiet cannot be used with --verbose\n"),
+            ("render a.obj --spp 4 --spp 5", "error: --spp is given twice\n"),
+            ("render", "error: render needs SCENE\n  help: `embrasure render --help`"),
+            ("render a.obj --sample 2", "error: render needs --pixel X,Y\n"),
+            (
+                "render a.obj --size",
+                "error: --size needs a value\n  help: write --size <WxH>",
+            ),
+            (
+                "render a.obj --size 800",
+                "error: --size 800\n  help: two whole numbers",
+            ),
+            ("render a.obj --env '#12'", "error: --env '#12'\n  help: "),
+            ("render a.obj --tone agy", "error: --tone agy\n  help: "),
+            (
+                "render a.obj --threads x",
+                "error: --threads x\n  help: use a whole number",
+            ),
+            (
+                "rendr a.obj",
+                "error: there is no command `rendr`\n  help: did you mean render?",
+            ),
+            (
+                "render a.obj --width 640",
+                "error: render has no flag --width\n  help: did you mean --size 640x480?",
+            ),
+            (
+                "help cmaera",
+                "error: unknown topic `cmaera`\n  help: did you mean camera?",
+            ),
+        ] {
+            let said = Args::of(format!("embrasure {line}").split(' '))
+                .unwrap_err()
+                .to_string();
+            assert!(said.starts_with(expected), "{line}: {said}");
+            let voice = ["Usage:", "For more information", "invalid value", "argument '"];
+            assert!(voice.iter().all(|words| !said.contains(words)), "{line}: {said}");
+        }
+    }
+
+    /// Help and version are no errors.
+    #[test]
+    fn help_passes() {
+        let help = Args::of(["embrasure", "render", "-h"]).unwrap_err();
+        assert!(!help.use_stderr() && help.to_string().contains("Usage: "));
+    }
+}

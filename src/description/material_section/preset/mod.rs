@@ -1,0 +1,49 @@
+//! Presets as materials: `presets` has their keys.
+
+use super::{FileMaterial, MapSlot, MaterialSection};
+use crate::color::Spectrum;
+use crate::description::mtl::MapRequest;
+use crate::description::presets::Preset;
+use crate::material::{Gloss, Material};
+
+impl Preset {
+    /// The keys as a section.
+    pub(super) fn section(&self) -> MaterialSection {
+        toml::from_str(self.keys).unwrap_or_default()
+    }
+}
+
+/// `old` as a preset has it, of which `new` is the material alone: its opacity and its bump or
+/// normal map stay, and, if the preset reflects diffusely, its diffuse texture.
+pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
+    let has_pigment = has_pigment(&new.material);
+    let stays = |request: &&MapRequest| match request.statement.slot {
+        MapSlot::Opacity | MapSlot::Bump | MapSlot::Normal => true,
+        MapSlot::Diffuse => has_pigment,
+        _ => false,
+    };
+    let is_textured = has_pigment && old.has_map(MapSlot::Diffuse);
+    FileMaterial {
+        material: Material {
+            name: old.material.name.clone(),
+            opacity: old.material.opacity,
+            diffuse: if is_textured {
+                old.material.diffuse
+            } else {
+                new.material.diffuse
+            },
+            ..new.material
+        },
+        maps: old.maps.iter().filter(stays).cloned().collect(),
+        ..old.clone()
+    }
+}
+
+/// Returns true if the diffuse reflection gives the material its colour.
+fn has_pigment(material: &Material) -> bool {
+    let is_metal = matches!(material.gloss, Gloss::Metallic(1.0));
+    !is_metal && material.transmission == Spectrum::ZERO
+}
+
+#[cfg(test)]
+mod tests;

@@ -106,6 +106,7 @@ impl Session {
         } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
+        observer.begin("finding camera and light", 1);
         let (found, lit) = camera_and_lit(file, &settings, (&scene, &warnings), &pool)?;
         let FoundCamera {
             camera,

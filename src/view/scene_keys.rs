@@ -7,6 +7,9 @@ use serde_json::{Map, Value, json};
 /// Keys that need another one or exclude it. A page sets one key at a time, so it offers these only where they have a value.
 const NEVER_ALONE: [&str; 4] = ["eta", "k", "look_at", "direction"];
 
+/// Key of materials whose choices are presets.
+pub(super) const PRESET: &str = "preset";
+
 type Keys = Vec<(&'static str, Value)>;
 
 /// What pages need to know of all keys that they may set.
@@ -21,6 +24,15 @@ pub(super) fn tables() -> Value {
         .map(|kind| (kind.to_string(), table(light_keys(kind))))
         .collect();
     json!({ "material": table(material_keys()), "light": lights })
+}
+
+/// Names of the presets that a material may have; none if scene files have no such key.
+pub(super) fn presets() -> Value {
+    let keys = material_keys();
+    let preset = keys.iter().find(|(key, _)| *key == PRESET);
+    let names = preset.and_then(|(_, holds)| holds["enum"].as_array());
+    let preset = |name: &Value| json!({ "name": name });
+    names.into_iter().flatten().map(preset).collect()
 }
 
 /// Whether a page may set `key` of a material.

@@ -163,6 +163,10 @@ impl Engine<'_> {
 
 /// Returns true if there is a denoiser, and each pixel has a sample.
 pub(super) fn can_denoise(renderer: &Renderer, state: &RenderState) -> bool {
-    let is_whole = || state.film.tiles().iter().all(|tile| tile.samples() > 0);
-    renderer.session().settings().denoiser.is_some() && is_whole()
+    renderer.session().settings().denoiser.is_some() && is_whole(state)
+}
+
+/// Returns true if each pixel has a sample.
+pub(super) fn is_whole(state: &RenderState) -> bool {
+    state.film.tiles().iter().all(|tile| tile.samples() > 0)
 }

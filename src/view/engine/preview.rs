@@ -12,6 +12,8 @@ use std::time::Duration;
 const FIRST_SAMPLE: f64 = 0.035;
 /// A slice of time after that.
 const SLICE: Duration = Duration::from_millis(40);
+/// Factor by which the first picture is smaller, before the rate of samples is known.
+const FIRST_FACTOR: u32 = 6;
 /// Samples at most.
 const SAMPLES: u32 = 32;
 
@@ -56,7 +58,7 @@ impl Engine<'_> {
         let pixels = f64::from(size.x) * f64::from(size.y);
         let factor = match self.rate > 0.0 {
             true => (pixels / (self.rate * FIRST_SAMPLE)).sqrt().ceil().clamp(1.0, 8.0) as u32,
-            false => 4,
+            false => FIRST_FACTOR,
         };
         UVec2::max(size / factor, UVec2::ONE)
     }

@@ -1,5 +1,6 @@
 //! Small pictures for pages: of views, and of textures.
 
+use super::denoising::is_whole;
 use super::{Engine, MOMENT};
 use crate::camera::CameraDescription;
 use crate::color::srgb;
@@ -61,11 +62,15 @@ impl Engine<'_> {
             let renderer = session.renderer()?;
             let mut state = renderer.start();
             let rate = self.rate;
-            self.take_samples(&renderer, &mut state, MOMENT, false);
+            // A picture with gaps is none.
+            while !is_whole(&state) && !self.hub.is_urgent() && !self.is_over() {
+                self.take_samples(&renderer, &mut state, MOMENT, false);
+            }
             // It is that of larger pictures.
             self.rate = rate;
-            if state.is_empty() {
-                continue;
+            if !is_whole(&state) {
+                self.views.push_front(view);
+                return Ok(());
             }
             let mut image = renderer.develop(&state);
             let mut metadata = renderer.metadata(&state, false);

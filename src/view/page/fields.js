@@ -23,11 +23,12 @@ export function setSlider(slider, value) {
   fill(slider);
 }
 
-const decimals = (x) => Number(x.toPrecision(4));
+// As many digits as a field can show.
+export const decimals = (x) => Number(x.toPrecision(5));
 
 // A slider and a number that are one value. `range` goes from `min` to `max`, by factors if `isLogarithmic`; the number may be outside of it, but not outside of `ends`.
-// `send` is called once a drag has ended.
-export function sliderAndNumber({ key, words, value, range: [min, max, isLogarithmic], isInteger = false, ends = {}, send, attributes = {} }) {
+// `isText` allows names in place of the number. `send` is called once a drag has ended.
+export function sliderAndNumber({ key, words, value, range: [min, max, isLogarithmic], isInteger = false, isText = false, ends = {}, send, attributes = {} }) {
   const isSet = value !== undefined && value !== "" && Number.isFinite(Number(value));
   const start = isLogarithmic ? Math.max(min, 1e-6) : min;
   // A slider of factors has logarithms.
@@ -37,7 +38,7 @@ export function sliderAndNumber({ key, words, value, range: [min, max, isLogarit
     return isInteger ? Math.round(x) : decimals(x);
   };
   const slider = element("input", { type: "range", min: "0", max: "1", step: "0.002", "aria-label": `${words}, slider` });
-  const number = element("input", { type: "number", step: "any", placeholder: "–", ...ends, value: isSet ? String(value) : "", ...attributes, "aria-label": words });
+  const number = element("input", { ...(isText ? { type: "text" } : { type: "number", step: "any", ...ends }), placeholder: "–", value: isSet ? String(decimals(Number(value))) : "", ...attributes, "aria-label": words });
   const show = (x) => {
     const isThere = x !== "" && Number.isFinite(Number(x));
     slider.classList.toggle("unset", !isThere);

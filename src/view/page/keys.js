@@ -1,7 +1,7 @@
 // Controls for keys of materials and lights, made of what the schema of scene files says of each.
 
 import { element } from "./controls.js";
-import { nameWithKey, sliderAndNumber } from "./fields.js";
+import { decimals, nameWithKey, sliderAndNumber } from "./fields.js";
 import { nameOf, usualRange } from "./names.js";
 
 const toCode = (x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : Math.min(1, 1.055 * x ** (1 / 2.4) - 0.055)));
@@ -17,8 +17,12 @@ const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
 const isColour = ({ anyOf }) => anyOf?.length === 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array";
 // The part of a schema that is about a single number, if there is one.
 const numeric = (holds) => (["number", "integer"].includes(holds.type) ? holds : holds.anyOf?.some(({ type }) => type === "array") ? null : holds.anyOf?.find(({ type }) => type === "number"));
+const short = (x) => (typeof x === "number" ? decimals(x) : x);
 // A list of numbers as TOML, or a single one.
 const list = (text) => (text.includes(",") ? `[${text}]` : text.trim());
+
+// A colour in three digits each, grey as one number.
+const digits = (colour) => [...new Set(colour.map((x) => Number(x.toPrecision(3))))].length === 1 ? String(Number(colour[0].toPrecision(3))) : colour.map((x) => Number(x.toPrecision(3))).join(", ");
 
 // The range of a slider: that of the schema, or what is usual.
 export function rangeOf(key, holds) {
@@ -41,7 +45,7 @@ function inputs({ key, holds }, value, send, attributes) {
     // A colour picker goes to 1: what is brighter keeps its brightness.
     const strength = Math.max(1, ...colour);
     const picker = element("input", { type: "color", value: hex(colour.map((x) => x / strength)), ...attributes, "aria-label": `${words}, colour` });
-    const text = element("input", { type: "text", value: isSet ? colour.map((x) => Number(x.toPrecision(3))).join(", ") : "", placeholder, "aria-label": `${words}, linear` });
+    const text = element("input", { type: "text", value: isSet ? digits(colour) : "", placeholder, "aria-label": `${words}, linear` });
     picker.addEventListener("change", () => send(`[${ofHex(picker.value).map((x) => Number((x * strength).toPrecision(5))).join(", ")}]`));
     text.addEventListener("change", () => text.value.trim() && send(list(text.value)));
     return [element("span", { class: "colour wide" }, picker, text)];
@@ -67,7 +71,7 @@ function inputs({ key, holds }, value, send, attributes) {
     text.addEventListener("change", () => text.value !== "" && send(text.value));
     return [text];
   }
-  const text = element("input", { type: "text", value: isSet ? [value].flat().join(", ") : "", placeholder, ...attributes, "aria-label": words });
+  const text = element("input", { type: "text", value: isSet ? [value].flat().map(short).join(", ") : "", placeholder, ...attributes, "aria-label": words });
   text.addEventListener("change", () => text.value.trim() && send(list(text.value)));
   return [text];
 }

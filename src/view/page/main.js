@@ -35,7 +35,7 @@ let tab = "camera";
 const chooseTab = tabs((name) => {
   // Paths belong to their tab.
   if (tab === "inspect" && name !== "inspect") inspector.clear();
-  tab = name;
+  tab = document.documentElement.dataset.tab = name;
 });
 const selection = new Selection({ link, picture, camera, materials, onSelect: showSelected });
 const views = new Views(link, camera);

@@ -35,12 +35,12 @@ export class Parameters {
     const send = (text) => this.link.set(key, text.trim() === "" ? null : text.trim());
     const id = `parameter-${key}`;
     const holds = [schema, ...(schema.anyOf ?? [])].find(({ type }) => ["number", "integer"].includes(type));
-    const ofSlider = holds && names.length === 0 && !schema.anyOf && rangeOf(key, holds);
+    const ofSlider = holds && rangeOf(key, holds);
     let input;
     let parts;
     let show = (value) => (input.value = value);
     if (ofSlider) {
-      const made = sliderAndNumber({ key, words: nameOf(key), range: ofSlider, isInteger: holds.type === "integer", ends: endsOf(holds), send, attributes: { id } });
+      const made = sliderAndNumber({ key, words: nameOf(key), range: ofSlider, isInteger: holds.type === "integer", isText: Boolean(schema.anyOf), ends: endsOf(holds), send, attributes: { id } });
       [input, parts] = [made.number, made.parts];
       // An empty field is the default again.
       input.addEventListener("change", () => input.value === "" && send(""));

@@ -2,8 +2,11 @@
 
 import { $, element } from "./controls.js";
 
-// A name for the flags of a view: "--view iso" is "Iso".
-function nameOfView(flags) {
+// A name for the flags of a view: "--view iso" is "Iso", and "--orbit=-30,18" is "Orbit −30°, 18°". Positions have numbers.
+function nameOfView(flags, i) {
+  if (flags.startsWith("--position")) return `Place ${i + 1}`;
+  const orbit = flags.match(/^--orbit[ =]([-\d.]+),([-\d.]+)/);
+  if (orbit) return `Orbit ${orbit[1].replace("-", "−")}°, ${orbit[2].replace("-", "−")}°`;
   const words = flags.replace(/^--(view )?/, "").replace(/=/g, " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
@@ -23,7 +26,7 @@ export class Views {
   build(views, size) {
     this.shots = views.map(() => element("span", { class: "shot" }));
     const buttons = views.map(({ flags, words, camera: found }, i) => {
-      const button = element("button", { title: `${flags}: ${words}`, "aria-label": `View ${flags}` }, this.shots[i], element("span", { class: "caption" }, nameOfView(flags)));
+      const button = element("button", { title: `${flags}: ${words}`, "aria-label": `View ${flags}` }, this.shots[i], element("span", { class: "caption" }, nameOfView(flags, i)));
       button.addEventListener("click", () => this.camera.to({ ...found, lens_radius: this.camera.now.lens_radius }));
       return button;
     });

@@ -42,9 +42,12 @@ impl<A: Accel> World<'_, A> {
         runs(rows.into_iter().flatten())
     }
 
+    /// Hit of the ray through the middle of the lens. A ground that catches shadows is not seen itself.
     fn first_hit(&self, film: Vec2) -> Option<Hit> {
         let ray = self.camera.ray(film, Vec2::splat(0.5), self.camera.time(0.5));
-        self.accel.intersect(&ray)
+        let hit = self.accel.intersect(&ray)?;
+        let is_ground = self.scene.ground().is_some_and(|ground| ground.is_at(&hit));
+        (!is_ground).then_some(hit)
     }
 
     fn part(&self, hit: &Hit) -> Part {

@@ -1,4 +1,4 @@
-//! The picture without its noise: a denoiser works on a thread of its own, so that samples and moves of the camera do not wait for it.
+//! The picture without its noise: a denoiser works on a thread of its own, so that first pixels and moves of the camera do not wait for it.
 
 use super::{Engine, samples_of};
 use crate::film::{Image, metered};
@@ -61,6 +61,11 @@ impl Denoising {
     /// Returns true if a denoiser works.
     pub fn is_busy(&self) -> bool {
         self.work.is_some()
+    }
+
+    /// Returns true if a denoiser works on the picture on show. Samples wait for it then: both at once would take far longer than one after the other.
+    pub fn is_awaited(&self) -> bool {
+        self.work.as_ref().is_some_and(|work| work.picture == self.picture)
     }
 
     /// Returns true if a picture may be denoised now: the first one of a camera at once, others if that takes a small share of the time.

@@ -42,6 +42,8 @@ const FIRST_SLICE: Duration = Duration::from_millis(80);
 const LONGEST_SLICE: Duration = Duration::from_millis(320);
 /// Between two looks for mail where there is nothing to render.
 const IDLE: Duration = Duration::from_millis(100);
+/// Between two looks for the denoised picture.
+const REFRESH: Duration = Duration::from_millis(15);
 /// Between two messages about the state of the render.
 const STATUS: Duration = Duration::from_millis(250);
 /// Between two measurements of noise and exposure, which look at all pixels.
@@ -426,7 +428,8 @@ impl<'a> Engine<'a> {
         self.tell_state();
         loop {
             let rival_works = turns.as_ref().is_some_and(|turns| !turns.is_complete);
-            let works = !self.is_paused && (!is_complete || rival_works);
+            let is_awaited = self.denoising.is_awaited();
+            let works = !self.is_paused && !is_awaited && (!is_complete || rival_works);
             if let Some(turns) = turns
                 .as_mut()
                 .filter(|turns| works && turns.is_next(&state, is_complete))
@@ -449,7 +452,11 @@ impl<'a> Engine<'a> {
             if self.is_over() {
                 return Ok(Next::End);
             }
-            let patience = if works && !is_over { Duration::ZERO } else { IDLE };
+            let patience = match (works && !is_over, is_awaited) {
+                (true, _) => Duration::ZERO,
+                (false, true) => REFRESH,
+                (false, false) => IDLE,
+            };
             match self.read_mail(patience) {
                 Change::Scene => return Ok(Next::Scene(Some(Box::new(state)))),
                 Change::Picture => return Ok(Next::Picture),

@@ -1,8 +1,8 @@
 //! What a page points at.
 
 use super::Engine;
+use super::groups::is_of_light;
 use crate::math::UVec2;
-use crate::scene::{DISK_NAME, RECTANGLE_NAME, SPHERE_NAME};
 use crate::session::Renderer;
 use serde_json::{Value, json};
 
@@ -25,7 +25,7 @@ impl Engine<'_> {
             answer["object"] = json!(scene.objects().get(scene.object(&picked.hit) as usize));
             answer["material"] = json!(material);
             // Lamps of `[[light]]` have surfaces, whose materials cannot be changed.
-            answer["is_light"] = json!([DISK_NAME, RECTANGLE_NAME, SPHERE_NAME].contains(&material.as_str()));
+            answer["is_light"] = json!(is_of_light(material));
             answer["position"] = json!(picked.position.to_array());
             answer["outline"] = json!({ "size": cells.to_array(), "runs": renderer.outline(&picked, cells) });
         }

@@ -1,6 +1,7 @@
 //! What pages are told and shown.
 
 use super::denoising::can_denoise;
+use super::groups::of_users;
 use super::{Engine, MEASURING, STATUS, samples_of};
 use crate::color::{Curve, Tone};
 use crate::description::MaterialSection;
@@ -106,7 +107,7 @@ impl Engine<'_> {
             "bounds": [bounds.min.to_array(), bounds.max.to_array()],
             "tables": parameters::tables(),
             "channels": channels,
-            "materials": scene.materials().iter().map(|material| of_material(material, scene)).collect::<Vec<_>>(),
+            "materials": of_users(scene).into_iter().map(|material| of_material(material, scene)).collect::<Vec<_>>(),
             "presets": scene_keys::presets(),
             "scene_lights": self.lights.iter().map(light).collect::<Vec<_>>(),
             "keys": scene_keys::tables(),

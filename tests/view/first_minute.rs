@@ -284,6 +284,8 @@ fn textures_are_thumbnails() {
         (&texture["key"], &texture["size"]),
         (&json!("diffuse_map"), &json!([200, 100]))
     );
+    let mean = [0, 1, 2].map(|c| texture["mean"][c].as_f64().unwrap());
+    assert!((mean[0] - mean[2]).abs() < 0.02 && mean[1] < 0.01, "{mean:?}");
     let (status, png) = viewer.get(&format!("texture.png?id={}", texture["id"]));
     assert_eq!(status, 200);
     let small = image::load_from_memory(&png).unwrap().to_rgb8();

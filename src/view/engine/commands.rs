@@ -190,7 +190,7 @@ impl Engine<'_> {
         let (name, format) = match format {
             SaveFormat::Exr => ("picture.exr", Format::Exr(self.exr.clone())),
             SaveFormat::Png(of_page) => ("picture.png", Format::Png(of_page.unwrap_or(tone))),
-            SaveFormat::Texture(_) => return Err("a texture is no picture of the scene".into()),
+            SaveFormat::Texture(_) => return Err("a texture cannot be saved as a picture of the scene".into()),
         };
         // Writers ask for a file that can be replaced.
         let folder = tempfile::tempdir().map_err(|error| words(&error))?;

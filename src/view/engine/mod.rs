@@ -134,6 +134,8 @@ pub(super) struct Engine<'a> {
     jobs: Vec<Job>,
     /// Views whose pictures are yet to be made.
     views: VecDeque<thumbnails::View>,
+    /// Whether the picture goes on as it was, after pictures of views.
+    has_paused_for_views: bool,
     denoising: Denoising,
     /// Requests by mail that were not handled yet.
     pending: Change,
@@ -251,6 +253,7 @@ impl<'a> Engine<'a> {
             moved: None,
             jobs: Vec::new(),
             views: VecDeque::new(),
+            has_paused_for_views: false,
             denoising: Denoising::new(),
             pending: Change::Nothing,
             held: VecDeque::new(),
@@ -307,6 +310,7 @@ impl<'a> Engine<'a> {
                 Ok(Next::More(old)) => state = Some(*old),
                 Ok(Next::Views(old)) => {
                     state = Some(*old);
+                    self.has_paused_for_views = true;
                     if let Err(error) = self.picture_views(&mut session) {
                         self.views.clear();
                         self.tell_error(None, &error.to_string());
@@ -421,7 +425,9 @@ impl<'a> Engine<'a> {
             tells_ids: self.tells_ids,
             compare: self.compare.clone(),
         });
-        self.denoising.next_picture();
+        if !std::mem::take(&mut self.has_paused_for_views) {
+            self.denoising.next_picture();
+        }
         let mut slice = FIRST_SLICE;
         let mut is_complete = false;
         (self.shown.measured, self.shown.noise, self.shown.told_last) = (None, None, false);

@@ -8,6 +8,7 @@ use crate::description::MaterialSection;
 use crate::film::{Image, metered};
 use crate::io::half_picture;
 use crate::material::Material;
+use crate::math::Vec2;
 use crate::scene::Scene;
 use crate::session::{RenderState, Renderer, Session};
 use crate::view::frame::{self, Frame};
@@ -184,12 +185,14 @@ impl Engine<'_> {
     }
 }
 
-/// The keys of a material that have a meaning for it, and their values; numbers and sizes of its textures.
+/// The keys of a material that have a meaning for it, and their values; number, size and mean colour of its textures.
 fn of_material(material: &Material, scene: &Scene) -> Value {
     let textures = material.maps.by_key().into_iter().filter_map(|(key, map)| {
         let id = map?.texture.0;
-        let (width, height) = scene.textures().get(id as usize)?.size();
-        Some(json!({ "key": key, "id": id, "size": [width, height] }))
+        let texture = scene.textures().get(id as usize)?;
+        let (width, height) = texture.size();
+        let mean = texture.color(Vec2::splat(0.5), 1.0).to_array();
+        Some(json!({ "key": key, "id": id, "size": [width, height], "mean": mean }))
     });
     json!({
         "name": material.name,

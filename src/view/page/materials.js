@@ -33,7 +33,7 @@ export class Materials {
     Object.assign(this, { list, keys, presets });
     if (!list.some(({ name }) => name === this.chosen)) this.chosen = list[0]?.name ?? null;
     $("material-count").textContent = String(list.length);
-    $("materials").replaceChildren(...list.map(({ name, keys: values }) => this.#ball(name, values, 46, { role: "option" }, () => this.choose(name))));
+    $("materials").replaceChildren(...list.map(({ name }) => this.#ball(name, this.keysOf(name), 46, { role: "option" }, () => this.choose(name))));
     $("presets-section").hidden = !presets.length;
     $("presets").replaceChildren(
       ...presets.map(({ name, keys: values }) =>
@@ -51,8 +51,11 @@ export class Materials {
     return button;
   }
 
+  // Keys for the ball of a material, whose base colour is that of its texture.
   keysOf(name) {
-    return this.list.find((material) => material.name === name)?.keys ?? {};
+    const { keys = {}, textures = [] } = this.list.find((material) => material.name === name) ?? {};
+    const mean = textures.find(({ key }) => key === "diffuse_map")?.mean;
+    return mean ? { ...keys, diffuse: mean.map((x, c) => x * (keys.diffuse?.[c] ?? keys.diffuse ?? 1)) } : keys;
   }
 
   choose(name) {

@@ -18,10 +18,10 @@ const NAMES = {
   preset: "Preset", diffuse: "Base colour", specular: "Reflection", model: "Reflection model", exponent: "Shininess", roughness: "Roughness",
   metallic: "Metal", anisotropy: "Brushed", anisotropy_rotation: "Brush direction", clearcoat: "Clear coat",
   clearcoat_roughness: "Coat roughness", sheen: "Sheen", eta: "Metal index", k: "Metal extinction", transmission: "Transparency",
-  ior: "Refractive index", abbe: "Dispersion (Abbe)", absorption_depth: "Colour depth", thin: "Thin sheet", emission: "Glow",
+  ior: "Refractive index", abbe: "Dispersion (Abbe)", absorption_depth: "Colour depth", thin: "Thin dielectric", emission: "Glow",
   opacity: "Opacity", patch: "Patch",
-  diffuse_map: "Base colour", specular_map: "Reflection", emission_map: "Glow", exponent_map: "Shininess", roughness_map: "Roughness",
-  metallic_map: "Metal", opacity_map: "Opacity", bump_map: "Bumps", normal_map: "Normals",
+  diffuse_map: "Base colour texture", specular_map: "Reflection texture", emission_map: "Glow texture", exponent_map: "Shininess texture",
+  roughness_map: "Roughness texture", metallic_map: "Metal texture", opacity_map: "Opacity texture", bump_map: "Bump texture", normal_map: "Normal map",
   // Lights
   type: "Type", group: "Light group", position: "Position", intensity: "Intensity", direction: "Direction", look_at: "Aims at", angle: "Angle",
   falloff: "Soft edge from", irradiance: "Irradiance", radiance: "Brightness", image: "Picture", scale: "Strength", rotate: "Rotation",

@@ -48,7 +48,7 @@ pub fn write(pictures: &Path) {
             shoot(&mut browser, &tab, &pictures.join("view-paths.png"));
             browser.value(&tab, "document.querySelector('[data-tab=\"materials\"]').click()");
             let (middle, size) = browser.picture(&tab);
-            browser.click(&tab, [middle[0] + 0.15 * size[0], middle[1] + 0.25 * size[1]]);
+            browser.click(&tab, [middle[0] + 0.42 * size[0], middle[1]]);
             browser.wait(&tab, "!document.getElementById('outline').hidden");
             browser.value(&tab, "document.querySelector('#material-keys details').open = true");
             thread::sleep(Duration::from_secs(1));

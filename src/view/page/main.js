@@ -225,7 +225,7 @@ let isSending = false;
 camera.addEventListener("change", ({ detail }) => {
   const c = camera.now;
   for (const [id, value] of [["fov", c.vertical_fov], ["fov-number", c.vertical_fov], ["lens", c.lens_radius], ["focus", c.focus_distance]]) {
-    if (document.activeElement !== $(id)) $(id).value = Number(value.toPrecision(5));
+    if (document.activeElement !== $(id)) $(id).value = Number(value.toPrecision(id === "fov-number" ? 4 : 5));
   }
   setSlider($("fov"), c.vertical_fov);
   // A lens up to a tenth of the scene, and focus up to four times its size, by factors

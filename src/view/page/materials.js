@@ -5,6 +5,9 @@ import { drawBall } from "./ball.js";
 import { nameWithKey } from "./fields.js";
 import { keyControls } from "./keys.js";
 
+// The ball of a preset whose keys are not told.
+const UNKNOWN = { diffuse: 0.5, metallic: 0, roughness: 0.4 };
+
 export class Materials {
   list = [];
   keys = [];
@@ -37,7 +40,7 @@ export class Materials {
     $("presets-section").hidden = !presets.length;
     $("presets").replaceChildren(
       ...presets.map(({ name, keys: values }) =>
-        this.#ball(name.replaceAll("-", " "), values ?? {}, 38, { "data-preset": name }, () => this.link.send({ do: "material", name: this.chosen, key: "preset", value: name })),
+        this.#ball(name.replaceAll("-", " "), values ?? UNKNOWN, 38, { "data-preset": name }, () => this.link.send({ do: "material", name: this.chosen, key: "preset", value: name })),
       ),
     );
     this.showKeys();

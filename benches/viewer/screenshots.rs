@@ -11,7 +11,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Size of the windows of the guide's pictures.
-const WINDOW: [u32; 2] = [1280, 720];
+const WINDOW: [u32; 2] = [1120, 640];
 /// Of those with noise, whose files would be large.
 const SMALL_WINDOW: [u32; 2] = [1000, 600];
 

@@ -188,13 +188,16 @@ link.addEventListener("status", ({ detail }) => {
   $("facts").replaceChildren(...facts.flatMap(([a, b]) => [element("dt", {}, a), element("dd", {}, String(b))]));
   metered = detail.exposure ?? metered;
   if (isMetered && typeof metered === "number") setExposure(metered);
-  allow("exposure-of-render", isMetered ? "in use" : metered === null ? "not measured yet" : "");
+  showExposureOfRender();
 });
 // The exposure that `render` would use, in hundredths of a stop
 let metered = null;
+const hundredths = (stops) => Number(stops.toFixed(2));
 function setExposure(stops) {
-  const exposure = Number(stops.toFixed(2));
-  if (exposure !== picture.look.exposure) look({ exposure });
+  if (hundredths(stops) !== picture.look.exposure) look({ exposure: hundredths(stops) });
+}
+function showExposureOfRender() {
+  allow("exposure-of-render", metered === null ? "not measured yet" : hundredths(metered) === picture.look.exposure ? "in use" : "");
 }
 
 link.addEventListener("note", ({ detail }) => say(detail.text, false));
@@ -274,6 +277,7 @@ function look(changes) {
   $("exposure-number").value = picture.look.exposure;
   setSlider($("exposure"), picture.look.exposure);
   $("tone").value = picture.look.tone;
+  showExposureOfRender();
   $("save-png").href = `picture.png?exposure=${picture.look.exposure}&tone=${picture.look.tone}`;
   picture.repaint();
 }
@@ -298,13 +302,11 @@ function setBeside(beside) {
 for (const id of ["exposure", "exposure-number"]) {
   $(id).addEventListener("input", () => {
     isMetered = false;
-    allow("exposure-of-render", metered === null ? "not measured yet" : "");
     look({ exposure: Number($(id).value) || 0 });
   });
 }
 $("exposure-of-render").addEventListener("click", () => {
   isMetered = true;
-  allow("exposure-of-render", "in use");
   setExposure(metered);
 });
 $("meter").addEventListener("click", () => {
@@ -320,7 +322,6 @@ $("meter").addEventListener("click", () => {
     }
   }
   isMetered = false;
-  allow("exposure-of-render", metered === null ? "not measured yet" : "");
   if (count) look({ exposure: Number((Math.log2(0.18) - sum / count).toFixed(1)) });
 });
 $("tone").addEventListener("change", () => look({ tone: $("tone").value }));

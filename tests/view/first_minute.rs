@@ -261,6 +261,29 @@ fn views_are_pictures() {
     crate::support::program::assert_same_bits(&folder.path().join("r.exr"), &saved);
 }
 
+/// Pictures of views leave the picture as it is: its noise does not come back.
+#[test]
+fn views_do_not_bring_noise_back() {
+    let folder = pawns();
+    let viewer = Viewer::start(folder.path(), &split(&format!("{FLAGS} --denoise=atrous")));
+    let mut page = viewer.page();
+    page.send(r#"{"do":"channel","name":"denoised"}"#);
+    page.frame_where(|h| h["denoised"] == true && h["final"] == true);
+    page.send(r#"{"do":"views"}"#);
+    let count = page.message("views")["views"].as_array().unwrap().len();
+    let mut pictures = 0;
+    while pictures < count {
+        match page.next() {
+            Message::Text(text) => pictures += usize::from(text.contains("view-picture")),
+            Message::Binary(bytes) => assert_ne!(Frame::of(&bytes).header["denoised"], false),
+            _ => {}
+        }
+    }
+    page.send(r#"{"do":"pick","x":48,"y":50}"#);
+    let found = page.message("pick");
+    assert!(found["material"].is_string(), "{found}");
+}
+
 /// Textures of materials are served small, and nothing else by their name.
 #[test]
 fn textures_are_thumbnails() {
@@ -395,7 +418,7 @@ fn controls_explain_themselves() {
     assert!(r > g && g > b && alpha == 255, "{gold}");
     browser.value(
         &tab,
-        "window.sent = [], embrasure.link.send = (command) => window.sent.push(command), document.querySelector('#presets button').click()",
+        "window.sent = [], embrasure.link.send = (command) => command.do === 'material' && window.sent.push(command), document.querySelector('#presets button').click()",
     );
     let sent = json!([{ "do": "material", "name": "red", "key": "preset", "value": "gold" }]);
     assert_eq!(browser.value(&tab, "window.sent"), sent);

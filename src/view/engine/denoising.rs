@@ -20,6 +20,8 @@ pub(super) struct Denoising {
     work: Option<Work>,
     /// The last result for the picture on show, and whether it has all samples.
     shown: Option<(Frame, bool)>,
+    /// Whether the denoiser has failed with the picture on show.
+    has_failed: bool,
     /// When the last work ended, and how long it took.
     ended: Instant,
     took: Duration,
@@ -42,6 +44,7 @@ impl Denoising {
             picture: 0,
             work: None,
             shown: None,
+            has_failed: false,
             ended: Instant::now(),
             took: Duration::ZERO,
         }
@@ -51,6 +54,7 @@ impl Denoising {
     pub fn next_picture(&mut self) {
         self.picture += 1;
         self.shown = None;
+        self.has_failed = false;
     }
 
     /// The last result for the picture on show.
@@ -72,7 +76,8 @@ impl Denoising {
     fn is_due(&self, is_last: bool) -> bool {
         let share = self.took.as_secs_f64() / self.ended.elapsed().as_secs_f64().max(1e-9);
         let is_done = self.shown.as_ref().is_some_and(|(_, is_last)| *is_last);
-        self.work.is_none() && !is_done && (self.shown.is_none() || is_last || share <= SHARE)
+        let is_free = self.work.is_none() && !self.has_failed && !is_done;
+        is_free && (self.shown.is_none() || is_last || share <= SHARE)
     }
 
     fn start(&mut self, renderer: &Renderer, state: &RenderState, facts: Value, is_last: bool) {
@@ -118,7 +123,10 @@ impl Engine<'_> {
     pub(super) fn denoise(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
         if let Some((work, result)) = self.denoising.take() {
             match result {
-                Err(words) => self.tell_error(None, &words),
+                Err(words) => {
+                    self.denoising.has_failed = true;
+                    self.tell_error(None, &words);
+                }
                 Ok(image) if work.picture == self.denoising.picture => self.show_denoised(renderer, work, &image),
                 Ok(_) => {}
             }
@@ -174,4 +182,31 @@ pub(super) fn can_denoise(renderer: &Renderer, state: &RenderState) -> bool {
 /// Returns true if each pixel has a sample.
 pub(super) fn is_whole(state: &RenderState) -> bool {
     state.film.tiles().iter().all(|tile| tile.samples() > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// The first picture is due at once, later ones now and then, and none after a failure or the last one.
+    #[test]
+    fn pictures_are_due_now_and_then() {
+        let mut denoising = Denoising::new();
+        denoising.took = Duration::from_secs(3600);
+        assert!(denoising.is_due(false));
+        let frame = Frame::new(1, DENOISED, [1, 1], &[0.5; 3], &json!({}), false);
+        denoising.shown = Some((frame.clone(), false));
+        assert!(!denoising.is_due(false) && denoising.is_due(true));
+        denoising.took = Duration::ZERO;
+        assert!(denoising.is_due(false));
+        denoising.shown = Some((frame, true));
+        assert!(!denoising.is_due(true));
+        denoising.next_picture();
+        assert!(denoising.is_due(false) && denoising.shown().is_none());
+        denoising.has_failed = true;
+        assert!(!denoising.is_due(true));
+        denoising.next_picture();
+        assert!(denoising.is_due(false));
+    }
 }

@@ -400,7 +400,7 @@ fn controls_explain_themselves() {
     );
 
     // Whatever presets the render tells
-    let presets = "[{ name: 'gold', keys: { model: 'mirror', eta: [0.143, 0.375, 1.442], k: [3.983, 2.386, 1.603] } }, { name: 'frosted-glass' }]";
+    let presets = "[{ name: 'gold', keys: { model: 'mirror', eta: [0.143, 0.375, 1.442], k: [3.983, 2.386, 1.603] } }, { name: 'frosted-glass' }, { name: 'plastic', about: 'glossy blue plastic', keys: { diffuse: '#2f6fb4', metallic: 0 } }]";
     browser.value(
         &tab,
         &format!("embrasure.materials.build(embrasure.materials.list, embrasure.materials.keys, {presets}), 0"),
@@ -409,7 +409,12 @@ fn controls_explain_themselves() {
         &tab,
         "[...document.querySelectorAll('#presets button')].map((ball) => ball.textContent)",
     );
-    assert_eq!(balls, json!(["gold", "frosted glass"]));
+    assert_eq!(balls, json!(["gold", "frosted glass", "plastic"]));
+    let plastic = browser.value(
+        &tab,
+        "(() => { const c = document.querySelectorAll('#presets canvas')[2]; return [...c.getContext('2d').getImageData(c.width / 2, c.height / 2, 1, 1).data]; })()",
+    );
+    assert!(plastic[2].as_u64() > plastic[0].as_u64(), "{plastic}");
     let gold = browser.value(
         &tab,
         "(() => { const c = document.querySelector('#presets canvas'); return [...c.getContext('2d').getImageData(c.width / 2, c.height / 2, 1, 1).data]; })()",

@@ -1,5 +1,7 @@
 // A material as a ball in a small studio, drawn from its keys: a guess of what the render makes of it, there at once.
 
+import { ofHex } from "./keys.js";
+
 const unit = (v) => {
   const length = Math.hypot(...v);
   return v.map((x) => x / length);
@@ -33,7 +35,12 @@ function studio(way, blur) {
 // Light that a matte surface gets.
 const irradiance = (n) => 0.42 + 0.22 * n[1] + LAMPS.reduce((sum, [to, , radiance]) => sum + 0.16 * radiance * Math.max(0, dot(n, to)), 0);
 
-const three = (value, usual) => (value === undefined || value === null ? [usual, usual, usual] : Array.isArray(value) ? value : [value, value, value]);
+// A colour of a scene file as three linear numbers.
+function three(value, usual) {
+  if (Array.isArray(value)) return value;
+  if (typeof value === "string") return /^#[0-9a-f]{6}$/i.test(value) ? ofHex(value) : [0.5, 0.5, 0.5];
+  return Array(3).fill(value ?? usual);
+}
 
 // What of a material's keys the ball needs.
 function looks(keys) {

@@ -10,11 +10,13 @@ const toLinear = (code) => {
   return x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
 };
 const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16).padStart(2, "0")).join("")}`;
-const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
+// Linear red, green and blue of `#rrggbb`.
+export const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
 
-// Colours are a number or three, none of them negative.
+// Colours are a number or three, none of them negative. Optical constants are too, but have none of their meaning.
+const OPTICAL = ["eta", "k"];
 const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
-const isColour = ({ anyOf }) => anyOf?.length === 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array";
+const isColour = (key, { anyOf }) => anyOf?.length >= 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array" && !OPTICAL.includes(key);
 // The part of a schema that is about a single number, if there is one.
 const numeric = (holds) => (["number", "integer"].includes(holds.type) ? holds : holds.anyOf?.some(({ type }) => type === "array") ? null : holds.anyOf?.find(({ type }) => type === "number"));
 const short = (x) => (typeof x === "number" ? decimals(x) : x);
@@ -40,7 +42,7 @@ function inputs({ key, holds }, value, send, attributes) {
   const words = nameOf(key);
   const isSet = value !== undefined;
   const placeholder = "not set";
-  if (isColour(holds)) {
+  if (isColour(key, holds)) {
     const colour = !isSet ? [0, 0, 0] : Array.isArray(value) ? value : [value, value, value];
     // A colour picker goes to 1: what is brighter keeps its brightness.
     const strength = Math.max(1, ...colour);

@@ -39,8 +39,8 @@ export class Materials {
     $("materials").replaceChildren(...list.map(({ name }) => this.#ball(name, this.keysOf(name), 46, { role: "option" }, () => this.choose(name))));
     $("presets-section").hidden = !presets.length;
     $("presets").replaceChildren(
-      ...presets.map(({ name, keys: values }) =>
-        this.#ball(name.replaceAll("-", " "), values ?? UNKNOWN, 38, { "data-preset": name }, () => this.link.send({ do: "material", name: this.chosen, key: "preset", value: name })),
+      ...presets.map(({ name, about, keys: values }) =>
+        this.#ball(name.replaceAll("-", " "), values ?? UNKNOWN, 38, { "data-preset": name, title: about ?? name }, () => this.link.send({ do: "material", name: this.chosen, key: "preset", value: name })),
       ),
     );
     this.showKeys();

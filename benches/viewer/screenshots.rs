@@ -11,7 +11,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Size of the windows of the guide's pictures.
-const WINDOW: [u32; 2] = [1280, 720];
+const WINDOW: [u32; 2] = [1120, 640];
 /// Of those with noise, whose files would be large.
 const SMALL_WINDOW: [u32; 2] = [1000, 600];
 
@@ -26,7 +26,11 @@ pub fn write(pictures: &Path) {
     for (theme, name) in [("dark", "view-dark.png"), ("light", "view-light.png")] {
         let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), WINDOW);
         browser.wait(&tab, COMPLETE);
-        browser.wait(&tab, "embrasure.picture.frame.channel === 'denoised'");
+        browser.wait(
+            &tab,
+            "embrasure.picture.frame.denoised && embrasure.picture.frame.final",
+        );
+        browser.value(&tab, "embrasure.hints.dismiss()");
         if theme == "light" {
             browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
         }
@@ -42,9 +46,12 @@ pub fn write(pictures: &Path) {
             browser.value(&tab, "document.getElementById('found').scrollIntoView()");
             thread::sleep(Duration::from_secs(1));
             shoot(&mut browser, &tab, &pictures.join("view-paths.png"));
-            click_on(&mut browser, &tab, "clear-paths");
             browser.value(&tab, "document.querySelector('[data-tab=\"materials\"]').click()");
+            let (middle, size) = browser.picture(&tab);
+            browser.click(&tab, [middle[0] + 0.42 * size[0], middle[1]]);
+            browser.wait(&tab, "!document.getElementById('outline').hidden");
             browser.value(&tab, "document.querySelector('#material-keys details').open = true");
+            thread::sleep(Duration::from_secs(1));
             shoot(&mut browser, &tab, &pictures.join("view-materials.png"));
         }
     }
@@ -55,6 +62,7 @@ pub fn write(pictures: &Path) {
     let viewer = Viewer::start(folder.path(), &split("cornell-box.toml --size 512x512 --spp 16"));
     let tab = browser.open(&format!("{}?theme=dark", viewer.link()), SMALL_WINDOW);
     browser.wait(&tab, COMPLETE);
+    browser.value(&tab, "embrasure.hints.dismiss()");
     browser.value(&tab, "document.querySelector('[data-tab=\"lights\"]').click()");
     click_on(&mut browser, &tab, "tell-groups");
     browser.wait(
@@ -85,6 +93,7 @@ pub fn write(pictures: &Path) {
     browser.wait(&tab, "embrasure.camera.now");
     browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
     browser.wait(&tab, "embrasure.compare.points.length > 12 && embrasure.picture.other");
+    browser.value(&tab, "embrasure.hints.dismiss()");
     browser.value(&tab, "document.getElementById('compare-with').scrollIntoView()");
     shoot(&mut browser, &tab, &pictures.join("view-compare.png"));
     drop(viewer);
@@ -104,6 +113,11 @@ pub fn write(pictures: &Path) {
     browser.wait(&tab, "embrasure.camera.now");
     click_on(&mut browser, &tab, "find-views");
     browser.wait(&tab, "document.querySelectorAll('#views button').length > 3");
+    browser.wait(
+        &tab,
+        "document.querySelectorAll('#views img').length === document.querySelectorAll('#views button').length",
+    );
+    browser.value(&tab, "embrasure.hints.dismiss()");
     let camera = "{ ...embrasure.camera.now, position: [-1.2, 0.9, 3], look_at: [0, 0.35, 0], vertical_fov: 30, lens_radius: 0.08 }";
     browser.value(&tab, &format!("embrasure.camera.to({camera}), 0"));
     let complete = COMPLETE.replace("16", "8");
@@ -115,6 +129,7 @@ pub fn write(pictures: &Path) {
     browser.click(&tab, [middle[0] - 0.25 * size[0], middle[1] + 0.1 * size[1]]);
     browser.wait(&tab, &format!("{distance} !== {before}"));
     click_on(&mut browser, &tab, "copy-flags");
+    browser.value(&tab, "embrasure.selection.clear()");
     thread::sleep(Duration::from_secs(1));
     browser.wait(&tab, &complete);
     thread::sleep(Duration::from_secs(1));

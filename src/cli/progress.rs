@@ -77,8 +77,13 @@ impl Drop for Heeding {
 /// Ends an interrupted command at once, after all that it writes: work that was given up may still go on in other threads, and must not meet libraries that are
 /// being taken down.
 pub(super) fn leave_interrupted() -> ! {
+    leave(INTERRUPTED_CODE)
+}
+
+/// Ends a command at once with this exit code, after all that it writes: a thread that was left to itself may still work.
+pub(super) fn leave(code: i32) -> ! {
     let _ = std::io::stdout().flush();
-    signal_hook::low_level::exit(INTERRUPTED_CODE)
+    signal_hook::low_level::exit(code)
 }
 
 /// Whether an interrupt has asked the command to end.

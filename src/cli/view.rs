@@ -4,12 +4,12 @@ use super::args::{LoadArgs, RenderArgs, ViewArgs};
 use super::error::CliError;
 use super::job::{Job, read_scene, scene_of_text};
 use super::paths;
-use super::progress::{Heeding, Loading, is_interrupted};
+use super::progress::{Heeding, Loading, is_interrupted, leave, leave_interrupted};
 use super::summary::print_choices;
 use super::warnings::ShownWarnings;
 use super::words;
-use crate::io::read_exr;
-use crate::session::{Renderer, Session};
+use crate::io::{LoadObserver, read_exr};
+use crate::session::{Error, Renderer, Session};
 use crate::view::{FileLight, Host, LightEdit, Options, SavedPart, SceneChanges, SceneRequest, serve};
 use serde_json::Value;
 use std::env;
@@ -21,7 +21,7 @@ use std::ops::Range;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 use tempfile::NamedTempFile;
@@ -46,23 +46,41 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
             args.listen
         ));
     }
-    let loading = Loading::new(args.quiet);
-    let session = Session::load(&job.scene, job.settings.clone(), &loading);
-    loading.finish();
-    let session = session?;
-    job.shown_warnings.show(session.warnings(), &job.scene_path);
-    if !args.quiet {
-        print_choices(&session);
-    }
     // Ctrl-C ends the render and the server, and that is how it should end.
     let _heeding = Heeding::begin();
     let commands = Commands {
         render: &render,
         args,
-        redirect: OnceLock::new(),
+        redirect: Mutex::new(None),
+        shown_warnings: job.shown_warnings,
     };
-    serve(options, &commands, request(job, lights, &render)?, session)?;
+    let is_busy = serve(options, &commands, request(job, lights, &render)?)?;
+    drop(commands);
+    if is_busy {
+        leave(0);
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Shows how far the scene is loaded, tells the page too, and ends the program at an interrupt.
+struct Reading<'a> {
+    bar: Loading,
+    page: &'a dyn LoadObserver,
+    commands: &'a Commands<'a>,
+}
+
+impl LoadObserver for Reading<'_> {
+    fn begin(&self, what: &str, units: u64) {
+        self.commands.leave_if_interrupted();
+        self.bar.begin(what, units);
+        self.page.begin(what, units);
+    }
+
+    fn advance(&self, units: u64) {
+        self.commands.leave_if_interrupted();
+        self.bar.advance(units);
+        self.page.advance(units);
+    }
 }
 
 /// The two settings of `--compare`.
@@ -162,10 +180,41 @@ struct Commands<'a> {
     render: &'a RenderArgs,
     args: &'a ViewArgs,
     /// The file that leads the browser to the page. It goes with the viewer.
-    redirect: OnceLock<NamedTempFile>,
+    redirect: Mutex<Option<NamedTempFile>>,
+    shown_warnings: ShownWarnings,
+}
+
+impl Commands<'_> {
+    fn set_redirect(&self, file: Option<NamedTempFile>) {
+        *self.redirect.lock().unwrap_or_else(PoisonError::into_inner) = file;
+    }
+
+    /// Loading cannot be stopped otherwise.
+    fn leave_if_interrupted(&self) {
+        if is_interrupted() {
+            self.set_redirect(None);
+            leave_interrupted();
+        }
+    }
 }
 
 impl Host for Commands<'_> {
+    fn load(&self, request: &SceneRequest, observer: &dyn LoadObserver) -> Result<Session, Error> {
+        let reading = Reading {
+            bar: Loading::new(self.args.quiet),
+            page: observer,
+            commands: self,
+        };
+        let session = Session::load(&request.file, request.settings.clone(), &reading);
+        reading.bar.finish();
+        let session = session?;
+        self.shown_warnings.show(session.warnings(), &request.path);
+        if !self.args.quiet {
+            print_choices(&session);
+        }
+        Ok(session)
+    }
+
     fn read(&self, changes: &SceneChanges) -> Result<SceneRequest, String> {
         let read = || {
             let (job, lights) = job(self.render, changes)?;
@@ -226,7 +275,7 @@ impl Host for Commands<'_> {
             // Without the file, the printed link is there.
             if let Ok(file) = redirect(link) {
                 open(file.path());
-                let _ = self.redirect.set(file);
+                self.set_redirect(Some(file));
             }
         }
     }

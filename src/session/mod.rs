@@ -132,6 +132,7 @@ impl Session {
         } = loaded;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
+        observer.begin("finding camera and light", 1);
         let start = Instant::now();
         let (found, lit) = camera_and_lit(file, &settings, (&scene, &warnings), &pool)?;
         let guess_seconds = start.elapsed().as_secs_f64();

@@ -9,8 +9,12 @@ use super::{AnyAccel, BUILD, Error, Prepared, RenderContext, RenderState, Sessio
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
+#[cfg(feature = "view")]
+use crate::integrator::Picked;
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
+#[cfg(feature = "view")]
+use crate::math::UVec2;
 use crate::render::{self, Observer, Outcome, Statistics};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -83,6 +87,22 @@ impl<'a> Renderer<'a> {
         let context = self.context();
         self.session
             .install(|| settings.method().prepare(context, &settings.random_numbers(), &()));
+    }
+
+    /// The first surface in the middle of a pixel, if there is one.
+    #[cfg(feature = "view")]
+    pub(crate) fn pick(&self, pixel: UVec2) -> Option<Picked> {
+        let accel = self.accel.as_dyn();
+        self.session.world(&accel).pick(pixel)
+    }
+
+    /// The cells of a grid of `size` over the picture that show what was picked, as numbers of cells without it and
+    /// with it, in turns.
+    #[cfg(feature = "view")]
+    pub(crate) fn outline(&self, picked: &Picked, size: UVec2) -> Vec<u32> {
+        let accel = self.accel.as_dyn();
+        let world = self.session.world(&accel);
+        self.session.install(|| world.outline(picked, size))
     }
 
     /// The session of this renderer.

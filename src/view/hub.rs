@@ -26,13 +26,15 @@ pub(super) enum Mail {
     Save(SaveFormat, Sender<Result<Vec<u8>, String>>),
 }
 
-/// A format of pictures to save.
+/// A picture that is asked for as a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum SaveFormat {
     /// All channels, as `render -o FILE.exr` writes them.
     Exr,
     /// For display.
     Png(Option<Tone>),
+    /// A texture of the scene, small, for display.
+    Texture(u32),
 }
 
 /// What waits for a page.
@@ -55,6 +57,8 @@ pub(super) struct Hub {
     next_frame: AtomicU64,
     /// The first message for a page, by its kind.
     greetings: Mutex<BTreeMap<&'static str, Arc<str>>>,
+    /// The first picture for a page.
+    picture: Mutex<Option<Frame>>,
     is_over: AtomicBool,
 }
 
@@ -83,6 +87,7 @@ impl Hub {
             next_page: AtomicU64::new(1),
             next_frame: AtomicU64::new(1),
             greetings: Mutex::default(),
+            picture: Mutex::default(),
             is_over: AtomicBool::new(false),
         }
     }
@@ -154,7 +159,7 @@ impl Hub {
         let greetings = lock(&self.greetings);
         let outbox = Outbox {
             messages: greetings.values().cloned().collect(),
-            channels: vec![(PICTURE.into(), None)],
+            channels: vec![(PICTURE.into(), lock(&self.picture).clone())],
         };
         lock(&self.pages).insert(id, outbox);
         id
@@ -185,6 +190,11 @@ impl Hub {
         }
     }
 
+    /// New pages are no longer told the message of this kind.
+    pub fn forget(&self, kind: &'static str) {
+        lock(&self.greetings).remove(kind);
+    }
+
     /// Sends `text` to all pages, and to each new one in its place among other kinds.
     pub fn greet(&self, kind: &'static str, text: &str) {
         lock(&self.greetings).insert(kind, text.into());
@@ -208,6 +218,11 @@ impl Hub {
     /// Number of the next picture.
     pub fn next_frame(&self) -> u64 {
         self.next_frame.fetch_add(1, Ordering::SeqCst)
+    }
+
+    /// New pages are shown `frame` first.
+    pub fn greet_with(&self, frame: Option<&Frame>) {
+        *lock(&self.picture) = frame.cloned();
     }
 
     /// Shows `frame` on all pages that show `channel`.

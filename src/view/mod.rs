@@ -3,7 +3,8 @@
 //! [`serve`] renders on the thread that calls it, by the sessions that `render` uses, so the picture of N samples has the bits of `render --spp N`. `engine` is that
 //! loop; `hub` is what it shares with the pages. `server` accepts connections and answers requests (`http`); each page has a thread with its WebSocket (`socket`),
 //! whose words `protocol` defines. `frame` has a picture's pixels (`io::half_picture`), packed for slow links (`io::packed`), `parameters` lists what can be set, `scene_file` writes cameras and other
-//! changes into a scene file, `scene_keys` has the keys that can be changed, `watch` notices files that change, and `page` has the files of the page itself.
+//! changes into a scene file, `scene_keys` has the keys that can be changed, `watch` notices files that change, and `page` has the files of the page itself. The page is served before the scene is loaded,
+//! and `loading` tells it how far that is.
 //!
 //! The render is for its user alone: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
 //! asks (`Host`) and the page that asks (`Origin`) are checked, so that a page elsewhere cannot ask by a name of its own. Sizes, rates and numbers of connections are
@@ -13,6 +14,7 @@ mod engine;
 mod frame;
 mod http;
 mod hub;
+mod loading;
 mod page;
 mod parameters;
 mod protocol;
@@ -24,12 +26,13 @@ mod watch;
 
 use crate::description::{LightSection, SceneFile, SceneOptions};
 use crate::film::RgbImage;
-use crate::io::ExrFormat;
+use crate::io::{ExrFormat, LoadObserver};
 use crate::session::{Error, Renderer, Session, Settings};
 use engine::Engine;
 use hub::Hub;
+use loading::Loading;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 use server::Server;
 use std::net::IpAddr;
 use std::ops::Range;
@@ -123,6 +126,13 @@ pub(crate) struct SceneRequest {
 
 /// What the command line knows, and the viewer asks it for.
 pub(crate) trait Host: Sync {
+    /// Loads the scene of `request`, and tells `observer` and the user how far that is.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Session::load`].
+    fn load(&self, request: &SceneRequest, observer: &dyn LoadObserver) -> Result<Session, Error>;
+
     /// Reads the scene file with the flags, and `changes` after those of the flags.
     ///
     /// # Errors
@@ -165,22 +175,31 @@ pub(crate) trait Host: Sync {
     fn ready(&self, link: &str);
 }
 
-/// Serves the render of `session`, which `request` asks for, until the user ends it. All threads have ended, and all sockets are closed, when it returns.
+/// Serves the render that `request` asks for, until the user ends it. The threads of server and pages have ended, and all sockets are closed, when it
+/// returns. Returns true if a denoiser still works on a thread of its own.
 ///
 /// # Errors
 ///
-/// An address that cannot be listened on, and what ends the render.
-pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest, session: Session) -> Result<(), Error> {
+/// An address that cannot be listened on, a scene that cannot be loaded, and what ends the render.
+pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest) -> Result<bool, Error> {
     let server = Server::bind(&options)?;
     let hub = Hub::new();
-    let engine = Engine::new(&hub, host, request, &session, options)?;
     thread::scope(|scope| {
         let run = || server.run(scope, &hub);
         let named = thread::Builder::new().name("server".into()).spawn_scoped(scope, run);
         named.map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
-        host.ready(&server.link());
         // Threads end even where the render panics.
         let _ending = hub.ending();
+        host.ready(&server.link());
+        let told = |error: Error| {
+            let text = json!({ "type": "error", "text": error.to_string() });
+            hub.greet("3 end", &text.to_string());
+            error
+        };
+        let loading = Loading::new(&hub);
+        let session = host.load(&request, &loading).map_err(told)?;
+        drop(loading);
+        let engine = Engine::new(&hub, host, request, &session, options)?;
         engine.run(session)
     })
 }

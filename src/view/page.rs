@@ -8,6 +8,7 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 const FILES: &[(&str, &str, &str)] = &[
     ("", HTML, include_str!("page/index.html")),
     ("style.css", CSS, include_str!("page/style.css")),
+    ("panel.css", CSS, include_str!("page/panel.css")),
     ("main.js", SCRIPT, include_str!("page/main.js")),
     ("link.js", SCRIPT, include_str!("page/link.js")),
     ("coding.js", SCRIPT, include_str!("page/coding.js")),
@@ -22,6 +23,13 @@ const FILES: &[(&str, &str, &str)] = &[
     ("inspect.js", SCRIPT, include_str!("page/inspect.js")),
     ("keys.js", SCRIPT, include_str!("page/keys.js")),
     ("materials.js", SCRIPT, include_str!("page/materials.js")),
+    ("selection.js", SCRIPT, include_str!("page/selection.js")),
+    ("views.js", SCRIPT, include_str!("page/views.js")),
+    ("hints.js", SCRIPT, include_str!("page/hints.js")),
+    ("ball.js", SCRIPT, include_str!("page/ball.js")),
+    ("names.js", SCRIPT, include_str!("page/names.js")),
+    ("fields.js", SCRIPT, include_str!("page/fields.js")),
+    ("parameters.js", SCRIPT, include_str!("page/parameters.js")),
 ];
 
 /// Kind and text of the file `name`.

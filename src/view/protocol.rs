@@ -1,6 +1,21 @@
 //! What pages and the render tell each other. A page sends a JSON object with the key `do`; the render sends JSON objects with the key `type`, and pictures as binary
 //! messages: the length of a JSON header (u32, little-endian), the header, and 16-bit floats, red, green and blue of each pixel row by row. NaN stands for a pixel
-//! without samples. Where the header has `packed`, `coding` tells what the floats became.
+//! without samples. Where the header has `packed`, `io::packed` tells what the floats became.
+//!
+//! Messages of the render, by `type`:
+//!
+//! - `page`: the number of the page; `hello`: the scene, its materials, lights and presets, and all keys and parameters that can be set;
+//!   `state`: camera, settings and changes
+//! - `status`: `phase` is `loading`, `rendering`, `paused` or `complete`. While the scene is loaded, `doing` says which part of
+//!   the work it is, and `share` how much of it is done, 0 to 1. After that: samples, rate, noise, and `exposure`, the one that `render` would use
+//! - `camera`: the camera that a page has moved; `note` and `error`: a text for people
+//! - `pick`: `object` and `material` of the pixel and its `position`, without them where nothing is; `outline`: the cells of a grid of
+//!   `size` that show them, as numbers of cells without and with them, in turns, row by row
+//! - `views`: cameras with flags and words; `view-picture`: a PNG of the view with this `index`, in base64
+//! - `inspect`, `brightest`, `errors`: paths of a pixel, its brightest samples, and errors of compared renders
+//!
+//! The header of a picture has its `channel` and size, `size` of the whole picture, `samples`, `moves` of the camera, `preview`, `final`,
+//! `exposure`, and `denoised`: false for pictures of the channel of that name which still have their noise.
 
 use crate::camera::{CameraDescription, CameraParameters};
 use crate::math::Vec3;
@@ -22,7 +37,9 @@ pub(super) enum Command {
     Restart {},
     /// The numbers of a sample of a pixel.
     Inspect { x: u32, y: u32, sample: u32 },
-    /// Cameras to choose from.
+    /// The object and the material of a pixel.
+    Pick { x: u32, y: u32 },
+    /// Cameras to choose from, with their pictures.
     Views {},
     /// Write the camera into the scene file.
     SaveCamera {},

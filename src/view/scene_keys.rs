@@ -1,11 +1,14 @@
 //! Keys of materials and lights that a page may set. The JSON Schema of scene files tells what each holds: pages make controls of it, and may set
 //! numbers, colours, lists and choices. Keys that hold texts are refused, because these name files: a page must not choose which files of this machine are read.
 
-use crate::description::{LightSection, light_keys, material_keys};
+use crate::description::{LightSection, PRESETS, Preset, light_keys, material_keys};
 use serde_json::{Map, Value, json};
 
 /// Keys that need another one or exclude it. A page sets one key at a time, so it offers these only where they have a value.
 const NEVER_ALONE: [&str; 4] = ["eta", "k", "look_at", "direction"];
+
+/// Key of materials whose choices are presets.
+pub(super) const PRESET: &str = "preset";
 
 type Keys = Vec<(&'static str, Value)>;
 
@@ -21,6 +24,15 @@ pub(super) fn tables() -> Value {
         .map(|kind| (kind.to_string(), table(light_keys(kind))))
         .collect();
     json!({ "material": table(material_keys()), "light": lights })
+}
+
+/// Presets that a material may have, with their keys.
+pub(super) fn presets() -> Value {
+    let preset = |preset: &Preset| {
+        let keys = toml::from_str::<toml::Value>(preset.keys).ok();
+        json!({ "name": preset.name, "about": preset.about, "keys": keys })
+    };
+    PRESETS.iter().map(preset).collect()
 }
 
 /// Whether a page may set `key` of a material.

@@ -250,6 +250,10 @@ impl Server {
             ("socket", Some(key)) => Ok(Route::Socket(key.clone())),
             ("picture.exr", None) => Ok(Route::Picture(SaveFormat::Exr)),
             ("picture.png", None) => Ok(Route::Picture(SaveFormat::Png(tone_of(query)))),
+            ("texture.png", None) => match query.strip_prefix("id=").map(str::parse) {
+                Some(Ok(id)) => Ok(Route::Picture(SaveFormat::Texture(id))),
+                _ => Err((404, "Not Found", "Textures have a number: texture.png?id=0.".into())),
+            },
             (name, None) => match page::file(name) {
                 Some((kind, text)) => Ok(Route::File(kind, text)),
                 None => Err((404, "Not Found", "There is no such page.".into())),
@@ -307,6 +311,7 @@ fn send_picture(stream: &mut TcpStream, hub: &Hub, format: SaveFormat) -> io::Re
     let (kind, name) = match format {
         SaveFormat::Exr => ("image/x-exr", "picture.exr"),
         SaveFormat::Png(_) => ("image/png", "picture.png"),
+        SaveFormat::Texture(_) => ("image/png", "texture.png"),
     };
     let (reply, answered) = channel();
     hub.send(Mail::Save(format, reply));

@@ -84,6 +84,8 @@ impl Page<'_> {
     fn run(&mut self) {
         while self.send().is_ok() && self.receive().is_ok() {
             if self.hub.is_over() {
+                // The reason may be among the last messages.
+                let _ = self.send();
                 self.close(CloseCode::Away, "the render has ended");
                 return;
             }

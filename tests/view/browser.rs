@@ -57,7 +57,7 @@ fn names_with_markup_are_text_in_the_page() {
     );
     let names = browser.value(
         &tab,
-        "[...document.getElementById('material').options].map((o) => o.text)",
+        "[...document.querySelectorAll('#materials button')].map((ball) => ball.textContent)",
     );
     assert_eq!(names, json!(NAMES));
     assert_eq!(
@@ -137,11 +137,31 @@ fn the_page_shows_and_steers_a_render() {
     done(folder.path(), &split(&format!("render {FLAGS} -q -o r.exr")));
     assert_same_bits(&folder.path().join("r.exr"), &saved);
 
-    // A click says what is there, and draws the paths.
-    browser.click(&tab, [middle[0], middle[1] + 0.3 * size[1]]);
+    // A click selects what is there and opens its material; paths are drawn in their tab alone.
+    let floor = [middle[0], middle[1] + 0.45 * size[1]];
+    browser.click(&tab, floor);
+    browser.wait(
+        &tab,
+        "!document.getElementById('tab-materials').hidden && !document.getElementById('outline').hidden",
+    );
+    let selected = "embrasure.materials.chosen === embrasure.selection.picked.material";
+    assert_eq!(browser.value(&tab, selected), true);
+    assert_eq!(
+        browser.value(&tab, "document.querySelectorAll('#overlay line').length"),
+        0
+    );
+    browser.value(&tab, "document.querySelector('[data-tab=\"inspect\"]').click()");
+    browser.click(&tab, floor);
     browser.wait(
         &tab,
         "document.getElementById('found').textContent.includes('Material')",
+    );
+    browser.wait(&tab, "document.querySelectorAll('#overlay line').length > 0");
+    browser.value(&tab, "document.querySelector('[data-tab=\"camera\"]').click()");
+    assert_eq!(browser.value(&tab, "document.querySelectorAll('#overlay *').length"), 0);
+    browser.value(
+        &tab,
+        "document.querySelector('[data-tab=\"inspect\"]').click(), embrasure.inspector.ask([64, 120])",
     );
     browser.wait(&tab, "document.querySelectorAll('#overlay line').length > 0");
     browser.wait(&tab, "document.querySelectorAll('#overlay text').length > 0");
@@ -441,7 +461,7 @@ fn lights_are_changed_in_the_page() {
     set(
         &mut browser,
         &tab,
-        "[data-light=\"0\"][aria-label=\"intensity, colour\"]",
+        "[data-light=\"0\"][aria-label=\"Intensity, colour\"]",
         "{ value: '#ff0000' }",
     );
     browser.wait(
@@ -539,7 +559,7 @@ fn pictures_stand_side_by_side() {
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
 
-/// A finger orbits, two fingers move nearer, and a tap inspects.
+/// A finger orbits, two fingers move nearer, and a tap selects.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -595,7 +615,7 @@ fn fingers_steer_the_camera() {
     browser.wait(&tab, COMPLETE);
     touch(&mut browser, "touchStart", &[middle]);
     touch(&mut browser, "touchEnd", &[]);
-    browser.wait(&tab, "document.getElementById('found').textContent.includes('Pixel')");
+    browser.wait(&tab, "!document.getElementById('selected').hidden");
     // A picture that is larger than its place is moved by two fingers, and the camera is not.
     set(&mut browser, &tab, "#zoom", "{ value: '16' }");
     let camera = browser.value(&tab, CAMERA);

@@ -10,6 +10,7 @@ mod coding;
 mod compare;
 #[cfg(unix)]
 mod desktop;
+mod first_minute;
 mod lights;
 mod link;
 mod protocol;

@@ -106,7 +106,7 @@ fn pages_are_shown_the_light_of_the_render() {
     assert_eq!(normals.pixels.len(), 40 * 24 * 6);
     page.send(r#"{"do":"set","key":"denoise","value":"atrous"}"#);
     page.send(r#"{"do":"channel","name":"denoised"}"#);
-    let denoised = page.frame_where(|header| header["channel"] == "denoised");
+    let denoised = page.frame_where(|header| header["denoised"] == true);
     assert_ne!(denoised.pixels, frame.pixels);
 
     let (status, png) = viewer.get("picture.png?exposure=1&tone=srgb");

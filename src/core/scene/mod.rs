@@ -369,6 +369,11 @@ impl Scene {
         self.mesh(hit.geom).uv(hit.prim, hit.b1, hit.b2)
     }
 
+    /// Index of the material of the surface that was hit, in the order of [`Scene::materials`].
+    pub fn material_id(&self, hit: &Hit) -> u32 {
+        self.shape(hit.geom).material.0
+    }
+
     /// Material of the surface that was hit.
     pub fn material(&self, hit: &Hit) -> &Material {
         &self.materials[self.shape(hit.geom).material.0 as usize]

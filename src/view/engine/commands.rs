@@ -1,6 +1,7 @@
 //! What pages ask for, and what is done about it.
 
 use super::saving::is_save;
+use super::thumbnails::texture_png;
 use super::{Change, Engine, Job, samples_of};
 use crate::camera::CameraDescription;
 use crate::color::Spectrum;
@@ -84,6 +85,7 @@ impl Engine<'_> {
             Command::Restart {} => return Change::Picture,
             Command::Inspect { x, y, sample } => self.jobs.push(Job::Inspect(page, [x, y], sample)),
             Command::Brightest { x, y } => self.jobs.push(Job::Brightest(page, [x, y])),
+            Command::Pick { x, y } => self.jobs.push(Job::Pick(page, [x, y])),
             Command::Views {} => self.jobs.push(Job::Views(page)),
             Command::SaveCamera {} => return self.save(page, SavedPart::Camera, command),
             Command::Material { name, key, value } => {
@@ -92,7 +94,9 @@ impl Engine<'_> {
                     return Change::Nothing;
                 }
                 let edits = &mut self.edits.materials;
-                edits.retain(|edit| (&edit.name, &edit.key) != (&name, &key));
+                // A key counts more than a preset, so a new preset takes back those that were set.
+                let is_preset = key == scene_keys::PRESET;
+                edits.retain(|edit| edit.name != name || (edit.key != key && !is_preset));
                 edits.push(MaterialEdit { name, key, value });
                 return Change::Scene;
             }
@@ -153,26 +157,24 @@ impl Engine<'_> {
                     Ok(found) => self.hub.tell(Some(page), &found.to_string()),
                     Err(words) => self.tell_error(Some(page), &words),
                 },
-                Job::Views(page) => match renderer.session().views() {
-                    Ok(cameras) => {
-                        let list: Vec<Value> = cameras
-                            .iter()
-                            .map(|(flags, guess)| {
-                                let camera = CameraDescription::still(guess.parameters());
-                                json!({ "flags": flags, "words": guess.words, "camera": PageCamera::of(&camera) })
-                            })
-                            .collect();
-                        let text = json!({ "type": "views", "views": list }).to_string();
-                        self.hub.tell(Some(page), &text);
-                    }
-                    Err(error) => self.tell_error(Some(page), &error.to_string()),
+                Job::Pick(page, pixel) => match self.pick(renderer, pixel) {
+                    Ok(found) => self.hub.tell(Some(page), &found.to_string()),
+                    Err(words) => self.tell_error(Some(page), &words),
                 },
+                Job::Views(page) => {
+                    if let Err(error) = self.list_views(page, renderer.session()) {
+                        self.tell_error(Some(page), &error.to_string());
+                    }
+                }
             }
         }
     }
 
     /// The picture as a file, as `render` writes it.
     fn file_of(&self, renderer: &Renderer, state: &RenderState, format: SaveFormat) -> Result<Vec<u8>, String> {
+        if let SaveFormat::Texture(id) = format {
+            return texture_png(renderer.session().scene(), id);
+        }
         if state.is_empty() {
             return Err("there is no picture yet".into());
         }
@@ -188,6 +190,7 @@ impl Engine<'_> {
         let (name, format) = match format {
             SaveFormat::Exr => ("picture.exr", Format::Exr(self.exr.clone())),
             SaveFormat::Png(of_page) => ("picture.png", Format::Png(of_page.unwrap_or(tone))),
+            SaveFormat::Texture(_) => return Err("a texture cannot be saved as a picture of the scene".into()),
         };
         // Writers ask for a file that can be replaced.
         let folder = tempfile::tempdir().map_err(|error| words(&error))?;

@@ -6,7 +6,8 @@ use crate::description::SceneFile;
 use crate::film::Aov;
 use crate::io::half_picture::IDS;
 use crate::light::LightGroups;
-use crate::scene::{DISK_NAME, RECTANGLE_NAME, SPHERE_NAME, Scene};
+use crate::material::Material;
+use crate::scene::{DISK_NAME, Ground, RECTANGLE_NAME, SPHERE_NAME, Scene};
 use crate::session::Settings;
 use crate::view::FileLight;
 use crate::view::frame::LIGHTS;
@@ -56,11 +57,27 @@ impl Engine<'_> {
     }
 }
 
-/// Names of the materials of `scene` whose surfaces emit, those aside that are made for a `[[light]]`.
+/// Returns true if materials of this name are made for a `[[light]]`.
+pub(super) fn is_of_light(name: &str) -> bool {
+    [DISK_NAME, RECTANGLE_NAME, SPHERE_NAME].contains(&name)
+}
+
+/// Materials of `scene` that users know: those of lights and of the ground are made here.
+pub(super) fn of_users(scene: &Scene) -> Vec<&Material> {
+    let mut materials: Vec<&Material> = scene.materials().iter().collect();
+    let ground = materials.iter().rposition(|material| material.name == Ground::NAME);
+    if let Some(ground) = ground.filter(|_| scene.ground().is_some()) {
+        materials.remove(ground);
+    }
+    materials.retain(|material| !is_of_light(&material.name));
+    materials
+}
+
+/// Names of the materials of `scene` whose surfaces emit.
 pub(super) fn emitting(scene: &Scene) -> Vec<String> {
-    let emits = scene.materials().iter().filter(|m| !m.emission_factor().is_black());
+    let materials = of_users(scene).into_iter();
+    let emits = materials.filter(|material| !material.emission_factor().is_black());
     let mut names: Vec<String> = emits.map(|material| material.name.clone()).collect();
-    names.retain(|name| ![DISK_NAME, RECTANGLE_NAME, SPHERE_NAME].contains(&name.as_str()));
     names.sort();
     names.dedup();
     names

@@ -6,22 +6,27 @@
 //! with other settings may take turns with the picture (`rival`).
 
 mod commands;
+mod denoising;
 mod groups;
+mod picking;
 mod preview;
 mod rival;
 mod saving;
 mod telling;
+mod thumbnails;
 
 use super::hub::{Hub, Mail, PageId, SaveFormat};
+use super::loading::Loading;
 use super::protocol::PageCamera;
 use super::watch::{Reading, Watch};
 use super::{FileLight, Host, Options, SceneChanges, SceneRequest, parameters};
 use crate::camera::CameraDescription;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, Film, RgbImage};
-use crate::io::ExrFormat;
+use crate::io::{ExrFormat, LoadObserver};
 use crate::render::{Observer, Outcome};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
+use denoising::Denoising;
 use rival::{Rival, Turns};
 use serde_json::json;
 use std::collections::{BTreeMap, VecDeque};
@@ -37,14 +42,16 @@ const FIRST_SLICE: Duration = Duration::from_millis(80);
 const LONGEST_SLICE: Duration = Duration::from_millis(320);
 /// Between two looks for mail where there is nothing to render.
 const IDLE: Duration = Duration::from_millis(100);
+/// Between two looks for the denoised picture.
+const REFRESH: Duration = Duration::from_millis(15);
 /// Between two messages about the state of the render.
 const STATUS: Duration = Duration::from_millis(250);
 /// Between two measurements of noise and exposure, which look at all pixels.
 const MEASURING: Duration = Duration::from_secs(1);
 /// How long no page is open before a render ends that is to end with its last page: a browser closes a page and opens it again to reload it.
 const RELOADING: Duration = Duration::from_secs(3);
-/// Share of the time that denoising for pages may take.
-const DENOISING: f64 = 0.25;
+/// Time for a small picture.
+const MOMENT: Duration = Duration::from_millis(250);
 
 /// What comes after a picture.
 enum Next {
@@ -54,6 +61,8 @@ enum Next {
     More(Box<RenderState>),
     /// The scene, from its files. Where these are wrong, the render goes on with what there is.
     Scene(Option<Box<RenderState>>),
+    /// Pictures of views, and then more samples of the same picture.
+    Views(Box<RenderState>),
     End,
 }
 
@@ -70,6 +79,7 @@ enum Change {
 /// What is done with the picture when it rests.
 enum Job {
     Inspect(PageId, [u32; 2], u32),
+    Pick(PageId, [u32; 2]),
     Brightest(PageId, [u32; 2]),
     Views(PageId),
     Save(SaveFormat, Sender<Result<Vec<u8>, String>>),
@@ -122,6 +132,11 @@ pub(super) struct Engine<'a> {
     /// When the camera moved last, while it moves.
     moved: Option<Instant>,
     jobs: Vec<Job>,
+    /// Views whose pictures are yet to be made.
+    views: VecDeque<thumbnails::View>,
+    /// Whether the picture goes on as it was, after pictures of views.
+    has_paused_for_views: bool,
+    denoising: Denoising,
     /// Requests by mail that were not handled yet.
     pending: Change,
     /// Mail that was not read yet: a save, which waits for the scene, and what came after it.
@@ -149,13 +164,12 @@ struct Good {
 
 /// What pages were shown and told last.
 struct Shown {
-    status: Instant,
+    /// `None`: the next message is due at once.
+    status: Option<Instant>,
     /// Samples of the picture whose noise and exposure these are, and when they were measured.
     measured: Option<(u64, Instant)>,
     noise: Option<f64>,
     exposure: Option<f32>,
-    denoised_at: Instant,
-    denoising: Duration,
     /// When errors were told, and whether those of the last samples were.
     errors: Instant,
     told_last: bool,
@@ -238,18 +252,19 @@ impl<'a> Engine<'a> {
             moves: 0,
             moved: None,
             jobs: Vec::new(),
+            views: VecDeque::new(),
+            has_paused_for_views: false,
+            denoising: Denoising::new(),
             pending: Change::Nothing,
             held: VecDeque::new(),
             loads_of_save: 0,
             rate: 0.0,
             has_new_channel: false,
             shown: Shown {
-                status: Instant::now(),
+                status: None,
                 measured: None,
                 noise: None,
                 exposure: None,
-                denoised_at: Instant::now(),
-                denoising: Duration::ZERO,
                 errors: Instant::now(),
                 told_last: false,
             },
@@ -261,20 +276,25 @@ impl<'a> Engine<'a> {
         Ok(engine)
     }
 
-    /// Renders until the user ends it.
+    /// Renders until the user ends it. Returns true if a denoiser still works on a thread of its own.
     ///
     /// # Errors
     ///
     /// Those of the first acceleration structure; later ones are told to the pages.
-    pub fn run(mut self, mut session: Session) -> Result<(), Error> {
+    pub fn run(mut self, mut session: Session) -> Result<bool, Error> {
+        let loading = Loading::new(self.hub);
+        loading.begin("building the acceleration structure", 1);
         session.keep_accel()?;
+        drop(loading);
+        // A smaller picture comes first.
+        self.moved = Some(Instant::now());
         self.watch.finish(&Reading::first(self.started), self.files(&session));
         self.greet(&session);
         let mut state = None;
         loop {
             // Also where nothing can be rendered
             if self.is_over() {
-                return Ok(());
+                return Ok(self.denoising.is_busy());
             }
             let next = if self.pending == Change::Scene {
                 self.pending = Change::Nothing;
@@ -285,9 +305,17 @@ impl<'a> Engine<'a> {
                 self.still(&mut session, state.take())
             };
             match next {
-                Ok(Next::End) => return Ok(()),
+                Ok(Next::End) => return Ok(self.denoising.is_busy()),
                 Ok(Next::Picture) => {}
                 Ok(Next::More(old)) => state = Some(*old),
+                Ok(Next::Views(old)) => {
+                    state = Some(*old);
+                    self.has_paused_for_views = true;
+                    if let Err(error) = self.picture_views(&mut session) {
+                        self.views.clear();
+                        self.tell_error(None, &error.to_string());
+                    }
+                }
                 Ok(Next::Scene(old)) => {
                     if let Err(words) = self.load(&mut session) {
                         self.retreat(&words);
@@ -328,7 +356,8 @@ impl<'a> Engine<'a> {
 
     /// Loads the scene from its files. Where that fails, the old one stays.
     fn load(&mut self, session: &mut Session) -> Result<(), String> {
-        self.tell(&json!({ "type": "status", "phase": "loading" }));
+        let loading = Loading::new(self.hub);
+        loading.begin("reading the scene", 1);
         let reading = self.watch.begin();
         let mut request = self.host.read(&self.edits)?;
         // What pages have set counts more than the file.
@@ -337,12 +366,13 @@ impl<'a> Engine<'a> {
         }
         self.asked_aovs.clone_from(&request.settings.aovs);
         self.set_aovs(&mut request.settings);
-        let mut new = Session::load(&request.file, request.settings, &()).map_err(|error| error.to_string())?;
+        let mut new = Session::load(&request.file, request.settings, &loading).map_err(|error| error.to_string())?;
         let is_same_shape = new.keep_accel_of(session).map_err(|error| error.to_string())?;
         // A camera that the user has moved stays; that of the file follows the file.
         let found = *new.camera_description();
         let has_moved = PageCamera::of(&self.camera) != PageCamera::of(&self.home);
         *session = new;
+        self.hub.greet_with(None);
         // It is of the scene as it was.
         self.rival = None;
         self.emitting = groups::emitting(session.scene());
@@ -395,13 +425,17 @@ impl<'a> Engine<'a> {
             tells_ids: self.tells_ids,
             compare: self.compare.clone(),
         });
+        if !std::mem::take(&mut self.has_paused_for_views) {
+            self.denoising.next_picture();
+        }
         let mut slice = FIRST_SLICE;
         let mut is_complete = false;
         (self.shown.measured, self.shown.noise, self.shown.told_last) = (None, None, false);
         self.tell_state();
         loop {
             let rival_works = turns.as_ref().is_some_and(|turns| !turns.is_complete);
-            let works = !self.is_paused && (!is_complete || rival_works);
+            let is_awaited = self.denoising.is_awaited();
+            let works = !self.is_paused && !is_awaited && (!is_complete || rival_works);
             if let Some(turns) = turns
                 .as_mut()
                 .filter(|turns| works && turns.is_next(&state, is_complete))
@@ -415,6 +449,7 @@ impl<'a> Engine<'a> {
                     self.show(&renderer, &state, is_complete);
                 }
             }
+            self.denoise(&renderer, &state, is_complete || self.is_paused);
             let is_over = is_complete && turns.as_ref().is_none_or(|turns| turns.is_complete);
             self.tell_errors(&state, turns.as_ref(), is_over);
             let has_jobs = !self.jobs.is_empty();
@@ -423,13 +458,20 @@ impl<'a> Engine<'a> {
             if self.is_over() {
                 return Ok(Next::End);
             }
-            let patience = if works && !is_over { Duration::ZERO } else { IDLE };
+            let patience = match (works && !is_over, is_awaited) {
+                (true, _) => Duration::ZERO,
+                (false, true) => REFRESH,
+                (false, false) => IDLE,
+            };
             match self.read_mail(patience) {
                 Change::Scene => return Ok(Next::Scene(Some(Box::new(state)))),
                 Change::Picture => return Ok(Next::Picture),
                 Change::Settings if turns.is_some() => return Ok(Next::Picture),
                 Change::Settings => return Ok(self.after_settings(session, state)),
                 Change::Nothing => {}
+            }
+            if !self.views.is_empty() && !state.is_empty() {
+                return Ok(Next::Views(Box::new(state)));
             }
             if std::mem::take(&mut self.has_new_channel) && !state.is_empty() {
                 self.show(&renderer, &state, true);

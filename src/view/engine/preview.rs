@@ -12,13 +12,16 @@ use std::time::Duration;
 const FIRST_SAMPLE: f64 = 0.035;
 /// A slice of time after that.
 const SLICE: Duration = Duration::from_millis(40);
+/// Factor by which the first picture is smaller, before the rate of samples is known.
+const FIRST_FACTOR: u32 = 6;
 /// Samples at most.
 const SAMPLES: u32 = 32;
 
 impl Engine<'_> {
     /// Shows what the moving camera sees.
     pub(super) fn preview(&mut self, session: &mut Session) -> Result<Next, Error> {
-        let (settings, camera) = (self.preview_settings(), self.camera);
+        let (mut settings, camera) = (self.preview_settings(SAMPLES), self.camera);
+        settings.resolution = self.preview_size();
         session.change(settings, camera, true)?;
         let renderer = session.renderer()?;
         let mut state = renderer.start();
@@ -49,21 +52,26 @@ impl Engine<'_> {
         }
     }
 
-    /// Settings of a picture small enough to be there in a moment.
-    fn preview_settings(&self) -> Settings {
+    /// Size of a picture that is there in a moment.
+    fn preview_size(&self) -> UVec2 {
+        let size = self.settings.resolution;
+        let pixels = f64::from(size.x) * f64::from(size.y);
+        let factor = match self.rate > 0.0 {
+            true => (pixels / (self.rate * FIRST_SAMPLE)).sqrt().ceil().clamp(1.0, 8.0) as u32,
+            false => FIRST_FACTOR,
+        };
+        UVec2::max(size / factor, UVec2::ONE)
+    }
+
+    /// Settings of a picture of a few samples, by a method that makes nothing before its first sample.
+    pub(super) fn preview_settings(&self, samples: u32) -> Settings {
         let mut settings = Settings {
-            spp: SAMPLES,
+            spp: samples,
             noise: None,
             aovs: if self.tells_ids { vec![Aov::Ids] } else { Vec::new() },
             light_paths: Vec::new(),
             ..self.settings.clone()
         };
-        let pixels = f64::from(settings.resolution.x) * f64::from(settings.resolution.y);
-        let factor = match self.rate > 0.0 {
-            true => (pixels / (self.rate * FIRST_SAMPLE)).sqrt().ceil().clamp(1.0, 8.0) as u32,
-            false => 4,
-        };
-        settings.resolution = UVec2::max(settings.resolution / factor, UVec2::ONE);
         // What other methods make before their first sample takes too long.
         use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Light, Naive, OneSample, Path, Whitted};
         let kind = settings.method().kind();

@@ -1,5 +1,6 @@
 //! A second render of the same view with other settings. Both take turns: the one that has rendered for less time is next, so what pages see of them took the same time.
 
+use super::denoising::is_whole;
 use super::{Change, Engine, samples_of};
 use crate::compare::Errors;
 use crate::film::RgbImage;
@@ -174,7 +175,6 @@ impl Engine<'_> {
     /// Tells pages now and then, or where it `is_over`, how far apart the pictures are, and how far from the reference.
     pub(super) fn tell_errors(&mut self, state: &RenderState, turns: Option<&Turns>, is_over: bool) {
         let is_wanted = turns.is_some() || self.reference.is_some();
-        let is_whole = |state: &RenderState| state.film.tiles().iter().all(|tile| tile.samples() > 0);
         let is_due = self.shown.errors.elapsed() >= MEASURING;
         if !is_wanted || !is_due || self.is_paused || is_over && self.shown.told_last || !is_whole(state) {
             return;

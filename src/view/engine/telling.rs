@@ -1,11 +1,15 @@
 //! What pages are told and shown.
 
-use super::{DENOISING, Engine, MEASURING, STATUS, samples_of};
-use crate::color::{Curve, Exposure, Tone};
+use super::denoising::can_denoise;
+use super::groups::of_users;
+use super::{Engine, MEASURING, STATUS, samples_of};
+use crate::color::{Curve, Tone};
 use crate::description::MaterialSection;
 use crate::film::{Image, metered};
 use crate::io::half_picture;
 use crate::material::Material;
+use crate::math::Vec2;
+use crate::scene::Scene;
 use crate::session::{RenderState, Renderer, Session};
 use crate::view::frame::{self, Frame};
 use crate::view::hub::PageId;
@@ -16,25 +20,28 @@ use serde_json::{Value, json};
 use std::time::Instant;
 
 impl Engine<'_> {
-    /// Shows `state` on the pages, each its channel; without its noise where that takes little time, or `is_last`.
+    /// Shows `state` on the pages, each its channel. In place of the denoised picture, the noisy one is shown until the denoiser is done.
     pub(super) fn show(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
-        let channels = self.hub.channels();
+        let mut channels = self.hub.channels();
         let size = state.film.crop().size().to_array();
-        let whole = self.settings.resolution;
-        // A preview has full size where a sample of each pixel takes only a moment.
         let is_preview = self.moved.is_some();
-        let facts = json!({
-            "size": [whole.x, whole.y],
-            "samples": samples_of(state),
-            "moves": self.moves,
-            "preview": is_preview,
-        });
+        if is_preview {
+            // A page that comes has pixels at once.
+            channels.insert(half_picture::PICTURE.into());
+        }
+        let tone = renderer.session().settings().tone;
+        let mut developed: Option<Image> = None;
+        if self.shown.exposure.is_none() {
+            let stops = tone.exposure.stops();
+            let metered = |image: &Image| metered(tone, image).exposure.stops();
+            self.shown.exposure = stops.or_else(|| metered(developed.get_or_insert_with(|| renderer.develop(state))));
+        }
+        let facts = self.facts(state);
         let groups = match self.tells_groups && !is_preview {
             true => renderer.session().scene().light_groups().names(),
             false => &[],
         };
         let is_final = is_last && !is_preview;
-        let mut developed: Option<Image> = None;
         for channel in &channels {
             let values = match channel.as_str() {
                 // The moving camera is seen by one of both alone.
@@ -49,49 +56,38 @@ impl Engine<'_> {
                         &layers,
                     ))
                 }
-                frame::DENOISED => match self.denoised(renderer, state, is_last) {
-                    Some(values) => Some(values),
-                    // A preview is shown at once.
-                    None if is_preview => Some(half_picture::light(&state.film)),
-                    None => None,
+                frame::DENOISED => match self.denoising.shown().filter(|_| !is_preview) {
+                    Some(frame) => {
+                        // For pages that came since
+                        if is_last {
+                            self.hub.show(channel, frame);
+                        }
+                        None
+                    }
+                    None => Some(half_picture::light(&state.film)),
                 },
                 half_picture::IDS => half_picture::ids(developed.get_or_insert_with(|| renderer.develop(state))),
                 name => half_picture::layer(developed.get_or_insert_with(|| renderer.develop(state)), name),
             };
             if let Some(values) = values {
                 let id = self.hub.next_frame();
-                let frame = match channel.as_str() {
-                    frame::LIGHTS => {
-                        let mut facts = facts.clone();
-                        facts["groups"] = json!(groups);
-                        Frame::new(id, channel, size, &values, &facts, is_final)
+                let mut facts = facts.clone();
+                let mut is_final = is_final;
+                match channel.as_str() {
+                    frame::LIGHTS => facts["groups"] = json!(groups),
+                    frame::DENOISED => {
+                        facts["denoised"] = json!(false);
+                        is_final &= !can_denoise(renderer, state);
                     }
-                    _ => Frame::new(id, channel, size, &values, &facts, is_final),
-                };
+                    _ => {}
+                }
+                let frame = Frame::new(id, channel, size, &values, &facts, is_final);
+                if channel == half_picture::PICTURE {
+                    self.hub.greet_with(Some(&frame));
+                }
                 self.hub.show(channel, &frame);
             }
         }
-    }
-
-    /// The picture without its noise, unless that takes too long now, or nothing takes noise out.
-    fn denoised(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) -> Option<Vec<f32>> {
-        let is_whole = state.film.tiles().iter().all(|tile| tile.samples() > 0);
-        if renderer.session().settings().denoiser.is_none() || !is_whole {
-            return Some(half_picture::light(&state.film));
-        }
-        let share = self.shown.denoising.as_secs_f64() / self.shown.denoised_at.elapsed().as_secs_f64();
-        if share > DENOISING && !is_last {
-            return None;
-        }
-        let start = Instant::now();
-        let mut image = renderer.develop(state);
-        let mut metadata = renderer.metadata(state, false);
-        if let Err(error) = renderer.denoise(&mut image, &mut metadata) {
-            self.tell_error(None, &error.to_string());
-        }
-        self.shown.denoising = start.elapsed();
-        self.shown.denoised_at = Instant::now();
-        half_picture::layer(&image, half_picture::PICTURE)
     }
 
     /// What each page is told first.
@@ -112,7 +108,8 @@ impl Engine<'_> {
             "bounds": [bounds.min.to_array(), bounds.max.to_array()],
             "tables": parameters::tables(),
             "channels": channels,
-            "materials": scene.materials().iter().map(material).collect::<Vec<_>>(),
+            "materials": of_users(scene).into_iter().map(|material| of_material(material, scene)).collect::<Vec<_>>(),
+            "presets": scene_keys::presets(),
             "scene_lights": self.lights.iter().map(light).collect::<Vec<_>>(),
             "keys": scene_keys::tables(),
             "reference": self.reference.is_some(),
@@ -142,20 +139,23 @@ impl Engine<'_> {
 
     /// Tells pages how far the render is, now and then, or `at_once`.
     pub(super) fn tell_status(&mut self, renderer: &Renderer, state: &RenderState, is_complete: bool, at_once: bool) {
-        if self.shown.status.elapsed() < STATUS && !at_once {
+        let is_early = self.shown.status.is_some_and(|told| told.elapsed() < STATUS);
+        if is_early && !at_once {
             return;
         }
-        self.shown.status = Instant::now();
+        self.shown.status = Some(Instant::now());
         let settings = renderer.session().settings();
         let samples = state.film.samples();
         let is_known = |(of, at): (u64, Instant)| of == samples || at.elapsed() < MEASURING;
         if samples > 0 && !self.shown.measured.is_some_and(is_known) {
             self.shown.measured = Some((samples, Instant::now()));
             self.shown.noise = state.film.relative_error();
-            self.shown.exposure = match settings.tone.exposure {
-                Exposure::Stops(stops) => Some(stops),
-                _ => metered(settings.tone, &state.film.develop_picture()).exposure.stops(),
-            };
+            // That of the denoised picture counts more.
+            if self.denoising.shown().is_none() {
+                let tone = settings.tone;
+                let exposure = tone.exposure.stops();
+                self.shown.exposure = exposure.or_else(|| metered(tone, &renderer.develop(state)).exposure.stops());
+            }
         }
         let phase = match (is_complete, self.is_paused) {
             (true, _) => "complete",
@@ -185,9 +185,20 @@ impl Engine<'_> {
     }
 }
 
-/// The keys of a material that have a meaning for it, and their values.
-fn material(material: &Material) -> Value {
-    json!({ "name": material.name, "keys": keys_of(&MaterialSection::of_material(material)) })
+/// The keys of a material that have a meaning for it, and their values; number, size and mean colour of its textures.
+fn of_material(material: &Material, scene: &Scene) -> Value {
+    let textures = material.maps.by_key().into_iter().filter_map(|(key, map)| {
+        let id = map?.texture.0;
+        let texture = scene.textures().get(id as usize)?;
+        let (width, height) = texture.size();
+        let mean = texture.color(Vec2::splat(0.5), 1.0).to_array();
+        Some(json!({ "key": key, "id": id, "size": [width, height], "mean": mean }))
+    });
+    json!({
+        "name": material.name,
+        "keys": keys_of(&MaterialSection::of_material(material)),
+        "textures": textures.collect::<Vec<_>>(),
+    })
 }
 
 /// The keys of a light that the scene file has, and their values.

@@ -1,6 +1,7 @@
 // Two renders side by side: which settings, how far apart they are, and their errors over time.
 
 import { $, duration, element, number } from "./controls.js";
+import { allow } from "./fields.js";
 
 const FIRST = "#f0a030";
 const SECOND = "#3fa7d6";
@@ -28,7 +29,7 @@ export class Compare {
   // What the render says is compared.
   update(text) {
     if (document.activeElement !== $("compare-with")) $("compare-with").value = text ?? "";
-    $("compare-off").disabled = !text;
+    allow("compare-off", text ? "" : "nothing is compared");
     if (text !== this.text) {
       this.text = text;
       this.clear();

@@ -12,9 +12,12 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-export function tabs() {
+export function tabs(onChoose = () => {}) {
   const buttons = [...document.querySelectorAll('[role="tab"]')];
+  let now = null;
   const choose = (chosen) => {
+    if (chosen === now) return;
+    now = chosen;
     for (const button of buttons) {
       const isChosen = button === chosen;
       button.setAttribute("aria-selected", String(isChosen));
@@ -25,6 +28,7 @@ export function tabs() {
     }
     // Canvases of panels are drawn when they are seen.
     window.dispatchEvent(new Event("resize"));
+    onChoose(chosen.dataset.tab);
   };
   for (const [i, button] of buttons.entries()) {
     button.addEventListener("click", () => choose(button));
@@ -65,60 +69,3 @@ export async function copy(area, text) {
   }
 }
 
-// Makes the controls of all parameters; the render defines them.
-export class Parameters {
-  controls = new Map();
-
-  constructor(place, link) {
-    Object.assign(this, { place, link });
-  }
-
-  build(tables) {
-    this.tables = tables;
-    this.controls.clear();
-    const open = new Set([...this.place.querySelectorAll("details[open]")].map((d) => d.dataset.title));
-    const groups = tables.groups.map(({ title, parameters }, i) => {
-      const inside = element("div");
-      for (const parameter of parameters) inside.append(this.control(parameter));
-      const details = element("details", { "data-title": title }, element("summary", {}, title), inside);
-      details.open = open.size ? open.has(title) : i < 2;
-      return details;
-    });
-    this.place.replaceChildren(...groups);
-  }
-
-  control(parameter) {
-    const { key, help, names, default: usual, range, schema } = parameter;
-    let input;
-    if (key === "integrator" || names.length > 0) {
-      const named = key === "integrator" ? this.tables.integrators.map(({ name }) => name) : names;
-      input = element("select", {}, ...named.map((name) => element("option", { value: name }, name)));
-      if (schema.anyOf) {
-        // Numbers are as good as names: it is a text with proposals.
-        const list = element("datalist", { id: `names-${key}` }, ...named.map((name) => element("option", { value: name })));
-        input = element("input", { type: "text", list: list.id });
-        this.place.parentElement.append(list);
-      }
-    } else {
-      input = element("input", { type: "text", inputmode: "decimal", placeholder: usual });
-    }
-    input.id = `parameter-${key}`;
-    input.addEventListener("change", () => this.link.set(key, input.value.trim() === "" ? null : input.value.trim()));
-    const title = `${help}${range ? `, ${range}` : ""} [default: ${usual}]`;
-    const label = element("label", { title, for: input.id }, key.replaceAll("_", " "), input);
-    this.controls.set(key, { input, label });
-    return label;
-  }
-
-  // Shows values, and the parameters that the integrator reads.
-  update(values) {
-    const integrator = this.tables?.integrators.find(({ name }) => name === values.integrator);
-    const ofMethods = new Set(this.tables.integrators.flatMap(({ reads }) => reads));
-    for (const [key, { input, label }] of this.controls) {
-      if (document.activeElement !== input || input.tagName === "SELECT") input.value = values[key] ?? "";
-      label.hidden = ofMethods.has(key) && key !== "integrator" && !integrator?.reads.includes(key);
-    }
-    const kind = this.controls.get("integrator");
-    if (kind && integrator) kind.label.title = integrator.help;
-  }
-}

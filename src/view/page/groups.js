@@ -1,6 +1,7 @@
 // Light groups: the light of each comes by itself, so that its strength and colour are the page's work.
 
 import { element } from "./controls.js";
+import { fill } from "./fields.js";
 import { HALVES, toHalves } from "./tone.js";
 
 const cache = new WeakMap();
@@ -57,6 +58,7 @@ export class Groups {
     const solo = element("button", { title: "This group alone, and all of them again", "aria-label": `${name} alone` }, "alone");
     const show = () => {
       [isOn.checked, slider.value, colour.value] = [setting.isOn, setting.stops, setting.colour];
+      fill(slider);
       stops.textContent = `${setting.stops > 0 ? "+" : ""}${Number(setting.stops).toFixed(1)}`;
     };
     const change = (changes) => {

@@ -143,8 +143,10 @@ export class Inspector {
     );
   }
 
+  // Removes the paths and all that is said of them.
   clear() {
     this.facts = null;
+    $("paths-section").hidden = true;
     $("brightest").replaceChildren();
     $("found").replaceChildren();
     $("vertices").replaceChildren();
@@ -159,6 +161,7 @@ export class Inspector {
 
   describe() {
     const { facts, first } = this;
+    $("paths-section").hidden = false;
     const colour = (c) => c.map((x) => number(x)).join(", ");
     const rows = [["Pixel", `${facts.pixel.join(", ")}, sample ${facts.samples[0].sample}`]];
     if (first) {

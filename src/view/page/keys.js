@@ -1,6 +1,8 @@
 // Controls for keys of materials and lights, made of what the schema of scene files says of each.
 
 import { element } from "./controls.js";
+import { decimals, nameWithKey, sliderAndNumber } from "./fields.js";
+import { nameOf, usualRange } from "./names.js";
 
 const toCode = (x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : Math.min(1, 1.055 * x ** (1 / 2.4) - 0.055)));
 const toLinear = (code) => {
@@ -8,30 +10,47 @@ const toLinear = (code) => {
   return x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
 };
 const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16).padStart(2, "0")).join("")}`;
-const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
+// Linear red, green and blue of `#rrggbb`.
+export const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
 
-// The lower end of a range, or undefined.
+// Colours are a number or three, none of them negative. Optical constants are too, but have none of their meaning.
+const OPTICAL = ["eta", "k"];
 const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
-// Colours are a number or three, none of them negative.
-const isColour = ({ anyOf }) => anyOf?.length > 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array";
-const isNumber = ({ type, anyOf }) => type === "number" || Boolean(anyOf && !anyOf.some((choice) => choice.type === "array"));
+const isColour = (key, { anyOf }) => anyOf?.length >= 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array" && !OPTICAL.includes(key);
+// The part of a schema that is about a single number, if there is one.
+const numeric = (holds) => (["number", "integer"].includes(holds.type) ? holds : holds.anyOf?.some(({ type }) => type === "array") ? null : holds.anyOf?.find(({ type }) => type === "number"));
+const short = (x) => (typeof x === "number" ? decimals(x) : x);
 // A list of numbers as TOML, or a single one.
 const list = (text) => (text.includes(",") ? `[${text}]` : text.trim());
 
+// A colour in three digits each, grey as one number.
+const digits = (colour) => [...new Set(colour.map((x) => Number(x.toPrecision(3))))].length === 1 ? String(Number(colour[0].toPrecision(3))) : colour.map((x) => Number(x.toPrecision(3))).join(", ");
+
+// The range of a slider: that of the schema, or what is usual.
+export function rangeOf(key, holds) {
+  const [from, to] = [low(holds), holds.maximum];
+  if (from !== undefined && to !== undefined && to <= 1000 && !usualRange(key)) return [from, to];
+  return usualRange(key) ?? null;
+}
+
+// The ends of a number that a user may type.
+export const endsOf = (holds) =>
+  Object.fromEntries([["min", low(holds)], ["max", holds.maximum]].filter(([, end]) => end !== undefined).map(([name, end]) => [name, String(end)]));
+
 // The controls for a key, which call `send` with a value of TOML. Without a value they are empty.
 function inputs({ key, holds }, value, send, attributes) {
-  const words = key.replaceAll("_", " ");
+  const words = nameOf(key);
   const isSet = value !== undefined;
   const placeholder = "not set";
-  if (isColour(holds)) {
+  if (isColour(key, holds)) {
     const colour = !isSet ? [0, 0, 0] : Array.isArray(value) ? value : [value, value, value];
     // A colour picker goes to 1: what is brighter keeps its brightness.
     const strength = Math.max(1, ...colour);
     const picker = element("input", { type: "color", value: hex(colour.map((x) => x / strength)), ...attributes, "aria-label": `${words}, colour` });
-    const text = element("input", { type: "text", value: isSet ? colour.join(", ") : "", placeholder, "aria-label": `${words}, linear` });
+    const text = element("input", { type: "text", value: isSet ? digits(colour) : "", placeholder, "aria-label": `${words}, linear` });
     picker.addEventListener("change", () => send(`[${ofHex(picker.value).map((x) => Number((x * strength).toPrecision(5))).join(", ")}]`));
     text.addEventListener("change", () => text.value.trim() && send(list(text.value)));
-    return [picker, text];
+    return [element("span", { class: "colour wide" }, picker, text)];
   }
   if (holds.enum) {
     const none = isSet ? [] : [element("option", { value: "" }, placeholder)];
@@ -46,30 +65,25 @@ function inputs({ key, holds }, value, send, attributes) {
     box.addEventListener("change", () => send(String(box.checked)));
     return [box];
   }
-  if (isNumber(holds)) {
-    const ends = Object.fromEntries([["min", low(holds)], ["max", holds.maximum]].filter(([, end]) => end !== undefined).map(([name, end]) => [name, String(end)]));
-    const text = element("input", { type: "number", step: "any", ...ends, value: isSet ? String(value) : "", placeholder, ...attributes, "aria-label": words });
+  const number = numeric(holds);
+  const range = number && rangeOf(key, number);
+  if (range) return sliderAndNumber({ key, words, value, range, isInteger: number.type === "integer", ends: endsOf(number), send, attributes }).parts;
+  if (number) {
+    const text = element("input", { type: "number", step: "any", ...endsOf(number), value: isSet ? String(value) : "", placeholder, ...attributes, "aria-label": words });
     text.addEventListener("change", () => text.value !== "" && send(text.value));
-    if (!ends.min || !ends.max) return [text];
-    text.placeholder = "–";
-    const step = (holds.maximum - low(holds)) / 100;
-    const from = holds.minimum ?? holds.exclusiveMinimum + step;
-    const slider = element("input", { type: "range", min: String(from), max: ends.max, step: String(step), "aria-label": `${words}, slider` });
-    slider.value = isSet ? value : from;
-    slider.addEventListener("input", () => (text.value = slider.value));
-    slider.addEventListener("change", () => send(slider.value));
-    return [slider, text];
+    return [text];
   }
-  const text = element("input", { type: "text", value: isSet ? [value].flat().join(", ") : "", placeholder, ...attributes, "aria-label": words });
+  const text = element("input", { type: "text", value: isSet ? [value].flat().map(short).join(", ") : "", placeholder, ...attributes, "aria-label": words });
   text.addEventListener("change", () => text.value.trim() && send(list(text.value)));
   return [text];
 }
 
 function control(entry, value, send, attributes) {
   const { key, holds } = entry;
-  const range = low(holds) !== undefined && holds.maximum !== undefined ? ` (${low(holds)} to ${holds.maximum})` : "";
+  const number = numeric(holds);
+  const range = number && low(number) !== undefined && number.maximum !== undefined ? ` (${low(number)} to ${number.maximum})` : "";
   const made = inputs(entry, value, (text) => send(key, text), { ...attributes, "data-key": key });
-  return element("label", { class: "key", title: `${holds.description}${range}` }, element("span", {}, key.replaceAll("_", " ")), ...made);
+  return element("div", { class: "field", title: `${holds.description}${range}` }, nameWithKey(key), ...made);
 }
 
 // Controls for all `keys`: first those that have `values`, and the others behind "More", which is open if `isOpen`.
@@ -78,7 +92,7 @@ export function keyControls(keys, values, send, attributes, { isOpen = false, on
   const set = keys.filter(({ key }) => key in values).map(of);
   const others = keys.filter(({ key, alone }) => alone && !(key in values)).map(of);
   if (!others.length) return set;
-  const more = element("details", {}, element("summary", {}, "More"), element("div", {}, ...others));
+  const more = element("details", {}, element("summary", {}, "More properties"), element("div", {}, ...others));
   more.open = isOpen;
   more.addEventListener("toggle", () => onToggle(more.open));
   return [...set, more];

@@ -2,15 +2,20 @@
 
 import { Camera } from "./camera.js";
 import { Compare } from "./compare.js";
-import { $, Parameters, copy, duration, element, number, tabs } from "./controls.js";
+import { $, copy, duration, element, number, tabs } from "./controls.js";
+import { allow, setSlider } from "./fields.js";
 import { Groups } from "./groups.js";
+import { Hints, store, stored } from "./hints.js";
 import { Inspector } from "./inspect.js";
 import { Lights } from "./lights.js";
 import { Link } from "./link.js";
 import { Materials } from "./materials.js";
+import { Parameters } from "./parameters.js";
 import { Picture } from "./picture.js";
 import { listen } from "./pointer.js";
+import { Selection } from "./selection.js";
 import { CURVES, idOf } from "./tone.js";
+import { Views } from "./views.js";
 
 const link = new Link();
 const camera = new Camera();
@@ -26,21 +31,38 @@ const groups = new Groups($("groups"), (weights) => {
 });
 // What is compared stands beside the picture at once.
 const compare = new Compare(link, (isOn) => setBeside(isOn ? "compared" : ""));
-const chooseTab = tabs();
+let tab = "camera";
+const chooseTab = tabs((name) => {
+  // Paths belong to their tab.
+  if (tab === "inspect" && name !== "inspect") inspector.clear();
+  tab = document.documentElement.dataset.tab = name;
+});
+const selection = new Selection({ link, picture, camera, materials, onSelect: showSelected });
+const views = new Views(link, camera);
+const hints = new Hints(view);
 let status = { phase: "connecting" };
 let bounds = null;
 // Whether the exposure follows what the render meters.
 let isMetered = false;
 
+// A ring around the picture is for those who reach it by keys.
+addEventListener("keydown", () => (document.documentElement.dataset.by = "keys"));
+addEventListener("pointerdown", () => delete document.documentElement.dataset.by, true);
+
 // The theme of the system, until another one is chosen.
 const theme = (name) => {
   document.documentElement.dataset.theme = name;
   inspector.drawSpace();
+  compare.draw();
 };
-const asked = new URLSearchParams(location.search).get("theme");
+const THEME = "embrasure.theme";
+const asked = new URLSearchParams(location.search).get("theme") ?? stored(THEME);
 const dark = matchMedia("(prefers-color-scheme: dark)");
 theme(asked ?? (dark.matches ? "dark" : "light"));
-$("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+$("theme").addEventListener("click", () => {
+  theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+  store(THEME, document.documentElement.dataset.theme);
+});
 
 let messageEnd = 0;
 function say(text, isError) {
@@ -59,6 +81,7 @@ link.addEventListener("open", () => {
 link.addEventListener("lost", () => {
   $("lost").hidden = false;
   $("status").textContent = "not connected";
+  $("loading").hidden = true;
 });
 $("reconnect").addEventListener("click", () => link.open());
 
@@ -66,12 +89,17 @@ link.addEventListener("hello", ({ detail }) => {
   const name = detail.scene.split("/").pop();
   document.title = `${name} – Embrasure`;
   $("scene").textContent = name;
+  $("doing").textContent = "Rendering the first picture …";
+  $("loaded").removeAttribute("value");
   $("scene").title = `${detail.scene}, ${number(detail.triangles)} triangles, lights: ${number(detail.lights)}; embrasure ${detail.version}`;
+  about = `${number(detail.triangles)} triangle${detail.triangles === 1 ? "" : "s"} · ${detail.materials.length} material${detail.materials.length === 1 ? "" : "s"} · ${number(detail.lights)} light${detail.lights === 1 ? "" : "s"}`;
+  hover(null);
   bounds = detail.bounds;
   camera.extent = Math.hypot(...bounds[0].map((x, i) => bounds[1][i] - x)) || 1;
   inspector.bounds = bounds;
   parameters.build(detail.tables);
-  materials.build(detail.materials, detail.keys.material);
+  materials.build(detail.materials, detail.keys.material, detail.presets);
+  if (selection.picked) selection.show();
   lights.build(detail.scene_lights, detail.keys.light);
   compare.build(detail.tables.integrators);
   const denoisers = detail.tables.groups.flatMap((group) => group.parameters).find(({ key }) => key === "denoise");
@@ -95,10 +123,13 @@ link.addEventListener("state", ({ detail }) => {
   $("patch").value = detail.patches;
   lights.showEdits(detail.light_edits, detail.light_sections);
   compare.update(detail.compare);
-  $("save-camera").disabled = !detail.can_save;
-  const isChanged = detail.patches !== "" || detail.light_edits.length > 0;
-  for (const id of ["reset-materials", "reset-lights"]) $(id).disabled = !isChanged;
-  for (const id of ["save-materials", "save-lights"]) $(id).disabled = !isChanged || !detail.can_save;
+  const bare = detail.can_save ? "" : "a bare OBJ stores none: make a scene file with `embrasure init`";
+  allow("save-camera", bare);
+  const none = detail.patches !== "" || detail.light_edits.length > 0 ? "" : "nothing is changed";
+  for (const id of ["reset-materials", "reset-lights"]) allow(id, none);
+  for (const id of ["save-materials", "save-lights"]) allow(id, none || bare);
+  $("copy-patch").hidden = !detail.patches;
+  for (const id of ["copy-lights", "copy-light-sections"]) $(id).hidden = !detail.light_edits.length;
   if (document.activeElement !== $("noise")) $("noise").value = detail.values.noise;
   const denoise = detail.values.denoise ?? "off";
   $("denoise").value = denoise;
@@ -116,69 +147,99 @@ link.addEventListener("page", ({ detail }) => (link.page = detail.page));
 
 link.addEventListener("frame", ({ detail }) => {
   if (detail.groups) groups.build(detail.groups);
+  if (isMetered && typeof detail.exposure === "number") setExposure(detail.exposure);
   picture.show(detail);
+  if (!$("loading").hidden) {
+    $("loading").hidden = true;
+    document.documentElement.dataset.first = String(performance.now());
+    hints.begin();
+  }
+  if (!detail.preview) selection.rests();
   if (detail.channel === picture.secondChannel) return;
   document.documentElement.dataset.samples = detail.preview ? "preview" : String(detail.samples);
+  document.documentElement.dataset.denoised = String(detail.denoised === true);
+  if (detail.denoised) document.documentElement.dataset.firstDenoised ??= String(performance.now());
 });
 
 link.addEventListener("status", ({ detail }) => {
   status = { ...status, ...detail };
   document.documentElement.dataset.phase = status.phase;
   const { phase, samples = 0, target = 1, rate = 0, seconds = 0, noise, pages } = status;
+  if (phase === "loading") {
+    const doing = status.doing ?? "loading the scene";
+    $("doing").textContent = `${doing.charAt(0).toUpperCase()}${doing.slice(1)} …`;
+    $("status").textContent = `${doing} …`;
+    if (status.share > 0) $("loaded").value = status.share;
+    else $("loaded").removeAttribute("value");
+    return;
+  }
   const part = Number.isInteger(samples) ? samples : samples.toFixed(1);
-  $("status").textContent =
-    phase === "loading"
-      ? "loading the scene …"
-      : `${phase}: ${part} of ${target} samples, ${number(rate)} samples/s, noise ${noise ? `${(100 * noise).toPrecision(2)} %` : "–"}, ${duration(seconds)}`;
+  const level = noise ? `${(100 * noise).toPrecision(2)} %` : "–";
+  const names = { rendering: "Rendering", complete: "Complete", paused: "Paused" };
+  $("status").textContent = `${names[phase] ?? phase} · ${part} of ${target} samples · noise ${level} · ${duration(seconds)}`;
   $("progress").value = samples / target;
   $("pause").textContent = phase === "paused" ? "Resume" : "Pause";
   const facts = [
-    ["Samples per pixel", `${part} of ${target}`], ["Samples/s", number(rate)],
-    ["Noise (relative error)", noise ? `${(100 * noise).toPrecision(2)} %` : "–"],
-    ["Render time", duration(seconds)], ["Pages", pages ?? 1],
+    ["Samples per pixel", `${part} of ${target}`], ["Samples a second", number(rate)],
+    ["Noise (relative error)", level],
+    ["Render time", duration(seconds)], ["Open pages", pages ?? 1],
     ["Received", `${number(link.bytes / 1e6)} MB, ${link.frames} pictures`],
   ];
   $("facts").replaceChildren(...facts.flatMap(([a, b]) => [element("dt", {}, a), element("dd", {}, String(b))]));
-  if (isMetered && typeof detail.exposure === "number") look({ exposure: Number(detail.exposure.toFixed(2)) });
   metered = detail.exposure ?? metered;
+  if (isMetered && typeof metered === "number") setExposure(metered);
+  showExposureOfRender();
 });
+// The exposure that `render` would use, in hundredths of a stop
 let metered = null;
+const hundredths = (stops) => Number(stops.toFixed(2));
+function setExposure(stops) {
+  if (hundredths(stops) !== picture.look.exposure) look({ exposure: hundredths(stops) });
+}
+function showExposureOfRender() {
+  allow("exposure-of-render", metered === null ? "not measured yet" : hundredths(metered) === picture.look.exposure ? "in use" : "");
+}
 
 link.addEventListener("note", ({ detail }) => say(detail.text, false));
 link.addEventListener("error", ({ detail }) => say(detail.text, true));
 link.addEventListener("inspect", ({ detail }) => {
+  chooseTab("inspect");
   inspector.show(detail.facts, bounds);
-  const { first } = inspector;
-  if (first && $("focus-click").checked) camera.focusOn(first.position);
-  else chooseTab("inspect");
-  if (first) materials.choose(first.material);
 });
+link.addEventListener("pick", ({ detail }) => selection.answer(detail));
+
+// A click opens the material of what it hits, or focuses there.
+function showSelected(found) {
+  if (!found.material) return;
+  if ($("focus-click").checked) camera.focusOn(found.position);
+  else if (found.is_light) chooseTab("lights");
+  else {
+    chooseTab("materials");
+    materials.choose(found.material);
+  }
+}
 link.addEventListener("brightest", ({ detail }) => inspector.showBrightest(detail));
 link.addEventListener("errors", ({ detail }) => compare.show(detail));
-link.addEventListener("views", ({ detail }) => {
-  const buttons = detail.views.map(({ flags, words, camera: found }) => {
-    const button = element("button", { title: words }, flags.replace(/^--/, "").replace("view ", ""));
-    button.addEventListener("click", () => {
-      const { lens_radius } = camera.now;
-      camera.to({ ...found, lens_radius });
-    });
-    return button;
-  });
-  $("views").replaceChildren(...buttons);
-});
+link.addEventListener("views", ({ detail }) => views.build(detail.views, picture.size));
+link.addEventListener("view-picture", ({ detail }) => views.picture(detail));
 
 // The camera's controls. Moves are sent as fast as the page is drawn.
 let isSending = false;
 camera.addEventListener("change", ({ detail }) => {
   const c = camera.now;
   for (const [id, value] of [["fov", c.vertical_fov], ["fov-number", c.vertical_fov], ["lens", c.lens_radius], ["focus", c.focus_distance]]) {
-    if (document.activeElement !== $(id)) $(id).value = Number(value.toPrecision(6));
+    if (document.activeElement !== $(id)) $(id).value = Number(value.toPrecision(id === "fov-number" ? 4 : 5));
   }
-  $("undo").disabled = camera.past.length === 0;
-  $("redo").disabled = camera.future.length === 0;
+  setSlider($("fov"), c.vertical_fov);
+  // A lens up to a tenth of the scene, and focus up to four times its size, by factors
+  setSlider($("lens-range"), (c.lens_radius / (0.1 * camera.extent)) ** 0.5);
+  setSlider($("focus-range"), Math.log10(c.focus_distance / camera.extent) / 3.6 + 0.83);
+  allow("undo", camera.past.length === 0 ? "no move yet" : "");
+  allow("redo", camera.future.length === 0 ? "none undone" : "");
   $("copied").value = camera.toml;
   if (!detail.isOwn) return;
   document.documentElement.dataset.samples = "moving";
+  selection.moved();
   if (isSending) return;
   isSending = true;
   requestAnimationFrame(() => {
@@ -193,11 +254,14 @@ for (const [id, key] of [["fov", "vertical_fov"], ["fov-number", "vertical_fov"]
   });
   $(id).addEventListener("change", () => camera.endGesture());
 }
+for (const [id, key, toValue] of [["lens-range", "lens_radius", (x) => 0.1 * camera.extent * x * x], ["focus-range", "focus_distance", (x) => camera.extent * 10 ** (3.6 * (x - 0.83))]]) {
+  $(id).addEventListener("input", () => camera.now && camera.to({ ...camera.now, [key]: Math.fround(toValue(Number($(id).value))) }, true));
+  $(id).addEventListener("change", () => camera.endGesture());
+}
 $("speed").addEventListener("input", () => (camera.speed = Number($("speed").value)));
 $("undo").addEventListener("click", () => camera.undo());
 $("redo").addEventListener("click", () => camera.redo());
 $("home").addEventListener("click", () => camera.to(camera.home));
-$("find-views").addEventListener("click", () => link.send({ do: "views" }));
 $("copy-flags").addEventListener("click", () => copy($("copied"), camera.flags));
 $("copy-toml").addEventListener("click", () => copy($("copied"), camera.toml));
 $("save-camera").addEventListener("click", () => link.send({ do: "save-camera" }));
@@ -210,8 +274,10 @@ $("noise").addEventListener("change", () => link.set("noise", $("noise").value.t
 // Looks are the page's own and cost no render.
 function look(changes) {
   Object.assign(picture.look, changes);
-  $("exposure").value = $("exposure-number").value = picture.look.exposure;
+  $("exposure-number").value = picture.look.exposure;
+  setSlider($("exposure"), picture.look.exposure);
   $("tone").value = picture.look.tone;
+  showExposureOfRender();
   $("save-png").href = `picture.png?exposure=${picture.look.exposure}&tone=${picture.look.tone}`;
   picture.repaint();
 }
@@ -222,6 +288,7 @@ function setChannel(channel) {
   picture.look.channel = channel;
   $("channel").value = channel;
   $("tell-groups").checked = [channel, picture.secondChannel].includes("lights");
+  for (const id of ["reset-groups", "save-shown"]) allow(id, $("tell-groups").checked ? "" : nothing);
   subscribe();
 }
 function setBeside(beside) {
@@ -238,6 +305,10 @@ for (const id of ["exposure", "exposure-number"]) {
     look({ exposure: Number($(id).value) || 0 });
   });
 }
+$("exposure-of-render").addEventListener("click", () => {
+  isMetered = true;
+  setExposure(metered);
+});
 $("meter").addEventListener("click", () => {
   // A log-average of what is seen becomes mid grey.
   const { frame } = picture;
@@ -310,12 +381,14 @@ $("divider").addEventListener("pointermove", (event) => {
 });
 $("divider").addEventListener("pointerup", () => (isDividing = false));
 
+// What stands below the picture while nothing is pointed at.
+let about = "";
 function hover(at) {
   const values = at && picture.valuesAt(at);
   const isId = picture.frame?.channel === "id";
   $("pixel").textContent = values
     ? `${Math.floor(at[0])}, ${Math.floor(at[1])}   ${picture.frame.channel}  ${isId ? idOf(values) : values.map((v) => number(v, 4)).join("  ")}`
-    : "";
+    : about;
 }
 
 function key(event) {
@@ -335,8 +408,13 @@ function key(event) {
   return Boolean(action);
 }
 
-listen({ view, picture, camera, onClick: (at) => inspector.ask(at), onHover: hover, onKey: key });
+// In the tab of paths, a click asks for those of the pixel; elsewhere it selects.
+const click = (at) => (tab === "inspect" && !$("focus-click").checked ? inspector.ask(at) : selection.ask(at));
+listen({ view, picture, camera, onClick: click, onHover: hover, onKey: key });
+for (const slider of document.querySelectorAll('input[type="range"]')) setSlider(slider, slider.value);
+const nothing = "no group is separate";
+for (const id of ["reset-groups", "save-shown"]) allow(id, nothing);
 link.open();
 
 // For tests and for curious users.
-Object.assign(window, { embrasure: { link, camera, picture, inspector, groups, compare } });
+Object.assign(window, { embrasure: { link, camera, picture, inspector, groups, compare, materials, selection, hints } });

@@ -15,6 +15,8 @@ export class Picture {
   // Factors of light groups by name, red, green and blue each
   weights = new Map();
   zoom = "fit";
+  // Called where the place of the picture has changed
+  onPlace = () => {};
   size = [1, 1];
 
   constructor(view, canvas, second, overlay, divider) {
@@ -109,12 +111,13 @@ export class Picture {
   place() {
     const { x, y, w, h, scale } = this.box;
     this.view.classList.toggle("pixels", scale * (window.devicePixelRatio || 1) > 1.5);
-    for (const element of [this.canvas, this.second, this.overlay]) {
+    for (const element of [this.canvas, this.second, this.overlay, this.view.querySelector("#outline")]) {
       Object.assign(element.style, { left: `${x}px`, top: `${y}px`, width: `${w}px`, height: `${h}px` });
     }
     this.overlay.setAttribute("viewBox", `0 0 ${this.size[0]} ${this.size[1]}`);
     this.second.style.clipPath = `inset(0 ${100 * (1 - this.split)}% 0 0)`;
     Object.assign(this.divider.style, { left: `${x + w * this.split - 1}px`, top: `${y}px`, height: `${h}px` });
+    this.onPlace();
   }
 
   // The pixel at a place of the window; null outside of the picture.

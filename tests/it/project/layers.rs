@@ -389,6 +389,7 @@ fn the_command_line_stands_on_the_library() {
         "color",
         "denoise",
         "description",
+        "lint",
         "cli",
     ];
     for file in [

@@ -1,0 +1,84 @@
+//! The surface that a viewer points at, and its outline in the picture.
+
+use super::world::World;
+use crate::accel::Accel;
+use crate::geometry::Hit;
+use crate::math::{UVec2, Vec2, Vec3};
+use rayon::prelude::*;
+
+/// The first surface of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Picked {
+    /// Hit of the ray through the middle of the pixel.
+    pub hit: Hit,
+    /// Point that was hit.
+    pub position: Vec3,
+}
+
+/// Surfaces that are selected together: those of one material in one object.
+type Part = (u32, u32);
+
+impl<A: Accel> World<'_, A> {
+    /// Returns the first surface in the middle of `pixel`, if there is one.
+    pub fn pick(&self, pixel: UVec2) -> Option<Picked> {
+        let hit = self.first_hit(pixel.as_vec2() + 0.5)?;
+        let position = self.scene.surface_point(&hit, self.camera.time(0.5)).p;
+        Some(Picked { hit, position })
+    }
+
+    /// Returns the cells of a grid of `size` over the picture that show the part of `picked`, row by row: numbers of
+    /// cells without it and with it, in turns.
+    pub fn outline(&self, picked: &Picked, size: UVec2) -> Vec<u32> {
+        let part = self.part(&picked.hit);
+        let cell = self.camera.resolution().as_vec2() / size.as_vec2();
+        let row = |y: u32| -> Vec<bool> {
+            let shows = |x: u32| {
+                let film = (UVec2::new(x, y).as_vec2() + 0.5) * cell;
+                self.first_hit(film).is_some_and(|hit| self.part(&hit) == part)
+            };
+            (0..size.x).map(shows).collect()
+        };
+        let rows: Vec<Vec<bool>> = (0..size.y).into_par_iter().map(row).collect();
+        runs(rows.into_iter().flatten())
+    }
+
+    /// Hit of the ray through the middle of the lens. A ground that catches shadows is not seen itself.
+    fn first_hit(&self, film: Vec2) -> Option<Hit> {
+        let ray = self.camera.ray(film, Vec2::splat(0.5), self.camera.time(0.5));
+        let hit = self.accel.intersect(&ray)?;
+        let is_ground = self.scene.ground().is_some_and(|ground| ground.is_at(&hit));
+        (!is_ground).then_some(hit)
+    }
+
+    fn part(&self, hit: &Hit) -> Part {
+        (self.scene.object(hit), self.scene.material_id(hit))
+    }
+}
+
+/// Numbers of consecutive `false`, `true`, `false` and so on.
+fn runs(cells: impl Iterator<Item = bool>) -> Vec<u32> {
+    let mut runs = vec![0];
+    let mut is_in = false;
+    for cell in cells {
+        if cell != is_in {
+            runs.push(0);
+            is_in = cell;
+        }
+        if let Some(run) = runs.last_mut() {
+            *run += 1;
+        }
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_begin_outside() {
+        assert_eq!(runs([true, true, false, true].into_iter()), [0, 2, 1, 1]);
+        assert_eq!(runs([false; 3].into_iter()), [3]);
+        assert_eq!(runs([].into_iter()), [0]);
+    }
+}

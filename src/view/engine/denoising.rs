@@ -1,0 +1,212 @@
+//! The picture without its noise: a denoiser works on a thread of its own, so that first pixels and moves of the camera do not wait for it.
+
+use super::{Engine, samples_of};
+use crate::film::{Image, metered};
+use crate::io::half_picture;
+use crate::session::{RenderState, Renderer, Unfinished, denoised};
+use crate::view::frame::{DENOISED, Frame};
+use serde_json::{Value, json};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Share of the time that denoising for pages may take.
+const SHARE: f64 = 0.25;
+
+/// What is denoised, and what was.
+pub(super) struct Denoising {
+    /// Number of the picture on show.
+    picture: u64,
+    work: Option<Work>,
+    /// The last result for the picture on show, and whether it has all samples.
+    shown: Option<(Frame, bool)>,
+    /// Whether the denoiser has failed with the picture on show.
+    has_failed: bool,
+    /// When the last work ended, and how long it took.
+    ended: Instant,
+    took: Duration,
+}
+
+/// A denoiser at work.
+struct Work {
+    picture: u64,
+    size: [u32; 2],
+    facts: Value,
+    is_last: bool,
+    start: Instant,
+    result: Receiver<Result<Image, String>>,
+}
+
+impl Denoising {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Self {
+            picture: 0,
+            work: None,
+            shown: None,
+            has_failed: false,
+            ended: Instant::now(),
+            took: Duration::ZERO,
+        }
+    }
+
+    /// Another picture is on show. Results for earlier ones are not shown.
+    pub fn next_picture(&mut self) {
+        self.picture += 1;
+        self.shown = None;
+        self.has_failed = false;
+    }
+
+    /// The last result for the picture on show.
+    pub fn shown(&self) -> Option<&Frame> {
+        self.shown.as_ref().map(|(frame, _)| frame)
+    }
+
+    /// Returns true if a denoiser works.
+    pub fn is_busy(&self) -> bool {
+        self.work.is_some()
+    }
+
+    /// Returns true if a denoiser works on the picture on show. Samples wait for it then: both at once would take far longer than one after the other.
+    pub fn is_awaited(&self) -> bool {
+        self.work.as_ref().is_some_and(|work| work.picture == self.picture)
+    }
+
+    /// Returns true if a picture may be denoised now: the first one of a camera at once, others if that takes a small share of the time.
+    fn is_due(&self, is_last: bool) -> bool {
+        let share = self.took.as_secs_f64() / self.ended.elapsed().as_secs_f64().max(1e-9);
+        let is_done = self.shown.as_ref().is_some_and(|(_, is_last)| *is_last);
+        let is_free = self.work.is_none() && !self.has_failed && !is_done;
+        is_free && (self.shown.is_none() || is_last || share <= SHARE)
+    }
+
+    fn start(&mut self, renderer: &Renderer, state: &RenderState, facts: Value, is_last: bool) {
+        let image = renderer.develop(state);
+        let settings = renderer.session().settings().clone();
+        let (sender, result) = channel();
+        let work = move || {
+            let result = denoised(&settings, image, &|| false).map(|(image, _)| image);
+            let words = |error| match error {
+                Unfinished::Failed(error) => error.to_string(),
+                _ => "the denoiser was given up".into(),
+            };
+            let _ = sender.send(result.map_err(words));
+        };
+        // Without a thread, the picture keeps its noise.
+        if thread::Builder::new().name("denoiser".into()).spawn(work).is_ok() {
+            self.work = Some(Work {
+                picture: self.picture,
+                size: state.film.crop().size().to_array(),
+                facts,
+                is_last,
+                start: Instant::now(),
+                result,
+            });
+        }
+    }
+
+    /// The work that has ended, and its result.
+    fn take(&mut self) -> Option<(Work, Result<Image, String>)> {
+        let result = match self.work.as_ref()?.result.try_recv() {
+            Ok(result) => result,
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => Err("the denoiser has ended without a result".into()),
+        };
+        let work = self.work.take()?;
+        (self.ended, self.took) = (Instant::now(), work.start.elapsed());
+        Some((work, result))
+    }
+}
+
+impl Engine<'_> {
+    /// Shows what the denoiser has made of the picture, and has it work on the samples that came since, if pages show that. `facts` are those of `state`.
+    pub(super) fn denoise(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
+        if let Some((work, result)) = self.denoising.take() {
+            match result {
+                Err(words) => {
+                    self.denoising.has_failed = true;
+                    self.tell_error(None, &words);
+                }
+                Ok(image) if work.picture == self.denoising.picture => self.show_denoised(renderer, work, &image),
+                Ok(_) => {}
+            }
+        }
+        let is_wanted = self.hub.channels().contains(DENOISED) && can_denoise(renderer, state);
+        if is_wanted && self.denoising.is_due(is_last) {
+            let facts = self.facts(state);
+            self.denoising.start(renderer, state, facts, is_last);
+        }
+    }
+
+    fn show_denoised(&mut self, renderer: &Renderer, work: Work, image: &Image) {
+        let Work {
+            size,
+            mut facts,
+            is_last,
+            ..
+        } = work;
+        let tone = renderer.session().settings().tone;
+        if tone.exposure.stops().is_none() {
+            // The exposure of the PNG that `render` writes is that of the denoised picture.
+            self.shown.exposure = metered(tone, image).exposure.stops();
+            facts["exposure"] = json!(self.shown.exposure);
+        }
+        facts["denoised"] = json!(true);
+        if let Some(values) = half_picture::layer(image, half_picture::PICTURE) {
+            let frame = Frame::new(self.hub.next_frame(), DENOISED, size, &values, &facts, is_last);
+            self.hub.show(DENOISED, &frame);
+            self.denoising.shown = Some((frame, is_last));
+        }
+        self.shown.status = None;
+    }
+
+    /// What headers of pictures of `state` say.
+    pub(super) fn facts(&self, state: &RenderState) -> Value {
+        let whole = self.settings.resolution;
+        json!({
+            "size": [whole.x, whole.y],
+            "samples": samples_of(state),
+            "moves": self.moves,
+            // A preview has full size where a sample of each pixel takes only a moment.
+            "preview": self.moved.is_some(),
+            "exposure": self.shown.exposure,
+        })
+    }
+}
+
+/// Returns true if there is a denoiser, and each pixel has a sample.
+pub(super) fn can_denoise(renderer: &Renderer, state: &RenderState) -> bool {
+    renderer.session().settings().denoiser.is_some() && is_whole(state)
+}
+
+/// Returns true if each pixel has a sample.
+pub(super) fn is_whole(state: &RenderState) -> bool {
+    state.film.tiles().iter().all(|tile| tile.samples() > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// The first picture is due at once, later ones now and then, and none after a failure or the last one.
+    #[test]
+    fn pictures_are_due_now_and_then() {
+        let mut denoising = Denoising::new();
+        denoising.took = Duration::from_secs(3600);
+        assert!(denoising.is_due(false));
+        let frame = Frame::new(1, DENOISED, [1, 1], &[0.5; 3], &json!({}), false);
+        denoising.shown = Some((frame.clone(), false));
+        assert!(!denoising.is_due(false) && denoising.is_due(true));
+        denoising.took = Duration::ZERO;
+        assert!(denoising.is_due(false));
+        denoising.shown = Some((frame, true));
+        assert!(!denoising.is_due(true));
+        denoising.next_picture();
+        assert!(denoising.is_due(false) && denoising.shown().is_none());
+        denoising.has_failed = true;
+        assert!(!denoising.is_due(true));
+        denoising.next_picture();
+        assert!(denoising.is_due(false));
+    }
+}

@@ -1,0 +1,93 @@
+//! Tells pages how far the scene is loaded.
+
+use super::hub::Hub;
+use crate::io::LoadObserver;
+use serde_json::json;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Kind of the greeting that says so. It comes before all others.
+const KIND: &str = "0 loading";
+/// Interval between two messages about the same work.
+const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Work on a scene that pages are told of.
+pub(super) struct Loading<'a> {
+    hub: &'a Hub,
+    work: Mutex<Work>,
+}
+
+/// The part of the work at hand.
+struct Work {
+    doing: String,
+    units: u64,
+    done: u64,
+    told: Instant,
+}
+
+impl<'a> Loading<'a> {
+    /// No work yet.
+    pub fn new(hub: &'a Hub) -> Self {
+        let work = Work {
+            doing: String::new(),
+            units: 1,
+            done: 0,
+            told: Instant::now(),
+        };
+        let work = Mutex::new(work);
+        Self { hub, work }
+    }
+
+    fn tell(&self, work: &mut Work) {
+        work.told = Instant::now();
+        let share = work.done.min(work.units) as f64 / work.units.max(1) as f64;
+        let text = json!({ "type": "status", "phase": "loading", "doing": work.doing, "share": share });
+        self.hub.greet(KIND, &text.to_string());
+    }
+}
+
+impl LoadObserver for Loading<'_> {
+    fn begin(&self, what: &str, units: u64) {
+        let mut work = self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        (work.doing, work.units, work.done) = (what.into(), units, 0);
+        self.tell(&mut work);
+    }
+
+    fn advance(&self, units: u64) {
+        let mut work = self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        work.done = work.done.saturating_add(units);
+        if work.told.elapsed() >= INTERVAL {
+            self.tell(&mut work);
+        }
+    }
+}
+
+impl Drop for Loading<'_> {
+    /// Pages that come later are not told of it.
+    fn drop(&mut self) {
+        self.hub.forget(KIND);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_are_told_what_is_done() {
+        let hub = Hub::new();
+        let page = hub.join();
+        let loading = Loading::new(&hub);
+        loading.begin("reading a.obj", 4);
+        std::thread::sleep(INTERVAL);
+        loading.advance(1);
+        let (told, _) = hub.outgoing(page, false);
+        let shares = told.iter().map(|text| text.contains("\"share\":0.25"));
+        assert_eq!(shares.collect::<Vec<_>>(), [false, true], "{told:?}");
+        assert!(told[0].contains("reading a.obj"), "{told:?}");
+        // A page that comes meanwhile is told, a later one is not.
+        assert_eq!(hub.outgoing(hub.join(), false).0.len(), 1);
+        drop(loading);
+        assert!(hub.outgoing(hub.join(), false).0.is_empty());
+    }
+}

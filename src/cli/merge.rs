@@ -2,9 +2,7 @@ use super::args::MergeArgs;
 use super::error::CliError;
 use super::outputs::Outputs;
 use super::words;
-use crate::denoise::Denoiser;
 use crate::io::{FileError, Output};
-use crate::options::{Denoising, Finish};
 use crate::session::{Parts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,7 +11,7 @@ use std::process::ExitCode;
 pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     // Headers first: what does not fit together is refused before anything large is read.
     let parts = Parts::describe(&args.parts)?;
-    let finish = finish(args, parts.finish());
+    let finish = args.finish(parts.finish());
     let settings = Settings {
         tone: finish.tone,
         denoiser: finish.denoiser,
@@ -68,30 +66,4 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         );
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// What the flags say, and for the rest what the render was asked for.
-fn finish(args: &MergeArgs, noted: Finish) -> Finish {
-    let denoiser = match args.denoise {
-        None => noted.denoiser.filter(|denoiser| is_there(*denoiser)),
-        Some(None) => Some(Denoiser::best()),
-        Some(Some(denoising)) => Denoising::denoiser(denoising),
-    };
-    let has_radius = denoiser.is_some_and(|denoiser| denoiser.default_radius().is_some());
-    Finish {
-        tone: args.tone.0.over(noted.tone),
-        denoiser,
-        denoise_radius: args
-            .denoise_radius
-            .or(noted.denoise_radius.filter(|_| has_radius && args.denoise.is_none())),
-    }
-}
-
-/// Returns true if the denoiser of the render works here. If not, that is told.
-fn is_there(denoiser: Denoiser) -> bool {
-    let version = denoiser.version();
-    if let Err(error) = &version {
-        words::warning(format!("the pictures are raw: {error}"));
-    }
-    version.is_ok()
 }

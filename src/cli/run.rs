@@ -18,8 +18,6 @@ use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::film::{Image, Spikes, metered};
 use crate::io::{FileError, Format, LoadObserver, Warning, guarded, in_words};
-use crate::lint::reason_for_darkness;
-use crate::options::IntegratorKind;
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{BUILD, RenderState, Renderer, Session, Settings, Unfinished};
 use std::path::PathBuf;
@@ -249,10 +247,12 @@ impl Run<'_> {
         let (mut failures, mut finished, mut exposure) = (Vec::new(), Finished::default(), None);
         if !state.is_empty() {
             let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut finished));
-            let is_black = image.rgb().all(|rgb| rgb.iter().all(|&v| v <= 0.0));
-            match is_black && job.settings.method().kind() != IntegratorKind::Debug {
-                true => warn(self.darkness()),
-                false => exposure = metered(job.settings.tone, &image).exposure.stops(),
+            match self.renderer.reason_for_darkness(&image) {
+                Some(reason) => warn(format!(
+                    "the picture is black: {reason}\n  help: `embrasure check {}` may find more",
+                    job.scene_path.display()
+                )),
+                None => exposure = metered(job.settings.tone, &image).exposure.stops(),
             }
             if let Some(lost) = preview.finish(&image) {
                 warn(lost.to_string());
@@ -335,21 +335,6 @@ impl Run<'_> {
             }
         }
         image
-    }
-
-    /// Why the picture is black, with the command that finds more.
-    fn darkness(&self) -> String {
-        let session = self.renderer.session();
-        let whole = |message: String| self.job.scene.whole(message);
-        let reason = reason_for_darkness(
-            self.renderer.accel().as_dyn(),
-            session.scene(),
-            session.camera(),
-            self.job.settings.resolution,
-            &whole,
-        );
-        let scene = self.job.scene_path.display();
-        format!("the picture is black: {reason}\n  help: `embrasure check {scene}` may find more")
     }
 
     /// The picture of `state`, without further channels where making them fails.

@@ -13,9 +13,12 @@ use crate::film::{Aov, Film, Image};
 use crate::integrator::Picked;
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
+use crate::lint::reason_for_darkness;
 #[cfg(feature = "view")]
 use crate::math::UVec2;
+use crate::options::IntegratorKind;
 use crate::render::{self, Observer, Outcome, Statistics};
+use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -284,6 +287,24 @@ impl<'a> Renderer<'a> {
     pub fn develop(&self, state: &RenderState) -> Image {
         let with_error = self.session.settings().noise.is_some();
         state.develop(with_error, self.feature_names().as_ref())
+    }
+
+    /// Why `image` is black, in words; `None` if it has light, or shows none by intent.
+    pub fn reason_for_darkness(&self, image: &Image) -> Option<String> {
+        let (session, settings) = (self.session, self.session.settings());
+        let has_light = image.rgb().any(|rgb| rgb.iter().any(|&v| v > 0.0));
+        if has_light || settings.method().kind() == IntegratorKind::Debug {
+            return None;
+        }
+        let accel = self.accel.as_dyn();
+        let whole = |message: String| FileError::new(Path::new(""), message);
+        Some(reason_for_darkness(
+            accel,
+            session.scene(),
+            session.camera(),
+            settings.resolution,
+            &whole,
+        ))
     }
 
     /// Takes the noise out of `image` where that was asked for, and has `metadata` say by what; the raw picture stays beside it.

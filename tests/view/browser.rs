@@ -261,7 +261,7 @@ fn the_page_shows_and_steers_a_render() {
     // An edited file is loaded again, a wrong one is told with its place.
     let obj = folder.path().join("cornell-box.obj");
     let text = fs::read_to_string(&obj).unwrap();
-    fs::write(&obj, format!("{text}\nv 1 x 2\n")).unwrap();
+    fs::write(&obj, format!("{text}\nv 1e11 0 0\nf 1 2 -1\n")).unwrap();
     browser.wait(
         &tab,
         "document.getElementById('message').textContent.includes('cornell-box.obj:')",

@@ -3,7 +3,9 @@
 use super::exr::ExrArgs;
 use super::flags::{Flags, NameParser};
 use super::values::parse_radius;
-use crate::options::{Denoising, ToneOptions};
+use crate::cli::words;
+use crate::denoise::Denoiser;
+use crate::options::{Denoising, Finish, ToneOptions};
 use clap::Parser;
 use std::path::PathBuf;
 
@@ -59,4 +61,31 @@ pub(in crate::cli) struct MergeArgs {
     /// No summary
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+impl MergeArgs {
+    /// Steps that the flags say, and for the rest those that the render was asked for.
+    pub fn finish(&self, noted: Finish) -> Finish {
+        let denoiser = match self.denoise {
+            None => noted.denoiser.filter(|denoiser| is_there(*denoiser)),
+            Some(None) => Some(Denoiser::best()),
+            Some(Some(denoising)) => denoising.denoiser(),
+        };
+        let has_radius = denoiser.is_some_and(|denoiser| denoiser.default_radius().is_some());
+        let noted_radius = noted.denoise_radius.filter(|_| has_radius && self.denoise.is_none());
+        Finish {
+            tone: self.tone.0.over(noted.tone),
+            denoiser,
+            denoise_radius: self.denoise_radius.or(noted_radius),
+        }
+    }
+}
+
+/// Returns true if the denoiser of the render works here. If not, that is told.
+fn is_there(denoiser: Denoiser) -> bool {
+    let version = denoiser.version();
+    if let Err(error) = &version {
+        words::warning(format!("the pictures are raw: {error}"));
+    }
+    version.is_ok()
 }

@@ -508,7 +508,7 @@ fn times_of_the_summary_add_up() {
     let folder = scene();
     let said = words(&done(
         folder.path(),
-        &split("render a.obj --size 64x48 --quality draft -o o.png"),
+        &split("render a.obj --size 128x96 --spp 64 --quality draft -o o.png"),
     ));
     let (before, steps) = said.split_once(" s in all: ").unwrap();
     let number = |text: &str| text.parse::<f64>().unwrap();

@@ -91,7 +91,9 @@ fn files_of_a_scene_with_guessed_light_are_read_once() {
         settings.guesses.ground = guesses;
         let work = Work::default();
         let session = Session::load(&file, settings, &work).unwrap();
-        (session, work.0.into_inner().unwrap())
+        let mut work = work.0.into_inner().unwrap();
+        work.retain(|step| *step != "finding camera and light");
+        (session, work)
     };
     std::fs::write(at("dark.toml"), "version = 1\n[[object]]\nobj = \"a.obj\"\n").unwrap();
     let (lit, work) = load("dark.toml", true);

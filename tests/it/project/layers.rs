@@ -389,7 +389,6 @@ fn the_command_line_stands_on_the_library() {
         "color",
         "denoise",
         "description",
-        "lint",
         "cli",
     ];
     for file in [

@@ -8,7 +8,8 @@
 //! - Maya: `objExport` writes `illum 4`, `Ni 1.00` and `Tf 1.00 1.00 1.00` for an opaque Lambert surface, `Ns` is the cosine power of a Phong surface.
 //! - SketchUp: a surface is a colour, a picture and an opacity; `Ks 0.33 0.33 0.33` is a constant of the exporter.
 //! - Cinema 4D: its manual, "OBJ Export: Material", says that its materials cannot be written without loss; what else is known of it is that it had
-//!   specular channels, and `Ks` and `Ns` are read as such.
+//!   specular channels, and `Ks` and `Ns` are read as such. Its files have `illum 7` for every material,
+//!   most of them without `Tf`, `Ni` and `d`: that is no glass.
 //! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are
 //!   `Ks 1 1 1`, `Ns 0` and, until its issue 213 of 2023, `Tr 1` for opaque surfaces.
 //! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`, `d`
@@ -55,7 +56,13 @@ impl Section {
             Writer::Max => self.translate_max(),
             Writer::Maya => self.translate_maya(),
             Writer::Sketchup => self.drop_highlight(),
-            Writer::Cinema4d => self.make_phong_highlight(MAYA_COSINE_POWER),
+            Writer::Cinema4d => {
+                let is_glass = self.filter.is_some() || self.ior.is_some() || self.dissolve.is_given();
+                if !is_glass {
+                    self.illum = Some(2);
+                }
+                self.make_phong_highlight(MAYA_COSINE_POWER);
+            }
             Writer::Rhino | Writer::Assimp => {
                 self.filter = None;
                 self.make_phong_highlight(DEFAULT_EXPONENT);

@@ -288,9 +288,10 @@ impl Writer {
             Self::Maya => "Tf is read as opacity, Ks and Ns as the highlight of a dielectric",
             Self::Meshlab => "Tr is read as opacity, Ks and Ns as the highlight of a dielectric",
             Self::Sketchup => "its constant Ks is ignored",
-            Self::Cinema4d | Self::Wings3d | Self::Threedfier | Self::Highlight => {
-                "Ks and Ns are read as the highlight of a dielectric"
+            Self::Cinema4d => {
+                "Ks and Ns are read as the highlight of a dielectric, and illum 7 without Tf, Ni and d is opaque"
             }
+            Self::Wings3d | Self::Threedfier | Self::Highlight => "Ks and Ns are read as the highlight of a dielectric",
             Self::Rhino | Self::Assimp => "Ks and Ns are read as the highlight of a dielectric, and Tf is ignored",
         }
     }

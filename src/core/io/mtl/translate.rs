@@ -9,7 +9,7 @@
 //! - SketchUp: a surface is a colour, a picture and an opacity; `Ks 0.33 0.33 0.33` is a constant of the exporter.
 //! - Cinema 4D: its manual, "OBJ Export: Material", says that its materials cannot be written without loss; what else is known of it is that it had
 //!   specular channels, and `Ks` and `Ns` are read as such. Its files have `illum 7` for every material,
-//!   most of them without `Tf`, `Ni` and `d`: that is no glass.
+//!   mostly with neither `Tf`, `Ni` nor `d`: such a surface is opaque.
 //! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are
 //!   `Ks 1 1 1`, `Ns 0` and, until its issue 213 of 2023, `Tr 1` for opaque surfaces.
 //! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`, `d`

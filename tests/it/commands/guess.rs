@@ -410,7 +410,7 @@ fn light_of_flags_stands_as_the_scene_does() {
     }
     // Keys of the ground are kept.
     let scene = dump("z.obj --env white --ground --set ground.albedo=0.2");
-    assert!(scene.contains("albedo = 0.2"), "{scene}");
+    assert!(scene.contains("albedo = [0.2, 0.2, 0.2]"), "{scene}");
     // A ground takes few finite lights, and an interior has its own floor.
     std::fs::write(at.join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
     let lamp = format!("mtllib lamp.mtl\nusemtl lamp\n{}", statue().text);

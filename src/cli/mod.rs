@@ -55,7 +55,6 @@ pub use request::Request;
 use crate::io::is_guarded;
 use args::{Args, Command};
 use error::{CliError, INTERRUPTED};
-use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Runs the program on the process's arguments and turns the outcome into an exit code.
@@ -103,14 +102,12 @@ pub fn main() -> ExitCode {
 
 /// Prints help to the standard output, which is no failure, and what is wrong with the arguments to the standard error; clap decides by the kind.
 fn print_of_clap(error: &clap::Error) {
-    let has_controls = |arg: OsString| arg.to_string_lossy().chars().any(char::is_control);
     if !error.use_stderr() {
         words::remember(error.print());
-    } else if std::env::args_os().any(has_controls) {
-        errln!("{}", error.render());
-    } else {
-        let _ = error.print();
+        return;
     }
+    let text = error.render().to_string();
+    words::error(text.strip_prefix("error: ").unwrap_or(&text).trim_end());
 }
 
 fn dispatch(args: Args) -> Result<ExitCode, CliError> {

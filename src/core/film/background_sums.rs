@@ -31,7 +31,7 @@ impl Backing {
         }
     }
 
-    /// Light of the background that `R G B` hold where nothing covers it.
+    /// Light of the background in `R G B` of a pixel that nothing covers.
     pub fn light(self) -> Spectrum {
         match self {
             Self::Transparent => Spectrum::ZERO,
@@ -76,7 +76,7 @@ impl BackgroundSum {
         self.sum = [0, 1, 2].map(|c| by(self.sum[c], Fixed::new(share[c])));
     }
 
-    /// Adds the sum of `other` samples of the same pixel, where `own` are here.
+    /// Adds the sum of `others` samples of the same pixel to that of `own` samples.
     pub fn merge(&mut self, other: &Self, [own, others]: [u32; 2]) {
         // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
         let [n, m] = [own, others].map(|samples| f64::from(samples / BLOCK));
@@ -99,17 +99,15 @@ impl BackgroundSum {
     /// [`Accumulator::squared_error`]: super::Accumulator::squared_error
     pub fn squared_error(&self, samples: u32) -> f64 {
         let mean = luminance(self.mean(samples));
-        let variance = if self.block_spread.is_nan() {
-            // Shares in [0, 1] of this mean vary by this at most.
-            (mean * (1.0 - mean)).max(0.0) / f64::from(samples.saturating_sub(1))
-        } else {
-            let blocks = f64::from(samples / BLOCK);
-            self.block_spread / (blocks * (blocks - 1.0))
+        let (count, spread) = match self.block_spread.is_nan() {
+            // Samples stand by themselves. Shares in [0, 1] of this mean vary by this at most.
+            true => (f64::from(samples), f64::from(samples) * (mean * (1.0 - mean)).max(0.0)),
+            false => (f64::from(samples / BLOCK), self.block_spread),
         };
-        match samples < 2 || !variance.is_finite() || samples < 2 * BLOCK && !self.block_spread.is_nan() {
-            true => f64::INFINITY,
-            false => variance / (mean.powi(2) + DARK),
+        if count < 2.0 {
+            return f64::INFINITY;
         }
+        spread / (count * (count - 1.0)) / (mean.powi(2) + DARK)
     }
 }
 

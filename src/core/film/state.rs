@@ -125,7 +125,7 @@ const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 pub struct StateLayout {
     /// Parts of the light that are summed by themselves.
     parts: usize,
-    /// Whether the share of the background is summed.
+    /// True if the share of the background is summed.
     has_background: bool,
     /// Maximum numbers of objects and of materials that a pixel names, where there are features.
     levels: Option<[usize; 2]>,

@@ -7,7 +7,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 impl Image {
-    /// Writes the picture as `tone` shows it ([`display_bytes`]) to the PNG file `path`: 8 bits for an sRGB display. An automatic exposure is metered in the
+    /// Writes the picture as `tone` shows it ([`display_bytes`]) to the PNG file `path`: 8 bits for an
+    /// sRGB display. An automatic exposure is metered in the
     /// image. [`Output::write_image`] does the same and says in the file how the picture was made.
     ///
     /// # Errors
@@ -42,8 +43,8 @@ pub(super) fn write_as(writer: impl Write, image: &Image, tone: &Tone, software:
 /// `image` in 8 bits for an sRGB display, row by row from the top, and the number of channels: 4 over
 /// a transparent background, else 3. `tone` must have a known exposure.
 ///
-/// `tone` changes light, and not a colour behind it: where nothing covers that, it is shown to the
-/// code. Light covers it in linear values.
+/// `tone` changes light, and not a colour behind it. A pixel that nothing covers has the code of that
+/// colour. Light covers it in linear values.
 ///
 /// Colours over a transparent background are not premultiplied (PNG specification, 3rd edition, §6.2).
 /// Browsers and most painting programs blend codes in place of light. Alpha is therefore such that

@@ -1,5 +1,6 @@
 //! Pictures for pages: their numbers, and what is said of them. `io::half_picture` has the numbers.
 
+use crate::film::{Backing, Film};
 use crate::io::half_picture;
 use crate::io::packed::{ROUNDING, pack};
 use serde_json::{Map, Value, json};
@@ -53,6 +54,35 @@ impl Frame {
             halves: Arc::new(half_picture::halves(values)),
             width: size[0] as usize,
             is_exact: is_final || channel == half_picture::IDS,
+        }
+    }
+
+    /// The light of `film`, as [`Frame::new`] makes it, with the coverage of its background.
+    pub fn of_film(id: u64, channel: &str, film: &Film, facts: &Value, is_final: bool) -> Self {
+        let size = film.crop().size().to_array();
+        let frame = Self::new(id, channel, size, &half_picture::light(film), facts, is_final);
+        match film.backing().zip(half_picture::coverage(film)) {
+            Some((backing, coverage)) => frame.over(backing, &coverage),
+            None => frame,
+        }
+    }
+
+    /// A picture in front of `backing`. `coverage`, of each pixel's red, green and blue, stands below it.
+    pub fn over(self, backing: Backing, coverage: &[f32]) -> Self {
+        let mut header = (*self.header).clone();
+        header.insert(
+            "backing".into(),
+            match backing {
+                Backing::Transparent => json!("transparent"),
+                Backing::Color(color) => json!(color.to_array()),
+            },
+        );
+        let mut halves = (*self.halves).clone();
+        halves.extend(half_picture::halves(coverage));
+        Self {
+            header: Arc::new(header),
+            halves: Arc::new(halves),
+            ..self
         }
     }
 

@@ -171,6 +171,47 @@ fn the_page_shows_the_png_of_render() {
     );
 }
 
+/// A background has the same codes on the page as in the PNG file, whatever exposure and curve do.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium")]
+fn backgrounds_of_the_page_are_those_of_the_png() {
+    for background in ["#ffc356", "transparent"] {
+        let flags = format!("{FLAGS} --tone agx --denoise=off --background {background}");
+        let flags = split(&flags);
+        let folder = pawns();
+        done(
+            folder.path(),
+            &[&["render"], &flags[..], &["-q", "-o", "r.png"]].concat(),
+        );
+        let expected = image::open(folder.path().join("r.png")).unwrap().to_rgba8();
+        let viewer = Viewer::start(folder.path(), &flags);
+        let mut browser = Browser::start();
+        let tab = browser.open(&viewer.link(), [1280, 800]);
+        browser.wait(&tab, "embrasure.picture.frame?.final");
+        let codes = browser.value(
+            &tab,
+            "[...document.getElementById('picture').getContext('2d').getImageData(0, 0, 96, 72).data]",
+        );
+        let codes: Vec<i64> = codes
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|code| code.as_i64().unwrap())
+            .collect();
+        // Canvases keep colours times alpha.
+        let premultiplied = |rgba: &[i64]| [0, 1, 2].map(|c| rgba[c] * rgba[3] / 255);
+        let far = codes
+            .chunks_exact(4)
+            .zip(expected.as_raw().chunks_exact(4))
+            .filter(|(page, file)| {
+                let file: Vec<i64> = file.iter().map(|&code| i64::from(code)).collect();
+                let (own, other) = (premultiplied(page), premultiplied(&file));
+                (page[3] - file[3]).abs() > 1 || (0..3).any(|c| (own[c] - other[c]).abs() > 2)
+            });
+        assert_eq!(far.count(), 0, "pixels that differ over {background}");
+    }
+}
+
 /// A pixel has an object, a material and an outline; the background has none of them.
 #[test]
 fn pixels_are_picked() {

@@ -43,6 +43,17 @@ pub fn light(film: &Film) -> Vec<f32> {
     values
 }
 
+/// Coverage of each pixel's red, green and blue, if `film` sums the share of its background.
+pub fn coverage(film: &Film) -> Option<Vec<f32>> {
+    film.backing()?;
+    let pixels = film.crop().pixels();
+    Some(
+        pixels
+            .flat_map(|pixel| film.coverage(pixel).unwrap_or_default())
+            .collect(),
+    )
+}
+
 /// The layers `names` of `image`, one after the other.
 pub fn stacked(image: &Image, names: &[String]) -> Vec<f32> {
     names.iter().filter_map(|name| layer(image, name)).flatten().collect()

@@ -153,7 +153,10 @@ impl Engine<'_> {
         }
         facts["denoised"] = json!(true);
         if let Some(values) = half_picture::layer(image, half_picture::PICTURE) {
-            let frame = Frame::new(self.hub.next_frame(), DENOISED, size, &values, &facts, is_last);
+            let mut frame = Frame::new(self.hub.next_frame(), DENOISED, size, &values, &facts, is_last);
+            if let Some((backing, coverage)) = image.coverage() {
+                frame = frame.over(backing, coverage.as_flattened());
+            }
             self.hub.show(DENOISED, &frame);
             self.denoising.shown = Some((frame, is_last));
         }

@@ -161,14 +161,7 @@ impl Engine<'_> {
         let film = &turns.state.film;
         let size = film.crop().size().to_array();
         let facts = json!({ "size": size, "samples": samples_of(&turns.state), "moves": self.moves, "preview": false });
-        let frame = Frame::new(
-            self.hub.next_frame(),
-            RIVAL,
-            size,
-            &half_picture::light(film),
-            &facts,
-            is_final,
-        );
+        let frame = Frame::of_film(self.hub.next_frame(), RIVAL, film, &facts, is_final);
         self.hub.show(RIVAL, &frame);
     }
 

@@ -19,6 +19,14 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Instant;
 
+/// What a frame has of a film.
+enum Values {
+    /// Its light, with the coverage of its background.
+    Light,
+    /// These three numbers of each pixel.
+    Channel(Vec<f32>),
+}
+
 impl Engine<'_> {
     /// Shows `state` on the pages, each its channel. In place of the denoised picture, the noisy one is shown until the denoiser is done.
     pub(super) fn show(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
@@ -43,45 +51,47 @@ impl Engine<'_> {
         };
         let is_final = is_last && !is_preview;
         for channel in &channels {
+            let mut facts = facts.clone();
+            let mut is_final = is_final;
+            match channel.as_str() {
+                frame::LIGHTS => facts["groups"] = json!(groups),
+                frame::DENOISED => {
+                    facts["denoised"] = json!(false);
+                    is_final &= !can_denoise(renderer, state);
+                }
+                _ => {}
+            }
+            let denoised = self.denoising.shown().filter(|_| !is_preview);
             let values = match channel.as_str() {
-                // The moving camera is seen by one of both alone.
-                frame::RIVAL if is_preview => Some(half_picture::light(&state.film)),
-                frame::RIVAL => None,
-                half_picture::PICTURE => Some(half_picture::light(&state.film)),
-                frame::LIGHTS if groups.is_empty() => Some(half_picture::light(&state.film)),
-                frame::LIGHTS => {
+                frame::RIVAL if !is_preview => None,
+                frame::DENOISED if denoised.is_some() => {
+                    // For pages that came since
+                    if let Some(frame) = denoised.filter(|_| is_last) {
+                        self.hub.show(channel, frame);
+                    }
+                    None
+                }
+                frame::LIGHTS if !groups.is_empty() => {
                     let layers: Vec<String> = groups.iter().map(|name| format!("light_{name}")).collect();
-                    Some(half_picture::stacked(
+                    Some(Values::Channel(half_picture::stacked(
                         developed.get_or_insert_with(|| renderer.develop(state)),
                         &layers,
-                    ))
+                    )))
                 }
-                frame::DENOISED => match self.denoising.shown().filter(|_| !is_preview) {
-                    Some(frame) => {
-                        // For pages that came since
-                        if is_last {
-                            self.hub.show(channel, frame);
-                        }
-                        None
-                    }
-                    None => Some(half_picture::light(&state.film)),
-                },
-                half_picture::IDS => half_picture::ids(developed.get_or_insert_with(|| renderer.develop(state))),
-                name => half_picture::layer(developed.get_or_insert_with(|| renderer.develop(state)), name),
+                // A moving camera shows one of two renders that are compared.
+                half_picture::PICTURE | frame::DENOISED | frame::LIGHTS | frame::RIVAL => Some(Values::Light),
+                half_picture::IDS => {
+                    half_picture::ids(developed.get_or_insert_with(|| renderer.develop(state))).map(Values::Channel)
+                }
+                name => half_picture::layer(developed.get_or_insert_with(|| renderer.develop(state)), name)
+                    .map(Values::Channel),
             };
             if let Some(values) = values {
                 let id = self.hub.next_frame();
-                let mut facts = facts.clone();
-                let mut is_final = is_final;
-                match channel.as_str() {
-                    frame::LIGHTS => facts["groups"] = json!(groups),
-                    frame::DENOISED => {
-                        facts["denoised"] = json!(false);
-                        is_final &= !can_denoise(renderer, state);
-                    }
-                    _ => {}
-                }
-                let frame = Frame::new(id, channel, size, &values, &facts, is_final);
+                let frame = match values {
+                    Values::Light => Frame::of_film(id, channel, &state.film, &facts, is_final),
+                    Values::Channel(values) => Frame::new(id, channel, size, &values, &facts, is_final),
+                };
                 if channel == half_picture::PICTURE {
                     self.hub.greet_with(Some(&frame));
                 }

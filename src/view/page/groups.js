@@ -2,7 +2,7 @@
 
 import { element } from "./controls.js";
 import { fill } from "./fields.js";
-import { HALVES, toHalves } from "./tone.js";
+import { HALVES, decode, toHalves } from "./tone.js";
 
 const cache = new WeakMap();
 
@@ -26,8 +26,6 @@ export function relit(frame, weights) {
   cache.set(frame, { key, lit });
   return lit;
 }
-
-const toLinear = (code) => (code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4);
 
 // The controls of all groups: strength in stops, colour, off, and each alone.
 export class Groups {
@@ -90,7 +88,7 @@ export class Groups {
     const weights = new Map();
     for (const name of this.names) {
       const { stops, colour, isOn } = this.settings.get(name);
-      const tint = [1, 3, 5].map((i) => toLinear(Number.parseInt(colour.slice(i, i + 2), 16) / 255));
+      const tint = [1, 3, 5].map((i) => decode(Number.parseInt(colour.slice(i, i + 2), 16) / 255));
       weights.set(name, tint.map((x) => (isOn ? x * 2 ** stops : 0)));
     }
     this.onChange(weights);

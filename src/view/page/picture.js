@@ -3,6 +3,24 @@
 import { relit } from "./groups.js";
 import { HALVES, shade } from "./tone.js";
 
+// Pixels of `image` whose light is NaN in `frame` get the codes of `canvas`, scaled to the size of `image`.
+function keepUnknown(frame, image, canvas) {
+  const { width, height } = image;
+  const pixels = new Uint32Array(image.data.buffer);
+  let codes = null;
+  for (let i = 0; i < pixels.length; i += 1) {
+    if ((frame.halves[3 * i] & 0x7fff) <= 0x7c00) continue;
+    if (codes === null) {
+      const scaled = document.createElement("canvas");
+      [scaled.width, scaled.height] = [width, height];
+      const context = scaled.getContext("2d");
+      context.drawImage(canvas, 0, 0, width, height);
+      codes = new Uint32Array(context.getImageData(0, 0, width, height).data.buffer);
+    }
+    pixels[i] = codes[i];
+  }
+}
+
 export class Picture {
   look = { exposure: 0, tone: "srgb", falseColour: "", channel: "picture" };
   frame = null;
@@ -80,20 +98,10 @@ export class Picture {
     const channel = frame.channel;
     const image = new ImageData(shade(frame, { ...this.look, channel }), width, height);
     const context = canvas.getContext("2d");
-    if (frame.halves.some((bits) => (bits & 0x7fff) > 0x7c00) && canvas.width > 1) {
-      const layer = document.createElement("canvas");
-      [layer.width, layer.height] = [width, height];
-      layer.getContext("2d").putImageData(image, 0, 0);
-      const below = document.createElement("canvas");
-      [below.width, below.height] = [canvas.width, canvas.height];
-      below.getContext("2d").drawImage(canvas, 0, 0);
-      [canvas.width, canvas.height] = [width, height];
-      context.drawImage(below, 0, 0, width, height);
-      context.drawImage(layer, 0, 0);
-    } else {
-      if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-      context.putImageData(image, 0, 0);
-    }
+    if (canvas.width > 1) keepUnknown(frame, image, canvas);
+    canvas.classList.toggle("transparent", frame.backing === "transparent");
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    context.putImageData(image, 0, 0);
   }
 
   // Where the picture is in the view, in CSS pixels.

@@ -34,6 +34,7 @@ export function toHalves(numbers) {
 }
 
 const encode = (x) => (x <= 0.0031308 ? 12.92 * Math.max(x, 0) : x >= 1 ? 1 : 1.055 * x ** (1 / 2.4) - 0.055);
+export const decode = (code) => (code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4);
 const luminance = (r, g, b) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 const narkowicz = (x) => (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
 const hillFit = (v) => (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.432951) + 0.238081);
@@ -116,20 +117,46 @@ const CHANNELS = {
 // Channels of light, which exposure and curve are for.
 const LIGHT = ["picture", "denoised", "lights", "compared"];
 
+// Writes the encoded light `rgb` of a pixel that covers the share `a` of its background: `display_bytes` of
+// src/core/io/png.rs. `backing` is a linear colour, which no curve changes, or "transparent". Returns alpha.
+function over(backing, rgb, a, shown, out) {
+  if (a[0] === 1 && a[1] === 1 && a[2] === 1) {
+    shown(...rgb.map((x) => Math.max(x, 0)), out);
+    return 1;
+  }
+  const isColour = backing !== "transparent";
+  const mean = (a[0] + a[1] + a[2]) / 3;
+  const behind = [0, 1, 2].map((c) => (isColour ? backing[c] * (1 - a[c]) : 0));
+  if (mean > 0) {
+    shown(...[0, 1, 2].map((c) => Math.max(rgb[c] - behind[c], 0) / mean), out);
+    for (let c = 0; c < 3; c += 1) out[c] = encode(behind[c] + mean * decode(out[c]));
+  } else for (let c = 0; c < 3; c += 1) out[c] = encode(behind[c]);
+  if (isColour) return 1;
+  // Browsers blend codes: the alpha that blends them as light, over black and over white.
+  const alphas = [0, 1, 2].map((c) => 1 + out[c] - encode(decode(out[c]) + 1 - mean));
+  const alpha = (Math.min(1, ...alphas) + Math.max(...alphas)) / 2;
+  for (let c = 0; c < 3; c += 1) out[c] = alpha > 0 ? Math.min(1, out[c] / alpha) : 0;
+  return alpha;
+}
+
 // Pixels of `frame` as RGBA bytes. A pixel without samples is transparent.
 export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) {
-  const { halves } = frame;
-  const count = halves.length / 3;
+  const { halves, backing } = frame;
+  const count = frame.width * frame.height;
   const pixels = new Uint8ClampedArray(4 * count);
   const isLight = LIGHT.includes(channel);
   const isPlain = ["Z", "variance", "samples"].includes(channel);
   const gain = 2 ** Math.min(64, Math.max(-64, exposure));
   const light = (bits) => Math.max(HALVES[bits] * gain, 0);
-  if (isLight && !isFalse && SEPARATE[tone]) {
+  const curve = MIXING[tone] ?? ((r, g, b, out) => [r, g, b].forEach((x, c) => (out[c] = SEPARATE[tone](x))));
+  // Curves of the light alone, whatever is behind it.
+  const exposed = (r, g, b, out) => curve(r * gain, g * gain, b * gain, out);
+  const isCovered = isLight && !isFalse && backing !== undefined;
+  if (isLight && !isFalse && !isCovered && SEPARATE[tone]) {
     // One look in a table for each channel
     const table = new Uint8ClampedArray(65536);
     for (let bits = 0; bits < 65536; bits += 1) table[bits] = Math.round(255 * (SEPARATE[tone](light(bits)) || 0));
-    for (let i = 0, j = 0; i < halves.length; i += 3, j += 4) {
+    for (let i = 0, j = 0; i < 3 * count; i += 3, j += 4) {
       pixels[j] = table[halves[i]];
       pixels[j + 1] = table[halves[i + 1]];
       pixels[j + 2] = table[halves[i + 2]];
@@ -139,8 +166,9 @@ export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) 
   }
   const [low, high] = isPlain ? range(halves) : [0, 1];
   const out = [0, 0, 0];
-  for (let i = 0, j = 0; i < halves.length; i += 3, j += 4) {
+  for (let i = 0, j = 0; i < 3 * count; i += 3, j += 4) {
     const [r, g, b] = [HALVES[halves[i]], HALVES[halves[i + 1]], HALVES[halves[i + 2]]];
+    let alpha = 1;
     if (isPlain) {
       const value = channel === "variance" ? Math.sqrt(luminance(r, g, b)) : r;
       const share = value >= 65504 ? 1 : (value - low) / (high - low || 1);
@@ -151,14 +179,17 @@ export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) 
     } else if (isFalse) {
       // Ten stops around mid grey
       falseColour((Math.log2((luminance(r, g, b) * gain) / 0.18) + 5) / 10 || 0, out);
+    } else if (isCovered) {
+      const at = 3 * count + i;
+      const covered = [0, 1, 2].map((c) => HALVES[halves[at + c]]);
+      alpha = over(backing, [r || 0, g || 0, b || 0], covered, exposed, out);
     } else if (isLight) {
-      const curve = MIXING[tone];
       curve(light(halves[i]) || 0, light(halves[i + 1]) || 0, light(halves[i + 2]) || 0, out);
     } else {
       for (let c = 0; c < 3; c += 1) out[c] = encode(light(halves[i + c]) || 0);
     }
     for (let c = 0; c < 3; c += 1) pixels[j + c] = Math.round(255 * out[c]);
-    pixels[j + 3] = isNaN(r) ? 0 : 255;
+    pixels[j + 3] = isNaN(r) ? 0 : Math.round(255 * alpha);
   }
   return pixels;
 }

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import wood
 
-SCENES = ["still-life", "stairwell", "coats", "desk-lamp", "moka", "presets"]
+SCENES = ["still-life", "stairwell", "coats", "desk-lamp", "moka", "presets", "scan"]
 folder = Path(__file__).resolve().parent.parent.parent / "scenes"
 for name in sys.argv[1:] or SCENES:
     model = importlib.import_module(name.replace("-", "_"))

@@ -39,16 +39,20 @@ class Mesh:
     def __init__(self):
         self.points, self.numbers, self.uvs, self.parts = [], {}, [], []
         self.place = lambda p: p
+        # The sRGB colour of a point before it is placed, for meshes with colours of vertices
+        self.color, self.colors = None, []
 
     def part(self, material):
         self.parts.append((material, []))
 
     def point(self, p):
         """The number of a point, counted from 1. Points within 0.1 mm are one."""
+        color = self.color and self.color(p)
         p = tuple(round(x, 4) + 0.0 for x in self.place(tuple(p)))
         number = self.numbers.setdefault(p, len(self.points) + 1)
         if number > len(self.points):
             self.points.append(p)
+            self.colors.append(color or ())
         return number
 
     def face(self, corners, uvs=None):
@@ -124,14 +128,17 @@ class Mesh:
     def write(self, path, title):
         """Writes the OBJ file, with the MTL file of its name."""
         with open(path, "w") as file:
-            print(f"# {title}\n# Our own model, by scripts/models. MIT OR Apache-2.0.\nmtllib {path.stem}.mtl", file=file)
+            print(f"# {title}\n# Our own model, by scripts/models. MIT OR Apache-2.0.", file=file)
+            if any(material for material, _ in self.parts):
+                print(f"mtllib {path.stem}.mtl", file=file)
             short = lambda x: f"{round(x, 4) + 0.0:g}"
-            for p in self.points:
-                print("v", *map(short, p), file=file)
+            for p, color in zip(self.points, self.colors):
+                print("v", *map(short, p), *(f"{c:.3g}" for c in color), file=file)
             for p in self.uvs:
                 print("vt", *map(short, p), file=file)
             for material, faces in self.parts:
-                print("usemtl", material, file=file)
+                if material:
+                    print("usemtl", material, file=file)
                 for corners, uvs in faces:
                     print("f", *([f"{c}/{t}" for c, t in zip(corners, uvs)] if uvs else corners), file=file)
 

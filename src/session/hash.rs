@@ -147,6 +147,8 @@ mod tests {
                 |m| m.maps.opacity = Some(MAP),
                 |m| m.maps.bump = Some(MAP),
                 |m| m.maps.normal = Some(MAP),
+                |m| m.maps.vertex_color = true,
+                |m| m.maps.vertex_alpha = true,
             ],
         );
     }

@@ -79,6 +79,8 @@ const HEADINGS: [(&str, &[&str]); 7] = [
             "set",
             "texture-dir",
             "texture-filter",
+            "vertex-colors",
+            "vertex-color-space",
             "mtl-dialect",
             "obj-reader",
             "smooth",

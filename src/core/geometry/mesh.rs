@@ -14,7 +14,9 @@
 //! emitting triangles keep for all their points, that saves 7 % of a render (docs/benchmarks.md, "Single steps").
 
 use super::PrimId;
+use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, Vec4, encode_fields, float::gamma};
+use half::f16;
 
 /// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,6 +29,12 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates of each vertex, v upwards; empty where there are none.
     pub uvs: Vec<Vec2>,
+    /// Colour of each vertex, linear Rec.709 from 0 to 1, by which the diffuse or base colour of the
+    /// material is multiplied; empty if there are none.
+    pub colors: Vec<[f16; 3]>,
+    /// Opacity of each vertex, 0 to 1, by which that of the material is multiplied; empty if there are
+    /// none.
+    pub alphas: Vec<f16>,
     /// Where vertices are at time 1, to which they go straight; empty where the mesh keeps its shape.
     pub positions_close: Vec<Vec3>,
     /// Shading normals at time 1; empty where there are none, or where the mesh keeps its shape.
@@ -38,6 +46,8 @@ encode_fields!(Mesh {
     triangles,
     normals,
     uvs,
+    colors,
+    alphas,
     positions_close,
     normals_close,
 });
@@ -124,6 +134,8 @@ impl Mesh {
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.uvs.as_slice())
+            + size_of_val(self.colors.as_slice())
+            + size_of_val(self.alphas.as_slice())
             + size_of_val(self.positions_close.as_slice())
             + size_of_val(self.normals_close.as_slice())
     }
@@ -154,6 +166,33 @@ impl Mesh {
     pub fn uv(&self, prim: PrimId, b1: f32, b2: f32) -> Option<Vec2> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
         Some((1.0 - b1 - b2) * t0 + b1 * t1 + b2 * t2)
+    }
+
+    /// Colour of that point, between those of the corners; 1 if the mesh has no colours.
+    pub fn color(&self, prim: PrimId, b1: f32, b2: f32) -> Spectrum {
+        if self.colors.is_empty() {
+            return Spectrum::ONE;
+        }
+        let [a, b, c] = self.triangles[prim.0 as usize].map(|i| {
+            let color = self.colors.get(i as usize).copied().unwrap_or([f16::ONE; 3]);
+            Spectrum::from(color.map(f16::to_f32))
+        });
+        a * (1.0 - b1 - b2) + b * b1 + c * b2
+    }
+
+    /// Opacity of that point, between those of the corners; 1 if the mesh has none.
+    pub fn alpha(&self, prim: PrimId, b1: f32, b2: f32) -> f32 {
+        if self.alphas.is_empty() {
+            return 1.0;
+        }
+        let [a, b, c] = self.corner_alphas(prim);
+        (1.0 - b1 - b2) * a + b1 * b + b2 * c
+    }
+
+    /// Opacities of the corners of triangle `prim`; 1 if the mesh has none.
+    pub fn corner_alphas(&self, prim: PrimId) -> [f32; 3] {
+        let alpha = |i: u32| self.alphas.get(i as usize).map_or(1.0, |alpha| alpha.to_f32());
+        self.triangles[prim.0 as usize].map(alpha)
     }
 
     /// Texture coordinates of the corners of triangle `prim`.

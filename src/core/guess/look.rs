@@ -53,12 +53,13 @@ impl Looker<'_> {
         None
     }
 
-    /// Reflectance of what was seen: of its diffuse and specular colours, at most 1, or 0.5 where a texture says it.
+    /// Reflectance of what was seen: of its diffuse and specular colours, at most 1, or 0.5 if textures or vertices give them.
     pub fn reflectance(&self, seen: &Seen) -> f32 {
         let material = self.material(seen);
-        match material.maps.diffuse.is_some() {
-            true => 0.5,
-            false => (material.diffuse + material.specular).luminance().min(1.0),
+        if material.maps.diffuse.is_some() || material.maps.vertex_color {
+            0.5
+        } else {
+            (material.diffuse + material.specular).luminance().min(1.0)
         }
     }
 

@@ -58,14 +58,15 @@ pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render tells, since what they assume changes the picture: the light, the dialect of
 /// a library, files that lie elsewhere than named, pictures that decide between heights and
-/// normals, and elements that are not rendered.
-const TOLD_NOTES: [&str; 6] = [
+/// normals, elements that are not rendered, and colours of vertices.
+const TOLD_NOTES: [&str; 7] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "negative-lobes",
     "found-elsewhere",
     "heights-or-normals",
     "skipped-elements",
+    "vertex-colors",
 ];
 
 /// Places that a finding names besides the first.

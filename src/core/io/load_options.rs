@@ -19,6 +19,13 @@ parameters! {
         obj_reader: ObjReader = ObjReader::Own;
         /// Smooth edges below this angle in degrees, ignoring the file's normals
         smooth: f32, default "normals of the file", in Range::Above(0.0);
+        /// Colours of vertices: on, off, or auto
+        ///
+        /// They multiply the diffuse or base colour. `auto` uses them if no texture gives that colour,
+        /// and if they are not the grey that exporters write by default.
+        vertex_colors: VertexColors = VertexColors::Auto;
+        /// Encoding of the colours of vertices: srgb, or linear
+        vertex_color_space: VertexColorSpace = VertexColorSpace::Srgb;
         /// Texture filter: mip, or bilinear in the finest level
         texture_filter: TextureFilter = TextureFilter::Mip;
         /// Light through thin glass and window panes: straight, or refracted
@@ -45,6 +52,34 @@ pub enum ObjReader {
 
 named! {
     ObjReader: "own" => Self::Own, "tobj" => Self::Tobj;
+}
+
+/// Whether colours of vertices count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexColors {
+    /// Used if no texture gives the colour, and if somebody chose them.
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+named! {
+    VertexColors: "auto" => Self::Auto, "on" => Self::On, "off" => Self::Off;
+}
+
+/// Encoding of the colours of vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexColorSpace {
+    /// The transfer curve of sRGB.
+    Srgb,
+    /// Linear Rec.709.
+    Linear,
+}
+
+named! {
+    VertexColorSpace: "srgb" => Self::Srgb, "linear" => Self::Linear;
 }
 
 impl Named for Panes {

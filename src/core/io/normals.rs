@@ -49,6 +49,8 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
             *vertices.entry((v, bits(normal))).or_insert_with(|| {
                 smooth.positions.push(mesh.positions[v as usize]);
                 smooth.uvs.extend(mesh.uvs.get(v as usize));
+                smooth.colors.extend(mesh.colors.get(v as usize));
+                smooth.alphas.extend(mesh.alphas.get(v as usize));
                 smooth.normals.push(normal);
                 smooth.positions.len() as u32 - 1
             })

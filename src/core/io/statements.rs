@@ -1,6 +1,7 @@
 //! Statements of OBJ and MTL files. Comments, continued lines and byte-order marks are resolved here, and a text is cut between statements.
 
 use super::Position;
+use super::obj::MRGB;
 use std::borrow::Cow;
 
 /// A statement of an OBJ or MTL file.
@@ -139,6 +140,10 @@ pub fn uncommented(line: &str) -> &str {
 fn parts(line: &str) -> (&str, Option<&str>) {
     // Few lines have a comment, and this is the faster search.
     if !line.as_bytes().contains(&b'#') {
+        return (line.trim(), None);
+    }
+    // Colours of vertices, which other programs are to skip
+    if line.starts_with(MRGB) {
         return (line.trim(), None);
     }
     match comment_starts(line).next() {

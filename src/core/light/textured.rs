@@ -31,6 +31,8 @@ pub struct Variation {
     pub opacity: f32,
     /// Texture by which the opacity is multiplied.
     pub opacity_map: Option<(TextureId, Mapping)>,
+    /// Opacities of the mesh's corners, by which the opacity is multiplied too.
+    pub alphas: [f32; 3],
 }
 
 /// A triangle whose emission varies by textures or by its opacity; the same radiance in every direction of its front side.
@@ -107,9 +109,12 @@ impl TexturedTriangle {
     /// opacity.
     pub(super) fn without_textures(&self, time: f32) -> Option<TriangleLight> {
         let Variation {
-            emission, opacity_map, ..
+            emission,
+            opacity_map,
+            alphas,
+            ..
         } = &self.variation;
-        let is_even = emission.is_none() && opacity_map.is_none();
+        let is_even = emission.is_none() && opacity_map.is_none() && *alphas == [1.0; 3];
         is_even.then(|| {
             let light = self.at(time);
             light.emitting(light.radiance() * self.mean)
@@ -188,7 +193,9 @@ impl TexturedTriangle {
         let share = self.variation.opacity_map.map_or(1.0, |(id, mapping)| {
             mapping.value(&textures[id.0 as usize], self.uv(b1, b2), footprint)
         });
-        (self.variation.opacity * share).clamp(0.0, 1.0)
+        let [a0, a1, a2] = self.variation.alphas;
+        let alpha = (1.0 - b1 - b2) * a0 + b1 * a1 + b2 * a2;
+        (self.variation.opacity * share * alpha).clamp(0.0, 1.0)
     }
 
     /// The mean factor of the radiance over the triangle, opacity included, by lookups in the middle
@@ -207,7 +214,10 @@ impl TexturedTriangle {
         });
         let texels = texels.fold(1.0, f32::max);
         // Unlike `clamp`, this makes a number of NaN.
-        let n = if texels > 1.0 {
+        let alphas = self.variation.alphas;
+        let n = if alphas != [alphas[0]; 3] {
+            PARTS
+        } else if texels > 1.0 {
             texels.sqrt().ceil().min(PARTS)
         } else {
             1.0
@@ -239,7 +249,8 @@ impl TexturedTriangle {
                 false => (base + gain * texture.max_value()).max(base).max(0.0),
             }
         };
-        let opacity = self.variation.opacity * self.variation.opacity_map.map_or(1.0, largest);
+        let alpha = self.variation.alphas.into_iter().fold(0.0, f32::max);
+        let opacity = alpha * self.variation.opacity * self.variation.opacity_map.map_or(1.0, largest);
         let brightest = self.variation.emission.map_or(1.0, largest) * opacity.min(1.0);
         Spectrum::splat(MIN_SHARE * brightest)
     }
@@ -266,6 +277,7 @@ mod tests {
             emission: Some((TextureId(0), mapping)),
             opacity: 1.0,
             opacity_map: None,
+            alphas: [1.0; 3],
         };
         Light::Triangle(triangle).varied(variation, &[texture])
     }
@@ -299,6 +311,7 @@ mod tests {
             emission: None,
             opacity: 0.5,
             opacity_map: None,
+            alphas: [1.0; 3],
         };
         assert!((power(half, &[]) - 0.5).abs() < 1e-6);
         assert_eq!(power(Variation { opacity: 0.0, ..half }, &[]), 0.0);

@@ -98,7 +98,7 @@ impl Use {
             name: material.name.clone(),
             emits: !material.emission_factor().is_black(),
             refracts: !material.transmission.is_black() && !material.thin,
-            has_maps: maps.varies_bsdf() || maps.has_bumps() || maps.opacity.is_some(),
+            has_maps: maps.by_key().iter().any(|(_, map)| map.is_some()),
         }
     }
 }

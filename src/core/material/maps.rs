@@ -34,6 +34,10 @@ pub struct Maps {
     pub bump: Option<Map>,
     /// Normals in the frame of the texture coordinates, each component c as (c + 1)/2; counts before `bump`.
     pub normal: Option<Map>,
+    /// True if colours of vertices multiply the diffuse reflectance.
+    pub vertex_color: bool,
+    /// True if opacities of vertices multiply the opacity.
+    pub vertex_alpha: bool,
 }
 
 encode_fields!(Map { texture, mapping });
@@ -47,6 +51,8 @@ encode_fields!(Maps {
     opacity,
     bump,
     normal,
+    vertex_color,
+    vertex_alpha,
 });
 
 /// Where textures are looked up.
@@ -58,6 +64,10 @@ pub struct Spot<'a> {
     pub uv: Vec2,
     /// Width of what the viewer sees as one point, in units of them.
     pub footprint: f32,
+    /// Colour of the vertices there.
+    pub color: Spectrum,
+    /// Opacity of the vertices there.
+    pub alpha: f32,
 }
 
 impl Map {
@@ -91,6 +101,8 @@ impl Maps {
             opacity,
             bump,
             normal,
+            vertex_color: _,
+            vertex_alpha: _,
         } = self;
         let colors = [diffuse, specular, emission].into_iter();
         colors.chain([exponent, roughness, metallic, opacity, bump, normal])
@@ -122,20 +134,29 @@ impl Maps {
             };
             Some((key, texel))
         };
-        self.by_key().into_iter().filter_map(texel).collect()
+        let texels = self.by_key().into_iter().filter_map(texel);
+        let color = self
+            .vertex_color
+            .then(|| ("vertex_color", spot.color.to_array().to_vec()));
+        let alpha = self.vertex_alpha.then(|| ("vertex_alpha", vec![spot.alpha]));
+        texels.chain(color).chain(alpha).collect()
     }
 
     /// Whether the BSDF varies over the surface.
     pub fn varies_bsdf(&self) -> bool {
-        [
+        let maps = [
             self.diffuse,
             self.specular,
             self.exponent,
             self.roughness,
             self.metallic,
-        ]
-        .iter()
-        .any(Option::is_some)
+        ];
+        self.vertex_color || maps.iter().any(Option::is_some)
+    }
+
+    /// Returns true if the opacity varies over the surface.
+    pub fn varies_opacity(&self) -> bool {
+        self.vertex_alpha || self.opacity.is_some()
     }
 
     /// Whether a map changes the shading normal.
@@ -172,7 +193,7 @@ impl Material {
         let mut here = Self {
             name: String::new(),
             maps: Maps::default(),
-            diffuse: color(self.diffuse, &maps.diffuse),
+            diffuse: color(self.diffuse, &maps.diffuse) * spot.color,
             specular: color(self.specular, &maps.specular),
             roughness: value(self.roughness, &maps.roughness).clamp(0.0, 1.0),
             gloss: match self.gloss {
@@ -191,7 +212,7 @@ impl Material {
     /// Opacity at a spot.
     pub fn opacity_at(&self, spot: &Spot) -> f32 {
         let share = self.maps.opacity.map_or(1.0, |map| map.value(spot));
-        (self.opacity * share).clamp(0.0, 1.0)
+        (self.opacity * share * spot.alpha).clamp(0.0, 1.0)
     }
 }
 

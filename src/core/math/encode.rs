@@ -60,7 +60,7 @@ macro_rules! encode_numbers {
         }
     )+};
 }
-encode_numbers!(u8, u16, u32, u64, f32, f64);
+encode_numbers!(u8, u16, u32, u64, half::f16, f32, f64);
 
 impl Encode for usize {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {

@@ -266,6 +266,12 @@ impl SceneBuilder {
         self.light_group
     }
 
+    /// Returns true if a texture gives the diffuse or base colour of `material`.
+    pub fn has_diffuse_map(&self, material: MaterialId) -> bool {
+        let material = self.materials.get(material.0 as usize);
+        material.is_some_and(|material| material.maps.diffuse.is_some())
+    }
+
     /// Number of materials that were added.
     pub fn material_count(&self) -> usize {
         self.materials.len()

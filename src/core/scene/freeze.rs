@@ -34,6 +34,11 @@ impl SceneBuilder {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
+        for (mesh, material) in self.meshes.iter().chain(self.prototypes.iter().flatten()) {
+            let maps = &mut self.materials[material.0 as usize].maps;
+            maps.vertex_color |= !mesh.colors.is_empty();
+            maps.vertex_alpha |= !mesh.alphas.is_empty();
+        }
         let count = self.meshes.len() + self.prototypes.iter().map(Vec::len).sum::<usize>();
         if count >= u32::MAX as usize {
             return Err(BuildError::TooMany("meshes"));
@@ -84,7 +89,7 @@ impl SceneBuilder {
             has_alpha: self
                 .materials
                 .iter()
-                .any(|m| m.opacity < 1.0 || m.maps.opacity.is_some()),
+                .any(|m| m.opacity < 1.0 || m.maps.varies_opacity()),
             is_compact: false,
             is_moving: false,
             textures: self.textures,
@@ -422,6 +427,7 @@ impl Scene {
                     emission: placed(material.maps.emission),
                     opacity: material.opacity,
                     opacity_map: placed(material.maps.opacity),
+                    alphas: mesh.corner_alphas(prim),
                 };
                 light(prim).varied(variation, &self.textures)
             }
@@ -445,5 +451,5 @@ impl Scene {
 
 /// Returns true if light sampling on a surface of `material` needs its textures or its opacity.
 fn varies_emission(material: &Material) -> bool {
-    material.maps.emission.is_some() || material.maps.opacity.is_some() || material.opacity < 1.0
+    material.maps.emission.is_some() || material.maps.varies_opacity() || material.opacity < 1.0
 }

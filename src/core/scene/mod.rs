@@ -471,6 +471,8 @@ impl Scene {
         Spot {
             textures: &self.textures,
             uv: mesh.uv(hit.prim, hit.b1, hit.b2).unwrap_or_default(),
+            color: mesh.color(hit.prim, hit.b1, hit.b2),
+            alpha: mesh.alpha(hit.prim, hit.b1, hit.b2),
             footprint: match self.texture_filter {
                 TextureFilter::Mip => footprint * mesh.uv_per_length(hit.prim, self.corners(hit, time)),
                 TextureFilter::Bilinear => 0.0,

@@ -144,7 +144,7 @@ impl FlatPanes {
 /// Whether a surface of `material` is a smooth boundary of glass and nothing else.
 fn is_clear_glass(material: &Material) -> bool {
     let maps = &material.maps;
-    let varies = maps.varies_bsdf() || maps.has_bumps() || maps.opacity.is_some();
+    let varies = maps.varies_bsdf() || maps.has_bumps() || maps.varies_opacity();
     let is_body = !material.absorption.is_black() || material.abbe.is_some();
     let is_there = !is_body && material.opacity == 1.0 && material.emission_factor().is_black();
     is_there && !varies && matches!(material.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))

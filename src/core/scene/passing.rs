@@ -51,10 +51,11 @@ impl Scene {
     /// The share of the surface at `hit` that is there, in [0, 1].
     pub fn opacity(&self, hit: &Hit) -> f32 {
         let material = self.material(hit);
-        match material.maps.opacity {
+        if material.maps.varies_opacity() {
             // Edges stay sharp.
-            Some(_) => material.opacity_at(&self.spot(hit, 0.0, 0.0)),
-            None => material.opacity,
+            material.opacity_at(&self.spot(hit, 0.0, 0.0))
+        } else {
+            material.opacity
         }
     }
 }

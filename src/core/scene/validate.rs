@@ -9,6 +9,7 @@ use crate::geometry::{Mesh, Placement, triangle_area};
 use crate::light::LightGroups;
 use crate::material::{Gloss, Material};
 use crate::math::{Affine3A, Bounds3, Vec3, excerpt, list};
+use half::f16;
 use thiserror::Error;
 
 /// Letters of a light group's name at most: its channels, `light_NAME.R`, then keep to the 31 bytes that all readers of EXR know.
@@ -202,6 +203,20 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
         let missing = (mesh.uvs.len() != vertices).then_some(mesh.uvs.len().min(vertices));
         if let Some(vertex) = wrong.or(missing) {
             return bad("texture coordinate", vertex);
+        }
+    }
+    let is_share = |c: &f16| (0.0..=1.0).contains(&c.to_f32());
+    let lists = [
+        (
+            mesh.colors.len(),
+            mesh.colors.iter().position(|color| !color.iter().all(is_share)),
+        ),
+        (mesh.alphas.len(), mesh.alphas.iter().position(|alpha| !is_share(alpha))),
+    ];
+    for (length, wrong) in lists.into_iter().filter(|(length, _)| *length > 0) {
+        let missing = (length != vertices).then_some(length.min(vertices));
+        if let Some(vertex) = wrong.or(missing) {
+            return bad("colour", vertex);
         }
     }
     if !mesh.normals.is_empty() {

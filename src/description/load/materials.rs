@@ -1,6 +1,7 @@
 //! Materials of a scene: those of the scene file, of material libraries, and the default one.
 
 use super::{DEFAULT_MATERIAL, Loader, MaterialSource};
+use crate::color::Spectrum;
 use crate::description::light_group_section::idle_members;
 use crate::description::mtl::{FileMaterial, default_material};
 use crate::description::obj::{Group, ObjFile};
@@ -43,7 +44,11 @@ impl Loader<'_> {
                     (found.clone(), Some(place))
                 }
                 None => {
-                    let found = FileMaterial::default_of(name);
+                    let mut found = FileMaterial::default_of(name);
+                    if obj.has_colors {
+                        // The colours of vertices are the whole colour.
+                        found.material.diffuse = Spectrum::ONE;
+                    }
                     if let Some(name) = &group.material {
                         let message = format!(
                             "material `{}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` (diffuse {:.1})",

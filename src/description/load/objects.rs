@@ -7,6 +7,7 @@ use crate::description::obj::{Group, ObjFile};
 use crate::description::object_section::{Instances, ObjectSection};
 use crate::description::placement::{ObjectPlacement, place};
 use crate::geometry::Mesh;
+use crate::io::VertexColors;
 use crate::material::MaterialId;
 use crate::math::{Affine3A, excerpt};
 use crate::scene::BuildError;
@@ -134,7 +135,12 @@ impl Loader<'_> {
                 mesh.positions_close = last.mesh.positions.clone();
                 mesh.normals_close = last.mesh.normals.clone();
             }
-            meshes.push((mesh, self.material_of(group, &path, obj)));
+            let material = self.material_of(group, &path, obj);
+            let is_auto = self.file.load.parameters.vertex_colors() == VertexColors::Auto;
+            if is_auto && !mesh.colors.is_empty() && self.builder.has_diffuse_map(material) {
+                mesh.colors = Vec::new();
+            }
+            meshes.push((mesh, material));
         }
         Ok(meshes)
     }
@@ -153,6 +159,8 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
         },
         normals: mesh.normals.iter().map(|&n| (of_normals * n).normalize_or(n)).collect(),
         uvs: mesh.uvs.clone(),
+        colors: mesh.colors.clone(),
+        alphas: mesh.alphas.clone(),
         positions_close: mesh
             .positions_close
             .iter()

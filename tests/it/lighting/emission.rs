@@ -100,6 +100,7 @@ fn cases() -> Vec<Case> {
             emission: Some((TextureId(0), Mapping::default())),
             opacity: 1.0,
             opacity_map: None,
+            alphas: [1.0; 3],
         };
         light.varied(variation, textures())
     };

@@ -7,3 +7,4 @@ mod mtl;
 mod patches;
 mod surfaces;
 mod textures;
+mod vertex_colors;

@@ -16,7 +16,7 @@ use std::time::Instant;
 use tempfile::TempDir;
 
 /// Bytes of all pictures of the guide, of one of them, and of those that the README shows, at most.
-const MAX_OF_GUIDE: u64 = 4_000_000;
+const MAX_OF_GUIDE: u64 = 4_500_000;
 const MAX_OF_PICTURE: u64 = 200_000;
 const MAX_OF_README: u64 = 500_000;
 

@@ -7,11 +7,13 @@ use crate::support::*;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::film::Filter;
+use embrasure::geometry::Mesh;
 use embrasure::integrator::{DirectLight, MetropolisDirect, PathIntegrator, Strategy};
 use embrasure::light::Light;
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
+use half::f16;
 use std::fs;
 
 /// A black surface that emits 3, of this opacity.
@@ -72,6 +74,30 @@ fn lamp_of_half_opacity_gives_half_of_the_light() {
             assert!(got.error() < 0.01 * slack() * expected.value, "{got}");
         }
     }
+}
+
+/// Light samples, scattered rays and both find the same light of a lamp whose opacity its vertices have.
+#[test]
+fn opacities_of_vertices_dim_lamps() {
+    let scene = |alphas: [f32; 4]| {
+        let mut b = SceneBuilder::new();
+        let floor = ceiling(0.0).map(|p| 20.0 * Vec3::new(p.x, p.y, -p.z));
+        add(&mut b, polygon(&floor), material(0.6, 0.0));
+        let mesh = Mesh {
+            alphas: alphas.map(f16::from_f32).to_vec(),
+            ..polygon(&ceiling(1.5))
+        };
+        add(&mut b, mesh, lamp(1.0));
+        b.build().unwrap().0
+    };
+    let [_, _, expected] = floor_radiances(&floor_below(&[0.5]));
+    for got in floor_radiances(&scene([0.5; 4])) {
+        assert_same_mean("opacity 0.5 of all vertices", got, expected);
+    }
+    let [light, none, mis] = floor_radiances(&scene([0.0, 1.0, 0.25, 0.75]));
+    assert_same_mean("light and none", light, none);
+    assert_same_mean("light and mis", light, mis);
+    assert!(light.value < expected.value * 1.2 && light.value > expected.value * 0.5);
 }
 
 #[test]

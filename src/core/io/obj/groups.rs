@@ -4,6 +4,7 @@
 //! groups (`smoothing`) or the triangle itself give them, as indices counted on from those of the file, so that one rule joins corners in every case.
 
 use super::Group;
+use super::colors::Colors;
 use super::outline::{FaceRange, NONE, Outline, Section, VertexData};
 use super::polygon::triangulate;
 use crate::geometry::{Mesh, triangle_normal};
@@ -64,9 +65,9 @@ pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
 
 impl Faces {
     /// The faces as triangles.
-    pub fn into_group(self, outline: &Outline) -> Group {
+    pub fn into_group(self, outline: &Outline, colors: &Colors) -> Group {
         Group {
-            mesh: mesh(outline, &self.runs),
+            mesh: mesh(outline, colors, &self.runs),
             material: self.material,
             line: self.line,
         }
@@ -74,7 +75,7 @@ impl Faces {
 }
 
 /// Cuts faces into triangles and joins corners that are the same into vertices.
-fn mesh(outline: &Outline, runs: &[Run]) -> Mesh {
+fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
     let Outline { vertices, sections, .. } = outline;
     let all = || {
         runs.iter().flat_map(|run| {
@@ -88,6 +89,7 @@ fn mesh(outline: &Outline, runs: &[Run]) -> Mesh {
     let triangles: usize = all().map(|(_, face)| face.len() - 2).sum();
     let mut builder = MeshBuilder {
         vertices,
+        colors,
         has_uvs,
         has_normals,
         index_of: VertexIndex::new(!has_uvs && !has_normals, 3 * triangles, vertices.positions.len()),
@@ -111,6 +113,7 @@ fn mesh(outline: &Outline, runs: &[Run]) -> Mesh {
 
 struct MeshBuilder<'a> {
     vertices: &'a VertexData,
+    colors: &'a Colors,
     has_uvs: bool,
     has_normals: bool,
     index_of: VertexIndex,
@@ -139,6 +142,9 @@ impl MeshBuilder<'_> {
             let position = |[v, ..]: [u32; 3]| self.vertices.positions[v as usize];
             let [_, vt, vn] = key.map(|i| i as usize);
             self.mesh.positions.push(position(key));
+            let v = key[0] as usize;
+            self.mesh.colors.extend(self.colors.rgb.get(v));
+            self.mesh.alphas.extend(self.colors.alpha.get(v));
             if self.has_uvs {
                 self.mesh
                     .uvs

@@ -5,6 +5,7 @@
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
 //! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
 
+mod colors;
 mod faces;
 mod groups;
 mod libraries;
@@ -24,6 +25,8 @@ use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::geometry::Mesh;
 use crate::math::DVec3;
+pub(super) use colors::MRGB;
+use colors::{Colors, take_colors};
 pub use faces::{Face, FaceMaterial, ObjFaces};
 pub(super) use libraries::find_libraries;
 use libraries::load_libraries;
@@ -71,6 +74,8 @@ pub struct ObjFile {
     pub materials: Vec<FileMaterial>,
     /// Files of the libraries that were found.
     pub libraries: Vec<PathBuf>,
+    /// True if meshes have colours of vertices.
+    pub has_colors: bool,
     /// The last of each name among them.
     last_named: HashMap<String, usize>,
 }
@@ -80,6 +85,7 @@ impl ObjFile {
     pub fn new(groups: Vec<Group>, materials: Vec<FileMaterial>, libraries: Vec<PathBuf>) -> Self {
         let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
         Self {
+            has_colors: groups.iter().any(|group| !group.mesh.colors.is_empty()),
             groups,
             last_named: named.collect(),
             materials,
@@ -156,7 +162,10 @@ pub(super) fn read_obj(
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
     let (vertices, skipped) = (outline.vertices.positions.len(), outline.remarks.skipped());
-    let (groups, pairs) = into_groups(outline, changes.moves_apart);
+    let mut of_colors = Vec::new();
+    let colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
+    findings.extend(of_colors);
+    let (groups, pairs) = into_groups(outline, colors, changes.moves_apart);
     if pairs > 0 {
         let noun = if pairs == 1 { "face has" } else { "faces have" };
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
@@ -169,7 +178,10 @@ pub(super) fn read_obj(
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {
-    input::read_text(path, "the OBJ file").map(with_line_feeds)
+    let mut text = input::read_text(path, "the OBJ file").map(with_line_feeds)?;
+    // ZBrush ends files with the NUL of a C string.
+    text.truncate(text.trim_end_matches('\0').len());
+    Ok(text)
 }
 
 /// The file, for a look ahead; `None` unless it is a regular one: a pipe would be emptied.
@@ -180,14 +192,17 @@ fn open_regular(path: &Path) -> Option<File> {
 
 /// The triangles of each material, in the order of first use, and the number of faces with another
 /// material on the back.
-fn into_groups(mut outline: Outline, moves_apart: bool) -> (Vec<Group>, usize) {
+fn into_groups(mut outline: Outline, mut colors: Colors, moves_apart: bool) -> (Vec<Group>, usize) {
     let faces = groups::by_material(&outline.sections);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
     let pairs = match moves_apart {
-        true => sides::separate(&mut outline, &faces),
+        true => sides::separate(&mut outline, &mut colors, &faces),
         false => 0,
     };
-    (faces.into_par_iter().map(|f| f.into_group(&outline)).collect(), pairs)
+    (
+        faces.into_par_iter().map(|f| f.into_group(&outline, &colors)).collect(),
+        pairs,
+    )
 }
 
 #[cfg(test)]

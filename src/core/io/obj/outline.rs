@@ -1,6 +1,7 @@
 //! What the statements of an OBJ file say, before faces are cut into triangles: values, faces and changes of state. Corners are kept as three lists of
 //! indices. A list that no face uses stays empty, so that a mesh of positions alone takes 16 bytes a triangle beside the text.
 
+use super::colors::NO_COLOR;
 use super::libraries::LibraryName;
 use super::remarks::Remarks;
 use crate::io::FileError;
@@ -65,6 +66,11 @@ pub(super) struct VertexData {
     pub uvs: Vec<Vec2>,
     /// Unit normals; zero where the file's is none.
     pub normals: Vec<Vec3>,
+    /// Colours of positions as the file has them, NaN if a position has none; shorter than the list
+    /// of positions if the last ones have none.
+    pub colors: Vec<[f32; 4]>,
+    /// Colours in `#MRGB` lines, one after the other, from 0 to 1.
+    pub mrgb: Vec<[f32; 4]>,
 }
 
 impl VertexData {
@@ -79,8 +85,19 @@ impl VertexData {
         vn != NONE && self.normals[vn as usize] != Vec3::ZERO
     }
 
+    /// Gives the last position a colour.
+    pub fn set_color(&mut self, color: [f32; 4]) {
+        self.colors.resize(self.positions.len().saturating_sub(1), NO_COLOR);
+        self.colors.push(color);
+    }
+
     /// Moves the values of `more` behind these.
     pub fn append(&mut self, more: &mut Self) {
+        if !more.colors.is_empty() {
+            self.colors.resize(self.positions.len(), NO_COLOR);
+            self.colors.append(&mut more.colors);
+        }
+        self.mrgb.append(&mut more.mrgb);
         self.positions.append(&mut more.positions);
         self.uvs.append(&mut more.uvs);
         self.normals.append(&mut more.normals);

@@ -3,6 +3,7 @@
 //! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices
 //! mean in it, and names a wrong line at once.
 
+use super::colors::{MRGB, color_of, read_mrgb};
 use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
@@ -106,6 +107,7 @@ fn parse_all(
             positions: Vec::with_capacity(total.elements[0]),
             uvs: Vec::with_capacity(total.elements[1]),
             normals: Vec::with_capacity(total.elements[2]),
+            ..VertexData::default()
         },
         sections: Vec::with_capacity(parsed.len()),
         libraries: Vec::new(),
@@ -284,6 +286,11 @@ impl<'a> Chunk<'a> {
                     self.wrong_positions.push(self.vertices.positions.len());
                 }
                 self.vertices.positions.push(*position.as_ref().unwrap_or(&Vec3::ZERO));
+                match color_of(rest.split_ascii_whitespace().skip(3)) {
+                    Ok(Some(color)) => self.vertices.set_color(color),
+                    Ok(None) => {}
+                    Err(()) => self.remarks.add(Remark::BadColor, line),
+                }
                 position.map_err(|fault| fault.and("faces with this vertex are left out"))?;
             }
             "vt" => {
@@ -327,6 +334,10 @@ impl<'a> Chunk<'a> {
                 whole: whole.whole_name().map(Into::into),
                 line,
             }),
+            MRGB => {
+                let read = read_mrgb(rest, &mut self.vertices.mrgb);
+                read.unwrap_or_else(|()| self.remarks.add(Remark::BadColor, line));
+            }
             // Names, and how other programs should show the mesh
             "" | "o" | "g" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
             "p" => self

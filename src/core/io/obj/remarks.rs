@@ -20,6 +20,8 @@ pub(super) enum Remark {
     BadSmoothing,
     /// A face whose vertex has wrong coordinates.
     LeftOutFace,
+    /// A colour that is not three or four finite numbers.
+    BadColor,
 }
 
 /// An element that is not rendered.
@@ -42,7 +44,7 @@ const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"
 #[derive(Default)]
 pub(super) struct Remarks {
     /// By [`Remark`].
-    tallies: [Tally; 6],
+    tallies: [Tally; 7],
     /// Elements that are not rendered: their numbers, by [`Skipped`], and their places.
     skipped_counts: [u64; 4],
     skipped: Tally,
@@ -131,6 +133,10 @@ impl Remarks {
                     1 => "face is left out, since a vertex has wrong coordinates".to_string(),
                     _ => "faces are left out, since a vertex has wrong coordinates".to_string(),
                 },
+            ),
+            (
+                "bad-vertex-color",
+                "colours are not three or four finite numbers, and count as none".to_string(),
             ),
             (
                 "unknown-statement",

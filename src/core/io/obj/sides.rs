@@ -5,6 +5,7 @@
 //! each along its normal: a ray then meets the face that looks towards it, in every backend.
 
 use super::ObjFaces;
+use super::colors::Colors;
 use super::groups::Faces;
 use super::outline::{Outline, Section, VertexData};
 use crate::math::hash::mix;
@@ -35,7 +36,7 @@ impl Place {
 }
 
 /// Moves such faces apart, by materials `faces`. Returns the number of pairs.
-pub(super) fn separate(outline: &mut Outline, faces: &[Faces]) -> usize {
+pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces]) -> usize {
     let pairs = two_sided(outline, faces);
     if pairs.is_empty() {
         return 0;
@@ -44,7 +45,7 @@ pub(super) fn separate(outline: &mut Outline, faces: &[Faces]) -> usize {
     let gap = GAP * 2.0 * bounds.radius();
     for face in pairs.iter().flatten() {
         move_out(
-            &mut outline.vertices,
+            (&mut outline.vertices, colors),
             &mut outline.sections[face.section],
             face.corners(),
             gap,
@@ -139,7 +140,12 @@ fn is_opposite(a: &[Vec3], b: &[Vec3]) -> bool {
 }
 
 /// Gives the face with these corners positions of its own, `gap` along its normal.
-fn move_out(vertices: &mut VertexData, section: &mut Section, corners: Range<usize>, gap: f32) {
+fn move_out(
+    (vertices, colors): (&mut VertexData, &mut Colors),
+    section: &mut Section,
+    corners: Range<usize>,
+    gap: f32,
+) {
     let positions: Vec<Vec3> = corners.clone().map(|i| vertices.position(section, i)).collect();
     // Newell's normal, of any polygon
     let next = positions.iter().cycle().skip(1);
@@ -150,6 +156,9 @@ fn move_out(vertices: &mut VertexData, section: &mut Section, corners: Range<usi
         .sum();
     let offset = gap * sum.normalize_or_zero();
     for (corner, p) in corners.zip(positions) {
+        let [before, ..] = section.corner(corner);
+        colors.rgb.extend(colors.rgb.get(before as usize).copied());
+        colors.alpha.extend(colors.alpha.get(before as usize).copied());
         section.set_position(corner, vertices.positions.len() as u32);
         vertices.positions.push(p + offset);
     }
@@ -167,7 +176,7 @@ mod tests {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);
         let outline = parse(Path::new("t.obj"), &chunks, (DVec3::ZERO, false), &|_| ()).unwrap();
-        into_groups(outline, true)
+        into_groups(outline, Colors::default(), true)
     }
 
     #[test]

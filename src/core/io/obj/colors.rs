@@ -1,0 +1,159 @@
+//! Colours of vertices: three or four numbers behind the coordinates of a `v` line, or ZBrush's
+//! `#MRGB` comments. A mesh keeps them in linear light ([`Mesh::colors`](crate::geometry::Mesh::colors)).
+
+use super::outline::VertexData;
+use crate::color::srgb;
+use crate::io::load_options::{LoadParameters, VertexColorSpace, VertexColors};
+use crate::io::{FileError, Finding, Severity};
+use half::f16;
+use std::path::Path;
+
+/// Marks a vertex without a colour.
+pub(super) const NO_COLOR: [f32; 4] = [f32::NAN; 4];
+/// Keyword of ZBrush's colours.
+pub(in crate::io) const MRGB: &str = "#MRGB";
+/// Greys that exporters give to all vertices if nobody painted them: MeshLab (191 and 192 of 255),
+/// Blender, white.
+const DEFAULT_GREYS: [f32; 4] = [191.0 / 255.0, 192.0 / 255.0, 0.8, 1.0];
+/// Distance of a grey from one of these: half a step of 8 bits.
+const GREY_TOLERANCE: f32 = 0.5 / 255.0;
+
+/// Colours of the vertices of a file, by the index of the position. Empty lists: there are none.
+#[derive(Default)]
+pub(super) struct Colors {
+    /// Linear Rec.709.
+    pub rgb: Vec<[f16; 3]>,
+    /// Opacity; empty if all vertices are opaque.
+    pub alpha: Vec<f16>,
+}
+
+/// Colour behind the coordinates of a vertex: `words` are what follows the coordinates. One or two
+/// numbers are a weight, and no colour. The error says that a word is not a number.
+pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Option<[f32; 4]>, ()> {
+    let words: Vec<&str> = words.take(5).collect();
+    if !(3..=4).contains(&words.len()) {
+        return Ok(None);
+    }
+    let mut color = [f32::NAN, f32::NAN, f32::NAN, 1.0];
+    for (slot, word) in color.iter_mut().zip(words) {
+        *slot = word.parse().map_err(|_| ())?;
+    }
+    if color.iter().all(|c| c.is_finite()) {
+        Ok(Some(color))
+    } else {
+        Err(())
+    }
+}
+
+/// Adds the colours of a block of `MMRRGGBB` groups, where M is a mask, as 0 to 1. The error says that a
+/// group is not hexadecimal.
+pub(super) fn read_mrgb(groups: &str, colors: &mut Vec<[f32; 4]>) -> Result<(), ()> {
+    for group in groups.as_bytes().chunks(8) {
+        let text = std::str::from_utf8(group).map_err(|_| ())?;
+        let [_, r, g, b] = u32::from_str_radix(text, 16).map_err(|_| ())?.to_be_bytes();
+        if group.len() < 8 {
+            return Err(());
+        }
+        colors.push([r, g, b, 255].map(|c| f32::from(c) / 255.0));
+    }
+    Ok(())
+}
+
+/// The colours that a render uses of those in `vertices`, which are given up, with findings on them.
+pub(super) fn take_colors(
+    path: &Path,
+    vertices: &mut VertexData,
+    parameters: &LoadParameters,
+    findings: &mut Vec<Finding>,
+) -> Colors {
+    let (mut colors, blocks) = (std::mem::take(&mut vertices.colors), std::mem::take(&mut vertices.mrgb));
+    let mut tell = |severity, code, message: String, help: &str| {
+        let error = FileError::new(path, message);
+        let error = if help.is_empty() { error } else { error.help(help) };
+        findings.push(Finding::new(severity, code, error));
+    };
+    let count = vertices.positions.len();
+    if colors.is_empty() && !blocks.is_empty() {
+        if blocks.len() != count {
+            let message = format!(
+                "the #MRGB lines have {} colours for {count} vertices; they are not used",
+                blocks.len()
+            );
+            tell(Severity::Warning, "bad-vertex-color", message, "export the file again");
+            return Colors::default();
+        }
+        colors = blocks;
+    }
+    if !colors.is_empty() {
+        colors.resize(count, NO_COLOR);
+    }
+    let mode = parameters.vertex_colors();
+    if colors.is_empty() || mode == VertexColors::Off {
+        return Colors::default();
+    }
+
+    // Numbers above 1 are codes of 8 bits
+    let largest = colors.iter().flatten().copied().fold(0.0, f32::max);
+    let is_bytes = largest > 1.0 + GREY_TOLERANCE;
+    if is_bytes {
+        let has_alpha = colors.iter().any(|color| color[3] > 1.0);
+        let scale = [255.0, 255.0, 255.0, if has_alpha { 255.0 } else { 1.0 }];
+        for color in &mut colors {
+            *color = [0, 1, 2, 3].map(|c| color[c] / scale[c]);
+        }
+    }
+    let is_default = |&[r, g, b, a]: &[f32; 4]| {
+        let near = |grey: f32| [r, g, b].iter().all(|c| (c - grey).abs() <= GREY_TOLERANCE);
+        a == 1.0 && DEFAULT_GREYS.into_iter().any(near)
+    };
+    if mode == VertexColors::Auto && colors.iter().all(|color| color[0].is_nan() || is_default(color)) {
+        let grey = colors.iter().map(|color| color[0]).find(|c| !c.is_nan()).unwrap_or(1.0);
+        if grey < 1.0 - GREY_TOLERANCE {
+            let message =
+                format!("all vertices have the grey {grey:.3}, which exporters write by default; it is not used");
+            tell(
+                Severity::Note,
+                "default-vertex-color",
+                message,
+                "--vertex-colors on uses it",
+            );
+        }
+        return Colors::default();
+    }
+    let missing = colors.iter().filter(|color| color[0].is_nan()).count();
+    if missing > 0 {
+        let message = format!("{missing} of {count} vertices have no colour; they are white");
+        tell(
+            Severity::Warning,
+            "bad-vertex-color",
+            message,
+            "export all colours, or use --vertex-colors off",
+        );
+    }
+    let mut words = format!("{} vertices have a colour", count - missing);
+    if is_bytes {
+        words += ", from 0 to 255";
+    }
+    tell(
+        Severity::Note,
+        "vertex-colors",
+        words,
+        "--vertex-colors off ignores them",
+    );
+
+    let linear = |c: f32| match parameters.vertex_color_space() {
+        VertexColorSpace::Srgb => srgb::decode(c),
+        VertexColorSpace::Linear => c,
+    };
+    let value = |c: f32| f16::from_f32(if c.is_nan() { 1.0 } else { linear(c.clamp(0.0, 1.0)) });
+    let alpha = |a: f32| f16::from_f32(if a.is_nan() { 1.0 } else { a.clamp(0.0, 1.0) });
+    let has_alpha = colors.iter().any(|color| color[3] < 1.0);
+    Colors {
+        rgb: colors.iter().map(|&[r, g, b, _]| [r, g, b].map(value)).collect(),
+        alpha: if has_alpha {
+            colors.iter().map(|color| alpha(color[3])).collect()
+        } else {
+            Vec::new()
+        },
+    }
+}

@@ -1,8 +1,10 @@
 //! Statements of OBJ and MTL files. Comments, continued lines and byte-order marks are resolved here, and a text is cut between statements.
 
 use super::Position;
-use super::obj::MRGB;
 use std::borrow::Cow;
+
+/// Keyword of ZBrush's colours of vertices.
+pub(crate) const MRGB: &str = "#MRGB";
 
 /// A statement of an OBJ or MTL file.
 pub(crate) struct Statement<'a> {

@@ -1,17 +1,13 @@
 //! Colours of vertices: three or four numbers behind the coordinates of a `v` line, or ZBrush's
 //! `#MRGB` comments. A mesh keeps them in linear light ([`Mesh::colors`](crate::geometry::Mesh::colors)).
 
-use super::outline::VertexData;
+use super::outline::{NO_COLOR, VertexData};
 use crate::color::srgb;
 use crate::io::load_options::{LoadParameters, VertexColorSpace, VertexColors};
 use crate::io::{FileError, Finding, Severity};
 use half::f16;
 use std::path::Path;
 
-/// Marks a vertex without a colour.
-pub(super) const NO_COLOR: [f32; 4] = [f32::NAN; 4];
-/// Keyword of ZBrush's colours.
-pub(in crate::io) const MRGB: &str = "#MRGB";
 /// Greys that exporters give to all vertices if nobody painted them: MeshLab (191 and 192 of 255),
 /// Blender, white.
 const DEFAULT_GREYS: [f32; 4] = [191.0 / 255.0, 192.0 / 255.0, 0.8, 1.0];

@@ -25,7 +25,6 @@ use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::geometry::Mesh;
 use crate::math::DVec3;
-pub(super) use colors::MRGB;
 use colors::{Colors, take_colors};
 pub use faces::{Face, FaceMaterial, ObjFaces};
 pub(super) use libraries::find_libraries;

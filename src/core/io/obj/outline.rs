@@ -1,7 +1,6 @@
 //! What the statements of an OBJ file say, before faces are cut into triangles: values, faces and changes of state. Corners are kept as three lists of
 //! indices. A list that no face uses stays empty, so that a mesh of positions alone takes 16 bytes a triangle beside the text.
 
-use super::colors::NO_COLOR;
 use super::libraries::LibraryName;
 use super::remarks::Remarks;
 use crate::io::FileError;
@@ -12,6 +11,9 @@ use std::ops::Range;
 
 /// The index of what a corner does not have.
 pub(super) const NONE: u32 = u32::MAX;
+
+/// The colour of a position that has none.
+pub(super) const NO_COLOR: [f32; 4] = [f32::NAN; 4];
 
 /// What the statements of an OBJ file say, before faces are cut into triangles.
 pub(super) struct Outline {

@@ -3,12 +3,12 @@
 //! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices
 //! mean in it, and names a wrong line at once.
 
-use super::colors::{MRGB, color_of, read_mrgb};
+use super::colors::{color_of, read_mrgb};
 use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks, Skipped};
-use crate::io::statements::{Statement, chunks, place_of, split_keyword, statements, whole_statements};
+use crate::io::statements::{MRGB, Statement, chunks, place_of, split_keyword, statements, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{DVec3, Vec2, Vec3, excerpt};
 use rayon::prelude::*;

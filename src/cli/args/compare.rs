@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Images are EXR files, or PNG, JPEG, TGA, BMP and HDR pictures; 8-bit and 16-bit pictures are decoded
+Images are EXR files, or PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS and HDR pictures; 8-bit and 16-bit pictures are decoded
 by the sRGB curve. If both images have `variance` channels, as files of this program do, a
 significance test decides whether they differ by more than their noise. Errors of pssmlt, mlt, sppm,
 photon-map and irradiance-cache spread over many pixels, so fewer tests apply to them; the output

@@ -57,7 +57,7 @@ named! {
 /// Whether colours of vertices count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VertexColors {
-    /// Used if no texture gives the colour, and if somebody chose them.
+    /// Used if no texture gives the colour, and if they are not a default grey.
     Auto,
     /// Always.
     On,

@@ -4,6 +4,7 @@ mod ascii;
 mod checkpoint;
 mod contact_sheet;
 mod cryptomatte;
+mod dds;
 mod developed;
 pub mod environment;
 mod error;

@@ -1,8 +1,9 @@
-//! Pictures for textures: PNG, JPEG, TGA, BMP, Radiance and EXR files.
+//! Pictures for textures: PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS, Radiance and EXR files.
 //!
 //! The header of a file is believed as far as its length allows (`check_size`), and what decoders are known to fail on is refused first (`check_tga`,
 //! `check_exr`). Six million randomly damaged files ended in errors or pictures, within 16 MB of memory.
 
+use super::dds::{self, DdsFile};
 use super::exr_file::{ExrFile, decoding_error};
 use super::guard::guarded;
 use super::header_limits::check_size;
@@ -25,6 +26,28 @@ pub(super) struct Picture {
     pub samples: Samples,
     /// Orientation in EXIF metadata, 1 to 8; 1: as stored.
     pub orientation: u8,
+}
+
+impl Picture {
+    /// Leaves out an alpha channel that is 1 in all pixels.
+    pub fn drop_opaque_alpha(&mut self) {
+        fn dropped<T: Copy + PartialEq>(samples: &[T], channels: usize, opaque: T) -> Option<Vec<T>> {
+            let texels = samples.chunks_exact(channels);
+            let is_opaque = texels.clone().all(|texel| texel.last() == Some(&opaque));
+            is_opaque.then(|| texels.flat_map(|texel| texel[..channels - 1].to_vec()).collect())
+        }
+        if self.channels % 2 != 0 {
+            return;
+        }
+        let samples = match &self.samples {
+            Samples::Bytes(all) => dropped(all, self.channels, u8::MAX).map(Samples::Bytes),
+            Samples::Shorts(all) => dropped(all, self.channels, u16::MAX).map(Samples::Shorts),
+            Samples::Floats(all) => dropped(all, self.channels, 1.0).map(Samples::Floats),
+        };
+        if let Some(samples) = samples {
+            (self.samples, self.channels) = (samples, self.channels - 1);
+        }
+    }
 }
 
 /// Samples by their type: shares of the largest number, or linear values.
@@ -52,7 +75,9 @@ const MIN_BYTES: u64 = 1 << 24;
 /// A picture whose header was read.
 enum Opened {
     Exr(Box<ExrFile>),
-    Other(Box<dyn ImageDecoder>, ReadFailure),
+    Dds(Box<DdsFile>),
+    /// Any other file, and whether it is a GIF file.
+    Other(Box<dyn ImageDecoder>, bool, ReadFailure),
 }
 
 /// What a header says of a picture.
@@ -84,18 +109,24 @@ pub(super) fn picture_size(path: &Path, wanted: Wanted, allowance: Allowance) ->
     Ok(open(path, wanted, allowance)?.size(wanted))
 }
 
-/// Reads a PNG, JPEG, TGA, BMP, Radiance or EXR picture. What it is, its first bytes tell, and where they do not, its name.
+/// Reads a picture of any format of this module. Its first bytes say which, else its name. A GIF file
+/// has its first picture.
 pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Picture, FileError> {
     let opened = open(path, wanted, allowance)?;
     allowance.check(path, opened.size(wanted).reading_bytes())?;
     let picture = match opened {
         Opened::Exr(file) => read_exr(path, *file, wanted)?,
-        Opened::Other(mut decoder, failure) => {
+        Opened::Dds(file) => file.picture(path)?,
+        Opened::Other(mut decoder, is_gif, failure) => {
             // Damaged metadata has no orientation.
             let orientation = guarded(|| decoder.orientation());
             let orientation = orientation.ok().and_then(Result::ok).map_or(1, |o| o.to_exif());
             let image = decoded(path, || DynamicImage::from_decoder(decoder)).map_err(|e| failure.or(path, e))?;
-            let picture = unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?;
+            let mut picture = unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?;
+            // GIF files are decoded with alpha, whether they have a transparent colour or not.
+            if is_gif {
+                picture.drop_opaque_alpha();
+            }
             Picture { orientation, ..picture }
         }
     };
@@ -112,6 +143,12 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
     let mut reader = input.buffered(path)?;
     let unread = |e: io::Error| FileError::system(path, "cannot read it", &e);
     let start: Vec<u8> = reader.fill_buf().map_err(unread)?.iter().take(18).copied().collect();
+    if start.starts_with(dds::MAGIC) && wanted == Wanted::Colors {
+        let file = DdsFile::read(path, reader, &failure)?;
+        let PictureHeader { width, height, .. } = file.header();
+        check_size(path, length, width as usize, height as usize)?;
+        return Ok(Opened::Dds(Box::new(file)));
+    }
     let mut reader = ImageReader::new(reader);
     if let Ok(format) = ImageFormat::from_path(path) {
         reader.set_format(format);
@@ -146,11 +183,20 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
             let decoder = decoder.map_err(|e| failure.or(path, e))??;
             let (width, height) = decoder.dimensions();
             check_size(path, length, width as usize, height as usize)?;
-            Ok(Opened::Other(Box::new(decoder), failure))
+            Ok(Opened::Other(Box::new(decoder), format == ImageFormat::Gif, failure))
         }
         _ => {
-            let help = "convert it to PNG, JPEG, TGA, BMP, HDR or EXR";
-            Err(FileError::new(path, "this picture format is not supported").help(help))
+            let (message, help) = match start.starts_with(b"8BPS") {
+                true => (
+                    "pictures of Photoshop are not read",
+                    "save it as PNG: in the painting program, or by `magick \"a.psd[0]\" a.png` of ImageMagick",
+                ),
+                false => (
+                    "this picture format is not supported",
+                    "convert it to PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS, HDR or EXR",
+                ),
+            };
+            Err(FileError::new(path, message).help(help))
         }
     }
 }
@@ -183,7 +229,8 @@ impl Opened {
                     sample_bytes: size_of::<f32>() as u64,
                 }
             }
-            Self::Other(decoder, _) => {
+            Self::Dds(file) => file.header(),
+            Self::Other(decoder, ..) => {
                 let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
                 let channels = u64::from(color.channel_count());
                 PictureHeader {
@@ -206,7 +253,7 @@ fn decoded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) ->
     }
 }
 
-fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
+pub(super) fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
     FileError::new(path, format!("cannot decode the picture: {error}")).help("it may be damaged; save it again")
 }
 

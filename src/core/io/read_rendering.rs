@@ -86,7 +86,7 @@ impl Rendering {
     }
 }
 
-/// Reads a picture: `R G B`, or `Y`, of the first part of an EXR file that has them, or a PNG, JPEG, TGA, BMP or Radiance file. Alpha is not
+/// Reads a picture: `R G B`, or `Y`, of the first part of an EXR file that has them, or a picture of another format. Alpha is not
 /// looked at.
 pub fn read_rendering(path: &Path) -> Result<Rendering, FileError> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {

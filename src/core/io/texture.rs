@@ -217,7 +217,7 @@ fn wanted_for(kind: TextureKind) -> Wanted {
     }
 }
 
-/// Reads a PNG, JPEG, TGA, BMP, Radiance or EXR picture as a texture of the given kind.
+/// Reads a picture as a texture of the given kind.
 ///
 /// Pictures are taken as they are stored: without a look at gamma chunks, colour profiles or the camera's orientation.
 pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Texture, FileError> {

@@ -10,7 +10,7 @@ use embrasure::math::{UVec2, Vec2};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Channel, Curve, Mapping, Texels, Texture, TextureFilter, TextureId, Wrap};
-use image::ExtendedColorType::{self, L8, Rgb8, Rgba8};
+use image::ExtendedColorType::{self, L8, Rgb8, Rgb16, Rgb32F, Rgba8};
 use image::{ImageEncoder, codecs};
 use png::{BitDepth, ColorType};
 use std::io::Cursor;
@@ -89,6 +89,21 @@ fn tga_file(channels: usize) -> Vec<u8> {
             file.extend(&texel[3..]);
         }
     }
+    file
+}
+
+/// A DDS file whose pixels have a format of these flags, this name, and these numbers of bits and masks
+/// (Microsoft, "Programming Guide for DDS").
+fn dds_file(size: [u32; 2], flags: u32, name: &[u8; 4], masks: [u32; 5], data: &[u8]) -> Vec<u8> {
+    let mut file = b"DDS ".to_vec();
+    let numbers = |numbers: &[u32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
+    file.extend(numbers(&[124, 0x1007, size[1], size[0], 0, 0, 0]));
+    file.extend([0; 44]);
+    file.extend(numbers(&[32, flags]));
+    file.extend(name);
+    file.extend(numbers(&masks));
+    file.extend(numbers(&[0x1000, 0, 0, 0, 0]));
+    file.extend(data);
     file
 }
 
@@ -198,6 +213,46 @@ fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
         add(&format!("{channels}.bmp"), read_as, false, 0.0, file.get_ref());
     }
 
+    for (channels, color) in [(1, L8), (3, Rgb8), (4, Rgba8)] {
+        let mut file = Cursor::new(Vec::new());
+        encoded(
+            codecs::tiff::TiffEncoder::new(&mut file),
+            &picture(channels),
+            (3, 2),
+            color,
+        );
+        add(&format!("{channels}.tif"), channels, false, 0.0, file.get_ref());
+        if channels > 1 {
+            let mut file = Vec::new();
+            let encoder = codecs::webp::WebPEncoder::new_lossless(&mut file);
+            encoded(encoder, &picture(channels), (3, 2), color);
+            add(&format!("{channels}.webp"), channels, false, 0.0, &file);
+        }
+    }
+    let wide: Vec<u8> = picture(3).iter().flat_map(|&code| [code, code]).collect();
+    let mut file = Cursor::new(Vec::new());
+    encoded(codecs::tiff::TiffEncoder::new(&mut file), &wide, (3, 2), Rgb16);
+    add("16-3.tiff", 3, false, 0.0, file.get_ref());
+    let floats = picture(3).into_iter().map(|code| f32::from(code) / 255.0);
+    let floats: Vec<u8> = floats.flat_map(f32::to_ne_bytes).collect();
+    let mut file = Cursor::new(Vec::new());
+    encoded(codecs::tiff::TiffEncoder::new(&mut file), &floats, (3, 2), Rgb32F);
+    add("float-3.tif", 3, true, 1e-6, file.get_ref());
+    let mut file = Vec::new();
+    let mut encoder = codecs::gif::GifEncoder::new(&mut file);
+    encoder.encode(&picture(3), 3, 2, Rgb8).unwrap();
+    drop(encoder);
+    add("3.gif", 3, false, 0.0, &file);
+    // The masks of red, green, blue and alpha, lowest byte first
+    let masks = [32, 0xff, 0xff00, 0x00ff_0000, 0xff00_0000];
+    add(
+        "4.dds",
+        4,
+        false,
+        0.0,
+        &dds_file([3, 2], 0x41, &[0; 4], masks, &picture(4)),
+    );
+
     let share = |i: usize| COLORS[i].map(|code| code as f32 / 255.0);
     let mut file = Vec::new();
     let pixels: Vec<_> = (0..6).map(|i| image::Rgb(share(i))).collect();
@@ -273,7 +328,7 @@ fn linear(encoded: f64) -> f64 {
 fn every_format_is_read_upright_with_its_channels_in_order() {
     let folder = tempfile::tempdir().unwrap();
     let all = files(&folder);
-    assert_eq!(all.len(), 24);
+    assert_eq!(all.len(), 33);
     for (path, sort) in all {
         let load = |kind| load_texture(&path, kind, Wrap::Clamp).unwrap_or_else(|error| panic!("{error}"));
         let (is_grey, has_alpha) = (sort.channels < 3, sort.channels == 2 || sort.channels == 4);
@@ -451,7 +506,9 @@ fn errors_say_what_to_do() {
     let color = TextureKind::Color;
     assert!(error("gone.png", None, color).contains("no such"));
     assert!(error(".", None, color).contains("a directory"));
-    assert!(error("a.gif", Some(b"GIF89a"), color).contains("format is not supported"));
+    assert!(error("a.gif", Some(b"GIF89a"), color).contains("cannot decode"));
+    assert!(error("a.psd", Some(b"8BPS\0\x01"), color).contains("Photoshop"));
+    assert!(error("a.dds", Some(b"DDS \x7c\0"), color).contains("cannot decode"));
     assert!(error("a.txt", Some(b"text"), color).contains("format is not supported"));
     assert!(error("a.png", Some(b""), color).contains("empty"));
     assert!(error("8-1.png", None, TextureKind::Normal).contains("grey"));
@@ -563,6 +620,91 @@ fn each_texture_is_read_once_whatever_the_threads() {
     assert_eq!(one.ids[distinct + 1], Ok(TextureId(one.textures.len() as u32 - 1)));
     let ids: Vec<u32> = one.ids[..distinct].iter().flatten().map(|id| id.0).collect();
     assert!(ids.iter().copied().eq(0..ids.len() as u32));
+}
+
+/// Blocks of graphics processors: BC1 with two colours and those between them, BC5 as a normal map, and
+/// BC7 in mode 6.
+#[test]
+fn blocks_of_dds_files_are_decoded() {
+    let folder = tempfile::tempdir().unwrap();
+    let texture = |name: &str, file: &[u8], kind| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, file).unwrap();
+        load_texture(&path, kind, Wrap::Clamp).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let middle = |x: usize, y: usize| Vec2::new(x as f32 + 0.5, 3.5 - y as f32) / 4.0;
+    // Red and blue, and a row of each of the four colours
+    let bc1 = [
+        0x00,
+        0xf8,
+        0x1f,
+        0x00,
+        0b0000_0000,
+        0b0101_0101,
+        0b1010_1010,
+        0b1111_1111,
+    ];
+    let texture_of_bc1 = texture(
+        "bc1.dds",
+        &dds_file([4, 4], 4, b"DXT1", [0; 5], &bc1),
+        TextureKind::Color,
+    );
+    assert!(!texture_of_bc1.has_alpha());
+    for (y, [r, b]) in [[255, 0], [0, 255], [170, 85], [85, 170]].into_iter().enumerate() {
+        let got = texture_of_bc1.color(middle(2, y), 0.0).to_array();
+        let expected = [r, 0, b].map(|code| linear(f64::from(code) / 255.0));
+        assert!(
+            got.iter()
+                .zip(expected)
+                .all(|(got, e)| (f64::from(*got) - e).abs() < 1e-5),
+            "{got:?}, row {y}"
+        );
+    }
+    // Both channels 204 everywhere: x = y = 0.6, and z is what a unit vector leaves.
+    let channel = [204, 204, 0, 0, 0, 0, 0, 0];
+    let bc5 = [channel, channel].concat();
+    let normals = texture(
+        "bc5.dds",
+        &dds_file([4, 4], 4, b"ATI2", [0; 5], &bc5),
+        TextureKind::Normal,
+    );
+    let normal = normals.normal(middle(1, 1), 0.0).to_array();
+    for (got, expected) in normal.into_iter().zip([0.6, 0.6, 0.28f32.sqrt()]) {
+        assert!((got - expected).abs() < 0.01, "{normal:?}");
+    }
+    // Mode 6: ends of 7 bits and a shared lowest bit, all texels at the first end
+    let (mut bits, mut at) = (0u128, 0);
+    for (value, count) in [
+        (0x40, 7),
+        (100, 7),
+        (100, 7),
+        (50, 7),
+        (50, 7),
+        (10, 7),
+        (10, 7),
+        (127, 7),
+        (127, 7),
+        (1, 1),
+        (1, 1),
+    ] {
+        bits |= (value as u128) << at;
+        at += count;
+    }
+    let mut bc7: Vec<u8> = [98u32, 3, 0, 1, 0].iter().flat_map(|n| n.to_le_bytes()).collect();
+    bc7.extend(bits.to_le_bytes());
+    let texture_of_bc7 = texture(
+        "bc7.dds",
+        &dds_file([4, 4], 4, b"DX10", [0; 5], &bc7),
+        TextureKind::Color,
+    );
+    let got = texture_of_bc7.color(middle(0, 3), 0.0).to_array();
+    let expected = [201, 101, 21].map(|code| linear(f64::from(code) / 255.0));
+    assert!(
+        got.iter()
+            .zip(expected)
+            .all(|(got, e)| (f64::from(*got) - e).abs() < 1e-5),
+        "{got:?}"
+    );
 }
 
 /// Files that are cut off, or have a few wrong bits: none may end in a panic or in memory that is not there.

@@ -8,7 +8,7 @@ use crate::io::{FileError, Finding, Severity};
 use half::f16;
 use std::path::Path;
 
-/// Greys that exporters give to all vertices if nobody painted them: MeshLab (191 and 192 of 255),
+/// Greys that exporters give to all vertices of an unpainted mesh: MeshLab (191 and 192 of 255),
 /// Blender, white.
 const DEFAULT_GREYS: [f32; 4] = [191.0 / 255.0, 192.0 / 255.0, 0.8, 1.0];
 /// Distance of a grey from one of these: half a step of 8 bits.

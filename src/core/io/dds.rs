@@ -1,0 +1,148 @@
+//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and a few plain ones.
+//! The finest level of the first layer is read, by the crates ddsfile and image_dds.
+
+use super::FileError;
+use super::guard::guarded;
+use super::input::ReadFailure;
+use super::read_picture::{Picture, PictureHeader, Samples, damaged};
+use ddsfile::Dds;
+use image_dds::{ImageFormat, Surface, ddsfile};
+use std::io::Read;
+use std::path::Path;
+
+/// First bytes of every DDS file.
+pub(super) const MAGIC: &[u8] = b"DDS ";
+
+const HELP: &str = "save it as PNG: `magick a.dds a.png` of ImageMagick, or a painting program";
+
+/// A DDS file in memory, and the format of its blocks.
+pub(super) struct DdsFile {
+    dds: Dds,
+    format: ImageFormat,
+}
+
+impl DdsFile {
+    /// Reads the file `path`, whose bytes `reader` gives.
+    pub fn read(path: &Path, mut reader: impl Read, failure: &ReadFailure) -> Result<Self, FileError> {
+        let read = guarded(|| Dds::read(&mut reader)).ok();
+        let dds = match read {
+            Some(Ok(dds)) => dds,
+            Some(Err(error)) => return Err(failure.or(path, damaged(path, &error))),
+            None => return Err(damaged(path, &"its header is wrong")),
+        };
+        let format = guarded(|| image_dds::dds_image_format(&dds)).ok().and_then(Result::ok);
+        let format = format.ok_or_else(|| {
+            let message = "this DDS file has a format of pixels that is not read";
+            FileError::new(path, message).help(HELP)
+        })?;
+        Ok(Self { dds, format })
+    }
+
+    /// Returns true if pixels are decoded as 32-bit floats.
+    fn is_float(&self) -> bool {
+        use ImageFormat::*;
+        matches!(
+            self.format,
+            BC6hRgbUfloat
+                | BC6hRgbSfloat
+                | R16Float
+                | Rg16Float
+                | Rgba16Float
+                | R32Float
+                | Rg32Float
+                | Rgb32Float
+                | Rgba32Float
+        )
+    }
+
+    /// Returns true if the format has a channel of alpha; a BC1 file may have transparent pixels without.
+    fn has_alpha(&self) -> bool {
+        use ImageFormat::*;
+        matches!(
+            self.format,
+            BC2RgbaUnorm
+                | BC2RgbaUnormSrgb
+                | BC3RgbaUnorm
+                | BC3RgbaUnormSrgb
+                | BC7RgbaUnorm
+                | BC7RgbaUnormSrgb
+                | Rgba8Unorm
+                | Rgba8UnormSrgb
+                | Rgba8Snorm
+                | Bgra8Unorm
+                | Bgra8UnormSrgb
+                | Bgra4Unorm
+                | Bgr5A1Unorm
+                | Rgba16Unorm
+                | Rgba16Snorm
+                | Rgba16Float
+                | Rgba32Float
+        )
+    }
+
+    /// Size and samples of the picture.
+    pub fn header(&self) -> PictureHeader {
+        PictureHeader {
+            width: self.dds.get_width().into(),
+            height: self.dds.get_height().into(),
+            channels: 4,
+            sample_bytes: if self.is_float() { 4 } else { 1 },
+        }
+    }
+
+    /// Decodes the picture.
+    ///
+    /// Blocks of two channels (BC5) are normal maps: their blue is the height of the unit vector.
+    /// Formats without alpha have three channels, unless a pixel of BC1 is transparent.
+    pub fn picture(self, path: &Path) -> Result<Picture, FileError> {
+        let decoded = guarded(|| {
+            let surface = Surface::from_dds(&self.dds)?;
+            if self.is_float() {
+                let decoded = surface.decode_layers_mipmaps_rgbaf32(0..1, 0..1)?;
+                Ok(Samples::Floats(decoded.data))
+            } else {
+                let decoded = surface.decode_layers_mipmaps_rgba8(0..1, 0..1)?;
+                Ok::<_, image_dds::error::SurfaceError>(Samples::Bytes(decoded.data))
+            }
+        });
+        let samples = match decoded {
+            Ok(Ok(samples)) => samples,
+            Ok(Err(error)) => return Err(damaged(path, &error)),
+            Err(_) => return Err(damaged(path, &"the decoder cannot read it")),
+        };
+        let PictureHeader { width, height, .. } = self.header();
+        let (width, height) = (width as usize, height as usize);
+        let mut picture = Picture {
+            width,
+            height,
+            channels: 4,
+            samples,
+            orientation: 1,
+        };
+        let length = match &picture.samples {
+            Samples::Bytes(bytes) => bytes.len(),
+            Samples::Shorts(shorts) => shorts.len(),
+            Samples::Floats(floats) => floats.len(),
+        };
+        if length != 4 * width * height {
+            return Err(damaged(path, &"it has another number of pixels than its header says"));
+        }
+        if matches!(self.format, ImageFormat::BC5RgUnorm | ImageFormat::BC5RgSnorm) {
+            add_heights(&mut picture.samples);
+        }
+        if !self.has_alpha() {
+            picture.drop_opaque_alpha();
+        }
+        Ok(picture)
+    }
+}
+
+/// Writes to the blue of each texel the z of the unit vector whose x and y are red and green.
+fn add_heights(samples: &mut Samples) {
+    let Samples::Bytes(bytes) = samples else { return };
+    for texel in bytes.chunks_exact_mut(4) {
+        let [x, y] = [texel[0], texel[1]].map(|code| f32::from(code) / 127.5 - 1.0);
+        let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+        texel[2] = ((z + 1.0) * 127.5).round() as u8;
+    }
+}

@@ -1,8 +1,10 @@
-//! OBJ and MTL files read by the tobj crate: a second implementation, against which the program's own reader is checked (`readers`).
+//! OBJ and MTL files read by the tobj crate: a second implementation, against which
+//! tests/it/files/readers.rs checks the program's own reader.
 //!
 //! Values, faces, and the statements of materials are those that tobj reads, by its rules: polygons are fans, smoothing groups and continued lines are
 //! unknown, and a library is found by its very name. What statements of materials mean is the matter of `mtl`, whichever reader has read them.
-//! tobj tells no line, and panics on some files; its panics are caught. docs/guide/reference/readers.md lists the differences.
+//! tobj gives no line numbers, and panics on some files; its panics are caught.
+//! docs/guide/reference/obj-mtl.md lists the differences.
 
 mod materials;
 
@@ -13,7 +15,6 @@ use super::obj::{Group, ObjFile, chosen_origin, no_faces};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded, read_text};
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{Vec2, Vec3};
-pub(super) use materials::sections;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::BufRead;
@@ -27,19 +28,18 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
 };
 
 /// Triangles that follow each other in the file and share a material.
-#[derive(Clone, Debug)]
-pub(super) struct Part {
+struct Part {
     /// Name of the material; `None` where there is none, or where no library before the `usemtl` defines it.
-    pub material: Option<String>,
+    material: Option<String>,
     /// The triangles. Texture coordinates or normals that some corners lack are left out.
-    pub mesh: Mesh,
+    mesh: Mesh,
 }
 
 /// What tobj reads of a library: materials, and their indices by name.
-pub(super) type Materials = tobj::MTLLoadResult;
+type Materials = tobj::MTLLoadResult;
 
 /// Reads an OBJ file; `library` reads the library of a name. An error says why tobj refuses the file.
-pub(super) fn read_parts(
+fn read_parts(
     reader: &mut impl BufRead,
     library: &dyn Fn(&Path) -> Materials,
 ) -> Result<(Vec<Part>, Vec<tobj::Material>), String> {
@@ -58,7 +58,7 @@ pub(super) fn read_parts(
 }
 
 /// Reads a library. An error says why tobj refuses it.
-pub(super) fn read_library(reader: &mut impl BufRead) -> Result<Materials, String> {
+fn read_library(reader: &mut impl BufRead) -> Result<Materials, String> {
     let read = guarded(|| tobj::load_mtl_buf(reader)).map_err(panicked)?;
     match read {
         Ok(read) => Ok(Ok(read)),
@@ -160,8 +160,7 @@ pub(super) fn read_obj(
     Ok(ObjFile::new(groups, materials, files))
 }
 
-const HELP: &str =
-    "--obj-reader own names the line, and reads more; `embrasure audit SCENE --readers` says where both differ";
+const HELP: &str = "--obj-reader own names the line, and reads more";
 
 fn refused(path: &Path, refusal: &str) -> FileError {
     FileError::new(path, format!("tobj refuses this file: {refusal}")).help(HELP)

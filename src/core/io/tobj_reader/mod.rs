@@ -27,6 +27,9 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
     ignore_lines: true,
 };
 
+/// Bytes of memory that tobj and its meshes take for a byte of the file: 24 for lines of 8 bytes.
+const BYTES_OF_A_BYTE: u64 = 12;
+
 /// Triangles that follow each other in the file and share a material.
 struct Part {
     /// Name of the material; `None` where there is none, or where no library before the `usemtl` defines it.
@@ -103,9 +106,9 @@ pub(super) fn read_obj(
     observer: &dyn LoadObserver,
     findings: &mut Findings,
 ) -> Result<ObjFile, FileError> {
-    allowance.check(path, forecast(path)?)?;
     let input = Input::open(path, "the OBJ file")?;
     let (length, failure) = (input.length(), input.failure());
+    allowance.check(path, BYTES_OF_A_BYTE * length)?;
     observer.begin(&format!("reading {} by tobj", path.display()), length);
     // Libraries in the order of their lines, each with its materials.
     let libraries: RefCell<Vec<(PathBuf, Vec<tobj::Material>)>> = RefCell::default();
@@ -182,28 +185,6 @@ fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -
     });
     read.map_err(|error| findings.add(Severity::Error, "unreadable-file", error))
         .ok()
-}
-
-/// About how many bytes tobj takes for a file at most: 104 for each face, values, and a map of vertices; and the meshes made of these.
-fn forecast(path: &Path) -> Result<u64, FileError> {
-    let mut reader = std::io::BufReader::with_capacity(1 << 16, Input::open(path, "the OBJ file")?);
-    let (mut faces, mut values, mut line) = (0, [0; 3], Vec::new());
-    loop {
-        line.clear();
-        let read = reader.read_until(b'\n', &mut line);
-        let read = read.map_err(|error| FileError::system(path, "cannot read it", &error))?;
-        match (read, line.trim_ascii_start()) {
-            (0, _) => break,
-            (_, [b'f', b' ' | b'\t', ..]) => faces += 1,
-            (_, [b'v', b' ' | b'\t', ..]) => values[0] += 1,
-            (_, [b'v', b't', ..]) => values[1] += 1,
-            (_, [b'v', b'n', ..]) => values[2] += 1,
-            _ => {}
-        }
-    }
-    let vertices = values.into_iter().max().unwrap_or(0);
-    let [v, vt, vn] = values;
-    Ok(104 * faces + 12 * v + 8 * vt + 12 * vn + 64 * faces + 120 * vertices)
 }
 
 /// The triangles of each material, in the order of first use.

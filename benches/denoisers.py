@@ -21,7 +21,6 @@ SAMPLES = [4, 16]
 FILTERS = [
     ("gaussian", []),
     ("gaussian", ["--denoise-radius", "2"]),
-    ("nlm", []),
     ("atrous", []),
     ("oidn", []),
 ]

@@ -346,7 +346,7 @@ fn flags(random: &mut Random) -> Vec<String> {
         ("tone", &["srgb", "reinhard", "aces-narkowicz", "aces-hill", "agx"]),
         ("exposure", &["-10", "3.5"]),
         ("crop", &["0,0,1,1", "0,0,4,3", "2,1,9,9"]),
-        ("denoise", &["atrous", "gaussian", "nlm"]),
+        ("denoise", &["atrous", "gaussian"]),
         ("shutter", &["0,0", "0.2,0.7"]),
         ("fov", &["1", "170"]),
         ("view", &["auto", "front", "top", "iso", "inside"]),

@@ -114,7 +114,7 @@ class Film:
         Args:
             tone: tone curve: ``srgb``, ``reinhard``, ``aces-narkowicz``, ``aces-hill`` or ``agx``. Default: that of the render.
             exposure: stops, or ``"auto"``. Default: that of the render.
-            denoise: a denoiser: ``oidn``, ``oidn-fast``, ``atrous``, ``gaussian`` or ``nlm``; ``True`` takes the best there is.
+            denoise: a denoiser: ``oidn``, ``oidn-fast``, ``atrous`` or ``gaussian``; ``True`` takes the best there is.
 
         Raises:
             SettingError: a tone curve, exposure or denoiser that cannot be.

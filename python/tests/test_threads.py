@@ -79,7 +79,7 @@ import embrasure as em
 film, other = (em.render({str(box)!r}, spp=4, size=(32, 32), seed=seed) for seed in range(2))
 part = em.render({str(box)!r}, spp=128, size=(8, 8), samples="0..64")
 def work(name):
-    shown = [film.develop(denoise=denoise).tobytes() for denoise in ("nlm", "atrous", "gaussian", True)]
+    shown = [film.develop(denoise=denoise).tobytes() for denoise in ("atrous", "gaussian", True)]
     part.save({str(tmp_path)!r} + "/" + name + ".exr")
     return shown, str(em.compare(film, other)), em.bsdf("white", {str(box)!r}).albedo
 if __name__ == "__main__":

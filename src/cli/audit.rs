@@ -1,4 +1,4 @@
-//! One backend checked against another, ray by ray. `audit_readers` checks readers of files.
+//! One backend checked against another, ray by ray.
 
 use super::args::{AuditArgs, Flags, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
@@ -106,9 +106,6 @@ struct ReplayRay {
 
 /// Audits as the arguments say.
 pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
-    if args.readers {
-        return super::audit_readers::audit(args);
-    }
     let job = Job::new(&render_args(args))?;
     let other = other_backend(job.settings.backend, args.against)?;
     let mut outputs = Outputs::default();

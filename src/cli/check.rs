@@ -6,10 +6,9 @@ use super::job::{Job, SceneKind, kind_of, set_load};
 use super::words;
 use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
 use crate::io::{DEFAULT_LIGHT, FileError, Finding, MAX_PLACES, Position, Severity};
-use crate::lint::{self, Forecast};
-use crate::options::Backend;
+use crate::lint;
 use crate::scene::{Scene, SceneBuilder};
-use crate::session::{CameraSettings, FoundCamera, all_threads, forecast, thread_pool};
+use crate::session::{CameraSettings, FoundCamera, Memory, all_threads, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -46,7 +45,7 @@ struct Report {
     materials: usize,
     /// Watts by type of light.
     power: BTreeMap<&'static str, f64>,
-    memory: Option<Forecast>,
+    memory: Option<Memory>,
 }
 
 impl Report {
@@ -154,7 +153,7 @@ impl Report {
         for light in scene.lights() {
             *self.power.entry(light.kind()).or_default() += light.power(radius);
         }
-        self.memory = Some(forecast(&job.scene, scene, &job.settings));
+        self.memory = Some(Memory::new(scene, &job.settings));
     }
 
     /// What the scene leaves to the program.
@@ -274,12 +273,9 @@ impl Report {
             words::count(self.materials as u64, "material")
         );
         outln!("  light: {}", self.light_words(args));
-        let peak = memory.peak(backend()) as f64 / 1e6;
+        let peak = memory.peak() as f64 / 1e6;
         let more = if is_verbose { "" } else { "; -v lists its parts" };
-        outln!(
-            "  memory: about {peak:.0} MB at the peak of a render with {}{more}",
-            backend()
-        );
+        outln!("  memory: about {peak:.0} MB at the peak of a render{more}");
         if is_verbose {
             let parts: Vec<String> = parts(memory)
                 .iter()
@@ -319,10 +315,7 @@ impl Report {
                 .iter()
                 .map(|(name, bytes)| (name.to_string(), json!(bytes)))
                 .collect();
-            let accel = memory.accel.iter().map(|a| (a.backend.to_string(), json!(a.bytes)));
-            all.insert("acceleration_by_backend".into(), Value::Object(accel.collect()));
-            all.insert("backend".into(), json!(backend()));
-            all.insert("peak".into(), json!(memory.peak(backend())));
+            all.insert("peak".into(), json!(memory.peak()));
             all
         });
         json!({
@@ -344,28 +337,14 @@ impl Report {
     }
 }
 
-/// The backend of a render that names none.
-fn backend() -> &'static str {
-    Backend::ALL.first().map_or("", |backend| backend.name())
-}
-
-/// Bytes of each part of a render's memory, with the default backend.
-fn parts(memory: &Forecast) -> [(&'static str, u64); 14] {
+/// Bytes of each part of a render's memory.
+fn parts(memory: &Memory) -> [(&'static str, u64); 5] {
     [
-        ("process", memory.process),
-        ("meshes", memory.meshes),
-        ("facets_and_lights", memory.facets_and_lights),
-        ("textures", memory.textures),
-        ("reading", memory.reading),
-        ("guessing", memory.guessing),
-        ("acceleration", memory.accel(backend())),
-        ("building", memory.building),
-        ("prepared", memory.prepared),
+        ("scene", memory.scene),
+        ("acceleration", memory.acceleration),
+        ("light", memory.light),
         ("film", memory.film),
-        ("channels", memory.channels),
-        ("sampling", memory.sampling),
-        ("denoising", memory.denoising),
-        ("writing", memory.writing),
+        ("picture", memory.picture),
     ]
 }
 

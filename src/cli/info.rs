@@ -9,10 +9,9 @@ use crate::guess::position_text;
 use crate::io::Warning;
 use crate::light::LightId;
 use crate::math::{DVec3, Vec3};
-use crate::options::Backend;
 use crate::scene::SceneBuilder;
 use crate::session::{
-    CameraSettings, FoundCamera, LitWords, Settings, all_threads, camera_and_lit, forecast, thread_pool,
+    CameraSettings, FoundCamera, LitWords, Memory, Settings, all_threads, camera_and_lit, thread_pool,
 };
 use serde_json::json;
 use std::process::ExitCode;
@@ -43,7 +42,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     }
     let bounds = scene.bounds();
-    let (memory, backend) = (forecast(&file, &scene, &settings), Backend::ALL[0].name());
+    let memory = Memory::new(&scene, &settings);
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
@@ -101,10 +100,10 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         "bounds": [in_file(bounds.min, origin), in_file(bounds.max, origin)],
         "origin": origin.to_array(),
         "memory_forecast_bytes": {
-            "scene": memory.scene(),
-            "bvh": memory.accel(backend),
+            "scene": memory.scene,
+            "bvh": memory.acceleration,
             "film": memory.film,
-            "peak": memory.peak(backend),
+            "peak": memory.peak(),
         },
         "warnings": warnings.iter().map(|w| &w.text).collect::<Vec<_>>(),
     });

@@ -10,7 +10,6 @@ mod words;
 mod aov_list;
 mod args;
 mod audit;
-mod audit_readers;
 mod bench;
 mod check;
 mod checkpointer;

@@ -30,7 +30,6 @@ pub(super) const TOPICS: &[Topic] = topics! {
     "guesses" = "reference/guesses.md",
     "materials" = "reference/materials.md",
     "mtl" "obj" = "reference/obj-mtl.md",
-    "readers" = "reference/readers.md",
     "integrators" = "reference/integrators.md",
     "background" "ground" = "reference/background.md",
     "exr" "png" = "reference/output.md",

@@ -1,16 +1,67 @@
-//! Forecasts of a render's memory, and checks of them against limits and free memory.
+//! Memory of a render: an estimate from counts of pixels and triangles, checked against limits and free
+//! memory.
 
-use super::lighting::may_want_ground;
 use super::{Error, Session, Settings};
 use crate::description::SceneFile;
-use crate::film::{Aov, Film};
+use crate::film::{Aov, Film, Rect};
+use crate::integrator::MAX_MERGED_PATHS;
 use crate::io::{MemoryLimit, in_words};
-use crate::lint::Forecast;
-use crate::method::PictureSize;
+use crate::options::Method;
 use crate::scene::Scene;
 
+/// Bytes of the program, its libraries and threads.
+const PROCESS: u64 = 25 << 20;
+/// Bytes of a triangle in an acceleration structure: 64 to 79 without those for building it.
+const ACCELERATION: u64 = 80;
+/// Bytes of a triangle in Embree's structure of a compact scene.
+const COMPACT_ACCELERATION: u64 = 40;
+/// Bytes of a pixel while pictures are made of it and written.
+const WRITING: u64 = 124;
+/// Bytes of a pixel with a background, which has separate colours, albedos and normals, while it is denoised.
+const DENOISED_ALPHA: u64 = 120;
+
+/// Estimated memory of a render, bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Memory {
+    /// Arrays of the scene.
+    pub scene: u64,
+    /// Acceleration structure.
+    pub acceleration: u64,
+    /// Light that the integrator stores, such as photons.
+    pub light: u64,
+    /// Sums and channels of the pixels.
+    pub film: u64,
+    /// Denoising and writing the pictures.
+    pub picture: u64,
+}
+
+impl Memory {
+    /// Estimates the memory of a render of `scene`.
+    pub fn new(scene: &Scene, settings: &Settings) -> Self {
+        let per_triangle = if scene.is_compact() {
+            COMPACT_ACCELERATION
+        } else {
+            ACCELERATION
+        };
+        Self {
+            scene: scene.bytes(),
+            acceleration: per_triangle * scene.triangle_count(),
+            light: light_bytes(settings, scene),
+            film: film_bytes(settings, settings.parts_of_light(scene)),
+            picture: picture_bytes(settings),
+        }
+    }
+
+    /// The sum of all parts, and of the program.
+    pub fn peak(&self) -> u64 {
+        let parts = [self.scene, self.acceleration, self.light, self.film, self.picture];
+        parts.into_iter().fold(PROCESS, u64::saturating_add)
+    }
+}
+
 impl Session {
-    /// An error where the system does not give what the render takes besides the scene: backends and films that ask in vain end the program.
+    /// An error if the system does not give what the render takes besides the scene: backends and
+    /// films whose allocations fail end the program.
     pub(super) fn check_memory(&self) -> Result<(), Error> {
         let more = self.memory.saturating_sub(self.scene.bytes());
         match MemoryLimit::refusal(None, 0, more) {
@@ -23,47 +74,11 @@ impl Session {
     }
 }
 
-/// What a render of the scene with these settings will take.
-pub(crate) fn forecast(file: &SceneFile, scene: &Scene, settings: &Settings) -> Forecast {
-    let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
-    let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
-    let forecast = forecast_of(scene, sizes.max().unwrap_or(0), settings);
-    match settings.camera.needs_scene() || may_want_ground(file, settings, scene) {
-        true => forecast.after_guess(settings.backend.for_guesses().name()),
-        false => forecast,
-    }
-}
-
-/// What a render of the scene will take whose largest OBJ file has so many bytes.
-pub(super) fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings) -> Forecast {
-    let method = settings.method().memory(&picture_size(settings, scene), scene);
-    Forecast {
-        prepared: method.prepared,
-        sampling: method.iteration,
-        channels: channel_bytes(settings, settings.parts_of_light(scene)),
-        denoising: denoising_bytes(settings),
-        ..Forecast::new(scene, settings.crop(), largest_file)
-    }
-}
-
-/// What the memory of a method depends on.
-fn picture_size(settings: &Settings, scene: &Scene) -> PictureSize {
-    let classes = settings.paths().ok().flatten().map_or(0, |paths| paths.classes());
-    PictureSize {
-        resolution: settings.resolution,
-        crop: settings.crop(),
-        filter: settings.filter(),
-        threads: settings.threads,
-        tells_groups: settings.aovs.contains(&Aov::Lights),
-        parts: settings.parts_of_light(scene) - settings.light_paths.len() + classes,
-    }
-}
-
-/// An error where pixels with so many parts of the light take more memory than `limit`, or than the system gives.
+/// An error if pixels with `parts` of the light take more memory than `limit`, or than the system
+/// gives.
 pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<MemoryLimit>) -> Result<(), Error> {
     let crop = settings.crop();
-    let of_settings = channel_bytes(settings, parts).saturating_add(denoising_bytes(settings));
-    let bytes = Forecast::of_pixels(crop).saturating_add(of_settings);
+    let bytes = film_bytes(settings, parts).saturating_add(picture_bytes(settings));
     match MemoryLimit::refusal(limit, bytes, bytes) {
         None => Ok(()),
         Some(refusal) => {
@@ -81,8 +96,8 @@ pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<Memo
     }
 }
 
-/// The scene, compact if that is asked for or if only then its render keeps to `limit`, and about how many bytes that takes at most. An error,
-/// before they are taken, where that is too much.
+/// Returns the scene, compact if the settings ask for it or if its render fits `limit` only then,
+/// and the estimated bytes of the render. An error if they exceed the limit.
 pub(super) fn within_memory(
     file: &SceneFile,
     settings: &Settings,
@@ -90,10 +105,10 @@ pub(super) fn within_memory(
     limit: Option<MemoryLimit>,
 ) -> Result<(Scene, u64), Error> {
     let needs = |scene: &Scene| {
-        let forecast = forecast(file, scene, settings);
-        let bytes = forecast.peak(settings.backend.name());
-        let there = forecast.process + forecast.scene();
-        (bytes, MemoryLimit::refusal(limit, bytes, bytes.saturating_sub(there)))
+        let memory = Memory::new(scene, settings);
+        let peak = memory.peak();
+        let more = peak.saturating_sub(PROCESS + memory.scene);
+        (peak, MemoryLimit::refusal(limit, peak, more))
     };
     let scene = if settings.compact { scene.into_compact() } else { scene };
     let (usual, refusal) = needs(&scene);
@@ -106,47 +121,71 @@ pub(super) fn within_memory(
         return Ok((scene, compact));
     };
     let error = file.whole(format!("the render takes about {}: {refusal}", in_words(compact)));
-    let help = match settings.method().kind().parameters().contains(&"photons") {
-        true => "allow more, send fewer --photons, or render a smaller picture",
-        false => "allow more, render a smaller picture or a --crop, or let objects share their OBJ",
+    let help = if settings.method().kind().parameters().contains(&"photons") {
+        "allow more, send fewer --photons, or render a smaller picture"
+    } else {
+        "allow more, render a smaller picture or a --crop, or let objects share their OBJ"
     };
     Err(error.help(help).into())
 }
 
-/// Bytes of what the settings want of each pixel besides the picture, with so many parts of the light: sums and channels.
-fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
+/// Bytes of the pixels' sums and channels, with `parts` of the light.
+fn film_bytes(settings: &Settings, parts: usize) -> u64 {
     let crop = settings.crop();
-    let features = match settings.aovs.iter().any(|aov| aov.is_of_surface()) {
-        true => Film::feature_bytes(crop),
-        false => 0,
-    };
-    let alpha = match settings.backing().is_some() {
-        true => Film::coverage_bytes(crop),
-        false => 0,
-    };
-    let error_map = if settings.noise.is_some() { 4 * crop.area() } else { 0 };
+    let optional = |is_there: bool, bytes: fn(Rect) -> u64| if is_there { bytes(crop) } else { 0 };
     let all = [
-        features,
-        alpha,
-        error_map,
+        Film::bytes(crop),
+        optional(
+            settings.aovs.iter().any(|aov| Aov::is_of_surface(*aov)),
+            Film::feature_bytes,
+        ),
+        optional(settings.backing().is_some(), Film::coverage_bytes),
+        optional(settings.noise.is_some(), |crop| 4 * crop.area()),
         Film::aov_bytes(crop, &settings.aovs),
         Film::part_bytes(crop, parts),
     ];
     all.into_iter().fold(0, u64::saturating_add)
 }
 
-/// Bytes that denoising the picture takes besides.
-fn denoising_bytes(settings: &Settings) -> u64 {
-    /// Straight colours, albedos and normals of a picture with a channel of coverage.
-    const ALPHA_BYTES: u64 = 120;
-    let of_alpha = if settings.backing().is_some() {
-        ALPHA_BYTES * settings.crop().area()
-    } else {
-        0
-    };
-    let size = settings.crop().size();
-    let denoised = settings
-        .denoiser
-        .map(|denoiser| denoiser.bytes(denoiser.pixels(size)) + of_alpha);
-    denoised.unwrap_or(0)
+/// Bytes that denoising and writing the picture take.
+fn picture_bytes(settings: &Settings) -> u64 {
+    let (size, area) = (settings.crop().size(), settings.crop().area());
+    let denoising = settings.denoiser.map_or(0, |denoiser| {
+        let alpha = if settings.backing().is_some() {
+            DENOISED_ALPHA
+        } else {
+            0
+        };
+        denoiser.bytes(denoiser.pixels(size)).saturating_add(alpha * area)
+    });
+    denoising.saturating_add(WRITING.saturating_mul(area))
+}
+
+/// Bytes of the light that the integrator stores. The number of vertices on a path depends on the
+/// scene; the estimates are for three, as in plain rooms.
+fn light_bytes(settings: &Settings, scene: &Scene) -> u64 {
+    /// Bytes of a path of photons, and of a path to merge with.
+    const PHOTONS: u64 = 310;
+    const MERGED_PATH: u64 = 1560;
+    /// Bytes of a sample from which a chain may start.
+    const SEED: u64 = 240;
+    const PRIMARY_SEED: u64 = 48;
+    /// Bytes of a triangle that `area` samples.
+    const TRIANGLE: u64 = 24;
+    let pixels = u64::from(settings.resolution.x) * u64::from(settings.resolution.y);
+    let number = |given: Option<u32>, usual: u64| given.map_or(usual, u64::from);
+    // An iteration sums light, and keeps the light of some pixels before it is added.
+    let iteration = 64 * pixels + (400 * pixels).min(128 << 20);
+    match settings.method() {
+        Method::Light(_) | Method::Bidirectional(_) => iteration,
+        Method::ProgressivePhotons(set) => iteration + PHOTONS * number(set.photons, pixels),
+        Method::VertexMerging(set) => {
+            iteration + MERGED_PATH * number(set.photons, pixels.min(u64::from(MAX_MERGED_PATHS)))
+        }
+        Method::PrimarySpace(set) => iteration + PRIMARY_SEED * number(set.bootstrap, pixels / 8),
+        Method::PathSpace(set) => iteration + SEED * number(set.bootstrap, pixels / 8),
+        Method::PhotonMap(set) => PHOTONS * u64::from(set.photons),
+        Method::Area(_) => TRIANGLE * scene.placed_triangle_count(),
+        _ => 0,
+    }
 }

@@ -32,7 +32,7 @@ pub use state::RenderState;
 pub use version::{BUILD, version_text};
 
 pub(crate) use crate::method::{AnyAccel, Prepared, RenderContext};
-pub(crate) use memory::forecast;
+pub(crate) use memory::Memory;
 pub(crate) use renderer::denoised;
 pub(crate) use settings::all_threads;
 
@@ -46,7 +46,7 @@ use crate::lint;
 use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
-use memory::{check_pixels, forecast_of, within_memory};
+use memory::{check_pixels, within_memory};
 use settings::{Surveyed, Wanted};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -211,7 +211,7 @@ impl Session {
         let mut scene = if settings.compact { scene.into_compact() } else { scene };
         // Another session may have learned it.
         scene.forget_visibility();
-        let forecast = forecast_of(&scene, 0, &settings);
+        let memory = Memory::new(&scene, &settings).peak();
         let description = CameraDescription::still(camera);
         let camera = description.camera(settings.resolution)?;
         let method = settings.method();
@@ -229,7 +229,7 @@ impl Session {
             lit_file: None,
             said_camera: settings.camera,
             files: Vec::new(),
-            memory: forecast.peak(settings.backend.name()),
+            memory,
             pool: thread_pool(settings.threads)?,
             paths: light_paths(&settings)?,
             settings,

@@ -36,7 +36,7 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         session.check_memory()?;
         let accel = session.accel()?;
-        // Backends may take more than was forecast.
+        // Backends may take more than estimated.
         let parts = session.settings().parts_of_light(session.scene());
         check_pixels(session.settings(), parts, None)?;
         Ok(Self {

@@ -207,7 +207,7 @@ impl Settings {
         let method = self.method();
         let refused = |setting, value: String, help: String| Err(InvalidSetting::new(setting, value, help).into());
         if let (Some(radius), None) = (self.denoise_radius, self.denoiser.and_then(Denoiser::default_radius)) {
-            let help = "leave it out, or render with --denoise=gaussian or nlm";
+            let help = "leave it out, or render with --denoise=gaussian";
             return refused(
                 "denoise-radius",
                 format!("{radius}: the denoiser has no radius"),

@@ -10,20 +10,14 @@ use std::path::PathBuf;
 #[command(after_help = "\
 The rays come from a render. A disagreement is explained if the ray passes an edge, a plane or an
 end of its interval within the bounds of rounding errors. An unexplained disagreement gives exit
-code 1. --readers compares the two readers of OBJ and MTL files instead; `embrasure help readers`
-lists the known differences.
+code 1.
 Examples:
   embrasure audit scenes/cornell-box.toml
   embrasure audit room.obj --rays 100000000 -o room-audit.json
-  embrasure audit room.obj --replay room-audit.json
-  embrasure audit room.obj --readers")]
+  embrasure audit room.obj --replay room-audit.json")]
 pub(in crate::cli) struct AuditArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
-
-    /// Compare the program's own reader of OBJ and MTL files with tobj
-    #[arg(long, conflicts_with_all = ["rays", "replay", "backend", "against", "size", "seed"])]
-    pub readers: bool,
 
     /// Approximate number of rays, spread evenly over the image
     #[arg(long, value_name = "N", default_value = "1000000")]

@@ -44,7 +44,7 @@ pub(in crate::cli) struct DevelopArgs {
     #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, value_parser = NameParser::<Denoising>::new())]
     pub denoise: Option<Option<Denoising>>,
 
-    /// Radius in pixels of the denoisers gaussian and nlm [default: 0.7 and 7]
+    /// Standard deviation in pixels of the denoiser gaussian [default: 0.7]
     #[arg(long, value_name = "PIXELS", requires = "denoise", value_parser = parse_radius)]
     pub denoise_radius: Option<f32>,
 

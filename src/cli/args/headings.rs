@@ -1,6 +1,7 @@
 //! Headings under which `--help` lists commands and flags, and the flags that `-h` shows.
 //!
-//! `-h` shows the first line of each help, `--help` all lines. Within a heading flags are in the order of the fields in `cli/args`, and parameters in
+//! `-h` shows the first line of each help, `--help` all lines, and `embrasure help COMMAND` also rare
+//! flags. Within a heading flags are in the order of the fields in `cli/args`, and parameters in
 //! that of their entries in `options`. Headings are in the order of [`FIRST_TITLES`], then of their
 //! first flags.
 
@@ -194,6 +195,34 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
     ),
 ];
 
+/// Flags of scenes that `--help` leaves out.
+const RARE: [&str; 14] = [
+    "aperture-blades",
+    "aperture-rotation",
+    "audit-rays",
+    "checkpoint-interval",
+    "denoise-radius",
+    "filter-radius",
+    "half",
+    "obj-reader",
+    "origin",
+    "panes",
+    "sensor-height",
+    "shutter",
+    "tev",
+    "texture-filter",
+];
+
+/// Parameters of integrators that `--help` shows; it leaves out the others.
+const USUAL_PARAMETERS: [&str; 4] = ["integrator", "max-depth", "clamp-indirect", "photons"];
+
+/// Returns true if `--help` of a command that loads a scene leaves `arg` out.
+fn is_rare(arg: &Arg) -> bool {
+    let is_parameter = arg.get_help_heading() == Some(LAST_TITLE);
+    arg.get_long()
+        .is_some_and(|flag| RARE.contains(&flag) || is_parameter && !USUAL_PARAMETERS.contains(&flag))
+}
+
 /// Whether a command has the flags of [`HEADINGS`].
 fn loads_a_scene(command: &Command) -> bool {
     command.get_arguments().any(|arg| arg.get_long() == Some("texture-dir"))
@@ -240,7 +269,30 @@ pub(super) fn grouped(program: Command) -> Command {
     })
 }
 
-/// The program as `--help` shows it: the whole help of each flag in one column. clap's own long help takes three lines for a flag.
+/// The program as `--help` shows it: without rare flags.
+pub(super) fn usual(program: Command) -> Command {
+    program.mut_subcommands(|command| {
+        let count = command.get_arguments().filter(|arg| is_rare(arg)).count();
+        if count == 0 || !loads_a_scene(&command) {
+            return command;
+        }
+        let more = format!("embrasure help {} shows {count} rare flags too.", command.get_name());
+        let more = with_examples(&command, more);
+        command
+            .mut_args(|arg| if is_rare(&arg) { arg.hide(true) } else { arg })
+            .after_help(more)
+    })
+}
+
+/// `words`, then the examples of `command`.
+fn with_examples(command: &Command, words: String) -> String {
+    match command.get_after_help() {
+        Some(examples) => format!("{words}\n\n{examples}"),
+        None => words,
+    }
+}
+
+/// The program with the whole help of each flag in one column. clap's own long help takes three lines for a flag.
 pub(super) fn full(program: Command) -> Command {
     program.mut_subcommands(|command| {
         command.mut_args(|arg| match arg.get_long_help().map(StyledStr::to_string) {
@@ -266,11 +318,9 @@ pub(super) fn brief(program: Command) -> Command {
             (Some(_), None) => arg.get_help_heading().is_none(),
             (None, _) => true,
         };
-        let hidden = command.get_arguments().filter(|arg| !is_shown(arg)).count();
-        let examples = command
-            .get_after_help()
-            .map_or(String::new(), |words| format!("\n\n{words}"));
-        let more = format!("embrasure {name} --help shows {hidden} more flags.{examples}");
+        let is_more = |arg: &&Arg| !is_shown(arg) && !(is_rare(arg) && loads_a_scene(&command));
+        let count = command.get_arguments().filter(is_more).count();
+        let more = with_examples(&command, format!("embrasure {name} --help shows {count} more flags."));
         command
             .mut_args(|arg| match is_shown(&arg) {
                 true => arg.help_heading(None),
@@ -405,6 +455,33 @@ mod tests {
             assert!(help.contains(flag), "{flag}: {help}");
         }
         assert!(!help.contains("--photon-alpha"), "{help}");
+    }
+
+    /// `--help` of `render` is two screens of flags, `embrasure help render` has all, and rare flags
+    /// are read like the others.
+    #[test]
+    fn rare_flags_are_left_out_of_the_help() {
+        let flags = |mut program: Command| {
+            program.build();
+            let help = program.find_subcommand_mut("render").unwrap().render_help().to_string();
+            let flag = |line: &str| line.split_once("--").map(|(_, flag)| flag.to_string());
+            let lines = help
+                .lines()
+                .filter(|line| line.starts_with("  -") || line.starts_with("      --"));
+            (lines.filter_map(flag).count(), help)
+        };
+        let [(usual, help), (all, _)] = [usual(Args::program()), Args::program()].map(flags);
+        assert!(usual <= 60 && all > 90, "{usual} of {all}\n{help}");
+        let more = format!("embrasure help render shows {} rare flags too.", all - usual);
+        assert!(help.contains(&more) && help.contains("Examples:"), "{help}");
+        assert!(help.contains("--photons") && !help.contains("--photon-alpha"), "{help}");
+        for name in RARE.iter().chain(&USUAL_PARAMETERS) {
+            let program = Args::program();
+            let render = program.find_subcommand("render").unwrap();
+            assert!(render.get_arguments().any(|arg| arg.get_long() == Some(name)), "{name}");
+        }
+        let line = "embrasure render a.obj --photon-alpha 0.5 --sensor-height 0.01 --f-stop 8 --half all";
+        assert!(Args::of(line.split(' ')).is_ok());
     }
 
     /// `-h` has the first line of a help, `--help` all of it, below each other.

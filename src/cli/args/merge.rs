@@ -35,7 +35,7 @@ pub(in crate::cli) struct MergeArgs {
     #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, value_parser = NameParser::<Denoising>::new())]
     pub denoise: Option<Option<Denoising>>,
 
-    /// Radius in pixels of the denoisers gaussian and nlm [default: that of the render]
+    /// Standard deviation in pixels of the denoiser gaussian [default: that of the render]
     #[arg(long, value_name = "PIXELS", value_parser = parse_radius)]
     pub denoise_radius: Option<f32>,
 

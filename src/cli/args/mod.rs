@@ -69,7 +69,7 @@ Examples:
   embrasure render chair.obj -o chair.png
   embrasure render scenes/cornell-box.toml -o box.exr -o box.png
   embrasure check room.obj
-  embrasure render --help       all flags; -h: the most important ones
+  embrasure render --help       the usual flags; -h: the most important ones
   embrasure help camera         a page of the guide; embrasure help lists all")]
 pub(super) struct Args {
     /// Print version, backends built in, and the instruction set in use
@@ -81,7 +81,7 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// The program with all its commands, whose flags are in groups, as `--help` shows it.
+    /// The program with all its commands, whose flags are in groups, as `embrasure help` shows it.
     pub fn program() -> clap::Command {
         headings::with_groups(headings::full(headings::grouped(Self::command())))
     }
@@ -101,7 +101,7 @@ impl Args {
         let words = with_values(words.into_iter().map(Into::into));
         let program = match words.iter().any(|word| word == "-h") {
             true => headings::with_groups(headings::brief(headings::grouped(Self::command()))),
-            false => Self::program(),
+            false => headings::usual(Self::program()),
         };
         let mut command = program.mut_subcommands(|command| command.mut_args(negative));
         let text = words

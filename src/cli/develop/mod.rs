@@ -192,8 +192,7 @@ fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Optio
             found.title()
         ))),
         Some(denoiser) if args.denoise_radius.is_some() && denoiser.default_radius().is_none() => Err(CliError::Usage(
-            "--denoise-radius: this denoiser has no radius\n  help: leave it out, or use --denoise=gaussian or nlm"
-                .into(),
+            "--denoise-radius: this denoiser has no radius\n  help: leave it out, or use --denoise=gaussian".into(),
         )),
         denoiser => Ok(denoiser),
     };

@@ -19,8 +19,8 @@
 //! Pixels with a coverage below 1/4 have few samples of their own: the colour around has a part in
 //! theirs.
 
+use super::DenoiseError;
 use super::layers::Layers;
-use super::{DenoiseError, nlm};
 use crate::math::Vec3;
 use rayon::prelude::*;
 
@@ -28,6 +28,8 @@ use rayon::prelude::*;
 const MIN_COVERAGE: f32 = 0.25;
 /// Pixels both ways whose raw coverage bounds the filtered one.
 const REACH: usize = 2;
+/// Half the width of the box whose spread stands for the variance of coverage, pixels.
+const SPREAD_REACH: usize = 3;
 
 /// Picture, premultiplied, and coverage, both filtered by `filter`. Pixels whose number of `samples` is
 /// known have a bound of the variance of coverage. Pixels from which light was taken, `bright`, keep
@@ -94,7 +96,7 @@ fn straight(layers: &Layers, coverage: &[f32]) -> Layers {
 /// Layers whose colour is the coverage.
 fn as_light(layers: &Layers, coverage: &[Vec3], samples: Option<&[f32]>) -> Layers {
     let color = coverage.to_vec();
-    let spread = nlm::spread(&color, layers.size);
+    let spread = spread(&color, layers.size);
     let variance = (0..coverage.len()).map(|i| match samples.map(|samples| samples[i]) {
         Some(n) if n < 2.0 => Vec3::INFINITY,
         // A mean of n values in [0, 1] has this variance at most.
@@ -107,6 +109,31 @@ fn as_light(layers: &Layers, coverage: &[Vec3], samples: Option<&[f32]>) -> Laye
         is_light: false,
         ..layers.clone()
     }
+}
+
+/// The variance of the colours in the 7 × 7 pixels around each pixel.
+fn spread(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
+    let mean = box_mean(color, size);
+    let squares: Vec<Vec3> = color.iter().map(|&c| c * c).collect();
+    let squares = box_mean(&squares, size);
+    let variance = |(&m, s): (&Vec3, Vec3)| (s - m * m).max(Vec3::ZERO);
+    mean.iter().zip(squares).map(variance).collect()
+}
+
+/// The mean over the pixels up to [`SPREAD_REACH`] both ways, as far as they are inside.
+fn box_mean(values: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
+    let [width, height] = size;
+    let along = |values: &[Vec3], place: &(dyn Fn(usize) -> [usize; 2] + Sync), stride: usize| -> Vec<Vec3> {
+        let pixel = |i: usize| {
+            let [x, len] = place(i);
+            let (first, last) = (x.saturating_sub(SPREAD_REACH), (x + SPREAD_REACH).min(len - 1));
+            let sum: Vec3 = (first..=last).map(|at| values[i + at * stride - x * stride]).sum();
+            sum / (last - first + 1) as f32
+        };
+        (0..values.len()).into_par_iter().map(pixel).collect()
+    };
+    let rows = along(values, &|i| [i % width, width], 1);
+    along(&rows, &|i| [i / width, height], width)
 }
 
 /// `layer` over `coverage`, and where there is none, the mean colour around: of blocks of 2 × 2 pixels,

@@ -10,7 +10,6 @@ mod bright;
 mod coverage;
 mod gaussian;
 mod layers;
-mod nlm;
 #[cfg(feature = "oidn")]
 mod oidn;
 
@@ -31,8 +30,6 @@ pub enum Denoiser {
     Atrous,
     /// A plain blur.
     Gaussian,
-    /// Non-local means: the mean of pixels whose surroundings are alike, by the variance.
-    Nlm,
 }
 
 /// Why an image could not be denoised.
@@ -96,7 +93,6 @@ impl Denoiser {
             Self::Oidn | Self::OidnFast => Err(DenoiseError::NotBuilt),
             Self::Atrous => Ok("atrous".into()),
             Self::Gaussian => Ok("gaussian".into()),
-            Self::Nlm => Ok("nlm".into()),
         }
     }
 
@@ -106,7 +102,7 @@ impl Denoiser {
         let [width, height] = size.to_array().map(u64::from);
         match self {
             Self::Oidn | Self::OidnFast => width.next_multiple_of(OIDN_BLOCK) * height.next_multiple_of(OIDN_BLOCK),
-            Self::Atrous | Self::Gaussian | Self::Nlm => width * height,
+            Self::Atrous | Self::Gaussian => width * height,
         }
     }
 
@@ -117,17 +113,14 @@ impl Denoiser {
             Self::Oidn | Self::OidnFast => 220 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
             Self::Atrous => 280 * pixels,
             Self::Gaussian => 140 * pixels,
-            Self::Nlm => 200 * pixels,
         }
     }
 
-    /// The radius in pixels of a filter that has one, where the user gives none: the standard deviation of `gaussian`, half the width of the
-    /// window of `nlm`.
+    /// Default radius in pixels of a filter that has one: the standard deviation of `gaussian`.
     pub fn default_radius(self) -> Option<f32> {
         match self {
             Self::Oidn | Self::OidnFast | Self::Atrous => None,
             Self::Gaussian => Some(gaussian::RADIUS),
-            Self::Nlm => Some(nlm::RADIUS),
         }
     }
 
@@ -142,8 +135,8 @@ impl Denoiser {
     ///
     /// Light of lamps in view that is far brighter than the picture stays as rendered.
     ///
-    /// Open Image Denoise does without albedo and normals where one of them is missing; the wavelet filter needs both, `Z` and `variance`,
-    /// and non-local means `variance`. Filters without a radius take no notice of `radius`.
+    /// Open Image Denoise does without albedo and normals where one of them is missing; the wavelet filter needs both,
+    /// `Z` and `variance`. Filters without a radius take no notice of `radius`.
     ///
     /// Works with the threads of rayon's pool, Open Image Denoise with as many of its own. On an error the image stays as it was.
     pub fn apply_with(self, image: &mut Image, radius: Option<f32>) -> Result<(), DenoiseError> {
@@ -194,7 +187,6 @@ impl Denoiser {
             Self::Oidn | Self::OidnFast => Err(DenoiseError::NotBuilt),
             Self::Atrous => Ok(atrous::denoise(atrous::Input::new(layers)?)),
             Self::Gaussian => Ok(gaussian::denoise(&layers.color, layers.size, radius)),
-            Self::Nlm => nlm::denoise(layers, radius),
         }
     }
 }
@@ -273,13 +265,7 @@ mod tests {
 
     /// Filters of this build.
     fn built() -> impl Iterator<Item = Denoiser> {
-        let all = [
-            Denoiser::Oidn,
-            Denoiser::OidnFast,
-            Denoiser::Atrous,
-            Denoiser::Gaussian,
-            Denoiser::Nlm,
-        ];
+        let all = [Denoiser::Oidn, Denoiser::OidnFast, Denoiser::Atrous, Denoiser::Gaussian];
         all.into_iter().filter(|d| d.version().is_ok())
     }
 

@@ -41,11 +41,6 @@ impl Iteration {
         }
     }
 
-    /// Bytes that one of this crop takes, with so many parts of the light and classes of paths.
-    pub fn bytes(crop: Rect, parts: usize) -> u64 {
-        crop.area() * (size_of::<IterationPixel>() + parts * size_of::<[f64; 3]>()) as u64
-    }
-
     /// The pixels that it has.
     pub fn crop(&self) -> Rect {
         self.crop

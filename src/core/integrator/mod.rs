@@ -57,7 +57,7 @@ pub use photon::vcm::{MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator, Wo
 pub use pick::Picked;
 pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, ProgressiveRadius, Radii, SearchRadius};
 pub use vertex::Vertex;
-pub use visibility::{Site, VisibilityLearner, visibility_bytes};
+pub use visibility::{Site, VisibilityLearner};
 pub use world::World;
 
 use crate::accel::Accel;

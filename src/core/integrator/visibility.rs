@@ -103,19 +103,6 @@ fn learns_visibility(scene: &Scene) -> bool {
     is_asked && scene.ground().is_none()
 }
 
-/// Bytes that learning the visibility of the lights of `scene` takes, about, for a picture of so many pixels: in rooms, in which it is learned.
-pub fn visibility_bytes(scene: &Scene, pixels: u64) -> u64 {
-    /// Visible shares, and tables for the normals of a room.
-    const BYTES_OF_A_CELL: u64 = 6000;
-    /// Points that a path finds, about.
-    const POINTS_OF_A_PATH: u64 = 3;
-    if !learns_visibility(scene) {
-        return 0;
-    }
-    let points = POINTS_OF_A_PATH * (pixels / PIXELS_A_PATH).min(PATHS[1]);
-    points * size_of::<Site>() as u64 + BYTES_OF_A_CELL * (pixels / 64).min(4096)
-}
-
 impl<A: Accel> VisibilityLearner<'_, A> {
     /// Whether visibility is to be learned, and has not been yet.
     pub fn is_wanted(&self) -> bool {

@@ -15,7 +15,7 @@ parameters! {
         mtl_dialect: MtlDialect = MtlDialect::Auto;
         /// Reader of OBJ and MTL files: own, or the crate tobj
         ///
-        /// See docs/guide/reference/readers.md.
+        /// See docs/guide/reference/obj-mtl.md.
         obj_reader: ObjReader = ObjReader::Own;
         /// Smooth edges below this angle in degrees, ignoring the file's normals
         smooth: f32, default "normals of the file", in Range::Above(0.0);

@@ -36,8 +36,6 @@ mod read_image;
 mod read_layers;
 mod read_picture;
 mod read_rendering;
-#[cfg(feature = "tobj")]
-mod readers;
 pub mod statements;
 mod temporary;
 pub mod texture;
@@ -71,8 +69,6 @@ pub use png::{display_bytes, png_bytes};
 pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};
 pub use read_rendering::{Rendering, read_rendering};
-#[cfg(feature = "tobj")]
-pub use readers::{ComparedFile, Kind as ReaderDifference, Lines, Notes, Unexplained, compare_readers};
 pub use temporary::OutputLock;
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
 pub use write_picture::Format;

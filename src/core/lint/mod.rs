@@ -10,7 +10,6 @@ mod darkness;
 mod definitions;
 mod faces;
 mod inspection;
-mod memory;
 mod preview;
 mod profile;
 mod tally;
@@ -18,7 +17,6 @@ mod view;
 
 pub use darkness::reason_for_darkness;
 pub use inspection::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
-pub use memory::{AccelMemory, Forecast};
 pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};
 pub use profile::{DeltaDirection, LobeProfile, Profile, direction_at};
 pub use view::{inspect_extent, inspect_view};

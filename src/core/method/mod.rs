@@ -16,13 +16,11 @@ mod checks;
 mod common_errors;
 mod compiled;
 mod error;
-mod memory;
 mod run;
 
 pub use backend::AnyAccel;
 pub use compiled::CompiledIntegrator;
 pub use error::{Error, InvalidSetting};
-pub use memory::{MethodMemory, PictureSize};
 pub use run::{Prepared, RenderContext};
 
 use crate::integrator::{DirectLight, Directions, strategies};

@@ -65,7 +65,7 @@ mod tests {
                 exposure: Exposure::Studio,
                 curve: Curve::Agx,
             },
-            denoiser: Some(Denoiser::Nlm),
+            denoiser: Some(Denoiser::Gaussian),
             denoise_radius: Some(3.5),
         };
         for finish in [finish, Finish::default()] {
@@ -73,7 +73,7 @@ mod tests {
         }
         assert_eq!(
             finish.to_string(),
-            "tone=agx exposure=studio denoise=nlm denoise_radius=3.5"
+            "tone=agx exposure=studio denoise=gaussian denoise_radius=3.5"
         );
         for unknown in ["", "tone=x exposure=inf denoise", "denoise_radius=nan exposure=1e9"] {
             assert_eq!(Finish::of_text(unknown), Finish::default(), "{unknown}");

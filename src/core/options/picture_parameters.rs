@@ -63,10 +63,8 @@ parameters! {
         ///
         /// See docs/denoise.md.
         denoise: Denoising = Denoising::Off, default "off; oidn, else atrous, for a bare OBJ; without a name: oidn", bare "oidn";
-        /// Radius in pixels of the denoisers gaussian and nlm
-        ///
-        /// This is the standard deviation of `gaussian`, and half the window of `nlm`.
-        denoise_radius: f32, default "0.7 of gaussian, 7 of nlm", in Range::FromTo(0.1, 50.0);
+        /// Standard deviation in pixels of the denoiser gaussian
+        denoise_radius: f32, default "0.7", in Range::FromTo(0.1, 50.0);
     }
 }
 
@@ -174,6 +172,6 @@ impl Backend {
 named! {
     Denoising: "off" => Self::Off, "oidn" => Self::By(Denoiser::Oidn),
         "oidn-fast" => Self::By(Denoiser::OidnFast), "atrous" => Self::By(Denoiser::Atrous),
-        "gaussian" => Self::By(Denoiser::Gaussian), "nlm" => Self::By(Denoiser::Nlm);
+        "gaussian" => Self::By(Denoiser::Gaussian);
     Backend: "embree" => Self::Embree, "obvhs" => Self::Obvhs, "brute" => Self::Brute;
 }

@@ -32,8 +32,6 @@ const BYTES_AT_ONCE: usize = 128 << 20;
 /// Samples of a block of pixels, and places that each of them lights where light is sent to others, about.
 const SAMPLES_OF_A_WORK_ITEM: usize = 256;
 const LIGHTS_OF_A_SAMPLE: usize = 8;
-/// Places that a mutation lights: both paths count, and each may fall on some.
-const LIGHTS_OF_A_MUTATION: usize = 3;
 
 /// Pixels of a work item that are done between two looks at the observer: far less work than the rest of the work item, and far more than the look.
 const PIXELS_A_LOOK: usize = 4;
@@ -96,49 +94,6 @@ fn light_bytes<R>(filter: &Filter, crop: Rect) -> usize {
 fn work_items_at_once(light: usize, threads: usize) -> usize {
     let work_item = light.saturating_mul(SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE);
     (BYTES_AT_ONCE / work_item.max(1)).max(threads).min(WORK_ITEMS_AT_ONCE)
-}
-
-/// How the light of an iteration falls.
-#[derive(Clone, Copy, Debug)]
-pub enum IterationLight {
-    /// Of each pixel on itself.
-    OfOnePixel,
-    /// Of each pixel on all.
-    OfPixels,
-    /// Of so many chains on all, each with so many mutations.
-    OfChains {
-        /// Their number.
-        chains: u64,
-        /// Of each.
-        mutations: u64,
-    },
-}
-
-/// Bytes that an iteration of `crop` takes while it is made by so many threads, about, beside what its integrator prepares. `parts` of the light are told
-/// apart, groups of lights among them or not.
-pub fn iteration_bytes(
-    crop: Rect,
-    (tells_groups, parts): (bool, usize),
-    (filter, light): (&Filter, IterationLight),
-    threads: usize,
-) -> u64 {
-    let bytes = match tells_groups {
-        true => light_bytes::<ByGroup>(filter, crop),
-        false => light_bytes::<Spectrum>(filter, crop),
-    };
-    let samples = SAMPLES_OF_A_WORK_ITEM as u64;
-    let max = work_items_at_once(bytes, threads) as u64;
-    let work_items = max.min(crop.area().div_ceil(samples));
-    let (work_items, lights) = match light {
-        IterationLight::OfOnePixel => (work_items, samples),
-        IterationLight::OfPixels => (work_items, samples * LIGHTS_OF_A_SAMPLE as u64),
-        IterationLight::OfChains { chains, mutations } => {
-            (max.min(chains), mutations.saturating_mul(LIGHTS_OF_A_MUTATION as u64))
-        }
-    };
-    let surfaces = samples * size_of::<(UVec2, FirstSurface)>() as u64;
-    let kept = lights.saturating_mul(bytes as u64).saturating_add(surfaces);
-    Iteration::bytes(crop, parts).saturating_add(work_items.saturating_mul(kept))
 }
 
 /// A work item of an iteration.

@@ -679,7 +679,7 @@ fn memory_is_forecast() {
     assert_eq!(report["triangles"], 2 * n * n);
     // The picture of a bare OBJ is denoised, which takes more.
     let (bare, _) = check(folder.path(), "a.obj");
-    assert!(bare["memory"]["denoising"].as_u64() > report["memory"]["denoising"].as_u64());
+    assert!(bare["memory"]["picture"].as_u64() > report["memory"]["picture"].as_u64());
     assert!(bare["memory"]["peak"].as_u64() > report["memory"]["peak"].as_u64());
     done(
         folder.path(),
@@ -691,14 +691,13 @@ fn memory_is_forecast() {
         report["memory"]["peak"].as_f64().unwrap(),
     );
     println!("forecast {forecast}, measured {peak}");
-    // Of the structure of obvhs for guesses, the allocator keeps all, a part or nothing
-    let max_ratio = if cfg!(feature = "embree") { 1.25 } else { 1.45 };
+    // An estimate, which no allocator changes
     assert!(
-        (0.75..max_ratio).contains(&(forecast / peak)),
+        (0.7..1.5).contains(&(forecast / peak)),
         "forecast {forecast}, measured {peak}"
     );
     let bvh = report["memory"]["acceleration"].as_f64().unwrap() / stats["bvh_bytes"].as_f64().unwrap();
-    assert!((0.75..1.25).contains(&bvh), "{bvh}");
+    assert!((0.75..1.5).contains(&bvh), "{bvh}");
 }
 
 #[test]

@@ -19,16 +19,16 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
 }
 
 /// Of the Cornell box with 4 samples per pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
-/// larger a picture is, and less of filters without guides.
+/// larger a picture is.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn denoising_leaves_a_fraction_of_the_error() {
     let folder = folder(&[]);
     let reference = read_rgb(&render(&folder, "reference.exr", &["--spp", "256", "--seed", "1"]));
     let denoisers: &[(&str, f64)] = if cfg!(feature = "oidn") {
-        &[("atrous", 0.5), ("nlm", 0.7), ("oidn", 0.2)]
+        &[("atrous", 0.5), ("oidn", 0.2)]
     } else {
-        &[("atrous", 0.5), ("nlm", 0.7)]
+        &[("atrous", 0.5)]
     };
     for (name, max) in denoisers {
         let denoise = format!("--denoise={name}");
@@ -59,22 +59,19 @@ fn wavelets_lose_no_light() {
     }
 }
 
-/// A radius widens the filters that have one, and is refused with others.
+/// A radius widens the Gaussian, and is refused with other filters.
 #[test]
-fn radii_are_those_of_filters_that_have_one() {
+fn radii_are_those_of_the_gaussian() {
     let folder = folder(&[]);
-    for name in ["gaussian", "nlm"] {
-        let denoise = format!("--denoise={name}");
-        let flags = ["--spp", "2", &denoise];
-        let usual = render(&folder, "usual.exr", &flags);
-        let wide = render(&folder, "wide.exr", &joined(&flags, &["--denoise-radius", "4"]));
-        assert!(read_channel(&usual, "G") != read_channel(&wide, "G"), "{name}");
-        // `develop` makes the same pixels of it.
-        let args = format!("develop -q usual.exr {denoise} --denoise-radius 4 -o later.exr");
-        done(folder.path(), &split(&args));
-        let later = folder.path().join("later.exr");
-        assert!(read_channel(&later, "G") == read_channel(&wide, "G"), "{name}");
-    }
+    let flags = ["--spp", "2", "--denoise=gaussian"];
+    let usual = render(&folder, "usual.exr", &flags);
+    let wide = render(&folder, "wide.exr", &joined(&flags, &["--denoise-radius", "4"]));
+    assert!(read_channel(&usual, "G") != read_channel(&wide, "G"));
+    // `develop` makes the same pixels of it.
+    let args = "develop -q usual.exr --denoise=gaussian --denoise-radius 4 -o later.exr";
+    done(folder.path(), &split(args));
+    let later = folder.path().join("later.exr");
+    assert!(read_channel(&later, "G") == read_channel(&wide, "G"));
     for flags in [
         &["--denoise=atrous", "--denoise-radius", "2"][..],
         &["--denoise-radius", "2"],
@@ -87,7 +84,7 @@ fn radii_are_those_of_filters_that_have_one() {
     }
     let said = refused(
         folder.path(),
-        &cornell("x.exr", &["--denoise=nlm", "--denoise-radius", "99"]),
+        &cornell("x.exr", &["--denoise=gaussian", "--denoise-radius", "99"]),
         2,
     );
     assert!(said.contains("--denoise-radius 99"), "{said}");
@@ -95,9 +92,9 @@ fn radii_are_those_of_filters_that_have_one() {
 
 /// Denoisers of this build.
 const DENOISERS: &[&str] = if cfg!(feature = "oidn") {
-    &["oidn", "atrous", "nlm", "gaussian"]
+    &["oidn", "atrous", "gaussian"]
 } else {
-    &["atrous", "nlm", "gaussian"]
+    &["atrous", "gaussian"]
 };
 
 /// A ball of 24 × 12 quads and radius 0.8 with this material, in a white sky.
@@ -253,9 +250,9 @@ fn a_denoiser_that_is_not_there_is_refused_before_any_work() {
         assert!(!folder.path().join("x.exr").exists());
         said
     };
-    for name in ["median", "bilateral"] {
+    for name in ["median", "bilateral", "nlm"] {
         let words = said(&format!("--denoise={name}"));
-        assert!(words.contains("off, oidn, oidn-fast, atrous, gaussian, nlm"), "{words}");
+        assert!(words.contains("off, oidn, oidn-fast, atrous, gaussian"), "{words}");
     }
     if cfg!(not(feature = "oidn")) {
         // A bare --denoise is oidn, also right before the scene.

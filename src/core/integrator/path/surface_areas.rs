@@ -15,9 +15,6 @@ pub struct SurfaceAreas {
 }
 
 impl SurfaceAreas {
-    /// Bytes for each triangle.
-    pub const BYTES: u64 = (size_of::<(InstanceId, GeomId, PrimId)>() + 3 * size_of::<u32>()) as u64;
-
     /// Surface areas of `scene`, by the areas at the time 0.
     pub fn new(scene: &Scene) -> Self {
         let prims = |geom: GeomId| (0..scene.mesh(geom).triangles.len() as u32).map(PrimId);

@@ -64,47 +64,6 @@ impl MapSlot {
     }
 }
 
-#[cfg(feature = "tobj")]
-impl MapSlot {
-    /// The usual keyword for it.
-    pub fn keyword(self) -> &'static str {
-        match self {
-            Self::Diffuse => "map_Kd",
-            Self::Specular => "map_Ks",
-            Self::Emission => "map_Ke",
-            Self::Exponent => "map_Ns",
-            Self::Roughness => "map_Pr",
-            Self::Metallic => "map_Pm",
-            Self::Opacity => "map_d",
-            Self::Bump => "map_Bump",
-            Self::Normal => "norm",
-        }
-    }
-}
-
-#[cfg(feature = "tobj")]
-impl MapStatement {
-    /// The statement without its keyword, with all options that count: equal texts are equal bits.
-    pub fn text(&self) -> String {
-        let Mapping {
-            scale,
-            offset,
-            wrap,
-            channel,
-            base,
-            gain,
-            bump,
-        } = self.mapping;
-        let clamp = if wrap == Wrap::Clamp { "on" } else { "off" };
-        let channel = channel.and_then(|channel| Channel::NAMES.iter().find(|(_, known)| *known == channel));
-        let channel = channel.map_or(String::new(), |(name, _)| format!(" -imfchan {name}"));
-        format!(
-            "-s {} {} -o {} {} -clamp {clamp} -mm {base} {gain} -bm {bump}{channel} {}",
-            scale.x, scale.y, offset.x, offset.y, self.file
-        )
-    }
-}
-
 impl MapStatement {
     /// Names that the file may have, the longest first.
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {

@@ -12,10 +12,6 @@ use crate::color::xyz::equal_energy_to_linear;
 use crate::io::Severity;
 use crate::material::{Gloss, Material};
 use crate::math::excerpt;
-#[cfg(feature = "tobj")]
-use crate::math::list;
-#[cfg(feature = "tobj")]
-use std::collections::BTreeMap;
 
 /// Phong exponent of a `Ks` without `Ns`.
 pub(super) const DEFAULT_EXPONENT: f32 = 10.0;
@@ -166,44 +162,6 @@ impl Section {
     fn line_of_statement(&self, key: &str) -> Option<usize> {
         let mut lines = self.lines.iter().rev();
         lines.find(|(known, _)| known == key).map(|&(_, line)| line)
-    }
-
-    /// All that the statements say, as keywords with their values: equal texts are equal bits.
-    #[cfg(feature = "tobj")]
-    pub fn values(&self) -> BTreeMap<String, String> {
-        let colors = [
-            ("Kd", self.diffuse),
-            ("Ks", self.specular),
-            ("Ka", self.ambient),
-            ("Ke", self.emission),
-            ("Tf", self.filter),
-        ];
-        let numbers = [
-            ("Ns", self.exponent),
-            ("Ni", self.ior.or(self.has_no_ior.then_some(0.0))),
-            ("d", self.dissolve.d),
-            ("Tr", self.dissolve.tr),
-            ("Pr", self.roughness),
-            ("Pm", self.metallic),
-            ("Pc", Some(self.clearcoat)),
-            ("Pcr", Some(self.clearcoat_roughness)),
-            ("Ps", Some(self.sheen)),
-            ("aniso", Some(self.anisotropy)),
-            ("anisor", Some(self.anisotropy_rotation)),
-            ("illum", self.illum.map(|n| n as f32)),
-        ];
-        let colors = colors
-            .into_iter()
-            .filter_map(|(key, color)| Some((key, list(&color?.to_array()))));
-        let numbers = numbers
-            .into_iter()
-            .filter_map(|(key, number)| Some((key, number?.to_string())));
-        let maps = self
-            .maps
-            .iter()
-            .map(|map| (map.statement.slot.keyword(), map.statement.text()));
-        let all = colors.chain(numbers).chain(maps);
-        all.map(|(key, value)| (key.to_string(), value)).collect()
     }
 
     /// Statements that are read with another meaning than written, or assumed.

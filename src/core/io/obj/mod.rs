@@ -27,10 +27,7 @@ use crate::geometry::Mesh;
 use crate::math::DVec3;
 use colors::{Colors, take_colors};
 pub use faces::{Face, FaceMaterial, ObjFaces};
-pub(super) use libraries::find_libraries;
-use libraries::load_libraries;
-#[cfg(feature = "tobj")]
-pub(super) use libraries::{LibraryName, ObjLibrary};
+use libraries::{find_libraries, load_libraries};
 pub(super) use origin::chosen_origin;
 pub use origin::origin_of;
 use outline::Outline;
@@ -99,7 +96,7 @@ impl ObjFile {
 }
 
 /// Begin of the error of a file without faces.
-pub(super) const NO_FACES: &str = "no faces in this OBJ file";
+const NO_FACES: &str = "no faces in this OBJ file";
 
 /// The error of a file without faces. It has so many `vertices`, and `skipped` elements.
 pub(super) fn no_faces(path: &Path, vertices: usize, skipped: Option<String>) -> FileError {

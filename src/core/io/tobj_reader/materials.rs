@@ -23,7 +23,7 @@ pub(super) fn load(
 }
 
 /// The statements of each material, as far as their values can be used. Each has the line of its `newmtl`.
-pub(in crate::io) fn sections(
+fn sections(
     library: &Library,
     path: &Path,
     text: &str,

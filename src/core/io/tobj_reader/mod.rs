@@ -1,8 +1,10 @@
-//! OBJ and MTL files read by the tobj crate: a second implementation, against which the program's own reader is checked (`readers`).
+//! OBJ and MTL files read by the tobj crate: a second implementation, against which
+//! tests/it/files/readers.rs checks the program's own reader.
 //!
 //! Values, faces, and the statements of materials are those that tobj reads, by its rules: polygons are fans, smoothing groups and continued lines are
 //! unknown, and a library is found by its very name. What statements of materials mean is the matter of `mtl`, whichever reader has read them.
-//! tobj tells no line, and panics on some files; its panics are caught. docs/guide/reference/readers.md lists the differences.
+//! tobj gives no line numbers, and panics on some files; its panics are caught.
+//! docs/guide/reference/obj-mtl.md lists the differences.
 
 mod materials;
 
@@ -13,7 +15,6 @@ use super::obj::{Group, ObjFile, chosen_origin, no_faces};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded, read_text};
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{Vec2, Vec3};
-pub(super) use materials::sections;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::BufRead;
@@ -26,20 +27,22 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
     ignore_lines: true,
 };
 
+/// Bytes of memory that tobj and its meshes take for a byte of the file: 24 for lines of 8 bytes.
+const BYTES_OF_A_BYTE: u64 = 12;
+
 /// Triangles that follow each other in the file and share a material.
-#[derive(Clone, Debug)]
-pub(super) struct Part {
+struct Part {
     /// Name of the material; `None` where there is none, or where no library before the `usemtl` defines it.
-    pub material: Option<String>,
+    material: Option<String>,
     /// The triangles. Texture coordinates or normals that some corners lack are left out.
-    pub mesh: Mesh,
+    mesh: Mesh,
 }
 
 /// What tobj reads of a library: materials, and their indices by name.
-pub(super) type Materials = tobj::MTLLoadResult;
+type Materials = tobj::MTLLoadResult;
 
 /// Reads an OBJ file; `library` reads the library of a name. An error says why tobj refuses the file.
-pub(super) fn read_parts(
+fn read_parts(
     reader: &mut impl BufRead,
     library: &dyn Fn(&Path) -> Materials,
 ) -> Result<(Vec<Part>, Vec<tobj::Material>), String> {
@@ -58,7 +61,7 @@ pub(super) fn read_parts(
 }
 
 /// Reads a library. An error says why tobj refuses it.
-pub(super) fn read_library(reader: &mut impl BufRead) -> Result<Materials, String> {
+fn read_library(reader: &mut impl BufRead) -> Result<Materials, String> {
     let read = guarded(|| tobj::load_mtl_buf(reader)).map_err(panicked)?;
     match read {
         Ok(read) => Ok(Ok(read)),
@@ -103,9 +106,9 @@ pub(super) fn read_obj(
     observer: &dyn LoadObserver,
     findings: &mut Findings,
 ) -> Result<ObjFile, FileError> {
-    allowance.check(path, forecast(path)?)?;
     let input = Input::open(path, "the OBJ file")?;
     let (length, failure) = (input.length(), input.failure());
+    allowance.check(path, BYTES_OF_A_BYTE * length)?;
     observer.begin(&format!("reading {} by tobj", path.display()), length);
     // Libraries in the order of their lines, each with its materials.
     let libraries: RefCell<Vec<(PathBuf, Vec<tobj::Material>)>> = RefCell::default();
@@ -160,8 +163,7 @@ pub(super) fn read_obj(
     Ok(ObjFile::new(groups, materials, files))
 }
 
-const HELP: &str =
-    "--obj-reader own names the line, and reads more; `embrasure audit SCENE --readers` says where both differ";
+const HELP: &str = "--obj-reader own names the line, and reads more";
 
 fn refused(path: &Path, refusal: &str) -> FileError {
     FileError::new(path, format!("tobj refuses this file: {refusal}")).help(HELP)
@@ -183,28 +185,6 @@ fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -
     });
     read.map_err(|error| findings.add(Severity::Error, "unreadable-file", error))
         .ok()
-}
-
-/// About how many bytes tobj takes for a file at most: 104 for each face, values, and a map of vertices; and the meshes made of these.
-fn forecast(path: &Path) -> Result<u64, FileError> {
-    let mut reader = std::io::BufReader::with_capacity(1 << 16, Input::open(path, "the OBJ file")?);
-    let (mut faces, mut values, mut line) = (0, [0; 3], Vec::new());
-    loop {
-        line.clear();
-        let read = reader.read_until(b'\n', &mut line);
-        let read = read.map_err(|error| FileError::system(path, "cannot read it", &error))?;
-        match (read, line.trim_ascii_start()) {
-            (0, _) => break,
-            (_, [b'f', b' ' | b'\t', ..]) => faces += 1,
-            (_, [b'v', b' ' | b'\t', ..]) => values[0] += 1,
-            (_, [b'v', b't', ..]) => values[1] += 1,
-            (_, [b'v', b'n', ..]) => values[2] += 1,
-            _ => {}
-        }
-    }
-    let vertices = values.into_iter().max().unwrap_or(0);
-    let [v, vt, vn] = values;
-    Ok(104 * faces + 12 * v + 8 * vt + 12 * vn + 64 * faces + 120 * vertices)
 }
 
 /// The triangles of each material, in the order of first use.

@@ -113,10 +113,7 @@ mod tests {
             found.map(|entry| entry["holds"].clone())
         };
         let roughness = key(&tables["material"], "roughness").unwrap();
-        assert_eq!(
-            (&roughness["minimum"], &roughness["maximum"]),
-            (&json!(0.0), &json!(1.0))
-        );
+        assert_eq!((&roughness["minimum"], &roughness["maximum"]), (&json!(0), &json!(1)));
         assert!(roughness["description"].is_string());
         assert!(key(&tables["material"], "diffuse_map").is_none());
         assert!(key(&tables["light"]["spot"], "angle").unwrap()["maximum"] == 90.0);

@@ -1,4 +1,5 @@
 use super::Value;
+use crate::math::list;
 use std::fmt;
 
 /// The values that a number may have.
@@ -27,6 +28,29 @@ impl<T: Value + PartialOrd> Range<T> {
                 Self::Above(min) => min < value,
                 Self::AboveTo(min, max) => min < value && value <= max,
             }
+    }
+}
+
+impl Range<f32> {
+    /// Returns what `numbers` are and what they must be, as texts, unless all of them are in the
+    /// range: `1.5`, and `a number from 0 to 1`.
+    pub fn violation(self, numbers: &[f32]) -> Option<(String, String)> {
+        if numbers.iter().all(|&number| self.contains(number)) {
+            return None;
+        }
+        let (value, count) = match numbers {
+            [number] => (number.to_string(), "a"),
+            [_, _] => (list(numbers), "two"),
+            _ => (list(numbers), "three"),
+        };
+        let plural = if numbers.len() > 1 { "s" } else { "" };
+        let rule = match self {
+            Self::Any => format!("{count} finite number{plural}"),
+            Self::AtLeast(_) => format!("{count} finite number{plural}, {self}"),
+            Self::Above(_) => format!("{count} finite number{plural} {self}"),
+            Self::FromTo(..) | Self::AboveTo(..) => format!("{count} number{plural} {self}"),
+        };
+        Some((value, rule))
     }
 }
 

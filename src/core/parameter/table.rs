@@ -25,6 +25,40 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// The entry of `parameters!` with this key and help.
+    pub(crate) const fn define(
+        (key, help): (&'static str, &'static str),
+        (named_flag, bare): (Option<&'static str>, Option<&'static str>),
+        placeholder: &'static str,
+        default: fn() -> String,
+        names: fn() -> Vec<&'static str>,
+        range: fn() -> String,
+        schema: fn() -> serde_json::Value,
+    ) -> Self {
+        Self {
+            key,
+            help,
+            named_flag,
+            bare,
+            placeholder,
+            default,
+            names,
+            range,
+            schema,
+        }
+    }
+
+    /// A key of a scene file without a flag.
+    pub const fn of_section(
+        key_and_help: (&'static str, &'static str),
+        default: fn() -> String,
+        names: fn() -> Vec<&'static str>,
+        range: fn() -> String,
+        schema: fn() -> serde_json::Value,
+    ) -> Self {
+        Self::define(key_and_help, (None, None), "", default, names, range, schema)
+    }
+
     /// Name of the flag: the key with `-` for `_`, but for a few.
     pub fn flag(&self) -> String {
         self.named_flag.map_or_else(|| self.key.replace('_', "-"), String::from)
@@ -349,28 +383,3 @@ macro_rules! parameters {
     (@valid $ty:ty, $value:expr) => { $crate::parameter::Value::is_finite(&$value) };
 }
 pub(crate) use parameters;
-
-impl Parameter {
-    /// What [`parameters!`] says.
-    pub(crate) const fn define(
-        (key, help): (&'static str, &'static str),
-        (named_flag, bare): (Option<&'static str>, Option<&'static str>),
-        placeholder: &'static str,
-        default: fn() -> String,
-        names: fn() -> Vec<&'static str>,
-        range: fn() -> String,
-        schema: fn() -> serde_json::Value,
-    ) -> Self {
-        Self {
-            key,
-            help,
-            named_flag,
-            bare,
-            placeholder,
-            default,
-            names,
-            range,
-            schema,
-        }
-    }
-}

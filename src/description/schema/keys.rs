@@ -1,9 +1,7 @@
 //! Keys of the sections that set no parameters of `options`: what each may hold, and what it means.
 
 use crate::camera::BLADES;
-use crate::description::PRESETS;
 use crate::guess::View;
-use crate::texture::Channel;
 use serde_json::{Value, json};
 
 /// A key of a section.
@@ -30,11 +28,6 @@ macro_rules! keys {
     };
 }
 
-/// Whether materials have a key of this name.
-pub(in crate::description) fn is_of_material(name: &str) -> bool {
-    MATERIAL.iter().any(|key| key.name == name)
-}
-
 /// A type of lights.
 pub(super) struct LightType {
     pub name: &'static str,
@@ -55,10 +48,6 @@ pub(super) fn number() -> Value {
 
 fn string() -> Value {
     json!({ "type": "string" })
-}
-
-fn boolean() -> Value {
-    json!({ "type": "boolean" })
 }
 
 fn from_to(min: f64, max: f64) -> Value {
@@ -95,11 +84,6 @@ fn color(channel: Value) -> Value {
     either(&[channel.clone(), list(3, channel), json!({ "$ref": COLOR_TEXT })])
 }
 
-/// A number or three, each as `channel` says.
-fn channels(channel: Value) -> Value {
-    either(&[channel.clone(), list(3, channel)])
-}
-
 fn matrix() -> Value {
     list(4, list(4, number()))
 }
@@ -119,30 +103,6 @@ fn transform() -> Value {
             "scale": { "anyOf": [number(), vector()], "description": "Scale: one factor, or one for each axis; applied first" },
         },
     })
-}
-
-/// A texture of a material.
-fn texture() -> Value {
-    let wraps = crate::description::map_section::wrap_names();
-    let channels: Vec<&str> = Channel::NAMES.iter().map(|(name, _)| *name).collect();
-    let pair = list(2, number());
-    let mut properties = json!({
-        "file": { "type": "string", "description": "Picture, relative to the scene file" },
-        "scale": pair,
-        "offset": pair,
-        "wrap": { "enum": wraps, "default": "repeat", "description": "Continuation beside the picture" },
-        "channel": { "enum": channels, "description": "Channel that a map of numbers takes" },
-        "base": { "type": "number", "default": 0, "description": "Values become base + gain × value" },
-        "gain": { "type": "number", "default": 1, "description": "Values become base + gain × value" },
-        "height": { "type": "number", "default": 1, "description": "Factor of heights, and of the slopes of a normal map" },
-    });
-    properties["scale"]["description"] = json!("Repetitions of the picture in a unit of u and v");
-    properties["offset"]["description"] = json!("Position of the surface's (0, 0) in the picture");
-    either(&[
-        string(),
-        json!({ "enum": [false] }),
-        json!({ "type": "object", "additionalProperties": false, "required": ["file"], "properties": properties }),
-    ])
 }
 
 fn views() -> Value {
@@ -195,41 +155,6 @@ keys! {
         "matrix_close": matrix(), "Placement at time 1 as four rows of four";
         "obj_close": string(), "OBJ file with the same faces and the vertices at time 1";
         "instances": either(&[string(), json!({ "type": "array", "items": matrix() })]), "Placements of copies: a list of matrices, or a file with one per line";
-    }
-    /// `[material.NAME]` and `[patch.GLOB]`
-    MATERIAL {
-        "patch": boolean(), "true: changes the material of that name instead of replacing it";
-        "preset": names(&PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>()), "Material that the other keys change";
-        "diffuse": color(at_least(0.0)), "Diffuse reflectance; the base colour with metallic";
-        "specular": color(at_least(0.0)), "Factor of the glossy or mirror reflection";
-        "model": names(&["phong", "blinn", "ggx", "mirror"]), "Model of that reflection; default phong, or ggx with roughness or metallic";
-        "exponent": at_least(0.0), "Exponent of phong and blinn; default 10";
-        "roughness": from_to(0.0, 1.0), "Roughness of ggx and of a transmission that is not thin: the root of the facets' alpha";
-        "metallic": from_to(0.0, 1.0), "Share of metal";
-        "anisotropy": from_to(0.0, 1.0), "Elongation of highlights";
-        "anisotropy_rotation": number(), "Degrees about the normal from the direction of increasing u to that of the longest highlight";
-        "clearcoat": from_to(0.0, 1.0), "Factor of the reflection of a coat with index 1.5 over all other lobes";
-        "clearcoat_roughness": from_to(0.0, 1.0), "Roughness of the coat";
-        "sheen": color(from_to(0.0, 1.0)), "Factor of the light scattered by fibres";
-        "eta": channels(above(0.0)), "Index of refraction of a metal by channel; with k";
-        "k": channels(at_least(0.0)), "Extinction coefficient of a metal by channel; with eta";
-        "transmission": color(at_least(0.0)), "Factor of the transmitted light";
-        "ior": above(0.0), "Index of refraction behind the surface; default 1.5";
-        "abbe": at_least(5.0), "Abbe number of smooth glass, whose ior is that at 587.56 nm; default no dispersion";
-        "absorption": channels(at_least(0.0)), "Absorption coefficient inside a body, per scene unit; default 0";
-        "absorption_depth": above(0.0), "Distance through a body, in scene units, after which transmission is the remaining light";
-        "thin": boolean(), "true: thin dielectric, which light passes without a change of direction";
-        "emission": color(at_least(0.0)), "Radiance of the front, W·sr⁻¹·m⁻²";
-        "opacity": from_to(0.0, 1.0), "Opacity; default 1";
-        "diffuse_map": texture(), "Texture that multiplies diffuse";
-        "specular_map": texture(), "Texture that multiplies specular";
-        "emission_map": texture(), "Texture that multiplies emission";
-        "exponent_map": texture(), "Texture that multiplies exponent";
-        "roughness_map": texture(), "Texture that multiplies roughness";
-        "metallic_map": texture(), "Texture that multiplies metallic";
-        "opacity_map": texture(), "Texture that multiplies opacity";
-        "bump_map": texture(), "Texture of heights";
-        "normal_map": texture(), "Texture of normals in the frame of the texture coordinates";
     }
     /// `[ground]`
     GROUND {

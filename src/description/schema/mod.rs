@@ -6,12 +6,12 @@
 
 mod keys;
 
-use super::SceneOptions;
 use super::scene_file::TEXTURE_DIR;
+use super::section::Section;
+use super::{MaterialSection, SceneOptions};
 use crate::color::Spectrum;
 use crate::options::Parameter;
 use keys::Key;
-pub(super) use keys::is_of_material;
 use serde_json::{Map, Value, json};
 
 /// The schema of scene files, as text.
@@ -21,7 +21,7 @@ pub fn schema_text() -> String {
 
 /// The schema of scene files.
 fn schema() -> Value {
-    let material = section("Material", keys::MATERIAL, &[]);
+    let material = table::<MaterialSection>(Some("Material"));
     let mut patch = material.clone();
     if let Some(properties) = patch["properties"].as_object_mut() {
         properties.remove("patch");
@@ -58,16 +58,25 @@ fn color_text() -> Value {
 /// A table of `keys`, of which some are `required`, and which has no others.
 fn section(description: &str, keys: &[Key], required: &[&str]) -> Value {
     let properties: Map<String, Value> = keys.iter().map(|key| (key.name.into(), key.schema())).collect();
-    table(description, properties, required)
+    closed(Some(description), properties, required)
 }
 
-fn table(description: &str, properties: Map<String, Value>, required: &[&str]) -> Value {
+/// Schema of the table of a section.
+pub(super) fn table<S: Section>(description: Option<&str>) -> Value {
+    let properties = S::KEYS.iter().map(|key| (key.key.into(), described(key)));
+    closed(description, properties.collect(), S::REQUIRED)
+}
+
+/// A table that has these properties and no others.
+fn closed(description: Option<&str>, properties: Map<String, Value>, required: &[&str]) -> Value {
     let mut table = json!({
         "type": "object",
-        "description": description,
         "additionalProperties": false,
         "properties": properties,
     });
+    if let Some(description) = description {
+        table["description"] = json!(description);
+    }
     if !required.is_empty() {
         table["required"] = json!(required);
     }
@@ -107,7 +116,7 @@ fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
         }
     }
     properties.extend(others.iter().map(|(key, schema)| ((*key).into(), schema.clone())));
-    let mut table = table(description, properties, &[]);
+    let mut table = closed(Some(description), properties, &[]);
     if !twice.is_empty() {
         table["allOf"] = json!(twice);
     }
@@ -123,18 +132,20 @@ fn described(parameter: &Parameter) -> Value {
         words += &format!(". {detail}");
     }
     let default = parameter.default();
-    let number = default
-        .parse::<f64>()
-        .ok()
-        .and_then(|_| serde_json::from_str::<Value>(&default).ok());
-    let is_name = parameter.names().contains(&default.as_str()) || ["off", "none"].contains(&default.as_str());
-    match number.or(is_name.then(|| json!(default))) {
-        Some(value) => schema["default"] = value,
-        None if default.is_empty() => {}
-        None => words = format!("{}. Default: {default}", words.trim_end_matches('.')),
+    let value = serde_json::from_str(&default).unwrap_or(json!(default));
+    if value.is_number() || value.is_boolean() || has_name(&schema, &default) {
+        schema["default"] = value;
+    } else if !["", "required"].contains(&default.as_str()) {
+        words = format!("{}. Default: {default}", words.trim_end_matches('.'));
     }
     schema["description"] = json!(words);
     schema
+}
+
+/// Returns true if `schema` is a choice of names, or has one, with this `name`.
+fn has_name(schema: &Value, name: &str) -> bool {
+    let items = |keyword: &str| schema[keyword].as_array().into_iter().flatten();
+    items("enum").any(|known| known == name) || items("anyOf").any(|choice| has_name(choice, name))
 }
 
 fn texture_dir() -> Value {
@@ -190,8 +201,8 @@ fn light() -> Value {
 /// Keys of `[material.NAME]` and what each may hold, without `patch`.
 #[cfg(feature = "view")]
 pub(crate) fn material_keys() -> Vec<(&'static str, Value)> {
-    let keys = keys::MATERIAL.iter().filter(|key| key.name != "patch");
-    keys.map(|key| (key.name, key.schema())).collect()
+    let keys = MaterialSection::KEYS.iter().filter(|key| key.key != "patch");
+    keys.map(|key| (key.key, described(key))).collect()
 }
 
 /// Keys of a `[[light]]` of type `kind` other than the type, and what each may hold; none of an unknown type.

@@ -1,7 +1,9 @@
 //! What docs/guide/reference takes from the program: tables of parameters and methods, and the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the
 //! tests write it.
 
-use crate::description::{MaterialSection, PRESETS, SceneOptions, Section, TextureSection};
+use crate::description::{
+    GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, SceneOptions, Section, TextureSection,
+};
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use clap::CommandFactory;
 use std::fs;
@@ -70,6 +72,9 @@ fn documented(page: &str) -> String {
             "| `material.NAME.".into(),
             rows("material.NAME.", MaterialSection::KEYS),
         ),
+        ("| `object.".into(), rows("object.", ObjectSection::KEYS)),
+        ("| `ground.".into(), rows("ground.", GroundSection::KEYS)),
+        ("| `light_group.".into(), rows("light_group.", LightGroupSection::KEYS)),
     ];
     // The file of a texture has no row.
     for key in &TextureSection::KEYS[1..] {

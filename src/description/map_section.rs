@@ -1,10 +1,10 @@
 //! Textures in sections of materials: a file name, or a table with the mapping.
 
 use super::FileError;
+use super::key_schema::either;
 use super::mtl::MapRequest;
 use super::mtl::{MapSlot, MapStatement};
-use super::schema::table;
-use super::section::{Section, either, key_types, section};
+use super::section::{Section, key_types, section, table};
 use super::source::Source;
 use crate::math::{excerpt, list};
 use crate::texture::{Channel, Mapping, Wrap};

@@ -12,6 +12,7 @@ mod find_texture;
 mod glob;
 mod ground_section;
 mod in_order;
+mod key_schema;
 mod light_changes;
 mod light_group_section;
 mod light_section;
@@ -59,6 +60,7 @@ pub(crate) use section::Section;
 
 #[cfg(feature = "view")]
 pub(crate) use {
+    light_section::LightType,
     patches::glob_of_name,
     schema::{light_keys, material_keys},
 };

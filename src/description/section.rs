@@ -2,6 +2,7 @@
 //! writing, its JSON Schema, its rows of the reference and the places of its values follow.
 
 use super::exact_list::ExactList;
+use super::key_schema::{COLOR_TEXT, closed, described, either, list};
 use super::{ChannelValues, ColorValue};
 use crate::options::{Parameter, Range};
 use serde::{Deserialize, Deserializer};
@@ -52,6 +53,17 @@ pub(crate) trait KeyType: Sized {
     fn numbers(&self) -> &[f32] {
         &[]
     }
+}
+
+/// Schema of the table of a section.
+pub(crate) fn table<S: Section>(description: Option<&str>) -> Value {
+    let properties = S::KEYS.iter().map(|key| (key.key.into(), described(key)));
+    closed(description, properties.collect(), S::REQUIRED)
+}
+
+/// The value of a key, if it is there.
+pub(crate) fn value<T: Copy>(key: &Option<Spanned<T>>) -> Option<T> {
+    key.as_ref().map(|value| *value.get_ref())
 }
 
 /// Reads an optional key with its place.
@@ -105,9 +117,6 @@ key_types! {
     ChannelValues: |number| either(&[number.clone(), list(3, number)]), numbers |value| &value.0;
 }
 
-/// Where the schema defines the texts of colours.
-const COLOR_TEXT: &str = "#/definitions/colour";
-
 impl<const N: usize> KeyType for [f32; N]
 where
     ExactList<Self>: for<'de> Deserialize<'de>,
@@ -135,25 +144,6 @@ impl KeyType for [[f32; 4]; 4] {
     fn schema(number: Value) -> Value {
         list(4, list(4, number))
     }
-}
-
-/// Schema of a number in `range`.
-pub(crate) fn number(range: Range<f32>) -> Value {
-    let mut number = json!({ "type": "number" });
-    for (keyword, value) in range.schema() {
-        number[keyword] = value;
-    }
-    number
-}
-
-/// Schema of a list of `count` values.
-pub(crate) fn list(count: usize, items: Value) -> Value {
-    json!({ "type": "array", "items": items, "minItems": count, "maxItems": count })
-}
-
-/// Schema of a value that follows one of `choices`.
-pub(crate) fn either(choices: &[Value]) -> Value {
-    json!({ "anyOf": choices })
 }
 
 /// The range of a key, or a function that looks it up by the name of the key.
@@ -263,6 +253,7 @@ macro_rules! section {
                 given
             }
 
+            #[allow(unused_variables, reason = "some sections have no optional key")]
             fn set_over(&mut self, other: Self) {
                 $(self.$key = other.$key.or(self.$key.take());)*
             }
@@ -279,7 +270,7 @@ macro_rules! section {
     (@schema $ty:ty, $range:expr, names $names:expr) => { serde_json::json!({ "enum": $names }) };
     (@schema $ty:ty, $range:expr, schema $schema:expr) => { $schema };
     (@schema $ty:ty, $range:expr) => {
-        <$ty as $crate::description::section::KeyType>::schema($crate::description::section::number($range))
+        <$ty as $crate::description::section::KeyType>::schema($crate::description::key_schema::number($range))
     };
 }
 pub(crate) use section;

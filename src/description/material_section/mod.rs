@@ -16,7 +16,7 @@ mod tests;
 use super::FileError;
 use super::mtl::{FileMaterial, MapSlot};
 use super::presets::{PRESETS, Preset};
-use super::section::section;
+use super::section::{section, value};
 use super::source::Source;
 use super::{ChannelValues, ColorValue, MapSection};
 use crate::material::{Gloss, Material, range_of};
@@ -150,11 +150,6 @@ use fields;
 
 fn preset_names() -> Vec<&'static str> {
     PRESETS.iter().map(|preset| preset.name).collect()
-}
-
-/// The value of a key, if it is there.
-fn value<T: Copy>(key: &Option<Spanned<T>>) -> Option<T> {
-    key.as_ref().map(|value| *value.get_ref())
 }
 
 impl MaterialSection {

@@ -4,10 +4,11 @@
 //! GGX facets, `eta` and `k` make a metal, and `metallic` the metallic-roughness model. What the old model has in common with the new one stays.
 
 use super::mistakes::Named;
-use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture, value};
+use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::mtl::MapSlot;
+use crate::description::section::value;
 use crate::description::{ChannelValues, ColorValue, FileError, MapSection};
 use toml::Spanned;
 

@@ -6,12 +6,13 @@
 
 mod keys;
 
+use super::key_schema::{closed, described};
+use super::light_section::LightType;
 use super::scene_file::TEXTURE_DIR;
-use super::section::Section;
-use super::{MaterialSection, SceneOptions};
+use super::section::{Section, table};
+use super::{GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneOptions};
 use crate::color::Spectrum;
 use crate::options::Parameter;
-use keys::Key;
 use serde_json::{Map, Value, json};
 
 /// The schema of scene files, as text.
@@ -43,8 +44,8 @@ fn schema() -> Value {
             "material": named(material, "Materials that replace those of MTL files, by name"),
             "patch": named(patch, "Changes of materials, by globs of their names"),
             "light": list(light(), 0, "Lights besides emitting triangles"),
-            "ground": section("A plane that shows only shadows", keys::GROUND, &[]),
-            "light_group": list(section("Group of emitting materials", keys::LIGHT_GROUP, &["name", "materials"]), 0, "Light groups"),
+            "ground": table::<GroundSection>(Some("A plane that shows only shadows")),
+            "light_group": list(table::<LightGroupSection>(Some("Group of emitting materials")), 0, "Light groups"),
         },
     })
 }
@@ -53,34 +54,6 @@ fn schema() -> Value {
 fn color_text() -> Value {
     let code = json!({ "type": "string", "pattern": "^#([0-9A-Fa-f]{3}){1,2}$" });
     json!({ "anyOf": [code, { "enum": Spectrum::names().collect::<Vec<_>>() }] })
-}
-
-/// A table of `keys`, of which some are `required`, and which has no others.
-fn section(description: &str, keys: &[Key], required: &[&str]) -> Value {
-    let properties: Map<String, Value> = keys.iter().map(|key| (key.name.into(), key.schema())).collect();
-    closed(Some(description), properties, required)
-}
-
-/// Schema of the table of a section.
-pub(super) fn table<S: Section>(description: Option<&str>) -> Value {
-    let properties = S::KEYS.iter().map(|key| (key.key.into(), described(key)));
-    closed(description, properties.collect(), S::REQUIRED)
-}
-
-/// A table that has these properties and no others.
-fn closed(description: Option<&str>, properties: Map<String, Value>, required: &[&str]) -> Value {
-    let mut table = json!({
-        "type": "object",
-        "additionalProperties": false,
-        "properties": properties,
-    });
-    if let Some(description) = description {
-        table["description"] = json!(description);
-    }
-    if !required.is_empty() {
-        table["required"] = json!(required);
-    }
-    table
 }
 
 fn list(items: Value, min: usize, description: &str) -> Value {
@@ -123,31 +96,6 @@ fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
     table
 }
 
-/// The schema of a parameter, with its help, and its default where that is a value.
-fn described(parameter: &Parameter) -> Value {
-    let mut schema = parameter.schema();
-    let mut words = parameter.help().to_string();
-    let detail = parameter.detail();
-    if !detail.is_empty() {
-        words += &format!(". {detail}");
-    }
-    let default = parameter.default();
-    let value = serde_json::from_str(&default).unwrap_or(json!(default));
-    if value.is_number() || value.is_boolean() || has_name(&schema, &default) {
-        schema["default"] = value;
-    } else if !["", "required"].contains(&default.as_str()) {
-        words = format!("{}. Default: {default}", words.trim_end_matches('.'));
-    }
-    schema["description"] = json!(words);
-    schema
-}
-
-/// Returns true if `schema` is a choice of names, or has one, with this `name`.
-fn has_name(schema: &Value, name: &str) -> bool {
-    let items = |keyword: &str| schema[keyword].as_array().into_iter().flatten();
-    items("enum").any(|known| known == name) || items("anyOf").any(|choice| has_name(choice, name))
-}
-
 fn texture_dir() -> Value {
     json!({
         "description": "Folder, or list of folders, to search for missing textures",
@@ -156,7 +104,8 @@ fn texture_dir() -> Value {
 }
 
 fn camera() -> Value {
-    let mut camera = section("Camera", keys::CAMERA, &[]);
+    let keys = keys::CAMERA.iter().map(|key| (key.name.into(), key.schema()));
+    let mut camera = closed(Some("Camera"), keys.collect(), &[]);
     camera["allOf"] = json!([
         not_both("position", "view"),
         not_both("position", "orbit"),
@@ -166,7 +115,7 @@ fn camera() -> Value {
 }
 
 fn object() -> Value {
-    let mut object = section("Object: an OBJ file and its placement", keys::OBJECT, &["obj"]);
+    let mut object = table::<ObjectSection>(Some("Object: an OBJ file and its placement"));
     object["allOf"] = json!([
         not_both("transform", "matrix"),
         not_both("transform_close", "matrix_close")
@@ -176,25 +125,19 @@ fn object() -> Value {
 
 /// A light: its type decides which keys it has.
 fn light() -> Value {
-    let names: Vec<&str> = keys::LIGHTS.iter().map(|light| light.name).collect();
-    let of_type = |light: &keys::LightType| {
-        let common = ["type", "group"].into_iter();
-        let allowed = common.chain(light.required.iter().chain(light.optional).copied());
+    let of_type = |kind: &LightType| {
+        let allowed = ["type", "group"].into_iter().chain(kind.keys());
         let mut properties: Map<String, Value> = allowed.map(|key| (key.into(), json!(true))).collect();
-        for key in light.keys {
-            properties.insert(key.name.into(), key.schema());
-        }
-        let mut then = json!({ "properties": properties, "additionalProperties": false, "required": light.required });
-        if !light.one_of.is_empty() {
-            let choices: Vec<Value> = light.one_of.iter().map(|key| json!({ "required": [key] })).collect();
+        properties.extend(kind.angle_schema().map(|schema| ("angle".into(), schema)));
+        let mut then = json!({ "properties": properties, "additionalProperties": false, "required": kind.required });
+        if !kind.one_of.is_empty() {
+            let choices: Vec<Value> = kind.one_of.iter().map(|key| json!({ "required": [key] })).collect();
             then["oneOf"] = json!(choices);
         }
-        json!({ "if": { "properties": { "type": { "enum": [light.name] } } }, "then": then })
+        json!({ "if": { "properties": { "type": { "enum": [kind.name] } } }, "then": then })
     };
-    let conditions: Vec<Value> = keys::LIGHTS.iter().map(of_type).collect();
-    let mut light = section("Light", keys::LIGHT, &["type"]);
-    light["properties"]["type"] = json!({ "enum": names, "description": "Type of the light" });
-    light["allOf"] = json!(conditions);
+    let mut light = table::<LightSection>(Some("Light"));
+    light["allOf"] = LightType::ALL.iter().map(of_type).collect();
     light
 }
 
@@ -208,62 +151,21 @@ pub(crate) fn material_keys() -> Vec<(&'static str, Value)> {
 /// Keys of a `[[light]]` of type `kind` other than the type, and what each may hold; none of an unknown type.
 #[cfg(feature = "view")]
 pub(crate) fn light_keys(kind: &str) -> Vec<(&'static str, Value)> {
-    let Some(light) = keys::LIGHTS.iter().find(|light| light.name == kind) else {
+    let Some(kind) = LightType::of_name(kind) else {
         return Vec::new();
     };
-    let is_of = |key: &&Key| key.name == "group" || [light.required, light.optional].concat().contains(&key.name);
-    let own = |key: &Key| {
-        light
-            .keys
-            .iter()
-            .find(|own| own.name == key.name)
-            .unwrap_or(key)
-            .schema()
+    let is_of = |key: &&Parameter| key.key == "group" || kind.keys().any(|of| of == key.key);
+    let schema = |key: &Parameter| match key.key {
+        "angle" => kind.angle_schema().unwrap_or_else(|| described(key)),
+        _ => described(key),
     };
-    let keys = keys::LIGHT.iter().filter(is_of);
-    keys.map(|key| (key.name, own(key))).collect()
+    let keys = LightSection::KEYS.iter().filter(is_of);
+    keys.map(|key| (key.key, schema(key))).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{
-        CameraSection, GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneFile,
-    };
     use super::*;
-    use serde::de::DeserializeOwned;
-    use std::collections::BTreeSet;
-
-    /// Keys of a section, as its reader names them where it refuses another.
-    fn keys_read<T: DeserializeOwned>() -> BTreeSet<String> {
-        let error = toml::from_str::<T>("no_such_key = 1").err().unwrap();
-        let names = error.message().split('`').skip(3).step_by(2);
-        names.map(String::from).collect()
-    }
-
-    fn keys_of(section: &Value) -> BTreeSet<String> {
-        section["properties"].as_object().unwrap().keys().cloned().collect()
-    }
-
-    #[test]
-    fn the_schema_has_the_keys_that_sections_read() {
-        let schema = schema();
-        let properties = &schema["properties"];
-        assert_eq!(keys_of(&schema), keys_read::<SceneFile>());
-        assert_eq!(keys_of(&properties["camera"]), keys_read::<CameraSection>());
-        assert_eq!(keys_of(&properties["ground"]), keys_read::<GroundSection>());
-        assert_eq!(keys_of(&properties["object"]["items"]), keys_read::<ObjectSection>());
-        assert_eq!(keys_of(&properties["light"]["items"]), keys_read::<LightSection>());
-        assert_eq!(
-            keys_of(&properties["light_group"]["items"]),
-            keys_read::<LightGroupSection>()
-        );
-        assert_eq!(
-            keys_of(&properties["material"]["additionalProperties"]),
-            keys_read::<MaterialSection>()
-        );
-        let types: BTreeSet<&str> = keys::LIGHTS.iter().map(|light| light.name).collect();
-        assert_eq!(types, LightSection::TYPES.into_iter().collect());
-    }
 
     /// Every key of a section, and of a light of each type, is described.
     #[test]

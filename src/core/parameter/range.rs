@@ -71,12 +71,24 @@ impl<T: Value> Range<T> {
 
 impl<T: Value> fmt::Display for Range<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// A number as people write it: `1e10` for 10000000000.
+        fn short<T: Value>(number: &T) -> String {
+            let text = number.text();
+            match text.parse::<f64>() {
+                Ok(number)
+                    if text.len() > 8 && text.trim_start_matches(['-', '0', '.']).trim_end_matches('0') == "1" =>
+                {
+                    format!("{number:e}")
+                }
+                _ => text,
+            }
+        }
         match self {
             Self::Any => Ok(()),
-            Self::FromTo(min, max) => write!(f, "from {} to {}", min.text(), max.text()),
-            Self::AtLeast(min) => write!(f, "{} or more", min.text()),
-            Self::Above(min) => write!(f, "above {}", min.text()),
-            Self::AboveTo(min, max) => write!(f, "above {}, at most {}", min.text(), max.text()),
+            Self::FromTo(min, max) => write!(f, "from {} to {}", short(min), short(max)),
+            Self::AtLeast(min) => write!(f, "{} or more", short(min)),
+            Self::Above(min) => write!(f, "above {}", short(min)),
+            Self::AboveTo(min, max) => write!(f, "above {}, at most {}", short(min), short(max)),
         }
     }
 }

@@ -41,6 +41,7 @@
 //! From the ground up; a module imports only modules above it in this list. docs/architecture.md says more of each.
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
+//! - [`parameter`]: how a value that a user can set is read, written, checked and described
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
 //! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of a picture
 //! - [`accel`]: ray queries over the scene
@@ -80,7 +81,7 @@ pub mod prelude {
 
 pub use embrasure_core::{
     accel, bsdf, camera, color, compare, denoise, film, geometry, guess, integrator, io, light, lint, material, math,
-    method, options, render, sampler, sampling, scene, texture,
+    method, options, parameter, render, sampler, sampling, scene, texture,
 };
 
 pub use description::SceneFile;

@@ -1,7 +1,9 @@
 //! What docs/guide/reference takes from the program: tables of parameters and methods, and the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the
 //! tests write it.
 
-use crate::description::{PRESETS, SceneOptions};
+use crate::description::{
+    GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, SceneOptions, Section, TextureSection,
+};
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use clap::CommandFactory;
 use std::fs;
@@ -31,7 +33,7 @@ fn assert_page(name: &str, expected: &str) {
     assert_eq!(text, expected, "{name}");
 }
 
-/// Rows of the table of keys.
+/// Rows of a table of keys, whose names follow `section`.
 fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
     let row = |parameter: &Parameter| {
         let mut meaning = parameter.help().to_string();
@@ -49,23 +51,39 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
         for (integrator, value) in IntegratorOptions::other_defaults(parameter.key) {
             default += &format!("; {integrator}: {value}");
         }
-        format!("| `{section}.{}` | {meaning} | {default} |", parameter.key)
+        format!("| `{section}{}` | {meaning} | {default} |", parameter.key)
     };
     parameters.iter().map(row).collect()
 }
 
 /// The page with its tables as they should be.
 fn documented(page: &str) -> String {
-    let groups = SceneOptions::GROUPS.iter();
-    let mut keys = Some(
+    // Rows that begin like this, and what they should be
+    let options = |of: &str| -> Vec<String> {
+        let groups = SceneOptions::GROUPS.iter().filter(|(section, _)| *section == of);
         groups
-            .flat_map(|(section, parameters)| rows(section, parameters))
-            .collect::<Vec<_>>(),
-    );
+            .flat_map(|(_, parameters)| rows(&format!("{of}."), parameters))
+            .collect()
+    };
+    let mut tables: Vec<(String, Vec<String>)> = vec![
+        ("| `image.".into(), options("image")),
+        ("| `render.".into(), options("render")),
+        (
+            "| `material.NAME.".into(),
+            rows("material.NAME.", MaterialSection::KEYS),
+        ),
+        ("| `object.".into(), rows("object.", ObjectSection::KEYS)),
+        ("| `ground.".into(), rows("ground.", GroundSection::KEYS)),
+        ("| `light_group.".into(), rows("light_group.", LightGroupSection::KEYS)),
+    ];
+    // The file of a texture has no row.
+    for key in &TextureSection::KEYS[1..] {
+        tables.push((format!("| `{}` | ", key.key), rows("", std::slice::from_ref(key))));
+    }
     let mut lines: Vec<String> = Vec::new();
     for line in page.lines() {
-        if ["| `image.", "| `render."].iter().any(|start| line.starts_with(start)) {
-            lines.extend(keys.take().unwrap_or_default());
+        if let Some((_, rows)) = tables.iter_mut().find(|(start, _)| line.starts_with(start.as_str())) {
+            lines.append(rows);
             continue;
         }
         let method = IntegratorKind::NAMES

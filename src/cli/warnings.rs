@@ -2,7 +2,7 @@
 
 use super::words;
 use crate::io::Warning;
-use crate::options::names::named;
+use crate::options::named;
 use std::path::Path;
 
 /// Which warnings are printed.

@@ -6,6 +6,7 @@
 //! From the ground up; a module imports only modules above it in this list. docs/architecture.md says more of each.
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
+//! - [`parameter`]: how a value that a user can set is read, written, checked and described
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
 //! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of a picture
 //! - [`accel`]: ray queries over the scene
@@ -32,6 +33,7 @@ pub mod material;
 pub mod math;
 pub mod method;
 pub mod options;
+pub mod parameter;
 pub mod render;
 pub mod sampler;
 pub mod sampling;

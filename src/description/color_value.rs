@@ -8,7 +8,6 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use toml::Spanned;
 
 /// A colour of a scene file: linear Rec.709 as three numbers or as one for a grey, `"#rrggbb"` of
 /// sRGB, or a name of CSS.
@@ -32,12 +31,6 @@ impl<'de> Deserialize<'de> for ChannelValues {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(Channels { is_color: false }).map(Self)
     }
-}
-
-/// Reads a key that is a colour.
-pub(super) fn color<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<[f32; 3]>>, D::Error> {
-    let read = Option::<Spanned<ColorValue>>::deserialize(deserializer)?;
-    Ok(read.map(|color| Spanned::new(color.span(), color.into_inner().0)))
 }
 
 /// Reads three channels.

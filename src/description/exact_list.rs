@@ -50,20 +50,3 @@ pub(super) fn numbers<'de, D: Deserializer<'de>, const N: usize>(
     let read = Option::<Spanned<ExactList<[f32; N]>>>::deserialize(deserializer)?;
     Ok(read.map(|list| Spanned::new(list.span(), list.into_inner().0)))
 }
-
-/// Reads a key that is a list of `N` numbers, whose place is not needed.
-pub(super) fn plain_numbers<'de, D: Deserializer<'de>, const N: usize>(
-    deserializer: D,
-) -> Result<Option<[f32; N]>, D::Error> {
-    let read = Option::<ExactList<[f32; N]>>::deserialize(deserializer)?;
-    Ok(read.map(|list| list.0))
-}
-
-/// Rows of a matrix.
-type Rows = [[f32; 4]; 4];
-
-/// Reads a key that is a matrix: four rows of four numbers.
-pub(super) fn matrix<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<Rows>>, D::Error> {
-    let read = Option::<Spanned<ExactList<[ExactList<[f32; 4]>; 4]>>>::deserialize(deserializer)?;
-    Ok(read.map(|rows| Spanned::new(rows.span(), rows.into_inner().0.map(|row| row.0))))
-}

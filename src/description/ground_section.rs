@@ -1,58 +1,47 @@
 use super::ColorValue;
-use super::exact_list::numbers;
+use super::section::{Section, section, value};
 use crate::math::Vec3;
+use crate::options::Range as Numbers;
 use crate::scene::{BuildError, GroundPlane};
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use toml::Spanned;
 
-/// `[ground]`: a plane that catches shadows; it is there where the section is, also without any key.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct GroundSection {
-    /// A point of the plane; just below the scene's lowest point along `up` if this is left out.
-    #[serde(default, deserialize_with = "numbers")]
-    pub point: Option<Spanned<[f32; 3]>>,
-    /// The side of the plane that catches shadows; `up` if this is left out.
-    #[serde(default, deserialize_with = "numbers")]
-    pub normal: Option<Spanned<[f32; 3]>>,
-    /// Direction against which things fall; +y if this is left out.
-    #[serde(default, deserialize_with = "numbers")]
-    pub up: Option<Spanned<[f32; 3]>>,
-    /// Radius around the point, scene units; 50 times that of the scene if this is left out.
-    pub radius: Option<Spanned<f32>>,
-    /// Albedo for all rays but those of the camera.
-    pub albedo: Option<Spanned<ColorValue>>,
+section! {
+    /// `[ground]`: a plane that catches shadows; it is there where the section is, also without any key.
+    #[derive(Default)]
+    pub struct GroundSection {
+        required {}
+        /// Point of the ground
+        ///
+        /// An empty `[ground]` adds a ground too.
+        point: [f32; 3], default "just below the scene's lowest point along up", in Numbers::FromTo(-1e10, 1e10);
+        /// Upward direction
+        up: [f32; 3], default "0 1 0";
+        /// Side of the ground that shows shadows
+        normal: [f32; 3], default "up";
+        /// Radius, scene units
+        radius: f32, default "50 times that of the scene", in Numbers::FromTo(1e-9, 1e10);
+        /// Albedo for all rays except camera rays
+        albedo: ColorValue, default "0.5", in Numbers::FromTo(0.01, 1.0);
+    }
 }
 
 impl GroundSection {
     /// The plane, with defaults for what the section does not say.
     pub fn plane(&self) -> GroundPlane {
-        let vector = |key: &Option<Spanned<[f32; 3]>>| key.as_ref().map(|v| Vec3::from(*v.get_ref()));
         let usual = GroundPlane::default();
         GroundPlane {
-            point: vector(&self.point),
-            normal: vector(&self.normal),
-            up: vector(&self.up).unwrap_or(usual.up),
-            radius: self.radius.as_ref().map(|r| *r.get_ref()),
-            albedo: self
-                .albedo
-                .as_ref()
-                .map_or(usual.albedo, |albedo| albedo.get_ref().0.into()),
+            point: value(&self.point).map(Vec3::from),
+            normal: value(&self.normal).map(Vec3::from),
+            up: value(&self.up).map_or(usual.up, Vec3::from),
+            radius: value(&self.radius),
+            albedo: value(&self.albedo).map_or(usual.albedo, |albedo| albedo.0.into()),
         }
     }
 
     /// The place of the key that an error is about, if the section has it.
-    pub(super) fn span_of(&self, error: &BuildError) -> Option<Range<usize>> {
-        let BuildError::BadGround { key, .. } = error else {
-            return None;
-        };
-        match *key {
-            "point" => self.point.as_ref().map(Spanned::span),
-            "normal" => self.normal.as_ref().map(Spanned::span),
-            "up" => self.up.as_ref().map(Spanned::span),
-            "radius" => self.radius.as_ref().map(Spanned::span),
-            "albedo" => self.albedo.as_ref().map(Spanned::span),
+    pub(super) fn place_of(&self, error: &BuildError) -> Option<Range<usize>> {
+        match error {
+            BuildError::BadGround { key, .. } => self.span_of(key),
             _ => None,
         }
     }

@@ -1,20 +1,32 @@
 use super::FileError;
+use super::section::{key_types, section};
 use super::source::Source;
 use crate::light::{LightGroupId, LightGroups};
 use crate::math::excerpt;
 use crate::scene::{BuildError, SceneBuilder};
-use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::collections::HashMap;
 use toml::Spanned;
 
-/// `[[light_group]]`: materials whose emission is distinguished from other light.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct LightGroupSection {
-    /// Name of the group, which lights may name too.
-    pub name: Spanned<String>,
-    /// Names of materials, of MTL files or of the scene file.
-    pub materials: Spanned<Vec<Spanned<String>>>,
+section! {
+    /// `[[light_group]]`: materials whose emission is distinguished from other light.
+    pub struct LightGroupSection {
+        required {
+            /// Name of the group, which lights may name too
+            name: String, schema group_name();
+            /// Names of materials that emit, of MTL files or of the scene file
+            materials: Vec<Spanned<String>>;
+        }
+    }
+}
+
+key_types! {
+    Vec<Spanned<String>>: |_number| json!({ "type": "array", "items": { "type": "string" }, "minItems": 1 });
+}
+
+/// Schema of the name of a group, which becomes a part of channel names.
+pub(super) fn group_name() -> Value {
+    json!({ "type": "string", "pattern": "^[A-Za-z0-9_]{1,23}$", "not": { "enum": ["default"] } })
 }
 
 impl LightGroupSection {

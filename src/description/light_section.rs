@@ -1,75 +1,158 @@
 //! `[[light]]`: its keys, and the light that they make.
 
-use super::color_value::color;
 use super::environment::{BYTES_OF_A_NEW_TEXEL, Environment, environment_bytes, read_environment};
-use super::exact_list::numbers;
-use super::light_group_section::light_group;
+use super::key_schema::{either, list, number};
+use super::light_group_section::{group_name, light_group};
 use super::memory::Allowance;
+use super::section::{Section, key_types, section, value};
 use super::source::Source;
-use super::{FileError, Findings, Severity};
-use crate::light::STUDIO_SIZE;
+use super::{ColorValue, FileError, Findings, Severity};
+use crate::color::Spectrum;
 use crate::light::sky::{DEFAULT_TURBIDITY, SKY_SIZE};
+use crate::light::{LatLongImage, STUDIO_SIZE};
 use crate::math::{Quat, Vec3, excerpt, excerpt_of_path, rotation_from_degrees};
+use crate::options::{Parameter, Range as Numbers};
 use crate::scene::{
     BuildError, DiskParameters, RectangleParameters, SceneBuilder, SkyParameters, SphereParameters, StudioParameters,
 };
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// `[[light]]`; which keys belong to it depends on its type.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct LightSection {
-    /// Type: one of [`LightSection::TYPES`].
-    #[serde(rename = "type")]
-    pub kind: Spanned<String>,
-    /// Name of the group that the light is in, if it is in one.
-    pub group: Option<Spanned<String>>,
-    /// Position of a point or spot light; centre of a sphere, a disk or a rectangle.
-    #[serde(default, deserialize_with = "numbers")]
-    pub position: Option<Spanned<[f32; 3]>>,
-    /// Intensity of a point or spot light, W/sr.
-    #[serde(default, deserialize_with = "color")]
-    pub intensity: Option<Spanned<[f32; 3]>>,
-    /// Direction in which a directional or spot light travels; normal of the side of a disk or a rectangle that emits.
-    #[serde(default, deserialize_with = "numbers")]
-    pub direction: Option<Spanned<[f32; 3]>>,
-    /// What a spot light shines at, in place of `direction`.
-    #[serde(default, deserialize_with = "numbers")]
-    pub look_at: Option<Spanned<[f32; 3]>>,
-    /// Half-angle of a spot light's cone, or diameter of a directional light's disc, degrees.
-    pub angle: Option<Spanned<f32>>,
-    /// Half-angle at which a spot light begins to fall off, degrees.
-    pub falloff: Option<Spanned<f32>>,
-    /// Irradiance of a directional light, W·m⁻² on a surface that faces it.
-    #[serde(default, deserialize_with = "color")]
-    pub irradiance: Option<Spanned<[f32; 3]>>,
-    /// Radiance of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻².
-    #[serde(default, deserialize_with = "color")]
-    pub radiance: Option<Spanned<[f32; 3]>>,
-    /// Picture of an environment, latitude and longitude.
-    pub image: Option<Spanned<PathBuf>>,
-    /// Factor of the radiance of an environment, a sky or a studio.
-    pub scale: Option<Spanned<f32>>,
-    /// Rotation of an environment, degrees.
-    pub rotate: Option<Spanned<Rotation>>,
-    /// Azimuth and elevation of a sky's sun, degrees.
-    #[serde(default, deserialize_with = "numbers")]
-    pub sun: Option<Spanned<[f32; 2]>>,
-    /// Haze of a sky.
-    pub turbidity: Option<Spanned<f32>>,
-    /// Up in a sky or a studio, and along the height of a rectangle.
-    #[serde(default, deserialize_with = "numbers")]
-    pub up: Option<Spanned<[f32; 3]>>,
-    /// Azimuth at which the camera stands in a studio, degrees.
-    pub front: Option<Spanned<f32>>,
-    /// Width and height of a rectangle.
-    #[serde(default, deserialize_with = "numbers")]
-    pub size: Option<Spanned<[f32; 2]>>,
-    /// Radius of a sphere or a disk.
-    pub radius: Option<Spanned<f32>>,
+section! {
+    /// `[[light]]`; which keys belong to it depends on its type.
+    #[derive(PartialEq)]
+    pub struct LightSection {
+        required {
+            /// Type of the light
+            kind as "type": String, schema json!({ "enum": LightType::names() });
+        }
+        /// Name of the light group
+        group: String, default "none", schema group_name();
+        /// Position of a point or spot light; middle of a sphere, a disk or a rectangle
+        position: [f32; 3], in Numbers::FromTo(-1e15, 1e15);
+        /// Intensity of a point or spot light, W/sr
+        intensity: ColorValue, in Numbers::AtLeast(0.0);
+        /// Direction in which a directional or spot light travels; normal of the side of a disk or a rectangle that emits
+        direction: [f32; 3];
+        /// Point that a spot light shines at
+        look_at: [f32; 3];
+        /// Half-angle of a spot light's cone, or diameter of a directional light's disc, degrees
+        angle: f32;
+        /// Half-angle from which a spot light falls off, degrees
+        falloff: f32, default "0.8 of angle", in Numbers::AtLeast(0.0);
+        /// Irradiance of a directional light on a surface that faces it, W·m⁻²
+        irradiance: ColorValue, in Numbers::AtLeast(0.0);
+        /// Radiance of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻²
+        radiance: ColorValue, in Numbers::AtLeast(0.0);
+        /// Picture of an environment, .hdr or .exr, latitude and longitude
+        image: PathBuf;
+        /// Factor of the radiance of an environment, a sky or a studio
+        scale: f32, default "1", in Numbers::AtLeast(0.0);
+        /// Rotation of an environment: degrees about +y, or about the fixed x, y and z axes
+        rotate: Rotation, default "0";
+        /// Azimuth and elevation of a sky's sun, degrees
+        sun: [f32; 2], default "-45 45", schema azimuth_and_elevation();
+        /// Haze of a sky
+        turbidity: f32, default "3", in Numbers::FromTo(2.0, 10.0);
+        /// Up in a sky or a studio, and along the height of a rectangle
+        up: [f32; 3], default "0 1 0";
+        /// Azimuth of the front of a studio, where the camera stands, degrees
+        front: f32, default "0";
+        /// Width and height of a rectangle
+        size: [f32; 2], in Numbers::Above(0.0);
+        /// Radius of a sphere or a disk
+        radius: f32, in Numbers::Above(0.0);
+    }
+}
+
+/// Keys of a type of lights, besides `type` and `group`.
+pub(crate) struct LightType {
+    pub name: &'static str,
+    pub required: &'static [&'static str],
+    pub optional: &'static [&'static str],
+    /// Keys of which it has exactly one.
+    pub one_of: &'static [&'static str],
+    /// Meaning and schema of `angle`, which types share.
+    pub angle: Option<(&'static str, fn() -> Value)>,
+}
+
+impl LightType {
+    /// All types.
+    pub const ALL: &'static [Self] = &[
+        Self::new("point", &["position", "intensity"], &[]),
+        Self::new("directional", &["direction", "irradiance"], &["angle"]).with_angle(
+            "Diameter of the disc, degrees; 0 is parallel light, the sun has 0.53",
+            || either(&[json!({ "enum": [0] }), number(Numbers::FromTo(0.01, 180.0))]),
+        ),
+        Self {
+            one_of: &["direction", "look_at"],
+            ..Self::new(
+                "spot",
+                &["position", "intensity", "angle"],
+                &["direction", "look_at", "falloff"],
+            )
+        }
+        .with_angle("Half-angle of the cone, degrees", || {
+            number(Numbers::AboveTo(0.0, 90.0))
+        }),
+        Self::new("constant", &["radiance"], &[]),
+        Self::new("environment", &["image"], &["scale", "rotate"]),
+        Self::new("sky", &[], &["sun", "turbidity", "up", "scale"]),
+        Self::new("studio", &[], &["up", "front", "scale"]),
+        Self::new("rectangle", &["position", "direction", "size", "radiance"], &["up"]),
+        Self::new("sphere", &["position", "radius", "radiance"], &[]),
+        Self::new("disk", &["position", "direction", "radius", "radiance"], &[]),
+    ];
+
+    const fn new(name: &'static str, required: &'static [&'static str], optional: &'static [&'static str]) -> Self {
+        Self {
+            name,
+            required,
+            optional,
+            one_of: &[],
+            angle: None,
+        }
+    }
+
+    const fn with_angle(self, help: &'static str, schema: fn() -> Value) -> Self {
+        Self {
+            angle: Some((help, schema)),
+            ..self
+        }
+    }
+
+    /// The type of this name.
+    pub fn of_name(name: &str) -> Option<&'static Self> {
+        Self::ALL.iter().find(|kind| kind.name == name)
+    }
+
+    /// Names of all types.
+    pub fn names() -> Vec<&'static str> {
+        Self::ALL.iter().map(|kind| kind.name).collect()
+    }
+
+    /// Its keys, the required ones first.
+    pub fn keys(&self) -> impl Iterator<Item = &'static str> {
+        self.required.iter().chain(self.optional).copied()
+    }
+
+    /// What its `angle` is, with its schema.
+    pub fn angle_schema(&self) -> Option<Value> {
+        self.angle.map(|(help, schema)| {
+            let mut schema = schema();
+            schema["description"] = json!(help);
+            schema
+        })
+    }
+}
+
+/// Schema of the place of a sun.
+fn azimuth_and_elevation() -> Value {
+    let elevation = number(Numbers::FromTo(-90.0, 90.0));
+    json!({ "type": "array", "items": [number(Numbers::Any), elevation], "additionalItems": false, "minItems": 2 })
 }
 
 /// Degrees about +y, or about the fixed x, y and z axes in this order.
@@ -82,50 +165,20 @@ pub enum Rotation {
     Axes([f32; 3]),
 }
 
+key_types! {
+    Rotation: |number| either(&[number.clone(), list(3, number)]);
+}
+
 /// Where a spot light falls off, as a share of its angle, if it does not say.
 const DEFAULT_FALLOFF: f32 = 0.8;
 /// Azimuth and elevation of the sun of a sky that does not say, degrees: to the left of a camera at azimuth 0, and half way up.
 pub const DEFAULT_SUN: [f32; 2] = [-45.0, 45.0];
 
 impl LightSection {
-    /// All types of lights.
-    pub const TYPES: [&str; 10] = [
-        "point",
-        "directional",
-        "spot",
-        "constant",
-        "environment",
-        "sky",
-        "studio",
-        "rectangle",
-        "sphere",
-        "disk",
-    ];
-
     /// A light of a type, of which nothing else is said yet. Errors that concern it are told at the bytes `span` of its file
     /// ([`flag_span`](super::SceneFile::flag_span)).
     pub fn of_type(kind: &str, span: Range<usize>) -> Self {
-        Self {
-            kind: Spanned::new(span, kind.to_string()),
-            group: None,
-            position: None,
-            intensity: None,
-            direction: None,
-            look_at: None,
-            angle: None,
-            falloff: None,
-            irradiance: None,
-            radiance: None,
-            image: None,
-            scale: None,
-            rotate: None,
-            sun: None,
-            turbidity: None,
-            up: None,
-            front: None,
-            size: None,
-            radius: None,
-        }
+        Self::new(Spanned::new(span, kind.to_string()))
     }
 
     /// Whether the light is an environment: it has a radiance in every direction.
@@ -147,124 +200,100 @@ impl LightSection {
         let name = self.group.as_ref();
         let group = name.map(|name| light_group(builder, file, name)).transpose()?;
         builder.begin_light_group(group);
+        self.check_keys(file)?;
+        // Keys that are required are there.
+        let vector = |key: &Option<Spanned<[f32; 3]>>| value(key).map(Vec3::from).unwrap_or_default();
+        let color = |key: &Option<Spanned<ColorValue>>| value(key).map(Spectrum::from).unwrap_or_default();
+        let number = |key: &Option<Spanned<f32>>| value(key).unwrap_or_default();
+        let scale = value(&self.scale).unwrap_or(1.0);
+        let up = value(&self.up).map(Vec3::from);
         let added = match self.kind.get_ref().as_str() {
-            "point" => {
-                self.allow(file, &["position", "intensity"])?;
-                let position = self.required(file, "position", &self.position)?;
-                let intensity = self.required(file, "intensity", &self.intensity)?;
-                builder.add_point_light(position.into(), intensity.into())
-            }
-            "directional" => {
-                self.allow(file, &["direction", "irradiance", "angle"])?;
-                let direction = self.required(file, "direction", &self.direction)?;
-                let irradiance = self.required(file, "irradiance", &self.irradiance)?;
-                let angle = self.angle.as_ref().map_or(0.0, |angle| *angle.get_ref());
-                builder.add_sun(direction.into(), irradiance.into(), angle)
-            }
+            "point" => builder.add_point_light(vector(&self.position), color(&self.intensity)),
+            "directional" => builder.add_sun(vector(&self.direction), color(&self.irradiance), number(&self.angle)),
             "spot" => {
-                self.allow(
-                    file,
-                    &["position", "direction", "look_at", "intensity", "angle", "falloff"],
-                )?;
-                let position: Vec3 = self.required(file, "position", &self.position)?.into();
-                let direction = match (&self.direction, &self.look_at) {
-                    (Some(_), Some(at)) => {
-                        let error = file.error(at.span(), "both `direction` and `look_at`");
-                        return Err(error.help("keep one of them"));
-                    }
-                    (None, Some(at)) => Vec3::from(*at.get_ref()) - position,
-                    (direction, None) => self.required(file, "direction", direction)?.into(),
+                let position = vector(&self.position);
+                let direction = match value(&self.look_at) {
+                    Some(at) => Vec3::from(at) - position,
+                    None => vector(&self.direction),
                 };
-                let intensity = self.required(file, "intensity", &self.intensity)?;
-                let angle = self.required(file, "angle", &self.angle)?;
-                let falloff = self.falloff.as_ref().map_or(DEFAULT_FALLOFF * angle, |f| *f.get_ref());
-                builder.add_spot_light(position, direction, intensity.into(), angle, falloff)
+                let angle = number(&self.angle);
+                let falloff = value(&self.falloff).unwrap_or(DEFAULT_FALLOFF * angle);
+                builder.add_spot_light(position, direction, color(&self.intensity), angle, falloff)
             }
-            "constant" => {
-                self.allow(file, &["radiance"])?;
-                let radiance = self.required(file, "radiance", &self.radiance)?;
-                builder.add_constant_light(radiance.into())
-            }
+            "constant" => builder.add_constant_light(color(&self.radiance)),
             "environment" => {
-                self.allow(file, &["image", "scale", "rotate"])?;
-                let Some(name) = &self.image else {
-                    return Err(self.missing(file, "image", "\"FILE.hdr\""));
-                };
-                let path = file.resolve(name.get_ref());
-                let Environment { image, repairs } = read_environment(&path, *allowance).map_err(|error| {
-                    let message = format!(
-                        "environment {}: {}",
-                        excerpt_of_path(&path.to_string_lossy()),
-                        error.message
-                    );
-                    let place = file.error(name.span(), message);
-                    let help =
-                        "name a picture of latitude and longitude, .hdr or .exr; the path is relative to this file";
-                    place.help(error.help.as_deref().unwrap_or(help))
-                })?;
-                for repair in repairs {
-                    let message = format!("environment {}: {repair}", path.display());
-                    findings.add(Severity::Warning, "bad-texels", file.error(name.span(), message));
-                }
-                allowance.kept += environment_bytes(image.texels.len() as u64);
-                builder.add_environment(image, self.factor(), self.rotation())
+                let image = self.image(file, allowance, findings)?;
+                builder.add_environment(image, scale, self.rotation())
             }
             "sky" => {
-                self.allow(file, &["sun", "turbidity", "up", "scale"])?;
                 self.reserve(file, SKY_SIZE, allowance)?;
                 builder.add_sky(&SkyParameters {
-                    sun: self.sun.as_ref().map_or(DEFAULT_SUN, |sun| *sun.get_ref()),
-                    turbidity: self.turbidity.as_ref().map_or(DEFAULT_TURBIDITY, |t| *t.get_ref()),
-                    up: self.up_or_y(),
-                    scale: self.factor(),
+                    sun: value(&self.sun).unwrap_or(DEFAULT_SUN),
+                    turbidity: value(&self.turbidity).unwrap_or(DEFAULT_TURBIDITY),
+                    up: up.unwrap_or(Vec3::Y),
+                    scale,
                 })
             }
             "studio" => {
-                self.allow(file, &["up", "front", "scale"])?;
                 self.reserve(file, STUDIO_SIZE, allowance)?;
                 builder.add_studio(&StudioParameters {
-                    up: self.up_or_y(),
-                    front: self.front.as_ref().map_or(0.0, |front| *front.get_ref()),
-                    scale: self.factor(),
+                    up: up.unwrap_or(Vec3::Y),
+                    front: number(&self.front),
+                    scale,
                 })
             }
-            "rectangle" => {
-                self.allow(file, &["position", "direction", "size", "up", "radiance"])?;
-                builder.add_rectangle(&RectangleParameters {
-                    position: self.required(file, "position", &self.position)?.into(),
-                    direction: self.required(file, "direction", &self.direction)?.into(),
-                    size: self.required(file, "size", &self.size)?,
-                    up: self.up.as_ref().map(|up| Vec3::from(*up.get_ref())),
-                    radiance: self.required(file, "radiance", &self.radiance)?.into(),
-                })
-            }
-            "sphere" => {
-                self.allow(file, &["position", "radius", "radiance"])?;
-                builder.add_sphere(&SphereParameters {
-                    position: self.required(file, "position", &self.position)?.into(),
-                    radius: self.required(file, "radius", &self.radius)?,
-                    radiance: self.required(file, "radiance", &self.radiance)?.into(),
-                })
-            }
-            "disk" => {
-                self.allow(file, &["position", "direction", "radius", "radiance"])?;
-                builder.add_disk(&DiskParameters {
-                    position: self.required(file, "position", &self.position)?.into(),
-                    direction: self.required(file, "direction", &self.direction)?.into(),
-                    radius: self.required(file, "radius", &self.radius)?,
-                    radiance: self.required(file, "radiance", &self.radiance)?.into(),
-                })
-            }
-            other => {
-                let error = file.error(self.kind.span(), format!("unknown type of light `{}`", excerpt(other)));
-                let [types @ .., last] = Self::TYPES;
-                return Err(error.help(format!("choose from {} and {last}", types.join(", "))));
-            }
+            "rectangle" => builder.add_rectangle(&RectangleParameters {
+                position: vector(&self.position),
+                direction: vector(&self.direction),
+                size: value(&self.size).unwrap_or_default(),
+                up,
+                radiance: color(&self.radiance),
+            }),
+            "sphere" => builder.add_sphere(&SphereParameters {
+                position: vector(&self.position),
+                radius: number(&self.radius),
+                radiance: color(&self.radiance),
+            }),
+            _ => builder.add_disk(&DiskParameters {
+                position: vector(&self.position),
+                direction: vector(&self.direction),
+                radius: number(&self.radius),
+                radiance: color(&self.radiance),
+            }),
         };
         added.map_err(|error| {
-            let span = self.span_of(&error).unwrap_or(self.kind.span());
+            let span = self.place_of(&error).unwrap_or(self.kind.span());
             file.error(span, error.to_string()).help("correct the value")
         })
+    }
+
+    /// Reads the picture of an environment.
+    fn image(
+        &self,
+        file: &Source,
+        allowance: &mut Allowance,
+        findings: &mut Findings,
+    ) -> Result<LatLongImage, FileError> {
+        let Some(name) = &self.image else {
+            return Err(self.missing(file, "image"));
+        };
+        let path = file.resolve(name.get_ref());
+        let Environment { image, repairs } = read_environment(&path, *allowance).map_err(|error| {
+            let message = format!(
+                "environment {}: {}",
+                excerpt_of_path(&path.to_string_lossy()),
+                error.message
+            );
+            let place = file.error(name.span(), message);
+            let help = "name a picture of latitude and longitude, .hdr or .exr; the path is relative to this file";
+            place.help(error.help.as_deref().unwrap_or(help))
+        })?;
+        for repair in repairs {
+            let message = format!("environment {}: {repair}", path.display());
+            findings.add(Severity::Warning, "bad-texels", file.error(name.span(), message));
+        }
+        allowance.kept += environment_bytes(image.texels.len() as u64);
+        Ok(image)
     }
 
     /// Sets memory aside for a picture of that size, which is made and not read.
@@ -279,83 +308,71 @@ impl LightSection {
         Ok(())
     }
 
-    /// Factor of the radiance; 1 if nothing is said.
-    fn factor(&self) -> f32 {
-        self.scale.as_ref().map_or(1.0, |scale| *scale.get_ref())
-    }
-
-    /// Up; +y if nothing is said.
-    fn up_or_y(&self) -> Vec3 {
-        self.up.as_ref().map_or(Vec3::Y, |up| Vec3::from(*up.get_ref()))
-    }
-
     fn rotation(&self) -> Quat {
-        match self.rotate.as_ref().map(Spanned::get_ref) {
+        match value(&self.rotate) {
             None => Quat::IDENTITY,
-            Some(&Rotation::Up(degrees)) => rotation_from_degrees(Vec3::new(0.0, degrees, 0.0)),
-            Some(&Rotation::Axes(degrees)) => rotation_from_degrees(degrees.into()),
+            Some(Rotation::Up(degrees)) => rotation_from_degrees(Vec3::new(0.0, degrees, 0.0)),
+            Some(Rotation::Axes(degrees)) => rotation_from_degrees(degrees.into()),
         }
-    }
-
-    /// Every key but `type` and `group`, which all lights may have, with its place if it is there.
-    fn keys(&self) -> [(&'static str, Option<Range<usize>>); 17] {
-        fn span<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
-            value.as_ref().map(Spanned::span)
-        }
-        [
-            ("position", span(&self.position)),
-            ("intensity", span(&self.intensity)),
-            ("direction", span(&self.direction)),
-            ("look_at", span(&self.look_at)),
-            ("angle", span(&self.angle)),
-            ("falloff", span(&self.falloff)),
-            ("irradiance", span(&self.irradiance)),
-            ("radiance", span(&self.radiance)),
-            ("image", span(&self.image)),
-            ("scale", span(&self.scale)),
-            ("rotate", span(&self.rotate)),
-            ("sun", span(&self.sun)),
-            ("turbidity", span(&self.turbidity)),
-            ("up", span(&self.up)),
-            ("front", span(&self.front)),
-            ("size", span(&self.size)),
-            ("radius", span(&self.radius)),
-        ]
     }
 
     /// The place of the key that an error is about.
-    fn span_of(&self, error: &BuildError) -> Option<Range<usize>> {
-        let BuildError::BadLight { key, .. } = error else {
-            return None;
-        };
-        self.keys().into_iter().find(|(name, _)| name == key)?.1
-    }
-
-    /// Refuses keys that belong to lights of another type.
-    fn allow(&self, file: &Source, allowed: &[&str]) -> Result<(), FileError> {
-        for (key, span) in self.keys() {
-            if let Some(span) = span.filter(|_| !allowed.contains(&key)) {
-                let message = format!("a {} light has no `{key}`", self.kind.get_ref());
-                let help = format!("its keys are {}", allowed.join(", "));
-                return Err(file.error(span, message).help(help));
-            }
+    fn place_of(&self, error: &BuildError) -> Option<Range<usize>> {
+        match error {
+            BuildError::BadLight { key, .. } => self.span_of(key),
+            _ => None,
         }
-        Ok(())
     }
 
-    fn required<T: Copy>(&self, file: &Source, key: &str, value: &Option<Spanned<T>>) -> Result<T, FileError> {
-        let example = match size_of::<T>() / size_of::<f32>() {
-            1 => "NUMBER",
-            2 => "[ , ]",
-            _ => "[ , , ]",
+    /// Checks that the light has a type, all keys that the type requires, and no key of other types.
+    fn check_keys(&self, file: &Source) -> Result<(), FileError> {
+        let name = self.kind.get_ref();
+        let Some(kind) = LightType::of_name(name) else {
+            let error = file.error(self.kind.span(), format!("unknown type of light `{}`", excerpt(name)));
+            let names = LightType::names();
+            let (last, others) = names.split_last().unwrap_or((&"", &[]));
+            return Err(error.help(format!("choose from {} and {last}", others.join(", "))));
         };
-        value
-            .as_ref()
-            .map(|v| *v.get_ref())
-            .ok_or_else(|| self.missing(file, key, example))
+        let given = self.given();
+        let is_common = |key: &str| ["type", "group"].contains(&key);
+        if let Some(other) = given
+            .iter()
+            .find(|given| !is_common(given.key) && kind.keys().all(|key| key != given.key))
+        {
+            let message = format!("a {name} light has no `{}`", other.key);
+            let help = format!("its keys are {}", kind.keys().collect::<Vec<_>>().join(", "));
+            return Err(file.error(other.span.clone(), message).help(help));
+        }
+        let mut of_choice = given.iter().filter(|given| kind.one_of.contains(&given.key));
+        if let (Some(first), Some(second)) = (of_choice.next(), of_choice.next()) {
+            let error = file.error(
+                second.span.clone(),
+                format!("both `{}` and `{}`", first.key, second.key),
+            );
+            return Err(error.help("keep one of them"));
+        }
+        let has = |key: &&&str| given.iter().any(|given| given.key == **key);
+        let has_choice = kind.one_of.iter().any(|key| has(&key));
+        let choice = kind.one_of.first().filter(|_| !has_choice);
+        match kind.required.iter().find(|key| !has(key)).or(choice) {
+            Some(key) => Err(self.missing(file, key)),
+            None => Ok(()),
+        }
     }
 
-    fn missing(&self, file: &Source, key: &str, example: &str) -> FileError {
+    /// The error of a key that the type requires.
+    fn missing(&self, file: &Source, key: &str) -> FileError {
+        let schema = Self::KEYS.iter().find(|known| known.key == key).map(Parameter::schema);
+        let schema = schema.unwrap_or_default();
+        let example = if schema["type"] == "string" {
+            "\"FILE.hdr\""
+        } else if schema["type"] == "number" {
+            "NUMBER"
+        } else if schema["minItems"] == 2 {
+            "[ , ]"
+        } else {
+            "[ , , ]"
+        };
         let message = format!("a {} light needs `{key}`", self.kind.get_ref());
         file.error(self.kind.span(), message)
             .help(format!("add {key} = {example} to this [[light]]"))

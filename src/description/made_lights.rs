@@ -1,6 +1,6 @@
 //! `[[light]]` sections that are written by the program: by flags, and for scenes without lights.
 
-use super::LightSection;
+use super::{ColorValue, LightSection};
 use crate::color::Spectrum;
 use crate::light::sky::sun_color;
 use crate::math::{Horizon, Vec3};
@@ -20,7 +20,7 @@ impl LightSection {
     /// An environment of the same `radiance` everywhere.
     pub fn constant(span: Range<usize>, radiance: [f32; 3]) -> Self {
         Self {
-            radiance: Some(Spanned::new(span.clone(), radiance)),
+            radiance: Some(Spanned::new(span.clone(), ColorValue(radiance))),
             ..Self::of_type("constant", span)
         }
     }
@@ -69,7 +69,7 @@ impl LightSection {
     pub fn directional(span: Range<usize>, direction: Vec3, irradiance: Spectrum, angle: f32) -> Self {
         Self {
             direction: Some(Spanned::new(span.clone(), direction.to_array())),
-            irradiance: Some(Spanned::new(span.clone(), irradiance.to_array())),
+            irradiance: Some(Spanned::new(span.clone(), irradiance.into())),
             angle: Some(Spanned::new(span.clone(), angle)),
             ..Self::of_type("directional", span)
         }
@@ -83,7 +83,7 @@ impl LightSection {
             direction: vector(rectangle.direction),
             size: Some(Spanned::new(span.clone(), rectangle.size)),
             up: rectangle.up.and_then(vector),
-            radiance: Some(Spanned::new(span.clone(), rectangle.radiance.to_array())),
+            radiance: Some(Spanned::new(span.clone(), rectangle.radiance.into())),
             ..Self::of_type("rectangle", span)
         }
     }

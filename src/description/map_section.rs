@@ -1,46 +1,55 @@
 //! Textures in sections of materials: a file name, or a table with the mapping.
 
 use super::FileError;
-use super::exact_list::numbers;
+use super::key_schema::either;
 use super::mtl::MapRequest;
 use super::mtl::{MapSlot, MapStatement};
+use super::section::{Section, key_types, section, table};
 use super::source::Source;
 use crate::math::{excerpt, list};
 use crate::texture::{Channel, Mapping, Wrap};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
+use serde_json::json;
 use std::fmt;
+use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// A texture of a material: `"FILE"`, or `{ file = "FILE", … }`, or `false` for none.
-///
-/// serde derives functions of this name for the table (`remote`), which the implementations below call.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-#[serde(remote = "Self", deny_unknown_fields)]
-pub struct MapSection {
-    /// Whether this says that there is no texture.
-    #[serde(skip)]
-    pub is_none: bool,
-    /// The file, relative to the scene file.
-    pub file: PathBuf,
-    /// Repetitions in a unit of u and v.
-    #[serde(default, deserialize_with = "numbers")]
-    pub scale: Option<Spanned<[f32; 2]>>,
-    /// Where in it the surface's (0, 0) lies.
-    #[serde(default, deserialize_with = "numbers")]
-    pub offset: Option<Spanned<[f32; 2]>>,
-    /// What lies beside it: `repeat`, `clamp` or `mirror`.
-    pub wrap: Option<Spanned<String>>,
-    /// Channel that a map of numbers takes, by the names of `-imfchan`.
-    pub channel: Option<Spanned<String>>,
-    /// Added to its values.
-    pub base: Option<Spanned<f32>>,
-    /// Factor of its values.
-    pub gain: Option<Spanned<f32>>,
-    /// Factor of heights, and of the slopes of a normal map.
-    pub height: Option<Spanned<f32>>,
+section! {
+    /// The table of a texture.
+    pub struct TextureSection {
+        required {
+            /// Picture, relative to the scene file
+            file: PathBuf;
+        }
+        /// Repetitions of the picture in a unit of u and v
+        scale: [f32; 2], default "1 1";
+        /// Position of the surface's (0, 0) in the picture
+        offset: [f32; 2], default "0 0";
+        /// Continuation beside the picture
+        wrap: String, default "repeat", names names_of(WRAPS);
+        /// Channel that a map of numbers takes
+        ///
+        /// `m` is alpha, `l` luminance and `z` depth.
+        channel: String, default "luminance; of opacity alpha, if there is any", names names_of(Channel::NAMES);
+        /// Values become base + gain × value
+        base: f32, default "0";
+        /// Values become base + gain × value
+        gain: f32, default "1";
+        /// Factor of heights, and of the slopes of a normal map
+        height: f32, default "1";
+    }
+}
+
+/// A texture of a material: `"FILE"`, or a table, or `false` for none.
+#[derive(Clone, Debug)]
+pub enum MapSection {
+    /// No texture.
+    None,
+    /// A texture.
+    Texture(TextureSection),
 }
 
 impl<'de> Deserialize<'de> for MapSection {
@@ -54,25 +63,20 @@ impl<'de> Deserialize<'de> for MapSection {
             }
 
             fn visit_str<E: de::Error>(self, name: &str) -> Result<MapSection, E> {
-                Ok(MapSection {
-                    file: name.into(),
-                    ..MapSection::default()
-                })
+                let file = Spanned::new(0..0, name.into());
+                Ok(MapSection::Texture(TextureSection::new(file)))
             }
 
             fn visit_bool<E: de::Error>(self, is_there: bool) -> Result<MapSection, E> {
                 match is_there {
                     true => Err(de::Error::invalid_value(Unexpected::Bool(true), &self)),
-                    false => Ok(MapSection {
-                        is_none: true,
-                        ..MapSection::default()
-                    }),
+                    false => Ok(MapSection::None),
                 }
             }
 
             // A derived choice between both would not say which key is unknown.
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
-                MapSection::deserialize(MapAccessDeserializer::new(map))
+                TextureSection::deserialize(MapAccessDeserializer::new(map)).map(MapSection::Texture)
             }
         }
         deserializer.deserialize_any(FileOrTable)
@@ -81,18 +85,21 @@ impl<'de> Deserialize<'de> for MapSection {
 
 impl Serialize for MapSection {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if self.is_none {
-            return serializer.serialize_bool(false);
-        }
-        let plain = Self {
-            file: self.file.clone(),
-            ..Self::default()
-        };
-        match *self == plain {
-            true => self.file.serialize(serializer),
-            false => Self::serialize(self, serializer),
+        match self {
+            Self::None => serializer.serialize_bool(false),
+            // The file alone
+            Self::Texture(texture) if texture.given().len() == 1 => texture.file.serialize(serializer),
+            Self::Texture(texture) => texture.serialize(serializer),
         }
     }
+}
+
+key_types! {
+    MapSection: |_number| either(&[
+        json!({ "type": "string" }),
+        json!({ "enum": [false] }),
+        table::<TextureSection>(None),
+    ]);
 }
 
 /// Each way of wrapping by its name.
@@ -102,12 +109,11 @@ const WRAPS: &[(&str, Wrap)] = &[
     ("mirror", Wrap::Mirror),
 ];
 
-/// All ways of wrapping by their names.
-pub(super) fn wrap_names() -> Vec<&'static str> {
-    WRAPS.iter().map(|(name, _)| *name).collect()
+fn names_of<T>(named: &[(&'static str, T)]) -> Vec<&'static str> {
+    named.iter().map(|(name, _)| *name).collect()
 }
 
-impl MapSection {
+impl TextureSection {
     /// The picture `file`, which lies on the surface as `mapping` says.
     pub(super) fn of(file: PathBuf, mapping: &Mapping) -> Self {
         fn said<T>(value: T) -> Option<Spanned<T>> {
@@ -119,8 +125,7 @@ impl MapSection {
         let wrap = WRAPS.iter().find(|(_, wrap)| *wrap == mapping.wrap);
         let channel = Channel::NAMES.iter().find(|(_, c)| Some(*c) == mapping.channel);
         Self {
-            is_none: false,
-            file,
+            file: Spanned::new(0..0, file),
             scale: said(mapping.scale.to_array()).filter(|_| mapping.scale != default.scale),
             offset: said(mapping.offset.to_array()).filter(|_| mapping.offset != default.offset),
             wrap: name_of(wrap.filter(|_| mapping.wrap != default.wrap).map(|(name, _)| *name)),
@@ -131,45 +136,43 @@ impl MapSection {
         }
     }
 
-    /// Asks for the texture, for `slot` of the material `name`; `section`, which is this, knows its place in `file`.
+    /// Asks for this texture at the bytes `span` of `file`, for `slot` of the material `name`.
     pub(super) fn request(
-        section: &Spanned<Self>,
+        &self,
+        span: Range<usize>,
         slot: MapSlot,
         name: &str,
         file: &Source,
     ) -> Result<MapRequest, FileError> {
-        let map = section.get_ref();
-        let numbers = [&map.base, &map.gain, &map.height].into_iter().flatten();
-        let numbers = numbers.map(|n| (n.span(), vec![*n.get_ref()]));
-        let pairs = [&map.scale, &map.offset].into_iter().flatten();
-        let pairs = pairs.map(|pair| (pair.span(), pair.get_ref().to_vec()));
-        if let Some((span, values)) = numbers.chain(pairs).find(|(_, v)| !v.iter().all(|n| n.is_finite())) {
+        let given = self.given();
+        let infinite = given.iter().find(|given| !given.numbers.iter().all(|n| n.is_finite()));
+        if let Some(given) = infinite {
             let message = format!(
                 "material `{}`: a number of a texture is {}",
                 excerpt(name),
-                list(&values)
+                list(given.numbers)
             );
-            return Err(file.error(span, message).help("write finite numbers"));
+            return Err(file.error(given.span.clone(), message).help("write finite numbers"));
         }
         let default = Mapping::default();
         let number = |given: &Option<Spanned<f32>>, default| given.as_ref().map_or(default, |n| *n.get_ref());
         let mapping = Mapping {
-            scale: map.scale.as_ref().map_or(default.scale, |s| (*s.get_ref()).into()),
-            offset: map.offset.as_ref().map_or(default.offset, |o| (*o.get_ref()).into()),
-            wrap: named(&map.wrap, WRAPS, "wrap", name, file)?.unwrap_or_default(),
-            channel: named(&map.channel, Channel::NAMES, "channel", name, file)?,
-            base: number(&map.base, default.base),
-            gain: number(&map.gain, default.gain),
-            bump: number(&map.height, default.bump),
+            scale: self.scale.as_ref().map_or(default.scale, |s| (*s.get_ref()).into()),
+            offset: self.offset.as_ref().map_or(default.offset, |o| (*o.get_ref()).into()),
+            wrap: named(&self.wrap, WRAPS, "wrap", name, file)?.unwrap_or_default(),
+            channel: named(&self.channel, Channel::NAMES, "channel", name, file)?,
+            base: number(&self.base, default.base),
+            gain: number(&self.gain, default.gain),
+            bump: number(&self.height, default.bump),
         };
         let statement = MapStatement {
             whole_file: None,
             slot,
-            file: map.file.to_string_lossy().into_owned(),
+            file: self.file.get_ref().to_string_lossy().into_owned(),
             mapping,
             ignored: Vec::new(),
         };
-        let place = file.error(section.span(), "");
+        let place = file.error(span, "");
         Ok(MapRequest {
             statement,
             place,

@@ -12,6 +12,7 @@ mod find_texture;
 mod glob;
 mod ground_section;
 mod in_order;
+mod key_schema;
 mod light_changes;
 mod light_group_section;
 mod light_section;
@@ -29,6 +30,7 @@ mod presets;
 mod scene_file;
 mod scene_options;
 mod schema;
+mod section;
 mod source;
 mod template;
 mod unknown_key;
@@ -44,7 +46,7 @@ pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
 pub use load::{Loaded, inspect_scene, load_scene, load_scene_watched};
 pub(crate) use load::{Unlit, load_scene_to_light};
 pub use made_object::MadeObject;
-pub use map_section::MapSection;
+pub use map_section::{MapSection, TextureSection};
 pub use material_section::MaterialSection;
 pub use object_section::{Instances, ObjectSection, Scale, TransformSection};
 pub use presets::{PRESETS, Preset};
@@ -53,9 +55,12 @@ pub use scene_options::SceneOptions;
 pub use schema::schema_text;
 
 pub(crate) use light_changes::{Environment, LightChanges, Sun, Viewpoint};
+#[cfg(all(test, feature = "cli"))]
+pub(crate) use section::Section;
 
 #[cfg(feature = "view")]
 pub(crate) use {
+    light_section::LightType,
     patches::glob_of_name,
     schema::{light_keys, material_keys},
 };

@@ -1,30 +1,52 @@
-use super::exact_list::{matrix, plain_numbers};
+use super::key_schema::{either, list};
+use super::section::{key_types, section, table};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::path::PathBuf;
-use toml::Spanned;
 
-/// `[[object]]`
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ObjectSection {
-    /// OBJ file, relative to the scene file.
-    pub obj: Spanned<PathBuf>,
-    /// What mattes call it; the OBJ's stem if this is left out.
-    pub name: Option<String>,
-    /// Placement in the world.
-    pub transform: Option<Spanned<TransformSection>>,
-    /// Placement as four rows of four, instead of `transform`.
-    #[serde(default, deserialize_with = "matrix")]
-    pub matrix: Option<Spanned<[[f32; 4]; 4]>>,
-    /// Placement at time 1, if the object moves.
-    pub transform_close: Option<Spanned<TransformSection>>,
-    /// Placement at time 1 as four rows of four.
-    #[serde(default, deserialize_with = "matrix")]
-    pub matrix_close: Option<Spanned<[[f32; 4]; 4]>>,
-    /// OBJ file of its shape at time 1, if that changes.
-    pub obj_close: Option<Spanned<PathBuf>>,
-    /// Where copies of it stand.
-    pub instances: Option<Spanned<Instances>>,
+section! {
+    /// `[[object]]`
+    pub struct ObjectSection {
+        required {
+            /// OBJ file, relative to the scene file; one [[object]] for each
+            obj: PathBuf;
+        }
+        /// Name of the object in mattes
+        name: String, default "the OBJ's stem";
+        /// Placement: scale, then rotate, then translate
+        ///
+        /// `{ translate, rotate, scale }`: scene units, degrees, factors.
+        transform: TransformSection, default "as it is";
+        /// Placement as four rows of four for column vectors, the last 0 0 0 1
+        ///
+        /// In place of `transform`.
+        matrix: [[f32; 4]; 4], default "as it is";
+        /// Placement at time 1, if the object moves
+        transform_close: TransformSection, default "as at time 0";
+        /// Placement at time 1 as four rows of four
+        matrix_close: [[f32; 4]; 4], default "as at time 0";
+        /// OBJ file with the same faces and the vertices at time 1
+        ///
+        /// Vertices move on straight lines.
+        obj_close: PathBuf, default "as at time 0";
+        /// Placements of copies: a list of matrices, or a file with one per line
+        ///
+        /// Lines have twelve or sixteen numbers; `#` begins a comment.
+        instances: Instances, default "one copy";
+    }
+}
+
+section! {
+    /// `transform = { … }`
+    pub struct TransformSection {
+        required {}
+        /// Translation in scene units; applied last
+        translate: [f32; 3];
+        /// Rotation in degrees about the fixed x, y and z axes, in that order
+        rotate: [f32; 3];
+        /// Scale: one factor, or one for each axis; applied first
+        scale: Scale;
+    }
 }
 
 /// `instances = …`
@@ -40,20 +62,6 @@ pub enum Instances {
     Matrices(Vec<[[f32; 4]; 4]>),
 }
 
-/// `transform = { … }`
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct TransformSection {
-    /// Applied last.
-    #[serde(default, deserialize_with = "plain_numbers")]
-    pub translate: Option<[f32; 3]>,
-    /// Rotation in degrees about the fixed x, y and z axes, in that order.
-    #[serde(default, deserialize_with = "plain_numbers")]
-    pub rotate: Option<[f32; 3]>,
-    /// Applied first.
-    pub scale: Option<Scale>,
-}
-
 /// One factor, or one for each axis.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "scale must be a number or three numbers")]
@@ -62,4 +70,13 @@ pub enum Scale {
     Uniform(f32),
     /// Along x, y and z.
     Axes([f32; 3]),
+}
+
+key_types! {
+    TransformSection: |_number| table::<Self>(None);
+    Scale: |number| either(&[number.clone(), list(3, number)]);
+    Instances: |number| either(&[
+        json!({ "type": "string" }),
+        json!({ "type": "array", "items": <[[f32; 4]; 4]>::schema(number) }),
+    ]);
 }

@@ -2,7 +2,7 @@
 
 use super::glob::Glob;
 use super::presets::Preset;
-use super::schema::is_of_material;
+use super::section::Section;
 use super::unknown_key::parser_error;
 use super::{FileError, MaterialSection, SceneFile};
 use std::borrow::Cow;
@@ -77,7 +77,7 @@ fn parts(written: &str) -> Option<(&str, Cow<'_, str>)> {
     let (name, value) = written.split_once('=')?;
     let key = name.rsplit_once('.').filter(|(_, key)| {
         // Names of materials may have dots.
-        is_of_material(key.trim()) || Preset::of_name(value.trim()).is_none()
+        MaterialSection::KEYS.iter().any(|known| known.key == key.trim()) || Preset::of_name(value.trim()).is_none()
     });
     let (glob, patch) = match key {
         Some((glob, _)) => (glob, Cow::Borrowed(&written[glob.len() + 1..])),

@@ -1,6 +1,7 @@
 //! Placement of objects in a scene file: once or as instances, still or moving.
 
 use super::input::read_text;
+use super::section::value;
 use super::statements::uncommented;
 use super::{FileError, Instances, ObjectSection, Position, Scale, SceneFile, TransformSection};
 use crate::geometry::Placement;
@@ -84,8 +85,8 @@ impl Given {
     };
 
     fn of(section: &TransformSection) -> Self {
-        let [translate, rotate] = [section.translate, section.rotate].map(|v| v.unwrap_or_default().into());
-        let scale = match section.scale {
+        let [translate, rotate] = [&section.translate, &section.rotate].map(|v| value(v).unwrap_or_default().into());
+        let scale = match value(&section.scale) {
             None => Vec3::ONE,
             Some(Scale::Uniform(s)) => Vec3::splat(s),
             Some(Scale::Axes(axes)) => axes.into(),

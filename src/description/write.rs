@@ -5,6 +5,7 @@
 
 use super::option_section::OptionSection;
 use super::scene_file::TEXTURE_DIR;
+use super::section::Section;
 use super::{CameraSection, FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
 use crate::camera::CameraDescription;
 use crate::math::Vec3;
@@ -145,9 +146,14 @@ impl SceneFile {
         }
         let patches = self.patch.0.iter_mut().map(|(_, section)| section);
         let sections = self.material.values_mut().chain(patches);
-        let maps = sections.flat_map(MaterialSection::maps_mut).flatten();
-        let named = maps.map(Spanned::get_mut).filter(|map: &&mut MapSection| !map.is_none);
-        (files, named.map(|map| &mut map.file).collect())
+        let maps = sections
+            .flat_map(MaterialSection::maps_mut)
+            .filter_map(|(_, map)| map.as_mut());
+        let textures = maps.filter_map(|map| match map.get_mut() {
+            MapSection::Texture(texture) => Some(texture.file.get_mut()),
+            MapSection::None => None,
+        });
+        (files, textures.collect())
     }
 }
 

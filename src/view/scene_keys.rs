@@ -1,7 +1,7 @@
 //! Keys of materials and lights that a page may set. The JSON Schema of scene files tells what each holds: pages make controls of it, and may set
 //! numbers, colours, lists and choices. Keys that hold texts are refused, because these name files: a page must not choose which files of this machine are read.
 
-use crate::description::{LightSection, PRESETS, Preset, light_keys, material_keys};
+use crate::description::{LightType, PRESETS, Preset, light_keys, material_keys};
 use serde_json::{Map, Value, json};
 
 /// Keys that need another one or exclude it. A page sets one key at a time, so it offers these only where they have a value.
@@ -19,8 +19,8 @@ pub(super) fn tables() -> Value {
         free.map(|(key, holds)| json!({ "key": key, "holds": holds, "alone": !NEVER_ALONE.contains(&key) }))
             .collect()
     };
-    let lights: Map<String, Value> = LightSection::TYPES
-        .iter()
+    let lights: Map<String, Value> = LightType::names()
+        .into_iter()
         .map(|kind| (kind.to_string(), table(light_keys(kind))))
         .collect();
     json!({ "material": table(material_keys()), "light": lights })
@@ -113,14 +113,11 @@ mod tests {
             found.map(|entry| entry["holds"].clone())
         };
         let roughness = key(&tables["material"], "roughness").unwrap();
-        assert_eq!(
-            (&roughness["minimum"], &roughness["maximum"]),
-            (&json!(0.0), &json!(1.0))
-        );
+        assert_eq!((&roughness["minimum"], &roughness["maximum"]), (&json!(0), &json!(1)));
         assert!(roughness["description"].is_string());
         assert!(key(&tables["material"], "diffuse_map").is_none());
         assert!(key(&tables["light"]["spot"], "angle").unwrap()["maximum"] == 90.0);
         assert!(key(&tables["light"]["environment"], "image").is_none());
-        assert_eq!(tables["light"].as_object().unwrap().len(), LightSection::TYPES.len());
+        assert_eq!(tables["light"].as_object().unwrap().len(), LightType::ALL.len());
     }
 }

@@ -2,7 +2,7 @@
 
 use super::flags::NameParser;
 use super::values::parse_chance;
-use crate::options::names::named;
+use crate::options::named;
 use clap::Parser;
 use std::path::{Path, PathBuf};
 

@@ -228,7 +228,7 @@ mod tests {
         assert_eq!(sky.sun.as_ref().unwrap().get_ref(), &[90.0, 30.0]);
         assert_eq!(sky.up.as_ref().unwrap().get_ref(), &[0.0, 0.0, 1.0]);
         assert!(sun.direction.is_some());
-        assert_eq!(key.irradiance.as_ref().unwrap().get_ref(), &[1.5; 3]);
+        assert_eq!(key.irradiance.as_ref().unwrap().get_ref().0, [1.5; 3]);
         // A studio turns with the camera.
         let studio = LightFlags {
             env: Some(parse_env("studio").unwrap()),

@@ -5,7 +5,7 @@ use super::exr_text::exr_text;
 use super::{Metadata, png};
 use crate::film::{Image, Rect};
 use crate::math::UVec2;
-use crate::options::names::named;
+use crate::parameter::named;
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use ::exr::math::RoundingMode;

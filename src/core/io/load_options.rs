@@ -1,8 +1,7 @@
 use super::mtl::LibraryOptions;
 use super::origin::Origin;
 use super::{MtlDialect, Severity};
-use crate::options::names::named;
-use crate::options::{Named, Range, parameters};
+use crate::parameter::{Named, Range, named, parameters};
 use crate::scene::Panes;
 use crate::texture::TextureFilter;
 

@@ -1,7 +1,7 @@
 //! The point of a file's coordinates that becomes the origin of the scene.
 
 use crate::math::DVec3;
-use crate::options::Value;
+use crate::parameter::Value;
 use serde_json::json;
 
 /// The point of an OBJ file's coordinates that becomes the origin of the scene. It is subtracted

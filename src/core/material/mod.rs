@@ -10,9 +10,11 @@
 
 mod dispersion;
 mod maps;
+mod quantities;
 mod thin_surface;
 
 pub use maps::{Map, Maps, Spot};
+pub use quantities::{Quantity, range_of};
 pub use thin_surface::ThinSurface;
 
 use crate::bsdf::{
@@ -20,7 +22,9 @@ use crate::bsdf::{
     RoughConductor, RoughDielectric, Sheen, ThinDielectric,
 };
 use crate::color::Spectrum;
-use crate::math::{Vec2, encode_fields, encode_variants, rounded};
+use crate::math::{Vec2, encode_variants, rounded};
+use crate::parameter::Range;
+use quantities::{NOT_NEGATIVE, POSITIVE, SHARE, quantities};
 use std::cell::OnceCell;
 use std::fmt;
 
@@ -28,70 +32,53 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MaterialId(pub u32);
 
-/// What a surface is made of: any mixture of diffuse reflection, glossy or mirror reflection, and transmission.
-/// All colours are linear Rec.709.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Material {
-    /// Name, from MTL or the scene file.
-    pub name: String,
-    /// `kd`: diffuse reflectance, each channel in [0, 1]; with [`Gloss::Metallic`] the base colour.
-    pub diffuse: Spectrum,
-    /// `ks`: factor of the glossy or mirror reflection.
-    pub specular: Spectrum,
-    /// How `specular` reflects.
-    pub gloss: Gloss,
-    /// Roughness of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission, in [0, 1]: the root of the facets' `α`. 0
-    /// is smooth.
-    pub roughness: f32,
-    /// Elongation of highlights, in [0, 1]: the roughness along the tangent, over that across it, is the inverse root
-    /// of `1 − 0.9 anisotropy` (Burley 2012, "Physically Based Shading at Disney").
-    pub anisotropy: f32,
-    /// Angle from ∂p/∂u to the tangent about the normal, degrees.
-    pub anisotropy_rotation: f32,
-    /// Factor, in [0, 1], of what a layer of index 1.5 over all else reflects.
-    pub clearcoat: f32,
-    /// Roughness of that layer, in [0, 1].
-    pub clearcoat_roughness: f32,
-    /// Factor of what fibres between coat and base scatter, each channel in [0, 1].
-    pub sheen: Spectrum,
-    /// `kt`: factor of what passes the surface.
-    pub transmission: Spectrum,
-    /// Index of refraction behind the surface, over that before it.
-    pub ior: f32,
-    /// Abbe number of a body: how little the index, which is that at 587.56 nm, depends on the wavelength. `None` where it does not.
-    pub abbe: Option<f32>,
-    /// Absorption coefficient inside of a body that light enters here, per scene unit, each channel 0 or more.
-    pub absorption: Spectrum,
-    /// Whether the surface is a thin dielectric, which light leaves straight on, instead of the boundary of a body.
-    pub thin: bool,
-    /// Emitted radiance on the front side, W·sr⁻¹·m⁻²; black, it leaves that to its texture, where there is one.
-    pub emission: Spectrum,
-    /// Opacity, in [0, 1].
-    pub opacity: f32,
-    /// What varies over the surface.
-    pub maps: Maps,
+quantities! {
+    /// What a surface is made of: any mixture of diffuse reflection, glossy or mirror reflection, and transmission.
+    /// All colours are linear Rec.709.
+    pub struct Material {
+        /// Name, from MTL or the scene file.
+        name: String = String::new();
+        /// `kd`: diffuse reflectance; with [`Gloss::Metallic`] the base colour.
+        diffuse: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
+        /// `ks`: factor of the glossy or mirror reflection.
+        specular: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
+        /// How `specular` reflects.
+        gloss: Gloss = Gloss::Phong(1.0);
+        /// Roughness of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission: the root
+        /// of the facets' `α`. 0 is smooth.
+        roughness: f32 = 0.0, in SHARE;
+        /// Elongation of highlights: the roughness along the tangent, over that across it, is the
+        /// inverse root of `1 − 0.9 anisotropy` (Burley 2012, "Physically Based Shading at Disney").
+        anisotropy: f32 = 0.0, in SHARE;
+        /// Angle from ∂p/∂u to the tangent about the normal, degrees.
+        anisotropy_rotation: f32 = 0.0, in Range::Any;
+        /// Factor of the reflection of a layer of index 1.5 over all other lobes.
+        clearcoat: f32 = 0.0, in SHARE;
+        /// Roughness of that layer.
+        clearcoat_roughness: f32 = 0.0, in SHARE;
+        /// Factor of the light scattered by fibres between coat and base.
+        sheen: Spectrum = Spectrum::ZERO, in SHARE;
+        /// `kt`: factor of the transmitted light.
+        transmission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
+        /// Index of refraction behind the surface, over that before it.
+        ior: f32 = 1.5, in POSITIVE;
+        /// Abbe number of a body: how little the index, which is that at 587.56 nm, depends on the
+        /// wavelength. `None` without dispersion.
+        abbe: Option<f32> = None, in Range::AtLeast(5.0);
+        /// Absorption coefficient inside a body that light enters here, per scene unit.
+        absorption: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
+        /// True for a thin dielectric, which light leaves straight on, instead of the boundary of
+        /// a body.
+        thin: bool = false;
+        /// Emitted radiance on the front side, W·sr⁻¹·m⁻². A texture replaces black, and multiplies
+        /// any other colour.
+        emission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
+        /// Opacity.
+        opacity: f32 = 1.0, in SHARE;
+        /// What varies over the surface.
+        maps: Maps = Maps::default();
+    }
 }
-
-encode_fields!(Material {
-    name,
-    diffuse,
-    specular,
-    gloss,
-    roughness,
-    anisotropy,
-    anisotropy_rotation,
-    clearcoat,
-    clearcoat_roughness,
-    sheen,
-    transmission,
-    ior,
-    abbe,
-    absorption,
-    thin,
-    emission,
-    opacity,
-    maps,
-});
 
 /// What a clear coat, of index 1.5, reflects along the normal.
 const COAT_F0: f32 = 0.04;
@@ -158,28 +145,12 @@ encode_variants!(Gloss {
     4 => Mirror(fresnel),
 });
 
-impl Default for Material {
-    /// A black surface.
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            diffuse: Spectrum::ZERO,
-            specular: Spectrum::ZERO,
-            gloss: Gloss::Phong(1.0),
-            roughness: 0.0,
-            anisotropy: 0.0,
-            anisotropy_rotation: 0.0,
-            clearcoat: 0.0,
-            clearcoat_roughness: 0.0,
-            sheen: Spectrum::ZERO,
-            transmission: Spectrum::ZERO,
-            ior: 1.5,
-            abbe: None,
-            absorption: Spectrum::ZERO,
-            thin: false,
-            emission: Spectrum::ZERO,
-            opacity: 1.0,
-            maps: Maps::default(),
+impl Gloss {
+    /// The Fresnel term of its facets or mirror.
+    pub fn fresnel(self) -> Fresnel {
+        match self {
+            Self::Blinn(_, fresnel) | Self::Ggx(fresnel) | Self::Mirror(fresnel) => fresnel,
+            Self::Phong(_) | Self::Metallic(_) => Fresnel::Full,
         }
     }
 }

@@ -1,9 +1,10 @@
 //! The background of the picture: `image.background` and `--background`.
 
-use super::{Value, parameters};
+use super::Value;
 use crate::color::Spectrum;
 use crate::film::Backing;
 use crate::integrator::Background;
+use crate::parameter::parameters;
 use serde_json::json;
 
 parameters! {

@@ -3,12 +3,13 @@
 //! A default that depends on scene or method is given in words (`default "…"`). Its value is computed in `method/run.rs`, and that of a
 //! search radius in `integrator/search_radius.rs`. Defaults that differ between methods are in `method.rs`.
 
-use super::{IntegratorKind, Range, Value, names::named, parameters};
+use super::IntegratorKind;
 use crate::integrator::{
     Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
     Survival,
 };
 use crate::light::{SelectionMode, TriangleSampling};
+use crate::parameter::{Range, Value, named, parameters};
 use crate::sampler::CubePoints;
 use serde_json::json;
 use std::fmt;

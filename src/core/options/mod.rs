@@ -1,5 +1,5 @@
 //! Everything that a user can set, each defined once: key, type, default, range and help of a parameter are an entry of the macro `parameters!`
-//! (`parameters_macro`), from which the scene file, the command line, the documentation and the checks are made.
+//! (`parameter`), from which the scene file, the command line, the documentation and the checks are made.
 //!
 //! To add a parameter of an integrator: an entry in [`integrator_parameters`], its name in the list of each method that reads it in [`method`], and the line
 //! that uses it. To add another one: an entry in [`picture_parameters`], or beside the code that it belongs to.
@@ -8,25 +8,18 @@ mod background;
 mod finish;
 pub mod integrator_parameters;
 pub mod method;
-pub mod names;
-mod parameters_macro;
+mod names;
 pub mod picture_parameters;
 pub mod quality;
-mod range;
 #[cfg(test)]
 mod tests;
-mod value;
 
+pub use crate::parameter::{
+    Entry, Input, InvalidOption, Named, OptionGroup, Parameter, Range, Value, join_names, name_of, named, nearest,
+};
 pub use background::{BACKGROUND, BackgroundOptions, backing_of};
 pub use finish::Finish;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
 pub use method::*;
-pub use names::Named;
-pub use parameters_macro::{Entry, Input, InvalidOption, OptionGroup, Parameter};
 pub use picture_parameters::{Backend, Denoising, FilterOptions, SamplingOptions, SizeOptions, ToneOptions};
 pub use quality::{Quality, QualityOptions};
-pub use range::Range;
-pub use value::Value;
-
-pub use names::{join_names, name_of, named, nearest};
-pub(crate) use parameters_macro::{bounded, check, parameters, read};

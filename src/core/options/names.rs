@@ -1,4 +1,4 @@
-//! Values that users choose by name.
+//! Names of values that users choose.
 
 use crate::color::tone::Curve;
 use crate::compare::CommonErrors;
@@ -8,25 +8,9 @@ use crate::integrator::{
     Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
 };
 use crate::light::{SelectionMode, TriangleSampling};
+use crate::parameter::{Named, named};
 use crate::sampler::{CubePoints, SamplerKind};
 use crate::texture::TextureFilter;
-
-/// Values each of which has a name, as users type it.
-pub trait Named: Copy + PartialEq + 'static {
-    /// All of them; the first is the default.
-    const NAMES: &'static [(&'static str, Self)];
-}
-
-/// Names the values of a type.
-#[macro_export]
-macro_rules! named {
-    ($($ty:ty: $($name:literal => $value:expr),+;)*) => {
-        $(impl $crate::options::Named for $ty {
-            const NAMES: &'static [(&'static str, Self)] = &[$(($name, $value)),+];
-        })*
-    };
-}
-pub use named;
 
 named! {
     Directions: "bsdf" => Self::Bsdf, "cosine" => Self::Cosine, "uniform" => Self::Uniform, "perturbed-qmc" => Self::PerturbedQmc,
@@ -53,24 +37,3 @@ macro_rules! named_elsewhere {
     };
 }
 named_elsewhere!(CommonErrors, FilterKind, SamplerKind, Curve, TextureFilter, View);
-
-/// The name of `value` among those `known`.
-pub fn name_of<T: PartialEq>(known: &[(&'static str, T)], value: T) -> &'static str {
-    known.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name)
-}
-
-/// All names, with commas between them.
-pub fn join_names<T>(known: &[(&str, T)]) -> String {
-    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-    names.join(", ")
-}
-
-/// Minimum similarity of two names of which one may be meant by the other (Jaro and Winkler, 0 to 1).
-const SIMILAR: f64 = 0.8;
-
-/// The name among `known` that is most like `name`, if one may be meant.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let scored = known.into_iter().map(|k| (strsim::jaro_winkler(name, k), k));
-    let best = scored.max_by(|(a, _), (b, _)| a.total_cmp(b));
-    best.filter(|(score, _)| *score >= SIMILAR).map(|(_, k)| k)
-}

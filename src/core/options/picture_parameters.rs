@@ -1,9 +1,9 @@
 //! Parameters of the picture and of its samples.
 
-use super::{Named, Range, Value, names::named, parameters};
 use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
 use crate::film::FilterKind;
+use crate::parameter::{Named, Range, Value, named, parameters};
 use crate::sampler::SamplerKind;
 use serde_json::json;
 

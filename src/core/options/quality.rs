@@ -1,7 +1,8 @@
 //! Quality of a picture in one word: samples, noise level and denoiser together.
 
-use super::{Denoising, OptionGroup, SamplingOptions, names::named, parameters};
+use super::{Denoising, SamplingOptions};
 use crate::denoise::Denoiser;
+use crate::parameter::{OptionGroup, named, parameters};
 
 parameters! {
     /// Samples, noise level and denoiser together.

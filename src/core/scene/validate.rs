@@ -4,11 +4,10 @@
 //! computes distances as volumes of three lengths over areas, in f32: they vanish in small scenes and overflow in large ones. The limits keep a
 //! margin to the scales at which pictures were wrong (docs/benchmarks.md, "Range of scales").
 
-use crate::bsdf::Fresnel;
 use crate::geometry::{Mesh, Placement, triangle_area};
 use crate::light::LightGroups;
-use crate::material::{Gloss, Material};
-use crate::math::{Affine3A, Bounds3, Vec3, excerpt, list};
+use crate::material::{Material, Quantity};
+use crate::math::{Affine3A, Bounds3, Vec3, excerpt};
 use half::f16;
 use thiserror::Error;
 
@@ -88,7 +87,7 @@ pub enum BuildError {
         /// Value that was set.
         value: String,
         /// Rule that the value breaks.
-        rule: &'static str,
+        rule: String,
     },
     /// A light has a value that no light can have.
     #[error("{light} light: {key} is {value}, but {rule}")]
@@ -308,74 +307,15 @@ pub(super) fn check_reach(instance: usize, placement: &Placement, largest: f32) 
 
 /// Checks that there is a surface of these values.
 pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
-    let bad = |key, value: String, rule| BuildError::BadMaterial {
-        material: excerpt(&material.name).into_owned(),
-        key,
-        value,
-        rule,
-    };
-    for (key, color) in [
-        ("diffuse", material.diffuse),
-        ("specular", material.specular),
-        ("transmission", material.transmission),
-        ("emission", material.emission),
-        ("sheen", material.sheen),
-    ] {
-        if !color.is_valid() {
-            let value = list(&color.to_array());
-            return Err(bad(key, value, "finite and 0 or more in every channel"));
+    for quantity in Quantity::all() {
+        if let Some((value, rule)) = quantity.range.violation(&(quantity.numbers)(material)) {
+            return Err(BuildError::BadMaterial {
+                material: excerpt(&material.name).into_owned(),
+                key: quantity.key,
+                value,
+                rule,
+            });
         }
-    }
-    for (key, share) in [
-        ("opacity", material.opacity),
-        ("anisotropy", material.anisotropy),
-        ("clearcoat", material.clearcoat),
-        ("clearcoat_roughness", material.clearcoat_roughness),
-        ("sheen", material.sheen.max_component()),
-    ] {
-        if !(0.0..=1.0).contains(&share) {
-            return Err(bad(key, share.to_string(), "between 0 and 1"));
-        }
-    }
-    if !material.anisotropy_rotation.is_finite() {
-        let value = material.anisotropy_rotation.to_string();
-        return Err(bad("anisotropy_rotation", value, "finite"));
-    }
-    let (exponent, fresnel) = match material.gloss {
-        Gloss::Phong(n) => (n, Fresnel::Full),
-        Gloss::Blinn(n, fresnel) => (n, fresnel),
-        Gloss::Ggx(fresnel) | Gloss::Mirror(fresnel) => (0.0, fresnel),
-        Gloss::Metallic(_) => (0.0, Fresnel::Full),
-    };
-    let metallic = match material.gloss {
-        Gloss::Metallic(metallic) => metallic,
-        _ => 0.0,
-    };
-    for (key, share) in [("roughness", material.roughness), ("metallic", metallic)] {
-        if !(0.0..=1.0).contains(&share) {
-            return Err(bad(key, share.to_string(), "a number from 0 to 1"));
-        }
-    }
-    if !(exponent.is_finite() && exponent >= 0.0) {
-        return Err(bad("exponent", exponent.to_string(), "finite and 0 or more"));
-    }
-    if let Fresnel::Schlick { f0 } = fresnel {
-        if !f0.iter().all(|f0| (0.0..=1.0).contains(f0)) {
-            return Err(bad("f0", list(&f0), "numbers from 0 to 1"));
-        }
-    }
-    let (eta, k) = match fresnel {
-        Fresnel::Full | Fresnel::Schlick { .. } => ([1.0; 3], [0.0; 3]),
-        Fresnel::Dielectric { eta } => ([eta; 3], [0.0; 3]),
-        Fresnel::Conductor { eta, k } => (eta, k),
-    };
-    for (key, index) in [("ior", [material.ior; 3]), ("eta", eta)] {
-        if !index.iter().all(|n| n.is_finite() && *n > 0.0) {
-            return Err(bad(key, list(&index), "finite and above 0"));
-        }
-    }
-    if !k.iter().all(|n| n.is_finite() && *n >= 0.0) {
-        return Err(bad("k", list(&k), "finite and 0 or more"));
     }
     Ok(())
 }
@@ -384,7 +324,9 @@ pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
 mod tests {
     use super::super::SceneBuilder;
     use super::*;
+    use crate::bsdf::Fresnel;
     use crate::color::Spectrum;
+    use crate::material::Gloss;
 
     #[test]
     fn materials_that_cannot_be_are_refused() {

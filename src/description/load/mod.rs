@@ -419,7 +419,7 @@ impl<'a> Loader<'a> {
 
 /// An error of the `[ground]`, at the key that it is about.
 fn ground_error(file: &SceneFile, error: &BuildError) -> FileError {
-    let span = file.ground.as_ref().and_then(|ground| ground.span_of(error));
+    let span = file.ground.as_ref().and_then(|ground| ground.place_of(error));
     let error = match span {
         Some(span) => file.error(span, error.to_string()),
         None => file.whole(error.to_string()),

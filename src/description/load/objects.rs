@@ -27,7 +27,8 @@ impl Loader<'_> {
         }
         let place = place(self.file, object)?;
         let stem = object.obj.get_ref().file_stem().unwrap_or_default().to_string_lossy();
-        self.builder.begin_object(object.name.as_deref().unwrap_or(&stem));
+        let name = object.name.as_ref().map(|name| name.get_ref().as_str());
+        self.builder.begin_object(name.unwrap_or(&stem));
         let shapes = self.shapes[index].clone();
         let is_shared = self.copies.get(&shapes).is_some_and(|&copies| copies > 1);
         let path = &shapes.0;

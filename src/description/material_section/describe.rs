@@ -1,11 +1,11 @@
 //! A material as the section that says it: of each key what it is, where that has a meaning for the material. To patch the material with this section changes
 //! nothing.
 
-use super::{ChannelValues, ColorValue, FileMaterial, Gloss, MapSection, MaterialSection};
+use super::{ChannelValues, ColorValue, FileMaterial, Gloss, MapSection, MaterialSection, fields};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
+use crate::description::TextureSection;
 use crate::description::mtl::{MapRequest, MapSlot};
-#[cfg(feature = "view")]
 use crate::material::Material;
 use std::path::PathBuf;
 use toml::Spanned;
@@ -15,8 +15,16 @@ fn said<T>(value: T) -> Option<Spanned<T>> {
     Some(Spanned::new(0..0, value))
 }
 
-fn color(color: Spectrum) -> Option<Spanned<ColorValue>> {
-    said(ColorValue(color.to_array()))
+impl From<Spectrum> for ColorValue {
+    fn from(color: Spectrum) -> Self {
+        Self(color.to_array())
+    }
+}
+
+impl From<Spectrum> for ChannelValues {
+    fn from(channels: Spectrum) -> Self {
+        Self(channels.to_array())
+    }
 }
 
 impl MaterialSection {
@@ -35,11 +43,19 @@ impl MaterialSection {
         let (material, has) = (&found.material, |slot| found.has_map(slot));
         let reflects = !material.specular.is_black() || has(MapSlot::Specular);
         let refracts = !material.transmission.is_black();
-        let mut section = Self {
-            diffuse: color(material.diffuse),
-            specular: color(material.specular),
-            ..Self::default()
-        };
+        // Fields that are not those of a black surface, and colours whatever they are
+        let (mut section, black) = (Self::default(), Material::default());
+        macro_rules! say {
+            ($($key:ident),+) => {
+                $(if material.$key != black.$key {
+                    section.$key = said(material.$key.clone().into());
+                })+
+            };
+        }
+        fields!(say);
+        section.diffuse = said(material.diffuse.into());
+        section.specular = said(material.specular.into());
+        section.ior = None;
         let model = |name: &str| if reflects { said(name.to_string()) } else { None };
         let fresnel = match material.gloss {
             Gloss::Phong(exponent) => {
@@ -69,10 +85,8 @@ impl MaterialSection {
         let has_facets = matches!(material.gloss, Gloss::Ggx(_) | Gloss::Metallic(_));
         if has_facets || (refracts && !material.thin && (material.roughness > 0.0 || has(MapSlot::Roughness))) {
             section.roughness = said(material.roughness);
-            if material.anisotropy > 0.0 {
-                section.anisotropy = said(material.anisotropy);
-                section.anisotropy_rotation = said(material.anisotropy_rotation);
-            }
+        } else {
+            (section.roughness, section.anisotropy) = (None, None);
         }
         match fresnel {
             Fresnel::Conductor { eta, k } => {
@@ -82,45 +96,27 @@ impl MaterialSection {
             Fresnel::Dielectric { eta } => section.ior = said(eta),
             Fresnel::Full | Fresnel::Schlick { .. } => {}
         }
+        section.abbe = material.abbe.and_then(said).filter(|_| material.is_dispersive());
         if refracts {
-            section.transmission = color(material.transmission);
-            section.thin = material.thin.then_some(true);
-            section.abbe = material.abbe.and_then(said).filter(|_| material.is_dispersive());
-            if !material.absorption.is_black() {
-                section.absorption = said(ChannelValues(material.absorption.to_array()));
-            }
             // An index would give facets a Fresnel term that they do not have.
             if !matches!(material.gloss, Gloss::Ggx(_) | Gloss::Blinn(..)) {
                 section.ior = said(material.ior);
             }
-        }
-        if material.clearcoat > 0.0 {
-            section.clearcoat = said(material.clearcoat);
-            section.clearcoat_roughness = said(material.clearcoat_roughness);
-        }
-        if !material.sheen.is_black() {
-            section.sheen = color(material.sheen);
-        }
-        if !material.emission.is_black() {
-            section.emission = color(material.emission);
-        }
-        if material.opacity < 1.0 {
-            section.opacity = said(material.opacity);
+        } else {
+            (section.thin, section.absorption) = (None, None);
         }
         for request in &found.maps {
             let Some(file) = path(request) else { continue };
-            let map = said(MapSection::of(file, &request.statement.mapping));
-            *match request.statement.slot {
-                MapSlot::Diffuse => &mut section.diffuse_map,
-                MapSlot::Specular => &mut section.specular_map,
-                MapSlot::Emission => &mut section.emission_map,
-                MapSlot::Exponent => &mut section.exponent_map,
-                MapSlot::Roughness => &mut section.roughness_map,
-                MapSlot::Metallic => &mut section.metallic_map,
-                MapSlot::Opacity => &mut section.opacity_map,
-                MapSlot::Bump => &mut section.bump_map,
-                MapSlot::Normal => &mut section.normal_map,
-            } = map;
+            let map = said(MapSection::Texture(TextureSection::of(
+                file,
+                &request.statement.mapping,
+            )));
+            let slot = request.statement.slot;
+            section
+                .maps_mut()
+                .into_iter()
+                .filter(|(known, _)| *known == slot)
+                .for_each(|(_, key)| *key = map.clone());
         }
         section
     }

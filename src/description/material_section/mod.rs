@@ -1,117 +1,161 @@
 //! Materials of a scene file.
 //!
-//! `replace` makes a material of a section alone (of a preset if it names one), `patch` changes a
-//! material by what a section says, and `describe` writes a material as the section that patches
-//! nothing of it. `values` has what a key may hold.
+//! The table of `MaterialSection` is the one place of its keys; ranges are those of
+//! [`range_of`]. `patch` changes a material by what a section says, also a black one for a section
+//! that replaces, and `describe` writes a material as the section that patches nothing of it.
+//! `mistakes` has the errors of keys that cannot be combined.
 
 mod describe;
+mod mistakes;
 mod patch;
 mod preset;
-mod replace;
-mod values;
 
 #[cfg(test)]
 mod tests;
 
 use super::FileError;
 use super::mtl::{FileMaterial, MapSlot};
-use super::presets::Preset;
+use super::presets::{PRESETS, Preset};
+use super::section::{section, value};
 use super::source::Source;
 use super::{ChannelValues, ColorValue, MapSection};
-use crate::material::{Gloss, Material};
-use serde::{Deserialize, Serialize};
+use crate::material::{Gloss, Material, range_of};
+use crate::options::Range as Numbers;
+use mistakes::Named;
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
-use values::Named;
 
-/// `[material.NAME]` or `[patch."GLOB"]`. In a material that is no patch, a key that is left out is 0, or the default of the model.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, expecting = "a table with keys of a material")]
-pub struct MaterialSection {
-    /// Whether `[material.NAME]` changes the material of a library instead of replacing it.
-    pub patch: Option<Spanned<bool>>,
-    /// Name of a material that the other keys change.
-    pub preset: Option<Spanned<String>>,
-    /// Diffuse reflectance.
-    pub diffuse: Option<Spanned<ColorValue>>,
-    /// Factor of the glossy or mirror reflection.
-    pub specular: Option<Spanned<ColorValue>>,
-    /// How `specular` reflects: `phong`, `blinn`, `ggx` or `mirror`.
-    pub model: Option<Spanned<String>>,
-    /// Exponent of a glossy reflection.
-    pub exponent: Option<Spanned<f32>>,
-    /// Roughness of `ggx` and of `transmission`.
-    pub roughness: Option<Spanned<f32>>,
-    /// Share of metal: `diffuse` is the base colour.
-    pub metallic: Option<Spanned<f32>>,
-    /// Elongation of highlights of `ggx` and of `transmission`.
-    pub anisotropy: Option<Spanned<f32>>,
-    /// Degrees from the direction of growing u to that of long highlights.
-    pub anisotropy_rotation: Option<Spanned<f32>>,
-    /// Factor of what a clear coat reflects.
-    pub clearcoat: Option<Spanned<f32>>,
-    /// Roughness of the clear coat.
-    pub clearcoat_roughness: Option<Spanned<f32>>,
-    /// Factor of the light scattered by fibres.
-    pub sheen: Option<Spanned<ColorValue>>,
-    /// Index of refraction of a metal, by channel; with `k`.
-    pub eta: Option<Spanned<ChannelValues>>,
-    /// Extinction coefficient of a metal, by channel; with `eta`.
-    pub k: Option<Spanned<ChannelValues>>,
-    /// Factor of the transmitted light.
-    pub transmission: Option<Spanned<ColorValue>>,
-    /// Index of refraction, of `transmission` and of a `blinn` or `ggx` reflection.
-    pub ior: Option<Spanned<f32>>,
-    /// Abbe number of smooth glass.
-    pub abbe: Option<Spanned<f32>>,
-    /// Absorption coefficient inside of a body, per scene unit.
-    pub absorption: Option<Spanned<ChannelValues>>,
-    /// Way through a body on which `transmission` is what light keeps.
-    pub absorption_depth: Option<Spanned<f32>>,
-    /// Whether the surface is a sheet that light leaves straight on.
-    pub thin: Option<bool>,
-    /// Emitted radiance.
-    pub emission: Option<Spanned<ColorValue>>,
-    /// Opacity, 0 to 1.
-    pub opacity: Option<Spanned<f32>>,
-    /// Texture of `diffuse`.
-    pub diffuse_map: Option<Spanned<MapSection>>,
-    /// Texture of `specular`.
-    pub specular_map: Option<Spanned<MapSection>>,
-    /// Texture of `emission`.
-    pub emission_map: Option<Spanned<MapSection>>,
-    /// Texture of `exponent`.
-    pub exponent_map: Option<Spanned<MapSection>>,
-    /// Texture of `roughness`.
-    pub roughness_map: Option<Spanned<MapSection>>,
-    /// Texture of `metallic`.
-    pub metallic_map: Option<Spanned<MapSection>>,
-    /// Texture of `opacity`.
-    pub opacity_map: Option<Spanned<MapSection>>,
-    /// Heights.
-    pub bump_map: Option<Spanned<MapSection>>,
-    /// Normals in the frame of the texture coordinates.
-    pub normal_map: Option<Spanned<MapSection>>,
+section! {
+    /// `[material.NAME]` or `[patch."GLOB"]`. In a material that is no patch, a key that is left out is 0, or the default of the model.
+    #[derive(Default)]
+    #[serde(expecting = "a table with keys of a material")]
+    pub struct MaterialSection {
+        required {}
+        /// true: changes the material of that name instead of replacing it
+        ///
+        /// See below.
+        patch: bool, default "false";
+        /// Material that the other keys change
+        ///
+        /// See [Presets](materials.md#presets).
+        preset: String, default "none", schema serde_json::json!({ "enum": preset_names() });
+        /// Diffuse reflectance; the base colour with metallic
+        diffuse: ColorValue, default "0", in range_of;
+        /// Factor of the glossy or mirror reflection
+        specular: ColorValue, default "0; 1 with eta and k, and with metallic", in range_of;
+        /// Model of that reflection
+        model: String, default "phong; ggx with roughness or metallic", names &["phong", "blinn", "ggx", "mirror"];
+        /// Exponent of phong and blinn
+        exponent: f32, default "10", in range_of;
+        /// Roughness of ggx and of a transmission that is not thin
+        ///
+        /// The root of the facets' `α`; 0 is smooth.
+        roughness: f32, default "0", in range_of;
+        /// Share of metal, in a surface of the metallic-roughness model
+        metallic: f32, default "none", in range_of;
+        /// Elongation of highlights
+        ///
+        /// `α` is roughness² / r along the tangent and roughness² · r across it, where r is the
+        /// root of `1 − 0.9 anisotropy`.
+        anisotropy: f32, default "0", in range_of;
+        /// Degrees about the normal from the direction of increasing u to the tangent
+        ///
+        /// Without texture coordinates the tangent is arbitrary.
+        anisotropy_rotation: f32, default "0", in range_of;
+        /// Factor of the reflection of a coat with index 1.5 over all other lobes
+        clearcoat: f32, default "0", in range_of;
+        /// Roughness of the coat
+        clearcoat_roughness: f32, default "0", in range_of;
+        /// Factor of the light scattered by fibres between coat and base
+        sheen: ColorValue, default "0", in range_of;
+        /// Index of refraction of a metal by channel; with k
+        ///
+        /// For `blinn`, `ggx` and `mirror`.
+        eta: ChannelValues, default "none", in range_of;
+        /// Extinction coefficient of a metal by channel; with eta
+        k: ChannelValues, default "none", in range_of;
+        /// Factor of the transmitted light
+        transmission: ColorValue, default "0", in range_of;
+        /// Index of refraction behind the surface
+        ///
+        /// With `blinn` and `ggx` also of their Fresnel term, which they do not have without the key.
+        ior: f32, default "1.5", in range_of;
+        /// Abbe number of smooth glass, whose ior is that at 587.56 nm
+        ///
+        /// See [Dispersion](materials.md#dispersion).
+        abbe: f32, default "no dispersion", in range_of;
+        /// Absorption coefficient inside a body, per scene unit
+        ///
+        /// See [Absorption](materials.md#absorption).
+        absorption: ChannelValues, default "0", in range_of;
+        /// Distance through a body after which transmission is the remaining light
+        ///
+        /// In scene units. The colour of the surface becomes the colour of the body.
+        absorption_depth: f32, default "off", in Numbers::Above(0.0);
+        /// true: thin dielectric, which light passes without a change of direction
+        ///
+        /// It takes the place of the boundary of a body; see
+        /// [Window panes](materials.md#window-panes-and-thin-glass).
+        thin: bool, default "false";
+        /// Radiance of the front, W·sr⁻¹·m⁻²
+        emission: ColorValue, default "0", in range_of;
+        /// Opacity
+        ///
+        /// A surface that emits sends the share `opacity` of its emission.
+        opacity: f32, default "1", in range_of;
+        /// Texture that multiplies diffuse, which is 1 if it is omitted
+        diffuse_map: MapSection, default "none";
+        /// Texture that multiplies specular, which is 1 if it is omitted
+        specular_map: MapSection, default "none";
+        /// Texture that multiplies emission, which is 1 if it is omitted
+        emission_map: MapSection, default "none";
+        /// Texture that multiplies exponent, which is 1 if it is omitted
+        exponent_map: MapSection, default "none";
+        /// Texture that multiplies roughness, which is 1 if it is omitted
+        roughness_map: MapSection, default "none";
+        /// Texture that multiplies metallic, which is 1 if it is omitted
+        metallic_map: MapSection, default "none";
+        /// Texture that multiplies opacity
+        opacity_map: MapSection, default "none";
+        /// Texture of heights, white one texel above black
+        bump_map: MapSection, default "none";
+        /// Texture of normals in the frame of the texture coordinates, over heights
+        normal_map: MapSection, default "none";
+    }
 }
 
-/// Sets the keys that another section says over those of this one.
-macro_rules! set_over {
-    ($section:ident, $other:ident: $($key:ident),*) => {{
-        let MaterialSection { $($key),* } = $other;
-        $($section.$key = $key.or($section.$key.take());)*
-    }};
+/// Calls the macro `$use` with the keys that set the field of their name in a material.
+macro_rules! fields {
+    ($use:ident) => {
+        $use!(
+            diffuse,
+            specular,
+            roughness,
+            anisotropy,
+            anisotropy_rotation,
+            clearcoat,
+            clearcoat_roughness,
+            sheen,
+            transmission,
+            ior,
+            absorption,
+            thin,
+            emission,
+            opacity
+        )
+    };
+}
+use fields;
+
+fn preset_names() -> Vec<&'static str> {
+    PRESETS.iter().map(|preset| preset.name).collect()
 }
 
 impl MaterialSection {
     /// Whether this changes a material of a library instead of replacing it.
     pub fn is_patch(&self) -> bool {
-        self.patch.as_ref().is_some_and(|patch| *patch.get_ref())
-    }
-
-    /// Sets the keys that `other` says over those of this section.
-    pub(super) fn set_over(&mut self, other: Self) {
-        set_over!(self, other: patch, preset, diffuse, specular, model, exponent, roughness, metallic, anisotropy, anisotropy_rotation, clearcoat, clearcoat_roughness, sheen, eta, k, transmission, ior, abbe, absorption, absorption_depth, thin, emission, opacity, diffuse_map, specular_map, emission_map, exponent_map, roughness_map, metallic_map, opacity_map, bump_map, normal_map);
+        value(&self.patch) == Some(true)
     }
 
     /// `old` as the preset has it; `old` itself without a preset.
@@ -144,25 +188,25 @@ impl MaterialSection {
         ]
     }
 
-    /// All keys of textures.
-    pub fn maps_mut(&mut self) -> [&mut Option<Spanned<MapSection>>; 9] {
+    /// The keys of textures with their slots, to be changed.
+    pub fn maps_mut(&mut self) -> [(MapSlot, &mut Option<Spanned<MapSection>>); 9] {
         [
-            &mut self.diffuse_map,
-            &mut self.specular_map,
-            &mut self.emission_map,
-            &mut self.exponent_map,
-            &mut self.roughness_map,
-            &mut self.metallic_map,
-            &mut self.opacity_map,
-            &mut self.bump_map,
-            &mut self.normal_map,
+            (MapSlot::Diffuse, &mut self.diffuse_map),
+            (MapSlot::Specular, &mut self.specular_map),
+            (MapSlot::Emission, &mut self.emission_map),
+            (MapSlot::Exponent, &mut self.exponent_map),
+            (MapSlot::Roughness, &mut self.roughness_map),
+            (MapSlot::Metallic, &mut self.metallic_map),
+            (MapSlot::Opacity, &mut self.opacity_map),
+            (MapSlot::Bump, &mut self.bump_map),
+            (MapSlot::Normal, &mut self.normal_map),
         ]
     }
 }
 
 /// The texture that a key gives: none where it is left out, or `false`.
 fn texture(map: &Option<Spanned<MapSection>>) -> Option<&Spanned<MapSection>> {
-    map.as_ref().filter(|map| !map.get_ref().is_none)
+    map.as_ref().filter(|map| !matches!(map.get_ref(), MapSection::None))
 }
 
 /// Where a quantity is given: its number, or else its texture.

@@ -3,16 +3,57 @@
 //! A key that only another model of reflection has brings that model with it: `roughness` and `anisotropy` make a Phong or Blinn lobe, or a mirror, one of
 //! GGX facets, `eta` and `k` make a metal, and `metallic` the metallic-roughness model. What the old model has in common with the new one stays.
 
-use super::replace::DEFAULT_EXPONENT;
-use super::values::{Named, Values};
-use super::{FileMaterial, Gloss, Material, MaterialSection, Source, place_of, texture};
+use super::mistakes::Named;
+use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::mtl::MapSlot;
-use crate::description::{FileError, MapSection};
+use crate::description::section::value;
+use crate::description::{ChannelValues, ColorValue, FileError, MapSection};
 use toml::Spanned;
 
+/// Exponent of a glossy reflection that names none.
+const DEFAULT_EXPONENT: f32 = 10.0;
+
+/// Minimum share of the light that a body is taken to leave on its depth: what leaves nothing has no coefficient.
+const MIN_TRANSMISSION: f32 = 1e-6;
+
+impl From<ColorValue> for Spectrum {
+    fn from(color: ColorValue) -> Self {
+        color.0.into()
+    }
+}
+
+impl From<ChannelValues> for Spectrum {
+    fn from(channels: ChannelValues) -> Self {
+        channels.0.into()
+    }
+}
+
 impl MaterialSection {
+    /// The material `name` as this section alone has it: a black one, patched.
+    pub(in crate::description) fn material(&self, name: &str, file: &Source) -> Result<FileMaterial, FileError> {
+        let black = |gloss| FileMaterial {
+            material: Material {
+                name: name.into(),
+                gloss,
+                ..Material::default()
+            },
+            ..FileMaterial::default_of(name)
+        };
+        if self.preset.is_some() {
+            return Ok(self.patched(&black(Gloss::Phong(1.0)), file)?.0);
+        }
+        let has_facets = place_of(&self.roughness, &self.roughness_map).is_some()
+            || place_of(&self.metallic, &self.metallic_map).is_some();
+        let mut section = self.clone();
+        section.model.get_or_insert_with(|| {
+            let model = if has_facets { "ggx" } else { "phong" };
+            Spanned::new(0..0, model.into())
+        });
+        Ok(section.patched(&black(Gloss::Ggx(Fresnel::Full)), file)?.0)
+    }
+
     /// `base` with what the keys say, and a warning where they change nothing that can be seen; what cannot be is an error at its key in `file`.
     pub(in crate::description) fn patched(
         &self,
@@ -21,39 +62,32 @@ impl MaterialSection {
     ) -> Result<(FileMaterial, Option<FileError>), FileError> {
         let name = base.material.name.as_str();
         let section = Named { name, file };
-        let values = self.values(&section)?;
+        section.check(self)?;
         let base = &*self.preset_over(base, file)?;
         let mut patched = base.clone();
         let material = &mut patched.material;
 
         // Keys that stand by themselves
-        let set = |given: Option<f32>, number: &mut f32| *number = given.unwrap_or(*number);
-        let set_color = |given: Option<Spectrum>, color: &mut Spectrum| *color = given.unwrap_or(*color);
-        set_color(values.diffuse, &mut material.diffuse);
-        set_color(values.specular, &mut material.specular);
-        set_color(values.sheen, &mut material.sheen);
-        set_color(values.transmission, &mut material.transmission);
-        set_color(values.emission, &mut material.emission);
-        set(values.roughness, &mut material.roughness);
-        set(values.anisotropy, &mut material.anisotropy);
-        set(values.anisotropy_rotation, &mut material.anisotropy_rotation);
-        set(values.clearcoat, &mut material.clearcoat);
-        set(values.clearcoat_roughness, &mut material.clearcoat_roughness);
-        set(values.ior, &mut material.ior);
-        material.abbe = values.abbe.or(material.abbe);
-        values.set_absorption(material);
-        set(values.opacity, &mut material.opacity);
-        if values.opacity.is_some() {
+        macro_rules! set {
+            ($($key:ident),+) => {
+                $(if let Some(value) = value(&self.$key) {
+                    material.$key = value.into();
+                })+
+            };
+        }
+        fields!(set);
+        material.abbe = value(&self.abbe).or(material.abbe);
+        self.set_absorption_depth(material);
+        if self.opacity.is_some() {
             patched.opacity_line = None;
         }
-        material.thin = self.thin.unwrap_or(material.thin);
 
         // Those that decide about the model of reflection
         let has_share = matches!(base.material.gloss, Gloss::Metallic(_)) && base.has_map(MapSlot::Metallic);
         let is_new_map = texture(&self.metallic_map).is_some() && !has_share;
-        let metallic = values.metallic.or(is_new_map.then_some(1.0));
-        let gloss = self.patched_gloss(&section, &values, metallic, base, material)?;
-        self.change_model(&values, gloss, material);
+        let metallic = value(&self.metallic).or(is_new_map.then_some(1.0));
+        let gloss = self.patched_gloss(&section, metallic, base, material)?;
+        self.change_model(gloss, material);
         self.check_facets(&section, material)?;
 
         // Textures
@@ -61,12 +95,12 @@ impl MaterialSection {
             let Some(map) = map else { continue };
             let had = base.has_map(slot);
             patched.maps.retain(|request| request.statement.slot != slot);
-            if map.get_ref().is_none {
+            let MapSection::Texture(texture) = map.get_ref() else {
                 continue;
-            }
-            patched.maps.push(MapSection::request(map, slot, name, file)?);
+            };
+            patched.maps.push(texture.request(map.span(), slot, name, file)?);
             if !had {
-                unlock(&mut patched.material, slot, &values);
+                self.unlock(&mut patched.material, slot);
             }
         }
         let gloss = patched.material.gloss;
@@ -84,7 +118,6 @@ impl MaterialSection {
     fn patched_gloss(
         &self,
         section: &Named,
-        values: &Values,
         metallic: Option<f32>,
         base: &FileMaterial,
         material: &Material,
@@ -114,12 +147,12 @@ impl MaterialSection {
         if let Some(place) = metallic_place.filter(|_| model != "ggx" || metal_place.is_some()) {
             return Err(section.metallic_with_others(place));
         }
-        let exponent = match (values.exponent, texture(&self.exponent_map)) {
+        let exponent = match (value(&self.exponent), texture(&self.exponent_map)) {
             (Some(exponent), _) => exponent,
             (None, Some(_)) if !base.has_map(MapSlot::Exponent) => 1.0,
             (None, _) => own_exponent.unwrap_or(DEFAULT_EXPONENT),
         };
-        let fresnel = match (self.conductor(section, values, own_fresnel)?, own_fresnel, values.ior) {
+        let fresnel = match (self.conductor(section, own_fresnel)?, own_fresnel, value(&self.ior)) {
             (Some(conductor), ..) => conductor,
             (None, Fresnel::Full | Fresnel::Dielectric { .. }, Some(eta)) => Fresnel::Dielectric { eta },
             (None, own, _) => own,
@@ -150,22 +183,27 @@ impl MaterialSection {
     }
 
     /// The Fresnel term of a metal, where a key gives one of its numbers: the other may be that of the material.
-    fn conductor(&self, section: &Named, values: &Values, own: Fresnel) -> Result<Option<Fresnel>, FileError> {
+    fn conductor(&self, section: &Named, own: Fresnel) -> Result<Option<Fresnel>, FileError> {
         let (own_eta, own_k) = match own {
             Fresnel::Conductor { eta, k } => (Some(eta), Some(k)),
             _ => (None, None),
         };
-        let place = |value: &Option<Spanned<super::ChannelValues>>| value.as_ref().map_or(0..0, Spanned::span);
-        match (values.eta.or(own_eta), values.k.or(own_k)) {
-            _ if values.eta.is_none() && values.k.is_none() => Ok(None),
-            (Some(eta), Some(k)) => Ok(Some(Fresnel::Conductor { eta, k })),
-            (Some(_), None) => Err(section.half_a_metal("eta", place(&self.eta))),
-            (None, _) => Err(section.half_a_metal("k", place(&self.k))),
+        let channels = |key: &Option<Spanned<ChannelValues>>| value(key).map(|channels| channels.0);
+        match (
+            channels(&self.eta).or(own_eta),
+            channels(&self.k).or(own_k),
+            &self.eta,
+            &self.k,
+        ) {
+            (_, _, None, None) => Ok(None),
+            (Some(eta), Some(k), ..) => Ok(Some(Fresnel::Conductor { eta, k })),
+            (_, _, Some(eta), _) => Err(section.half_a_metal("eta", eta.span())),
+            (_, _, None, Some(k)) => Err(section.half_a_metal("k", k.span())),
         }
     }
 
     /// Gives `material` the reflection `gloss`, and what that needs besides.
-    fn change_model(&self, values: &Values, gloss: Gloss, material: &mut Material) {
+    fn change_model(&self, gloss: Gloss, material: &mut Material) {
         let was = std::mem::replace(&mut material.gloss, gloss);
         let is_metal = |gloss: Gloss| {
             matches!(
@@ -177,7 +215,7 @@ impl MaterialSection {
             )
         };
         // A metal reflects by its own colour.
-        if is_metal(gloss) && !is_metal(was) && values.specular.is_none() {
+        if is_metal(gloss) && !is_metal(was) && self.specular.is_none() {
             material.specular = Spectrum::ONE;
         }
         let is_rough_said = place_of(&self.roughness, &self.roughness_map).is_some();
@@ -204,17 +242,49 @@ impl MaterialSection {
             section.error(place, "roughness has no effect, because `specular` is 0", help)
         })
     }
-}
 
-/// A texture that a material did not have is not multiplied: the constant of its `slot` was the value itself. The emission stays, since it says how bright a
-/// lamp is.
-fn unlock(material: &mut Material, slot: MapSlot, values: &Values) {
-    match slot {
-        MapSlot::Diffuse if values.diffuse.is_none() => material.diffuse = Spectrum::ONE,
-        MapSlot::Specular if values.specular.is_none() => material.specular = Spectrum::ONE,
-        MapSlot::Roughness if values.roughness.is_none() => material.roughness = 1.0,
-        MapSlot::Opacity if values.opacity.is_none() => material.opacity = 1.0,
-        _ => {}
+    /// Sets the constant beside a new texture of `slot`, if no key does: it was the value itself, and is now a factor. The emission stays, since it says how
+    /// bright a lamp is.
+    fn unlock(&self, material: &mut Material, slot: MapSlot) {
+        match slot {
+            MapSlot::Diffuse if self.diffuse.is_none() => material.diffuse = Spectrum::ONE,
+            MapSlot::Specular if self.specular.is_none() => material.specular = Spectrum::ONE,
+            MapSlot::Roughness if self.roughness.is_none() => material.roughness = 1.0,
+            MapSlot::Opacity if self.opacity.is_none() => material.opacity = 1.0,
+            _ => {}
+        }
+    }
+
+    /// Makes the transmission of `material` the light that is left after the depth: a colour of the body, and none of its surface any more.
+    fn set_absorption_depth(&self, material: &mut Material) {
+        let Some(depth) = value(&self.absorption_depth) else {
+            return;
+        };
+        let kept = material.transmission.to_array();
+        if kept != [1.0; 3] && !material.transmission.is_black() {
+            let coefficient = |kept: f32| -kept.clamp(MIN_TRANSMISSION, 1.0).ln() / depth;
+            material.absorption = kept.map(coefficient).into();
+            material.transmission = Spectrum::ONE;
+        }
+    }
+
+    /// An error where a key speaks of facets that `material` does not have: what roughens nothing was meant otherwise.
+    fn check_facets(&self, section: &Named, material: &Material) -> Result<(), FileError> {
+        if let Some(abbe) = self.abbe.as_ref().filter(|_| !material.is_dispersive()) {
+            return Err(section.disperses_nothing(abbe.span()));
+        }
+        let has_facets = matches!(material.gloss, Gloss::Ggx(_) | Gloss::Metallic(_));
+        let refracts = !material.transmission.is_black() && !material.thin;
+        if has_facets || refracts {
+            return Ok(());
+        }
+        if let Some(place) = place_of(&self.roughness, &self.roughness_map) {
+            return Err(section.nothing_has("a roughness", place));
+        }
+        match &self.anisotropy {
+            Some(anisotropy) => Err(section.nothing_has("facets", anisotropy.span())),
+            None => Ok(()),
+        }
     }
 }
 

@@ -183,16 +183,7 @@ impl SceneFile {
     /// The scene that consists of one OBJ file.
     pub fn of_obj(path: impl AsRef<Path>) -> Self {
         let path = path.as_ref();
-        let object = ObjectSection {
-            obj: Spanned::new(0..0, path.to_path_buf()),
-            name: None,
-            transform: None,
-            matrix: None,
-            transform_close: None,
-            matrix_close: None,
-            obj_close: None,
-            instances: None,
-        };
+        let object = ObjectSection::new(Spanned::new(0..0, path.to_path_buf()));
         Self {
             object: vec![object],
             source: Source::of_obj(path, Overrides::default()),

@@ -6,12 +6,13 @@
 
 mod keys;
 
-use super::SceneOptions;
+use super::key_schema::{closed, described};
+use super::light_section::LightType;
 use super::scene_file::TEXTURE_DIR;
+use super::section::{Section, table};
+use super::{GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneOptions};
 use crate::color::Spectrum;
 use crate::options::Parameter;
-use keys::Key;
-pub(super) use keys::is_of_material;
 use serde_json::{Map, Value, json};
 
 /// The schema of scene files, as text.
@@ -21,7 +22,7 @@ pub fn schema_text() -> String {
 
 /// The schema of scene files.
 fn schema() -> Value {
-    let material = section("Material", keys::MATERIAL, &[]);
+    let material = table::<MaterialSection>(Some("Material"));
     let mut patch = material.clone();
     if let Some(properties) = patch["properties"].as_object_mut() {
         properties.remove("patch");
@@ -43,8 +44,8 @@ fn schema() -> Value {
             "material": named(material, "Materials that replace those of MTL files, by name"),
             "patch": named(patch, "Changes of materials, by globs of their names"),
             "light": list(light(), 0, "Lights besides emitting triangles"),
-            "ground": section("A plane that shows only shadows", keys::GROUND, &[]),
-            "light_group": list(section("Group of emitting materials", keys::LIGHT_GROUP, &["name", "materials"]), 0, "Light groups"),
+            "ground": table::<GroundSection>(Some("A plane that shows only shadows")),
+            "light_group": list(table::<LightGroupSection>(Some("Group of emitting materials")), 0, "Light groups"),
         },
     })
 }
@@ -53,25 +54,6 @@ fn schema() -> Value {
 fn color_text() -> Value {
     let code = json!({ "type": "string", "pattern": "^#([0-9A-Fa-f]{3}){1,2}$" });
     json!({ "anyOf": [code, { "enum": Spectrum::names().collect::<Vec<_>>() }] })
-}
-
-/// A table of `keys`, of which some are `required`, and which has no others.
-fn section(description: &str, keys: &[Key], required: &[&str]) -> Value {
-    let properties: Map<String, Value> = keys.iter().map(|key| (key.name.into(), key.schema())).collect();
-    table(description, properties, required)
-}
-
-fn table(description: &str, properties: Map<String, Value>, required: &[&str]) -> Value {
-    let mut table = json!({
-        "type": "object",
-        "description": description,
-        "additionalProperties": false,
-        "properties": properties,
-    });
-    if !required.is_empty() {
-        table["required"] = json!(required);
-    }
-    table
 }
 
 fn list(items: Value, min: usize, description: &str) -> Value {
@@ -107,34 +89,11 @@ fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
         }
     }
     properties.extend(others.iter().map(|(key, schema)| ((*key).into(), schema.clone())));
-    let mut table = table(description, properties, &[]);
+    let mut table = closed(Some(description), properties, &[]);
     if !twice.is_empty() {
         table["allOf"] = json!(twice);
     }
     table
-}
-
-/// The schema of a parameter, with its help, and its default where that is a value.
-fn described(parameter: &Parameter) -> Value {
-    let mut schema = parameter.schema();
-    let mut words = parameter.help().to_string();
-    let detail = parameter.detail();
-    if !detail.is_empty() {
-        words += &format!(". {detail}");
-    }
-    let default = parameter.default();
-    let number = default
-        .parse::<f64>()
-        .ok()
-        .and_then(|_| serde_json::from_str::<Value>(&default).ok());
-    let is_name = parameter.names().contains(&default.as_str()) || ["off", "none"].contains(&default.as_str());
-    match number.or(is_name.then(|| json!(default))) {
-        Some(value) => schema["default"] = value,
-        None if default.is_empty() => {}
-        None => words = format!("{}. Default: {default}", words.trim_end_matches('.')),
-    }
-    schema["description"] = json!(words);
-    schema
 }
 
 fn texture_dir() -> Value {
@@ -145,7 +104,8 @@ fn texture_dir() -> Value {
 }
 
 fn camera() -> Value {
-    let mut camera = section("Camera", keys::CAMERA, &[]);
+    let keys = keys::CAMERA.iter().map(|key| (key.name.into(), key.schema()));
+    let mut camera = closed(Some("Camera"), keys.collect(), &[]);
     camera["allOf"] = json!([
         not_both("position", "view"),
         not_both("position", "orbit"),
@@ -155,7 +115,7 @@ fn camera() -> Value {
 }
 
 fn object() -> Value {
-    let mut object = section("Object: an OBJ file and its placement", keys::OBJECT, &["obj"]);
+    let mut object = table::<ObjectSection>(Some("Object: an OBJ file and its placement"));
     object["allOf"] = json!([
         not_both("transform", "matrix"),
         not_both("transform_close", "matrix_close")
@@ -165,94 +125,47 @@ fn object() -> Value {
 
 /// A light: its type decides which keys it has.
 fn light() -> Value {
-    let names: Vec<&str> = keys::LIGHTS.iter().map(|light| light.name).collect();
-    let of_type = |light: &keys::LightType| {
-        let common = ["type", "group"].into_iter();
-        let allowed = common.chain(light.required.iter().chain(light.optional).copied());
+    let of_type = |kind: &LightType| {
+        let allowed = ["type", "group"].into_iter().chain(kind.keys());
         let mut properties: Map<String, Value> = allowed.map(|key| (key.into(), json!(true))).collect();
-        for key in light.keys {
-            properties.insert(key.name.into(), key.schema());
-        }
-        let mut then = json!({ "properties": properties, "additionalProperties": false, "required": light.required });
-        if !light.one_of.is_empty() {
-            let choices: Vec<Value> = light.one_of.iter().map(|key| json!({ "required": [key] })).collect();
+        properties.extend(kind.angle_schema().map(|schema| ("angle".into(), schema)));
+        let mut then = json!({ "properties": properties, "additionalProperties": false, "required": kind.required });
+        if !kind.one_of.is_empty() {
+            let choices: Vec<Value> = kind.one_of.iter().map(|key| json!({ "required": [key] })).collect();
             then["oneOf"] = json!(choices);
         }
-        json!({ "if": { "properties": { "type": { "enum": [light.name] } } }, "then": then })
+        json!({ "if": { "properties": { "type": { "enum": [kind.name] } } }, "then": then })
     };
-    let conditions: Vec<Value> = keys::LIGHTS.iter().map(of_type).collect();
-    let mut light = section("Light", keys::LIGHT, &["type"]);
-    light["properties"]["type"] = json!({ "enum": names, "description": "Type of the light" });
-    light["allOf"] = json!(conditions);
+    let mut light = table::<LightSection>(Some("Light"));
+    light["allOf"] = LightType::ALL.iter().map(of_type).collect();
     light
 }
 
 /// Keys of `[material.NAME]` and what each may hold, without `patch`.
 #[cfg(feature = "view")]
 pub(crate) fn material_keys() -> Vec<(&'static str, Value)> {
-    let keys = keys::MATERIAL.iter().filter(|key| key.name != "patch");
-    keys.map(|key| (key.name, key.schema())).collect()
+    let keys = MaterialSection::KEYS.iter().filter(|key| key.key != "patch");
+    keys.map(|key| (key.key, described(key))).collect()
 }
 
 /// Keys of a `[[light]]` of type `kind` other than the type, and what each may hold; none of an unknown type.
 #[cfg(feature = "view")]
 pub(crate) fn light_keys(kind: &str) -> Vec<(&'static str, Value)> {
-    let Some(light) = keys::LIGHTS.iter().find(|light| light.name == kind) else {
+    let Some(kind) = LightType::of_name(kind) else {
         return Vec::new();
     };
-    let is_of = |key: &&Key| key.name == "group" || [light.required, light.optional].concat().contains(&key.name);
-    let own = |key: &Key| {
-        light
-            .keys
-            .iter()
-            .find(|own| own.name == key.name)
-            .unwrap_or(key)
-            .schema()
+    let is_of = |key: &&Parameter| key.key == "group" || kind.keys().any(|of| of == key.key);
+    let schema = |key: &Parameter| match key.key {
+        "angle" => kind.angle_schema().unwrap_or_else(|| described(key)),
+        _ => described(key),
     };
-    let keys = keys::LIGHT.iter().filter(is_of);
-    keys.map(|key| (key.name, own(key))).collect()
+    let keys = LightSection::KEYS.iter().filter(is_of);
+    keys.map(|key| (key.key, schema(key))).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{
-        CameraSection, GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneFile,
-    };
     use super::*;
-    use serde::de::DeserializeOwned;
-    use std::collections::BTreeSet;
-
-    /// Keys of a section, as its reader names them where it refuses another.
-    fn keys_read<T: DeserializeOwned>() -> BTreeSet<String> {
-        let error = toml::from_str::<T>("no_such_key = 1").err().unwrap();
-        let names = error.message().split('`').skip(3).step_by(2);
-        names.map(String::from).collect()
-    }
-
-    fn keys_of(section: &Value) -> BTreeSet<String> {
-        section["properties"].as_object().unwrap().keys().cloned().collect()
-    }
-
-    #[test]
-    fn the_schema_has_the_keys_that_sections_read() {
-        let schema = schema();
-        let properties = &schema["properties"];
-        assert_eq!(keys_of(&schema), keys_read::<SceneFile>());
-        assert_eq!(keys_of(&properties["camera"]), keys_read::<CameraSection>());
-        assert_eq!(keys_of(&properties["ground"]), keys_read::<GroundSection>());
-        assert_eq!(keys_of(&properties["object"]["items"]), keys_read::<ObjectSection>());
-        assert_eq!(keys_of(&properties["light"]["items"]), keys_read::<LightSection>());
-        assert_eq!(
-            keys_of(&properties["light_group"]["items"]),
-            keys_read::<LightGroupSection>()
-        );
-        assert_eq!(
-            keys_of(&properties["material"]["additionalProperties"]),
-            keys_read::<MaterialSection>()
-        );
-        let types: BTreeSet<&str> = keys::LIGHTS.iter().map(|light| light.name).collect();
-        assert_eq!(types, LightSection::TYPES.into_iter().collect());
-    }
 
     /// Every key of a section, and of a light of each type, is described.
     #[test]

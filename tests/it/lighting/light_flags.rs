@@ -253,7 +253,7 @@ fn wrong_keys_and_values_are_named() {
             "scale = 1",
             [
                 "a rectangle light has no `scale`",
-                "position, direction, size, up, radiance",
+                "position, direction, size, radiance, up",
             ],
         ),
     ] {

@@ -9,7 +9,7 @@ use syn::{Attribute, Item, Macro, Meta, UseTree};
 /// The modules of both crates from the ground up; those of one row do not depend on each other.
 const ROWS: &[&[&str]] = &[
     &["math"],
-    &["sampling", "color"],
+    &["sampling", "color", "parameter"],
     &["bsdf", "geometry", "sampler", "texture"],
     &["material", "light", "camera", "film"],
     &["scene", "denoise", "compare"],

@@ -1,4 +1,5 @@
 use super::Value;
+use crate::math::list;
 use std::fmt;
 
 /// The values that a number may have.
@@ -30,6 +31,29 @@ impl<T: Value + PartialOrd> Range<T> {
     }
 }
 
+impl Range<f32> {
+    /// Returns what `numbers` are and what they must be, as texts, unless all of them are in the
+    /// range: `1.5`, and `a number from 0 to 1`.
+    pub fn violation(self, numbers: &[f32]) -> Option<(String, String)> {
+        if numbers.iter().all(|&number| self.contains(number)) {
+            return None;
+        }
+        let (value, count) = match numbers {
+            [number] => (number.to_string(), "a"),
+            [_, _] => (list(numbers), "two"),
+            _ => (list(numbers), "three"),
+        };
+        let plural = if numbers.len() > 1 { "s" } else { "" };
+        let rule = match self {
+            Self::Any => format!("{count} finite number{plural}"),
+            Self::AtLeast(_) => format!("{count} finite number{plural}, {self}"),
+            Self::Above(_) => format!("{count} finite number{plural} {self}"),
+            Self::FromTo(..) | Self::AboveTo(..) => format!("{count} number{plural} {self}"),
+        };
+        Some((value, rule))
+    }
+}
+
 impl<T: Value> Range<T> {
     /// Bounds as keywords of a JSON Schema.
     pub fn schema(self) -> Vec<(&'static str, serde_json::Value)> {
@@ -47,12 +71,24 @@ impl<T: Value> Range<T> {
 
 impl<T: Value> fmt::Display for Range<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// A number as people write it: `1e10` for 10000000000.
+        fn short<T: Value>(number: &T) -> String {
+            let text = number.text();
+            match text.parse::<f64>() {
+                Ok(number)
+                    if text.len() > 8 && text.trim_start_matches(['-', '0', '.']).trim_end_matches('0') == "1" =>
+                {
+                    format!("{number:e}")
+                }
+                _ => text,
+            }
+        }
         match self {
             Self::Any => Ok(()),
-            Self::FromTo(min, max) => write!(f, "from {} to {}", min.text(), max.text()),
-            Self::AtLeast(min) => write!(f, "{} or more", min.text()),
-            Self::Above(min) => write!(f, "above {}", min.text()),
-            Self::AboveTo(min, max) => write!(f, "above {}, at most {}", min.text(), max.text()),
+            Self::FromTo(min, max) => write!(f, "from {} to {}", short(min), short(max)),
+            Self::AtLeast(min) => write!(f, "{} or more", short(min)),
+            Self::Above(min) => write!(f, "above {}", short(min)),
+            Self::AboveTo(min, max) => write!(f, "above {}, at most {}", short(min), short(max)),
         }
     }
 }

@@ -25,6 +25,40 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// The entry of `parameters!` with this key and help.
+    pub(crate) const fn define(
+        (key, help): (&'static str, &'static str),
+        (named_flag, bare): (Option<&'static str>, Option<&'static str>),
+        placeholder: &'static str,
+        default: fn() -> String,
+        names: fn() -> Vec<&'static str>,
+        range: fn() -> String,
+        schema: fn() -> serde_json::Value,
+    ) -> Self {
+        Self {
+            key,
+            help,
+            named_flag,
+            bare,
+            placeholder,
+            default,
+            names,
+            range,
+            schema,
+        }
+    }
+
+    /// A key of a scene file without a flag.
+    pub const fn of_section(
+        key_and_help: (&'static str, &'static str),
+        default: fn() -> String,
+        names: fn() -> Vec<&'static str>,
+        range: fn() -> String,
+        schema: fn() -> serde_json::Value,
+    ) -> Self {
+        Self::define(key_and_help, (None, None), "", default, names, range, schema)
+    }
+
     /// Name of the flag: the key with `-` for `_`, but for a few.
     pub fn flag(&self) -> String {
         self.named_flag.map_or_else(|| self.key.replace('_', "-"), String::from)
@@ -256,14 +290,14 @@ macro_rules! parameters {
             })+
         }
 
-        impl $crate::options::OptionGroup for $group {
+        impl $crate::parameter::OptionGroup for $group {
             const HEADING: &'static str = $heading;
-            const PARAMETERS: &'static [$crate::options::Parameter] = &[$($crate::options::Parameter::define(
+            const PARAMETERS: &'static [$crate::parameter::Parameter] = &[$($crate::parameter::Parameter::define(
                 (stringify!($key), concat!($($doc, "\n"),+)),
                 (parameters!(@option $($flag)?), parameters!(@option $($bare)?)),
-                <$ty as $crate::options::Value>::PLACEHOLDER,
+                <$ty as $crate::parameter::Value>::PLACEHOLDER,
                 || parameters!(@default $ty $(, $value)? $(; $words)?),
-                <$ty as $crate::options::Value>::names,
+                <$ty as $crate::parameter::Value>::names,
                 || parameters!(@range $ty $(, $range)?).to_string(),
                 || parameters!(@schema $ty $(, $range)?),
             )),+];
@@ -271,11 +305,11 @@ macro_rules! parameters {
             fn set(
                 &mut self,
                 key: &str,
-                input: $crate::options::Input,
-            ) -> Option<Result<(), $crate::options::InvalidOption>> {
+                input: $crate::parameter::Input,
+            ) -> Option<Result<(), $crate::parameter::InvalidOption>> {
                 let parameter = Self::PARAMETERS.iter().find(|parameter| parameter.is_called(key))?;
                 $(if parameter.key == stringify!($key) {
-                    let value = $crate::options::read::<$ty>(parameter, input, |_value| parameters!(@valid $ty, _value $(, $range)?));
+                    let value = $crate::parameter::read::<$ty>(parameter, input, |_value| parameters!(@valid $ty, _value $(, $range)?));
                     return Some(value.map(|value| self.$key = Some(value)));
                 })+
                 None
@@ -292,17 +326,17 @@ macro_rules! parameters {
                 given.iter().filter(|(_, is_given)| *is_given).map(|(key, _)| *key).collect()
             }
 
-            fn entries(&self) -> Vec<$crate::options::Entry> {
-                let all = [$(self.$key.map(|value| $crate::options::Entry::of::<$ty>(stringify!($key), value))),+];
+            fn entries(&self) -> Vec<$crate::parameter::Entry> {
+                let all = [$(self.$key.map(|value| $crate::parameter::Entry::of::<$ty>(stringify!($key), value))),+];
                 all.into_iter().flatten().collect()
             }
 
-            fn invalid(&self) -> Option<$crate::options::InvalidOption> {
+            fn invalid(&self) -> Option<$crate::parameter::InvalidOption> {
                 let mut parameters = Self::PARAMETERS.iter();
                 $({
                     let parameter = parameters.next()?;
                     let invalid = self.$key.and_then(|_value| {
-                        $crate::options::check::<$ty>(parameter, _value, parameters!(@valid $ty, _value $(, $range)?))
+                        $crate::parameter::check::<$ty>(parameter, _value, parameters!(@valid $ty, _value $(, $range)?))
                     });
                     if invalid.is_some() {
                         return invalid;
@@ -335,42 +369,17 @@ macro_rules! parameters {
     (@resolve $given:expr) => { $given };
     (@option $text:literal) => { Some($text) };
     (@option) => { None };
-    (@default $ty:ty, $value:expr) => { <$ty as $crate::options::Value>::text(&$value) };
+    (@default $ty:ty, $value:expr) => { <$ty as $crate::parameter::Value>::text(&$value) };
     (@default $ty:ty $(, $value:expr)?; $words:literal) => { $words.to_string() };
     (@default $ty:ty) => { String::new() };
-    (@range $ty:ty, $range:expr) => {{ let range: $crate::options::Range<$ty> = $range; range }};
+    (@range $ty:ty, $range:expr) => {{ let range: $crate::parameter::Range<$ty> = $range; range }};
     (@range $ty:ty) => { "" };
     (@schema $ty:ty $(, $range:expr)?) => {{
-        let schema = <$ty as $crate::options::Value>::schema();
-        $(let schema = $crate::options::bounded(schema, <$crate::options::Range<$ty>>::schema($range));)?
+        let schema = <$ty as $crate::parameter::Value>::schema();
+        $(let schema = $crate::parameter::bounded(schema, <$crate::parameter::Range<$ty>>::schema($range));)?
         schema
     }};
-    (@valid $ty:ty, $value:expr, $range:expr) => {{ let range: $crate::options::Range<$ty> = $range; range.contains($value) }};
-    (@valid $ty:ty, $value:expr) => { $crate::options::Value::is_finite(&$value) };
+    (@valid $ty:ty, $value:expr, $range:expr) => {{ let range: $crate::parameter::Range<$ty> = $range; range.contains($value) }};
+    (@valid $ty:ty, $value:expr) => { $crate::parameter::Value::is_finite(&$value) };
 }
 pub(crate) use parameters;
-
-impl Parameter {
-    /// What [`parameters!`] says.
-    pub(crate) const fn define(
-        (key, help): (&'static str, &'static str),
-        (named_flag, bare): (Option<&'static str>, Option<&'static str>),
-        placeholder: &'static str,
-        default: fn() -> String,
-        names: fn() -> Vec<&'static str>,
-        range: fn() -> String,
-        schema: fn() -> serde_json::Value,
-    ) -> Self {
-        Self {
-            key,
-            help,
-            named_flag,
-            bare,
-            placeholder,
-            default,
-            names,
-            range,
-            schema,
-        }
-    }
-}

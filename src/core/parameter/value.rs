@@ -1,6 +1,6 @@
 //! Types of parameters: reading, writing and description of their values.
 
-use super::names::{Named, join_names, name_of};
+use super::{Named, join_names, name_of};
 use serde_json::json;
 
 /// A type of parameters: how a value is read and written.

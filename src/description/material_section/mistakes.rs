@@ -1,0 +1,83 @@
+//! Errors of the keys of a material.
+
+use super::{MaterialSection, preset_names};
+use crate::description::FileError;
+use crate::description::section::Section;
+use crate::description::source::Source;
+use crate::description::unknown_key::nearest_names;
+use crate::math::excerpt;
+use std::ops::Range;
+
+/// A material's name and file, for messages.
+pub(super) struct Named<'a> {
+    pub name: &'a str,
+    pub file: &'a Source,
+}
+
+impl Named<'_> {
+    pub fn error(&self, span: Range<usize>, message: &str, help: &str) -> FileError {
+        let message = format!("material `{}`: {message}", excerpt(self.name));
+        self.file.error(span, message).help(help)
+    }
+
+    /// Checks that the numbers of `section` are in their ranges.
+    pub fn check(&self, section: &MaterialSection) -> Result<(), FileError> {
+        for given in section.given() {
+            if let Some((value, rule)) = given.range.violation(given.numbers) {
+                let message = format!("{} is {value}", given.key);
+                return Err(self.error(given.span, &message, &format!("write {rule}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Errors of keys that do not go together.
+impl Named<'_> {
+    pub fn half_a_metal(&self, given: &str, place: Range<usize>) -> FileError {
+        let missing = if given == "eta" { "k" } else { "eta" };
+        let message = format!("`{given}` without `{missing}`");
+        self.error(place, &message, "give both, or neither")
+    }
+
+    pub fn metallic_with_others(&self, place: Range<usize>) -> FileError {
+        let message = "`metallic` cannot be combined with `eta`, `k` or a `model` other than \"ggx\"";
+        self.error(place, message, "leave them out")
+    }
+
+    pub fn fresnel_of_phong(&self, place: Range<usize>) -> FileError {
+        let help = "use model = \"ggx\" or \"blinn\", or model = \"mirror\" for a smooth metal";
+        self.error(place, "a Phong lobe has no Fresnel term", help)
+    }
+
+    pub fn exponent_of(&self, model: &str, place: Range<usize>) -> FileError {
+        let help = "leave it out, or use model = \"phong\" or \"blinn\"";
+        self.error(place, &format!("model \"{}\" has no exponent", excerpt(model)), help)
+    }
+
+    pub fn unknown_model(&self, model: &str, place: Range<usize>) -> FileError {
+        let message = format!("unknown model `{}`", excerpt(model));
+        self.error(place, &message, "choose among phong, blinn, ggx, mirror")
+    }
+
+    pub fn unknown_preset(&self, preset: &str, place: Range<usize>) -> FileError {
+        let all = preset_names();
+        let near = nearest_names(preset, all.iter().copied());
+        let meant = near
+            .first()
+            .map_or(String::new(), |near| format!("did you mean {near}? "));
+        let help = format!("{meant}presets are {}", all.join(", "));
+        self.error(place, &format!("there is no preset `{}`", excerpt(preset)), &help)
+    }
+
+    pub fn disperses_nothing(&self, place: Range<usize>) -> FileError {
+        let message = "`abbe` needs smooth glass without other lobes";
+        let help = "remove it, or use a transmission that is not thin, without roughness, other lobes or textures";
+        self.error(place, message, help)
+    }
+
+    pub fn nothing_has(&self, what: &str, place: Range<usize>) -> FileError {
+        let help = "use model = \"ggx\", or a transmission that is not thin";
+        self.error(place, &format!("nothing here has {what}"), help)
+    }
+}

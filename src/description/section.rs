@@ -1,0 +1,276 @@
+//! The macro `section!` defines the keys of a section of a scene file once: its reading and
+//! writing, its JSON Schema, its rows of the reference and the places of its values follow.
+
+use super::exact_list::ExactList;
+use super::key_schema::{COLOR_TEXT, closed, described, either, list};
+use super::{ChannelValues, ColorValue};
+use crate::options::{Parameter, Range};
+use serde::{Deserialize, Deserializer};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use toml::Spanned;
+
+/// A section of a scene file.
+pub(crate) trait Section: Sized {
+    /// All keys, in the order of the reference.
+    const KEYS: &'static [Parameter];
+    /// Keys that have to be there.
+    const REQUIRED: &'static [&'static str];
+
+    /// The keys that are there.
+    fn given(&self) -> Vec<Given<'_>>;
+
+    /// Sets the keys of `other` over those of this section.
+    fn set_over(&mut self, other: Self);
+
+    /// The place of a key, if it is there.
+    fn span_of(&self, key: &str) -> Option<std::ops::Range<usize>> {
+        let mut given = self.given().into_iter();
+        given.find(|given| given.key == key).map(|given| given.span)
+    }
+}
+
+/// A key that is there.
+pub(crate) struct Given<'a> {
+    pub key: &'static str,
+    /// Place of the value in the file.
+    pub span: std::ops::Range<usize>,
+    /// Numbers of the value.
+    pub numbers: &'a [f32],
+    /// Range of each number.
+    pub range: Range<f32>,
+}
+
+/// A type of keys: how scene files write its values.
+pub(crate) trait KeyType: Sized {
+    /// Reads a value.
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error>;
+
+    /// JSON Schema of the values, each of whose numbers follows the schema `number`.
+    fn schema(number: Value) -> Value;
+
+    /// Numbers of the value that have to be in the range of the key.
+    fn numbers(&self) -> &[f32] {
+        &[]
+    }
+}
+
+/// Schema of the table of a section.
+pub(crate) fn table<S: Section>(description: Option<&str>) -> Value {
+    let properties = S::KEYS.iter().map(|key| (key.key.into(), described(key)));
+    closed(description, properties.collect(), S::REQUIRED)
+}
+
+/// The value of a key, if it is there.
+pub(crate) fn value<T: Copy>(key: &Option<Spanned<T>>) -> Option<T> {
+    key.as_ref().map(|value| *value.get_ref())
+}
+
+/// Reads an optional key with its place.
+pub(crate) fn optional<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<T>>, D::Error> {
+    let read = Option::<Spanned<Read<T>>>::deserialize(deserializer)?;
+    Ok(read.map(|value| Spanned::new(value.span(), value.into_inner().0)))
+}
+
+/// Reads a required key with its place.
+pub(crate) fn required<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -> Result<Spanned<T>, D::Error> {
+    let value = Spanned::<Read<T>>::deserialize(deserializer)?;
+    Ok(Spanned::new(value.span(), value.into_inner().0))
+}
+
+/// A value as its [`KeyType`] reads it.
+struct Read<T>(T);
+
+impl<'de, T: KeyType> Deserialize<'de> for Read<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        T::read(deserializer).map(Self)
+    }
+}
+
+/// Implements [`KeyType`] for types that serde reads.
+macro_rules! key_types {
+    ($($ty:ty: |$number:ident| $schema:expr $(, numbers |$value:ident| $numbers:expr)?;)+) => {
+        $(impl $crate::description::section::KeyType for $ty {
+            fn read<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                serde::Deserialize::deserialize(deserializer)
+            }
+
+            fn schema($number: serde_json::Value) -> serde_json::Value {
+                $schema
+            }
+
+            $(fn numbers(&self) -> &[f32] {
+                let $value = self;
+                $numbers
+            })?
+        })+
+    };
+}
+pub(crate) use key_types;
+
+key_types! {
+    f32: |number| number, numbers |value| std::slice::from_ref(value);
+    bool: |_number| json!({ "type": "boolean" });
+    String: |_number| json!({ "type": "string" });
+    PathBuf: |_number| json!({ "type": "string" });
+    ColorValue: |number| either(&[number.clone(), list(3, number), json!({ "$ref": COLOR_TEXT })]), numbers |value| &value.0;
+    ChannelValues: |number| either(&[number.clone(), list(3, number)]), numbers |value| &value.0;
+}
+
+impl<const N: usize> KeyType for [f32; N]
+where
+    ExactList<Self>: for<'de> Deserialize<'de>,
+{
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        ExactList::deserialize(deserializer).map(|list| list.0)
+    }
+
+    fn schema(number: Value) -> Value {
+        list(N, number)
+    }
+
+    fn numbers(&self) -> &[f32] {
+        self
+    }
+}
+
+/// Rows of a matrix.
+impl KeyType for [[f32; 4]; 4] {
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let rows = ExactList::<[ExactList<[f32; 4]>; 4]>::deserialize(deserializer)?;
+        Ok(rows.0.map(|row| row.0))
+    }
+
+    fn schema(number: Value) -> Value {
+        list(4, list(4, number))
+    }
+}
+
+/// The range of a key, or a function that looks it up by the name of the key.
+pub(crate) trait RangeOf {
+    /// The range of `key`.
+    fn range_of(self, key: &str) -> Range<f32>;
+}
+
+impl RangeOf for Range<f32> {
+    fn range_of(self, _: &str) -> Range<f32> {
+        self
+    }
+}
+
+impl<F: FnOnce(&str) -> Range<f32>> RangeOf for F {
+    fn range_of(self, key: &str) -> Range<f32> {
+        self(key)
+    }
+}
+
+/// Defines a section of scene files by its keys.
+///
+/// ```text
+/// section! {
+///     /// What it is about.
+///     pub struct NAME {
+///         required {
+///             /// Help: a line.
+///             key: TYPE;
+///         }
+///         /// Help: what it does, in a line.
+///         ///
+///         /// More, for the reference.
+///         key: TYPE, default "what the default is", in RANGE;
+///         /// One whose values are names.
+///         key: String, names &["a", "b"];
+///         /// One whose values the type does not describe.
+///         key: TYPE, schema JSON;
+///     }
+/// }
+/// ```
+///
+/// Fields hold values with their places; `None` if a key is left out. Types are [`KeyType`]s, and
+/// `RANGE` is that of each number of a value ([`RangeOf`]).
+macro_rules! section {
+    ($(#[$attribute:meta])* pub struct $section:ident {
+        required {
+            $($(#[doc = $required_doc:literal])+ $required:ident $(as $name:literal)?: $required_ty:ty
+                $(, schema $required_schema:expr)?;)*
+        }
+        $($(#[doc = $doc:literal])+ $key:ident: $ty:ty $(, default $default:literal)? $(, in $range:expr)?
+            $(, names $names:expr)? $(, schema $schema:expr)?;)*
+    }) => {
+        #[derive(Clone, Debug, serde::Deserialize, serde::Serialize)]
+        $(#[$attribute])*
+        #[serde(deny_unknown_fields)]
+        pub struct $section {
+            $($(#[doc = $required_doc])+
+            #[serde($(rename = $name,)? deserialize_with = "crate::description::section::required")]
+            pub $required: toml::Spanned<$required_ty>,)*
+            $($(#[doc = $doc])+
+            #[serde(default, deserialize_with = "crate::description::section::optional")]
+            pub $key: Option<toml::Spanned<$ty>>,)*
+        }
+
+        impl $section {
+            /// The section without any optional key.
+            pub fn new($($required: toml::Spanned<$required_ty>),*) -> Self {
+                Self { $($required,)* $($key: None),* }
+            }
+        }
+
+        impl $crate::description::section::Section for $section {
+            const KEYS: &'static [crate::options::Parameter] = &[
+                $(crate::options::Parameter::of_section(
+                    (section!(@name $required $(, $name)?), concat!($($required_doc, "\n"),+)),
+                    || "required".into(),
+                    Vec::new,
+                    String::new,
+                    || section!(@schema $required_ty, crate::options::Range::Any $(, schema $required_schema)?),
+                ),)*
+                $(crate::options::Parameter::of_section(
+                    (stringify!($key), concat!($($doc, "\n"),+)),
+                    || section!(@default $($default)?).into(),
+                    || section!(@names $($names)?).to_vec(),
+                    || section!(@range stringify!($key) $(, $range)?).to_string(),
+                    || section!(@schema $ty, section!(@range stringify!($key) $(, $range)?)
+                        $(, names $names)? $(, schema $schema)?),
+                ),)*
+            ];
+            const REQUIRED: &'static [&'static str] = &[$(section!(@name $required $(, $name)?)),*];
+
+            fn given(&self) -> Vec<$crate::description::section::Given<'_>> {
+                let mut given = Vec::new();
+                $(given.push($crate::description::section::Given {
+                    key: section!(@name $required $(, $name)?),
+                    span: self.$required.span(),
+                    numbers: &[],
+                    range: crate::options::Range::Any,
+                });)*
+                $(given.extend(self.$key.as_ref().map(|value| $crate::description::section::Given {
+                    key: stringify!($key),
+                    span: value.span(),
+                    numbers: $crate::description::section::KeyType::numbers(value.get_ref()),
+                    range: section!(@range stringify!($key) $(, $range)?),
+                }));)*
+                given
+            }
+
+            #[allow(unused_variables, reason = "some sections have no optional key")]
+            fn set_over(&mut self, other: Self) {
+                $(self.$key = other.$key.or(self.$key.take());)*
+            }
+        }
+    };
+    (@name $key:ident, $name:literal) => { $name };
+    (@name $key:ident) => { stringify!($key) };
+    (@default $default:literal) => { $default };
+    (@default) => { "" };
+    (@names $names:expr) => { $names };
+    (@names) => { [] };
+    (@range $key:expr, $range:expr) => { $crate::description::section::RangeOf::range_of($range, $key) };
+    (@range $key:expr) => { crate::options::Range::<f32>::Any };
+    (@schema $ty:ty, $range:expr, names $names:expr) => { serde_json::json!({ "enum": $names }) };
+    (@schema $ty:ty, $range:expr, schema $schema:expr) => { $schema };
+    (@schema $ty:ty, $range:expr) => {
+        <$ty as $crate::description::section::KeyType>::schema($crate::description::key_schema::number($range))
+    };
+}
+pub(crate) use section;

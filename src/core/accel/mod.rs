@@ -10,12 +10,14 @@ pub mod bvh;
 mod disagreement;
 #[cfg(feature = "embree")]
 pub mod embree;
+mod empty;
 mod query;
 mod record;
 
 pub use audit::{Auditor, Findings};
 use disagreement::judge;
 pub use disagreement::{Cause, Crossing, Disagreement, compare};
+pub(crate) use empty::Empty;
 pub use query::{Answer, Query, QueryKind};
 pub use record::Recorder;
 

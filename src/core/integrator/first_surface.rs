@@ -17,41 +17,47 @@ impl<A: Accel> World<'_, A> {
     /// Notes what the camera ray `ray` sees first: `vertex`, which is at `hit`. Where that is the ground, it shows the background, and no surface is there:
     /// depths, mattes and metering see the objects alone.
     ///
-    /// `beta` is the tint of glass before the surface. Gives whether the integrator is to count the direct light that is missing at the ground, as negative light, in place of that which arrives. It
-    /// does so only if it `can_miss`, and for lights of which it knows what is missing.
+    /// `beta` is the transmittance before the surface.
     #[inline(always)]
-    pub(super) fn see(
-        &self,
-        (hit, vertex): (&Hit, &Vertex),
-        (ray, beta): (&Ray, Spectrum),
-        can_miss: bool,
-        out: &mut impl Sink,
-    ) -> bool {
-        if let Some(ground) = self.scene.ground().filter(|ground| ground.is_at(hit)) {
-            let is_missing = can_miss && ground.knows_missing_light() && self.scene.light_selection().all().is_none();
-            self.see_ground((ground, vertex), (ray, beta), is_missing, out);
-            return is_missing;
+    pub(super) fn see(&self, (hit, vertex): (&Hit, &Vertex), (ray, beta): (&Ray, Spectrum), out: &mut impl Sink) {
+        match self.scene.ground().filter(|ground| ground.is_at(hit)) {
+            Some(ground) => out.camera_view(self.ground_view(ground, vertex, (ray, beta))),
+            None => out.first_surface(self.first_surface(hit, vertex)),
         }
-        out.first_surface(self.first_surface(hit, vertex));
-        false
     }
 
+    /// View of the ground at `vertex`, whose share of light is judged by the light that the sample
+    /// finds there.
     #[inline(never)]
-    fn see_ground<S: Sink>(
+    fn ground_view<R: Gathered>(
         &self,
-        (ground, vertex): (&Ground, &Vertex),
+        ground: &Ground,
+        vertex: &Vertex,
         (ray, beta): (&Ray, Spectrum),
-        is_missing: bool,
-        out: &mut S,
-    ) {
+    ) -> CameraView<R> {
         let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
-        // Less what is missing of all light
-        let base = if is_missing { Spectrum::ONE } else { base };
-        out.camera_view(CameraView::Ground(Shadow {
+        CameraView::Ground(Shadow {
             factor,
             base: base * beta,
             background: self.behind(ray),
-        }));
+        })
+    }
+
+    /// View of the ground at `vertex`, if the sample finds the light of the ground less the light
+    /// that would arrive without the scene.
+    #[inline(never)]
+    pub(super) fn shadow_view<R: Gathered>(
+        &self,
+        ground: &Ground,
+        vertex: &Vertex,
+        (ray, beta): (&Ray, Spectrum),
+    ) -> CameraView<R> {
+        let (factor, _) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
+        CameraView::Ground(Shadow {
+            factor,
+            base: beta,
+            background: self.behind(ray),
+        })
     }
 
     /// Light of the background along `ray`; `None` where it is transparent.

@@ -10,7 +10,6 @@
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, World};
 use crate::accel::Accel;
-use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint};
 use crate::light::{Light, RAYS_A_CLUSTER, SelectionMode, VisibilityGrid, VisibilityTarget};
 use crate::material::BsdfSlot;
@@ -144,9 +143,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         let mut ray = world.ray_through(film, world.time(&sampler), &sampler);
         let mut kind = RayKind::Camera;
         let mut is_delta = true;
-        let mut tint = Spectrum::ONE;
         for depth in 0..=MAX_DEPTH {
-            let hit = world.intersect(&ray, kind, &mut tint, out);
+            let (hit, _) = world.intersect(&ray, kind, out);
             found.rays += u64::from(!is_delta);
             let Some(hit) = hit else {
                 found.escaped += u64::from(!is_delta);

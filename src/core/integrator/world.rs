@@ -181,8 +181,8 @@ impl<'a, A: Accel> World<'a, A> {
         out: &mut impl Sink,
     ) -> Option<(Hit, Vertex<'v>)> {
         let ray = self.camera_ray(key, None, sampler, out);
-        let mut beta = Spectrum::ONE;
-        let Some(hit) = self.intersect(&ray, RayKind::Camera, &mut beta, out) else {
+        let (hit, beta) = self.intersect(&ray, RayKind::Camera, out);
+        let Some(hit) = hit else {
             self.see_background(&ray, beta, out);
             return None;
         };
@@ -191,23 +191,19 @@ impl<'a, A: Accel> World<'a, A> {
         Some((hit, vertex))
     }
 
-    /// The closest hit, counted; surfaces with alpha and thin glass let rays pass at random, and the throughput `beta` is multiplied by the tint of
-    /// the glass.
+    /// Closest hit of `ray`, and the transmittance before it. Surfaces with alpha and thin glass let
+    /// rays pass at random; thin glass and bodies tint their light.
     #[inline(always)]
-    pub fn intersect(&self, ray: &Ray, kind: RayKind, beta: &mut Spectrum, out: &mut impl RaySink) -> Option<Hit> {
+    pub fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> (Option<Hit>, Spectrum) {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
         if self.scene.has_absorption() {
-            let (hit, tint) = self.first_in_bodies(ray, hit, kind, None, out);
-            *beta *= tint;
-            return hit;
+            return self.first_in_bodies(ray, hit, kind, None, out);
         }
         if self.lets_pass(kind) {
-            let (hit, tint) = self.first_opaque(*ray, hit, kind, None, out);
-            *beta *= tint;
-            return hit;
+            return self.first_opaque(*ray, hit, kind, None, out);
         }
-        hit
+        (hit, Spectrum::ONE)
     }
 
     /// [`World::first_opaque`] where bodies absorb light: the tint is what they leave of it, too.

@@ -1,7 +1,6 @@
 use super::connection::{Connector, Subpaths};
 use super::subpath::Surface;
 use crate::accel::Accel;
-use crate::color::Spectrum;
 use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RayKind, RaySink, Roulette, SplatSink, World};
 use crate::sampler::{SampleKey, Sampler};
 
@@ -37,8 +36,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
         // What the camera sees first, for the auxiliary channels alone
         let ray = self.world.camera_ray(key, None, sampler, out);
-        let mut tint = Spectrum::ONE;
-        if let Some(hit) = self.world.intersect(&ray, RayKind::Camera, &mut tint, out) {
+        if let (Some(hit), _) = self.world.intersect(&ray, RayKind::Camera, out) {
             out.first_surface(Surface::new(&self.world, hit, &ray).first_seen(&self.world));
         }
 

@@ -79,9 +79,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         let (mut ray, mut length) = (first, 0.0);
         for depth in 0..=MAX_MIRRORS {
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            // The place does not depend on it.
-            let mut tint = Spectrum::ONE;
-            let hit = world.intersect(&ray, kind, &mut tint, out)?;
+            let (hit, _) = world.intersect(&ray, kind, out);
+            let hit = hit?;
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             length += hit.t;
@@ -181,8 +180,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         out: &mut impl Sink<Radiance = Spectrum>,
     ) -> Seen {
         let world = &self.path.world;
-        let mut tint = Spectrum::ONE;
-        let Some(hit) = world.intersect(ray, RayKind::Bounce, &mut tint, out) else {
+        let (hit, tint) = world.intersect(ray, RayKind::Bounce, out);
+        let Some(hit) = hit else {
             return Seen::NOTHING;
         };
         let start = PathStart {

@@ -80,7 +80,8 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         for depth in 0.. {
             // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&path.ray, kind, &mut path.beta, out);
+            let (hit, transmittance) = world.intersect(&path.ray, kind, out);
+            path.beta *= transmittance;
             if depth == 0 && hit.is_none() && world.see_background(&path.ray, path.beta, out) {
                 break;
             }
@@ -103,9 +104,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             // Sample lights
             let u = VertexNumbers::draw(sampler, depth, self.path.roulette);
             let light_samples = if depth == 0 { self.path.light_samples } else { 1 };
-            let (mut direct, shadow) = self
-                .path
-                .sample_lights(vertex, (key, sampler, u.light.as_ref()), false, out);
+            let (mut direct, shadow) = self.path.sample_lights(vertex, (key, sampler, u.light.as_ref()), out);
             direct += shadow.arrives(world, out);
             let direct = direct * path.beta;
             path_record::light(direct.sum(), out);
@@ -135,7 +134,8 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
                 path_record::cached(indirect.sum(), out);
                 radiance += indirect;
                 if let Some(mut next) = next.filter(|_| strategy.direct != DirectLight::Light) {
-                    let hit = world.intersect(&next.ray, RayKind::Bounce, &mut next.beta, out);
+                    let (hit, transmittance) = world.intersect(&next.ray, RayKind::Bounce, out);
+                    next.beta *= transmittance;
                     let slot = BsdfSlot::new();
                     let vertex = hit.map(|hit| world.vertex(&hit, &next.ray, &slot));
                     radiance += self.emitted::<R>(&next, depth + 1, hit.as_ref().zip(vertex.as_ref()), out);

@@ -183,7 +183,8 @@ impl<A: Accel> OrdinaryLight<'_, A> {
         let mut ray = world.camera_ray(key, None, sampler, out);
         let (mut beta, mut eta_squared) = (Spectrum::ONE, 1.0);
         for depth in 0..=self.max_depth.unwrap_or(u32::MAX) {
-            let hit = world.intersect(&ray, RayKind::Bounce, &mut beta, out);
+            let (hit, transmittance) = world.intersect(&ray, RayKind::Bounce, out);
+            beta *= transmittance;
             let slot = BsdfSlot::new();
             let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
             let met = hit.as_ref().zip(vertex.as_ref());

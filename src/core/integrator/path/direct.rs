@@ -194,7 +194,8 @@ impl Strategy {
         out: &mut impl Sink,
     ) -> Option<(Hit, Vertex<'v>)> {
         let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-        let hit = world.intersect(ray, kind, beta, out);
+        let (hit, transmittance) = world.intersect(ray, kind, out);
+        *beta *= transmittance;
         if depth == 0 && hit.is_none() && world.see_background(ray, *beta, out) {
             return None;
         }
@@ -207,7 +208,7 @@ impl Strategy {
         self.found(world.scene, ray, prev, *beta, met, |light| out.radiance(light));
         let met = hit.zip(vertex)?;
         if depth == 0 {
-            world.see((&met.0, &met.1), (ray, *beta), false, out);
+            world.see((&met.0, &met.1), (ray, *beta), out);
         }
         Some(met)
     }
@@ -225,8 +226,6 @@ pub(crate) enum Direct<R> {
     Known(R),
     /// Light that arrives unless its shadow ray is blocked.
     Unless(Ray, R),
-    /// Light that is missing, and counts as negative, where its shadow ray is blocked.
-    Missing(Ray, R),
 }
 
 impl<R: Gathered> Direct<R> {
@@ -374,21 +373,12 @@ impl<R: Gathered> Direct<R> {
         Self::Unless(ray, radiance.scattered(|| vertex.event(wi, false), world.paths))
     }
 
-    /// The light of this sample that does not arrive, as negative light. Light that is known stays as it is.
-    pub fn into_missing(self) -> Self {
-        match self {
-            Self::Unless(ray, radiance) => Self::Missing(ray, radiance),
-            other => other,
-        }
-    }
-
     /// Traces the shadow ray: the light that arrives.
     #[inline(always)]
     pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
         match self {
             Self::Known(radiance) => radiance,
             Self::Unless(ray, radiance) => radiance * transmitted(world, &ray, out),
-            Self::Missing(ray, radiance) => radiance * (transmitted(world, &ray, out) - Spectrum::ONE),
         }
     }
 }

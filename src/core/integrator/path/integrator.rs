@@ -117,8 +117,10 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
             for (i, out) in out.iter_mut().enumerate() {
-                let radiance = self.radiance(&packet.start(i, keys), out);
+                let start = packet.start(i, keys);
+                let radiance = self.radiance(&start, out);
                 out.radiance(radiance.clamped(self.clamp_indirect));
+                self.catch_shadow(&start, out);
             }
         }
     }
@@ -149,29 +151,24 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
         let (mut trail, mut head_steps) = (Trail::<R>::new(), 0);
         let mut path = PathState {
-            beta: start.tint,
             roulette_scale: start.roulette_scale,
             ..PathState::new(start.ray)
         };
         let wavelength = world.wavelength(start.sampler);
-        // Whether the first vertex counts the light that is missing there, in place of that which arrives
-        let mut is_missing = false;
         for depth in start.depth.. {
             // Random numbers of a vertex do not depend on the hit: they are drawn before the ray is traced, and so meanwhile, if they are needed.
             let draw = || VertexNumbers::draw(start.sampler, depth, self.roulette);
             let numbers = (!M::ENDS_PATHS).then(draw);
 
             // Intersect the ray with the scene
-            let is_first = depth == start.depth;
-            let before = path.beta;
-            let hit = match is_first {
-                true => start.hit,
-                false => world.intersect(&path.ray, RayKind::Bounce, &mut path.beta, out),
+            let (hit, transmittance) = if depth == start.depth {
+                (start.hit, start.tint)
+            } else {
+                world.intersect(&path.ray, RayKind::Bounce, out)
             };
+            path.beta *= transmittance;
             let Some(hit) = hit else {
-                // Of light that glass dims, the part that it takes is missing
-                let missing = (is_missing && depth == 1).then(|| path.beta - before);
-                if let Some(escaped) = self.escaped(&path, depth, missing.unwrap_or(path.beta), out) {
+                if let Some(escaped) = self.escaped(&path, depth, out) {
                     radiance += escaped;
                     trail.find(escaped);
                 }
@@ -195,14 +192,13 @@ impl<A: Accel> PathIntegrator<'_, A> {
             path_record::vertex(depth, (&hit, &vertex), path.beta, out);
 
             // Add emitted light, weighed against the light samples of the previous vertex
-            let blocked = (is_missing && depth == 1).then_some(before);
-            let emitted = self.emitted(&path, (&hit, &vertex), blocked, out);
+            let emitted = self.emitted(&path, (&hit, &vertex), out);
             radiance += emitted;
             trail.find(emitted);
 
             // End the path at its maximum depth
             if depth == 0 {
-                is_missing = world.see((&hit, &vertex), (&path.ray, path.beta), true, out);
+                world.see((&hit, &vertex), (&path.ray, path.beta), out);
             }
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
@@ -222,7 +218,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             // Sample lights (next-event estimation)
             let u = numbers.unwrap_or_else(draw);
             let numbers = (start.key, start.sampler, u.light.as_ref());
-            let (mut direct, shadow) = self.sample_lights(&vertex, numbers, is_missing && depth == 0, out);
+            let (mut direct, shadow) = self.sample_lights(&vertex, numbers, out);
 
             // Sample the BSDF, update the throughput and play Russian roulette
             let (beta, allows_roulette) = (path.beta, reuse.allows_roulette());
@@ -246,42 +242,27 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
     }
 
-    /// Light that `path` finds where it leaves the scene after `depth` scatterings, times `beta`: that of infinitely distant lights. `None` for a camera
-    /// ray that sees the background.
+    /// Light of infinitely distant lights that `path` finds where it leaves the scene after `depth`
+    /// scattering events. `None` for a camera ray that sees the background.
     #[inline(always)]
-    fn escaped<R: Gathered>(
-        &self,
-        path: &PathState,
-        depth: u32,
-        beta: Spectrum,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> Option<R> {
+    fn escaped<R: Gathered>(&self, path: &PathState, depth: u32, out: &mut impl Sink<Radiance = R>) -> Option<R> {
         if depth == 0 && self.world.see_background(&path.ray, path.beta, out) {
             return None;
         }
         let (scene, prev) = (self.world.scene, path.prev.as_ref());
-        let escaped: R = self.strategy.escaped(scene, &path.ray, prev, beta);
+        let escaped: R = self.strategy.escaped(scene, &path.ray, prev, path.beta);
         self.strategy.record_emitted(scene, &path.ray, prev, None, out);
         path_record::light(escaped.sum(), out);
         Some(escaped)
     }
 
-    /// Light that the surface `met` emits towards the previous vertex of `path`, weighed against the light samples there. Where light counts that is
-    /// missing, the surface emits none, and the light behind it, which has the throughput `blocked`, is negative.
+    /// Light that the surface `met` emits towards the previous vertex of `path`, weighted against the
+    /// light samples there.
     #[inline(always)]
-    fn emitted<R: Gathered>(
-        &self,
-        path: &PathState,
-        met: (&Hit, &Vertex),
-        blocked: Option<Spectrum>,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> R {
+    fn emitted<R: Gathered>(&self, path: &PathState, met: (&Hit, &Vertex), out: &mut impl Sink<Radiance = R>) -> R {
         let (scene, prev) = (self.world.scene, path.prev.as_ref());
-        let (emitted, found): (R, _) = match blocked {
-            None => (self.strategy.emitted(scene, &path.ray, prev, path.beta, met), Some(met)),
-            Some(blocked) => (self.strategy.escaped(scene, &path.ray, prev, blocked * -1.0), None),
-        };
-        self.strategy.record_emitted(scene, &path.ray, prev, found, out);
+        let emitted: R = self.strategy.emitted(scene, &path.ray, prev, path.beta, met);
+        self.strategy.record_emitted(scene, &path.ray, prev, Some(met), out);
         path_record::light(emitted.sum(), out);
         emitted
     }
@@ -318,14 +299,12 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// Samples lights for `vertex`: the light that has been found, and the last sample, whose shadow ray is still to be traced.
     ///
-    /// Without `u` it is the first vertex, whose light samples count on through the pixel's samples, so that all of them are stratified together. With
-    /// `is_missing` the light that does not arrive counts, as negative light.
+    /// Without `u` it is the first vertex, whose light samples count on through the pixel's samples, so that all of them are stratified together.
     #[inline(always)]
     pub(crate) fn sample_lights<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
         (key, sampler, u): (SampleKey, &S, Option<&LightNumbers<S>>),
-        is_missing: bool,
         out: &mut impl Sink<Radiance = R>,
     ) -> (R, Direct<R>) {
         let (world, strategy) = (&self.world, &self.strategy);
@@ -334,10 +313,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
         let (mut radiance, mut shadow) = (R::default(), Direct::none());
         let count = self.light_samples;
-        let mut add = |mut next: Direct<R>, out: &mut _| {
-            if is_missing {
-                next = next.into_missing();
-            }
+        let mut add = |next: Direct<R>, out: &mut _| {
             // Each shadow ray is traced when the next sample is ready.
             radiance += std::mem::replace(&mut shadow, next).arrives(world, out);
         };
@@ -427,8 +403,7 @@ impl<S> PathStart<'_, S> {
     /// This start with the closest hit of its ray, which has left a surface.
     #[inline(always)]
     pub fn traced<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Self {
-        let mut tint = Spectrum::ONE;
-        let hit = world.intersect(&self.ray, RayKind::Bounce, &mut tint, out);
+        let (hit, tint) = world.intersect(&self.ray, RayKind::Bounce, out);
         Self { hit, tint, ..self }
     }
 

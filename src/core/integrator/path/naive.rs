@@ -85,7 +85,9 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
         for depth in 0.. {
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let Some(hit) = world.intersect(&ray, kind, &mut beta, out) else {
+            let (hit, transmittance) = world.intersect(&ray, kind, out);
+            beta *= transmittance;
+            let Some(hit) = hit else {
                 if depth == 0 && world.see_background(&ray, beta, out) {
                     return;
                 }
@@ -103,7 +105,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             let disperses = bsdf.is_some();
             vertex.bsdf = bsdf.unwrap_or(vertex.bsdf);
             if depth == 0 {
-                world.see((&hit, &vertex), (&ray, beta), false, out);
+                world.see((&hit, &vertex), (&ray, beta), out);
             }
 
             path_record::vertex(depth, (&hit, &vertex), beta, out);

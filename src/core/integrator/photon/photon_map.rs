@@ -183,7 +183,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             ray, depth, mut beta, ..
         } = segment;
         let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-        let hit = world.intersect(&ray, kind, &mut beta, out);
+        let (hit, transmittance) = world.intersect(&ray, kind, out);
+        beta *= transmittance;
         if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
             return R::default();
         }

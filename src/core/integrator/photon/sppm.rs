@@ -172,7 +172,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         for depth in 0.. {
             // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&ray, kind, &mut beta, out);
+            let (hit, transmittance) = world.intersect(&ray, kind, out);
+            beta *= transmittance;
             if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
                 break;
             }
@@ -220,7 +221,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 // The other half of the estimate of direct light
                 if strategy.meets_lights() && !beta.is_black() {
                     path_record::scatter(depth, vertex, &sample, 1.0, out);
-                    let hit = world.intersect(&ray, RayKind::Bounce, &mut beta, out);
+                    let (hit, transmittance) = world.intersect(&ray, RayKind::Bounce, out);
+                    beta *= transmittance;
                     let slot = BsdfSlot::new();
                     let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
                     let met = hit.as_ref().zip(vertex.as_ref());

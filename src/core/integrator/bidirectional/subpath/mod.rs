@@ -103,7 +103,9 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         // Factor of radiance by refraction
         let mut roulette_scale = 1.0;
         while path.len() < self.max {
-            let Some(hit) = self.world.intersect(&ray, kind, &mut beta, out) else {
+            let (hit, transmittance) = self.world.intersect(&ray, kind, out);
+            beta *= transmittance;
+            let Some(hit) = hit else {
                 return Some(PathRay { ray, beta, pdf });
             };
             kind = RayKind::Bounce;

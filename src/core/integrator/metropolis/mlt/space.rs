@@ -63,9 +63,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The surface that `ray` meets.
     pub fn meet(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
-        // The tint of glass belongs to the edge (`PathSpace::transmittance`).
-        let mut tint = Spectrum::ONE;
-        let hit = self.world.intersect(ray, kind, &mut tint, out)?;
+        // Transmittance belongs to the edge (`PathSpace::transmittance`).
+        let (hit, _) = self.world.intersect(ray, kind, out);
+        let hit = hit?;
         let surface = Surface::new(self.world, hit, ray);
         let (p, ng) = (surface.point.p, surface.point.ng);
         Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))

@@ -87,7 +87,8 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
                     end: &mut ends[i],
                     max_depth: path.max_depth,
                 };
-                let radiance = path.li(&packet.start(i, keys), slots, &mut shared, out);
+                let start = packet.start(i, keys);
+                let radiance = path.li(&start, slots, &mut shared, out);
                 match &mut indirect {
                     Some(indirect) if radiance.has_tail => {
                         out.radiance(radiance.head);
@@ -95,6 +96,7 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
                     }
                     _ => out.radiance(radiance.sum()),
                 }
+                path.catch_shadow(&start, out);
             }
 
             // All first vertices look at all ends.

@@ -6,6 +6,14 @@ use std::path::{Path, PathBuf};
 /// Folders beside a library, or beside its folder, in which textures lie.
 const USUAL_FOLDERS: [&str; 4] = ["textures", "maps", "texture", "images"];
 
+/// Folders, relative to that of an OBJ file, in which its textures usually lie: that one, the usual ones
+/// within it, and those beside it.
+pub(super) fn texture_folders() -> impl Iterator<Item = PathBuf> {
+    let beside = USUAL_FOLDERS.iter().map(|folder| Path::new("..").join(folder));
+    let within = USUAL_FOLDERS.iter().map(PathBuf::from);
+    std::iter::once(PathBuf::new()).chain(within).chain(beside)
+}
+
 /// The folders in which the textures of a material are looked for.
 pub(super) struct TextureSearch<'a> {
     /// Folder of the file that names the textures.

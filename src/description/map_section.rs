@@ -40,6 +40,8 @@ section! {
         gain: f32, default "1";
         /// Factor of heights, and of the slopes of a normal map
         height: f32, default "1";
+        /// Green of a normal map points down, as in DirectX
+        flip_green: bool, default "false";
     }
 }
 
@@ -133,6 +135,7 @@ impl TextureSection {
             base: number(mapping.base, default.base),
             gain: number(mapping.gain, default.gain),
             height: number(mapping.bump, default.bump),
+            flip_green: said(true).filter(|_| mapping.flips_green),
         }
     }
 
@@ -164,6 +167,7 @@ impl TextureSection {
             base: number(&self.base, default.base),
             gain: number(&self.gain, default.gain),
             bump: number(&self.height, default.bump),
+            flips_green: self.flip_green.as_ref().is_some_and(|flip| *flip.get_ref()),
         };
         let statement = MapStatement {
             whole_file: None,

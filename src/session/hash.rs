@@ -96,6 +96,7 @@ mod tests {
             base: 0.0,
             gain: 1.0,
             bump: 1.0,
+            flips_green: false,
         },
     };
 
@@ -168,6 +169,7 @@ mod tests {
                 |m| m.mapping.base = 1.0,
                 |m| m.mapping.gain = 2.0,
                 |m| m.mapping.bump = 2.0,
+                |m| m.mapping.flips_green = true,
             ],
         );
     }

@@ -80,6 +80,7 @@ const HEADINGS: [(&str, &[&str]); 7] = [
             "set",
             "texture-dir",
             "texture-filter",
+            "maps-by-name",
             "vertex-colors",
             "vertex-color-space",
             "mtl-dialect",

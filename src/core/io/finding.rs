@@ -58,13 +58,14 @@ pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render tells, since what they assume changes the picture: the light, the dialect of
 /// a library, files that lie elsewhere than named, pictures that decide between heights and
-/// normals, elements that are not rendered, and colours of vertices.
-const TOLD_NOTES: [&str; 7] = [
+/// normals, textures by name, elements that are not rendered, and colours of vertices.
+const TOLD_NOTES: [&str; 8] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "negative-lobes",
     "found-elsewhere",
     "heights-or-normals",
+    "maps-by-name",
     "skipped-elements",
     "vertex-colors",
 ];

@@ -25,6 +25,11 @@ parameters! {
         vertex_colors: VertexColors = VertexColors::Auto;
         /// Encoding of the colours of vertices: srgb, or linear
         vertex_color_space: VertexColorSpace = VertexColorSpace::Srgb;
+        /// Textures of materials that name none, by the names of files: auto, or off
+        ///
+        /// `auto` takes `NAME_basecolor`, `NAME_roughness` and so on beside the OBJ file, if exactly one
+        /// set of them fits the name of the material, or of the file.
+        maps_by_name: MapsByName = MapsByName::Auto;
         /// Texture filter: mip, or bilinear in the finest level
         texture_filter: TextureFilter = TextureFilter::Mip;
         /// Light through thin glass and window panes: straight, or refracted
@@ -66,6 +71,19 @@ pub enum VertexColors {
 
 named! {
     VertexColors: "auto" => Self::Auto, "on" => Self::On, "off" => Self::Off;
+}
+
+/// Whether materials without textures get those of their name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapsByName {
+    /// If exactly one set fits.
+    Auto,
+    /// Never.
+    Off,
+}
+
+named! {
+    MapsByName: "auto" => Self::Auto, "off" => Self::Off;
 }
 
 /// Encoding of the colours of vertices.

@@ -56,7 +56,7 @@ pub use guard::guarded;
 pub use guard::is_guarded;
 pub use identity::FileId;
 pub use input::read_text;
-pub use load_options::{LoadOptions, LoadParameters, ObjReader, VertexColorSpace, VertexColors};
+pub use load_options::{LoadOptions, LoadParameters, MapsByName, ObjReader, VertexColorSpace, VertexColors};
 pub use memory::LoadObserver;
 pub use memory_limit::{LimitSource, MemoryLimit, in_words};
 pub use metadata::{FeatureNames, Metadata};

@@ -195,6 +195,11 @@ impl Material {
         }
     }
 
+    /// Returns true if light passes the surface, or comes from it.
+    pub fn emits_or_transmits(&self) -> bool {
+        self.opacity < 1.0 || !self.transmission.is_black() || !self.emission.is_black()
+    }
+
     /// The BSDF of a surface that is the same all over.
     pub fn bsdf(&self) -> Bsdf {
         let lobes = self.base_lobes();

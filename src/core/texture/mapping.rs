@@ -63,6 +63,8 @@ pub struct Mapping {
     pub gain: f32,
     /// `-bm`: factor of heights, and of the slopes of a normal map.
     pub bump: f32,
+    /// True if the green of a normal map points down the picture, as in DirectX.
+    pub flips_green: bool,
 }
 
 encode_fields!(Mapping {
@@ -73,6 +75,7 @@ encode_fields!(Mapping {
     base,
     gain,
     bump,
+    flips_green,
 });
 
 impl Default for Mapping {
@@ -85,6 +88,7 @@ impl Default for Mapping {
             base: 0.0,
             gain: 1.0,
             bump: 1.0,
+            flips_green: false,
         }
     }
 }
@@ -120,7 +124,8 @@ impl Mapping {
     /// picture's own axes.
     pub fn normal(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec3 {
         let normal = texture.normal(self.st(uv), self.footprint(footprint));
-        Vec3::new(self.bump * normal.x, self.bump * normal.y, normal.z)
+        let up = if self.flips_green { -normal.y } else { normal.y };
+        Vec3::new(self.bump * normal.x, self.bump * up, normal.z)
     }
 
     /// ∂h/∂u and ∂h/∂v of the height h, which is `bump` times [`Mapping::value`]: the chain rule on [`Texture::gradient`].

@@ -7,6 +7,7 @@ use crate::description::mtl::{FileMaterial, default_material};
 use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
 use crate::description::{FileError, Position, SceneFile, Severity};
+use crate::io::MapsByName;
 use crate::material::MaterialId;
 use crate::math::excerpt;
 use std::collections::BTreeSet;
@@ -71,6 +72,12 @@ impl Loader<'_> {
                 }
             },
         };
+        let mut found = found;
+        let is_file = section.is_none() && obj.has_uvs;
+        let names_maps = self.file.load.parameters.maps_by_name() == MapsByName::Auto;
+        if is_file && names_maps && found.maps.is_empty() && !found.material.emits_or_transmits() {
+            self.add_named_maps(&mut found, path, obj.groups.len());
+        }
         let mut found = self.patched(found);
         let material = self.textured(&mut found, path);
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();

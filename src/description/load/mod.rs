@@ -4,6 +4,7 @@
 //! `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
 
 mod materials;
+mod named_maps;
 mod objects;
 mod textures;
 mod unseen;
@@ -25,6 +26,7 @@ use crate::math::excerpt;
 use crate::scene::{
     BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
 };
+use named_maps::NamedMaps;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -151,6 +153,8 @@ struct Loader<'a> {
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
     /// Uses of textures that are nowhere, by the file that names them and their name.
     missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
+    /// Textures beside each OBJ file, by their names.
+    named_maps: BTreeMap<PathBuf, NamedMaps>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -202,6 +206,7 @@ impl<'a> Loader<'a> {
             finder: FileFinder::default(),
             found_elsewhere: BTreeMap::new(),
             missing: BTreeMap::new(),
+            named_maps: BTreeMap::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
             files: file

@@ -4,6 +4,7 @@ mod bodies;
 mod bsdf;
 mod dispersion;
 mod mtl;
+mod named_maps;
 mod patches;
 mod surfaces;
 mod textures;

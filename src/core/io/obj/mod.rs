@@ -70,6 +70,8 @@ pub struct ObjFile {
     pub materials: Vec<FileMaterial>,
     /// Files of the libraries that were found.
     pub libraries: Vec<PathBuf>,
+    /// True if a mesh has texture coordinates.
+    pub has_uvs: bool,
     /// True if meshes have colours of vertices.
     pub has_colors: bool,
     /// The last of each name among them.
@@ -81,6 +83,7 @@ impl ObjFile {
     pub fn new(groups: Vec<Group>, materials: Vec<FileMaterial>, libraries: Vec<PathBuf>) -> Self {
         let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
         Self {
+            has_uvs: groups.iter().any(|group| !group.mesh.uvs.is_empty()),
             has_colors: groups.iter().any(|group| !group.mesh.colors.is_empty()),
             groups,
             last_named: named.collect(),

@@ -1,0 +1,106 @@
+//! Textures that no library names, found by the names of their files.
+
+use crate::support::program::*;
+use std::fs;
+use tempfile::TempDir;
+
+const OBJ: &str = "mtllib a.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+    usemtl wood\nf 1/1 2/2 3/3 4/4\n";
+const SCENE: &str = "version = 1\n[camera]\nposition = [0.5, 0.3, 2]\nlook_at = [0, 0, 0]\n\
+    [image]\nwidth = 24\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n\
+    [[light]]\ntype = \"directional\"\ndirection = [-0.2, -0.3, -1]\nirradiance = 3\n";
+
+/// A folder with a textured square, its library `mtl` and these pictures.
+fn scene(mtl: &str, pictures: &[&str]) -> TempDir {
+    let folder = folder(&[("a.obj", OBJ), ("a.mtl", mtl), ("s.toml", SCENE)]);
+    fs::create_dir(folder.path().join("textures")).unwrap();
+    for (i, name) in pictures.iter().enumerate() {
+        let codes: Vec<u8> = (0..9u8).map(|j| (j * 29).wrapping_add(50 * i as u8) | 1).collect();
+        write_grey_png(&folder.path().join(name), &codes);
+    }
+    folder
+}
+
+/// The picture of the folder, and the messages.
+fn picture(folder: &TempDir, flags: &str) -> (Vec<u8>, String) {
+    let output = done(
+        folder.path(),
+        &joined(&["render", "s.toml", "-o", "t.png"], &split(flags)),
+    );
+    (fs::read(folder.path().join("t.png")).unwrap(), words(&output))
+}
+
+const PLAIN: &str = "newmtl wood\nKd 0.3 0.3 0.3\n";
+
+#[test]
+fn textures_of_the_material_s_name_are_used() {
+    let names = [
+        "textures/Wood_BaseColor.png",
+        "textures/Wood_Roughness.png",
+        "textures/Wood_AO.png",
+    ];
+    let named = scene(PLAIN, &names);
+    let (got, words) = picture(&named, "");
+    assert!(
+        words.contains("[maps-by-name]") && words.contains("Wood_AO.png has no effect"),
+        "{words}"
+    );
+    let explicit = scene(
+        "newmtl wood\nmap_Kd textures/Wood_BaseColor.png\nmap_Pr textures/Wood_Roughness.png\n",
+        &names,
+    );
+    assert!(got == picture(&explicit, "").0);
+    let plain = picture(&scene(PLAIN, &[]), "").0;
+    assert!(got != plain);
+    assert!(picture(&named, "--maps-by-name off").0 == plain);
+}
+
+#[test]
+fn sets_of_the_file_or_alone_are_used_and_several_are_not() {
+    let plain = picture(&scene(PLAIN, &[]), "").0;
+    let of_file = picture(&scene(PLAIN, &["a_albedo.png"]), "").0;
+    assert!(of_file != plain);
+    let alone = picture(&scene(PLAIN, &["textures/model_diffuse_2k.png"]), "").0;
+    assert!(alone == of_file);
+    // The set of the file's name wins.
+    assert!(picture(&scene(PLAIN, &["a_albedo.png", "textures/model_diffuse.png"]), "").0 == of_file);
+    // None of two others fits, and a set without a colour is none.
+    for pictures in [
+        &["b_albedo.png", "c_albedo.png"][..],
+        &["a_roughness.png"],
+        &["photo.png"],
+    ] {
+        assert!(picture(&scene(PLAIN, pictures), "").0 == plain, "{pictures:?}");
+    }
+    // The set may be that of another OBJ file.
+    let other = scene(PLAIN, &["model_albedo.png"]);
+    fs::write(other.path().join("b.obj"), OBJ).unwrap();
+    assert!(picture(&other, "").0 == plain);
+    // A library that names a texture, and a section of the scene file, count alone.
+    let named = scene("newmtl wood\nmap_Kd x.png\n", &["x.png", "a_albedo.png"]);
+    let named_alone = scene("newmtl wood\nmap_Kd x.png\n", &["x.png"]);
+    assert!(picture(&named, "").0 == picture(&named_alone, "").0);
+}
+
+#[test]
+fn normals_of_directx_are_flipped() {
+    let normals = |folder: &TempDir, name: &str, green: u8| {
+        let file = fs::File::create(folder.path().join(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, 1, 1);
+        encoder.set_color(png::ColorType::Rgb);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&[128, green, 230]).unwrap();
+    };
+    let up = scene(PLAIN, &["wood_color.png"]);
+    normals(&up, "wood_normalgl.png", 188);
+    let down = scene(PLAIN, &["wood_color.png"]);
+    normals(&down, "wood_normaldx.png", 67);
+    let wrong = scene(PLAIN, &["wood_color.png"]);
+    normals(&wrong, "wood_normalgl.png", 67);
+    assert!(picture(&up, "").0 == picture(&down, "").0);
+    assert!(picture(&up, "").0 != picture(&wrong, "").0);
+    // A scene file that `init` writes keeps the flip.
+    done(down.path(), &split("init a.obj -o i.toml"));
+    let written = fs::read_to_string(down.path().join("i.toml")).unwrap();
+    assert!(written.contains("flip_green = true"), "{written}");
+}

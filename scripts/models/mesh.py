@@ -38,12 +38,15 @@ def curve(points, steps):
 class Mesh:
     def __init__(self):
         self.points, self.numbers, self.uvs, self.parts = [], {}, [], []
+        self.names = []
         self.place = lambda p: p
         # The sRGB colour of a point before it is placed, for meshes with colours of vertices
         self.color, self.colors = None, []
 
-    def part(self, material):
+    def part(self, material, name=None):
+        """Begins a part of one material, with a name for `o`."""
         self.parts.append((material, []))
+        self.names.append(name)
 
     def point(self, p):
         """The number of a point, counted from 1. Points within 0.1 mm are one."""
@@ -136,7 +139,9 @@ class Mesh:
                 print("v", *map(short, p), *(f"{c:.3g}" for c in color), file=file)
             for p in self.uvs:
                 print("vt", *map(short, p), file=file)
-            for material, faces in self.parts:
+            for (material, faces), name in zip(self.parts, self.names):
+                if name:
+                    print("o", name, file=file)
                 if material:
                     print("usemtl", material, file=file)
                 for corners, uvs in faces:

@@ -41,7 +41,8 @@ def apple(mesh, at, turn, redness):
 
 def build():
     mesh = Mesh()
-    mesh.part(None)
+    mesh.part(None, "Red")
     apple(mesh, (0.0, 0.0, 0.0), 0, 0.7)
+    mesh.part(None, "Yellow")
     apple(mesh, (1.02, 0.0, -0.35), 140, 0.25)
     return mesh

@@ -278,8 +278,11 @@ pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
         parameters: args.parameters.0.or(scene.options.load),
         max_memory: args.max_memory,
         strict: args.strict,
+        ..LoadOptions::default()
     };
     scene.texture_dirs.clone_from(&args.texture_dir);
+    scene.hide.clone_from(&args.hide);
+    scene.only.clone_from(&args.only);
 }
 
 #[cfg(test)]

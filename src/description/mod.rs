@@ -9,7 +9,6 @@ mod camera_section;
 mod color_value;
 mod exact_list;
 mod find_texture;
-mod glob;
 mod ground_section;
 mod in_order;
 mod key_schema;

@@ -1,10 +1,10 @@
 //! Patches of materials, in the order in which they apply: those of the scene file as it has them, then those of flags.
 
-use super::glob::Glob;
 use super::presets::Preset;
 use super::section::Section;
 use super::unknown_key::parser_error;
 use super::{FileError, MaterialSection, SceneFile};
+use crate::math::Glob;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;

@@ -1,12 +1,12 @@
 //! The commented scene file of a bare OBJ (`embrasure init`): what a render of it takes, and each material as a patch that is commented out.
 
-use super::glob::Glob;
 use super::mtl::MapRequest;
 use super::option_section::OptionSection;
 use super::write::{absolute, relocated};
 use super::{FileError, Inspection, LightSection, MaterialSection, MaterialSource, SceneFile, SceneOptions};
 use crate::camera::CameraDescription;
 use crate::io::DEFAULT_LIGHT;
+use crate::math::Glob;
 use crate::options::{IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -4,7 +4,7 @@
 //! paths are relative to the file that has them. Numbers are written with as many digits as bring back the same 32 bits.
 
 use super::option_section::OptionSection;
-use super::scene_file::TEXTURE_DIR;
+use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
 use super::section::Section;
 use super::{CameraSection, FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
 use crate::camera::CameraDescription;
@@ -72,6 +72,7 @@ impl SceneFile {
         file.image = OptionSection::of(&options.image());
         file.render = OptionSection::of(&options.render());
         file.texture_dirs = self.all_texture_dirs()?;
+        [file.hide, file.only] = self.part_patterns();
         file.camera = Some(CameraSection::of(camera));
         file.patch.0 = self.own_patches()?;
         file.material.retain(|_, section| !section.is_patch());
@@ -117,6 +118,11 @@ impl SceneFile {
         let dirs: Vec<String> = dirs.map(|dir| dir.display().to_string()).collect();
         if !dirs.is_empty() {
             file.render.set_strings(TEXTURE_DIR, dirs);
+        }
+        for (key, patterns) in [HIDE, ONLY].into_iter().zip(self.part_patterns()) {
+            if !patterns.is_empty() {
+                file.render.set_strings(key, patterns);
+            }
         }
         toml::to_string(&file).map_err(|error| {
             let error = FileError::new(path, format!("cannot write the scene: {error}"));

@@ -78,6 +78,8 @@ const HEADINGS: [(&str, &[&str]); 7] = [
         &[
             "material",
             "set",
+            "hide",
+            "only",
             "texture-dir",
             "texture-filter",
             "maps-by-name",

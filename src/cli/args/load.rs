@@ -28,6 +28,14 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(long, value_name = "DIR", value_parser = parse_folder)]
     pub texture_dir: Vec<PathBuf>,
 
+    /// Leave out parts by their `o` or `g` name, such as 'Chair*'; repeatable
+    #[arg(long, value_name = "GLOB")]
+    pub hide: Vec<String>,
+
+    /// Show these parts alone, by their `o` or `g` name; repeatable
+    #[arg(long, value_name = "GLOB")]
+    pub only: Vec<String>,
+
     /// Treat missing or unreadable textures and libraries, and wrong values, as errors
     #[arg(long)]
     pub strict: bool,

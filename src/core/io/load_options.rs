@@ -1,4 +1,5 @@
 use super::mtl::LibraryOptions;
+use super::obj::PartFilter;
 use super::origin::Origin;
 use super::{MtlDialect, Severity};
 use crate::parameter::{Named, Range, named, parameters};
@@ -108,8 +109,10 @@ impl Named for MtlDialect {
 }
 
 /// How files are read.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
+    /// Parts of OBJ files that are read.
+    pub parts: PartFilter,
     /// What the formats leave open.
     pub parameters: LoadParameters,
     /// Bytes that the render, and reading its files, may take at most; `None` for what the system leaves.

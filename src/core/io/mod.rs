@@ -62,7 +62,7 @@ pub use memory_limit::{LimitSource, MemoryLimit, in_words};
 pub use metadata::{FeatureNames, Metadata};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
-pub use obj::{Face, FaceMaterial, ObjFaces};
+pub use obj::{Face, FaceMaterial, ObjFaces, PartFilter, part_names};
 pub use origin::Origin;
 pub use output::Output;
 pub use png::{display_bytes, png_bytes};

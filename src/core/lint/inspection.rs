@@ -1,3 +1,4 @@
+use crate::io::PartFilter;
 use crate::io::mtl::FileMaterial;
 use crate::io::obj::ObjFile;
 use crate::io::{Findings, Position};
@@ -18,6 +19,8 @@ pub struct Inspection {
     pub materials: Vec<MaterialSource>,
     /// The OBJ files that could be read.
     pub objs: Vec<ObjSource>,
+    /// Parts of OBJ files that were read.
+    pub parts: PartFilter,
     /// Files of the scene's textures, by their id.
     pub textures: Vec<PathBuf>,
     /// All files that were read; nothing may be written over them.

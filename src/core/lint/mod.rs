@@ -45,7 +45,7 @@ pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<
     for obj in &inspection.objs {
         // What cannot be read is among the findings of the reader.
         let defined = obj.materials.iter().map(|(name, ..)| name.as_str()).collect();
-        let Ok(faces) = ObjFaces::read(&obj.path, &defined) else {
+        let Ok(faces) = ObjFaces::read(&obj.path, &inspection.parts, &defined) else {
             continue;
         };
         let uses = uses(inspection, &obj.path, &faces);

@@ -6,6 +6,7 @@ mod encode;
 mod excerpt;
 pub mod float;
 mod frame;
+mod glob;
 pub mod hash;
 mod horizon;
 mod lanes;
@@ -25,6 +26,7 @@ pub use frame::Frame;
 /// 8 % less time, and Embree's 16-byte loads of a last vertex stay inside the array.
 pub use glam::Vec3A as Vec3;
 pub use glam::{Affine3A, DAffine3, DVec2, DVec3, Mat3A, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4};
+pub use glob::Glob;
 pub use horizon::Horizon;
 pub use lanes::{LANES, Lane, Vec3Lanes};
 pub use list::{list, rounded, rounded_list, significant};

@@ -188,6 +188,12 @@ fn error_of_pattern<'a>(
     literal: &str,
     names: impl Iterator<Item = &'a str> + Clone,
 ) -> FileError {
+    let error = file.error(span, "no face uses a material of this name");
+    error.help(help_of_names("materials", literal, names))
+}
+
+/// The names that are nearest to `literal`, and all names, of `things`.
+pub(super) fn help_of_names<'a>(things: &str, literal: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
     let quoted = |names: Vec<&str>| {
         let quoted: Vec<String> = names.into_iter().map(|name| format!("`{}`", excerpt(name))).collect();
         quoted.join(", ")
@@ -204,6 +210,8 @@ fn error_of_pattern<'a>(
         n => format!(" and {n} more (`embrasure info` lists all)"),
     };
     let shown = quoted(all.into_iter().take(MAX_LISTED).collect());
-    let error = file.error(span, "no face uses a material of this name");
-    error.help(format!("{meant}materials are {shown}{more}"))
+    if shown.is_empty() {
+        return format!("the scene has no {things} with names");
+    }
+    format!("{meant}{things} are {shown}{more}")
 }

@@ -19,13 +19,15 @@ use super::patches::PatchList;
 use super::scene_file::SceneFile;
 use super::texture::TextureRequest;
 use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Severity, Warning};
+use crate::io::{LoadOptions, part_names};
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
-use crate::math::excerpt;
+use crate::math::{Glob, excerpt};
 use crate::scene::{
     BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
 };
+use materials::help_of_names;
 use named_maps::NamedMaps;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -155,6 +157,10 @@ struct Loader<'a> {
     missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
     /// Textures beside each OBJ file, by their names.
     named_maps: BTreeMap<PathBuf, NamedMaps>,
+    /// How OBJ files are read.
+    load: LoadOptions,
+    /// Patterns of the names of parts that fit one in any file.
+    part_fits: Vec<bool>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -207,6 +213,11 @@ impl<'a> Loader<'a> {
             found_elsewhere: BTreeMap::new(),
             missing: BTreeMap::new(),
             named_maps: BTreeMap::new(),
+            load: LoadOptions {
+                parts: file.parts(),
+                ..file.load.clone()
+            },
+            part_fits: Vec::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
             files: file
@@ -259,6 +270,7 @@ impl<'a> Loader<'a> {
             findings: self.findings,
             materials: self.materials,
             objs,
+            parts: self.load.parts,
             textures: self.texture_files,
             files: self.files,
         };
@@ -318,15 +330,13 @@ impl<'a> Loader<'a> {
                 if !tried.insert(path.clone()) {
                     continue;
                 }
-                match load_obj(
-                    &path,
-                    &self.file.load,
-                    self.allowance,
-                    self.observer,
-                    &mut self.findings,
-                ) {
+                match load_obj(&path, &self.load, self.allowance, self.observer, &mut self.findings) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
                     Ok(obj) => {
+                        self.part_fits.resize(obj.part_fits.len(), false);
+                        for (all, fits) in self.part_fits.iter_mut().zip(&obj.part_fits) {
+                            *all |= fits;
+                        }
                         self.files.push(path.clone());
                         self.files.extend(obj.libraries.iter().cloned());
                         sources.push(ObjSource::new(path.clone(), &obj));
@@ -347,12 +357,45 @@ impl<'a> Loader<'a> {
                 }
             }
         }
+        self.check_parts(&objs);
         for object in &self.file.made {
             if let Err(error) = self.add_made(object, &objs) {
                 self.wrong("wrong-object", error);
             }
         }
         sources
+    }
+
+    /// Errors about patterns that fit no part of any file, and about a scene whose parts are all hidden.
+    fn check_parts(&mut self, objs: &BTreeMap<PathBuf, ObjFile>) {
+        if self.load.parts.is_empty() || objs.is_empty() {
+            return;
+        }
+        let names: Vec<String> = objs
+            .keys()
+            .flat_map(|path| part_names(path).unwrap_or_default())
+            .collect();
+        let globs: Vec<Glob> = self.load.parts.globs().cloned().collect();
+        let unfit: Vec<&Glob> = globs
+            .iter()
+            .zip(&self.part_fits)
+            .filter(|(_, fits)| !**fits)
+            .map(|(glob, _)| glob)
+            .collect();
+        for glob in &unfit {
+            let literal = glob.literal();
+            let error = self
+                .file
+                .whole(format!("no part of the scene has the name `{}`", excerpt(&literal)));
+            let error = error.help(help_of_names("parts", &literal, names.iter().map(String::as_str)));
+            self.wrong("unused-part", error);
+        }
+        let count: usize = objs.values().map(|obj| obj.groups.len()).sum();
+        if unfit.is_empty() && count == 0 && self.file.made.is_empty() && self.findings.first_error().is_none() {
+            let error = self.file.whole("all parts of the scene are hidden");
+            let error = error.help(help_of_names("parts", "", names.iter().map(String::as_str)));
+            self.wrong("unused-part", error);
+        }
     }
 
     /// Adds lights and the ground.

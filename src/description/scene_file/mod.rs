@@ -19,6 +19,8 @@ use super::{
     ObjectSection, Position, SceneOptions,
 };
 use crate::io::Origin;
+use crate::io::PartFilter;
+use crate::math::Glob;
 use crate::math::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -69,6 +71,12 @@ pub struct SceneFile {
     /// Folders in which textures are looked for before those of the key `render.texture_dir`.
     #[serde(skip)]
     pub texture_dirs: Vec<PathBuf>,
+    /// Patterns of names of parts to hide, besides those of the key `render.hide`.
+    #[serde(skip)]
+    pub hide: Vec<String>,
+    /// Patterns of names of parts to show alone, besides those of the key `render.only`.
+    #[serde(skip)]
+    pub only: Vec<String>,
     /// Changes of its light that were set over it.
     #[serde(skip)]
     pub(super) changed_light: Option<Box<ChangedLight>>,
@@ -79,6 +87,10 @@ pub struct SceneFile {
 
 /// Key of `[render]`: folders in which textures are looked for.
 pub(super) const TEXTURE_DIR: &str = "texture_dir";
+/// Key of `[render]`: patterns of names of parts that are hidden.
+pub(super) const HIDE: &str = "hide";
+/// Key of `[render]`: patterns of names of the parts that are shown.
+pub(super) const ONLY: &str = "only";
 
 impl SceneFile {
     /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
@@ -249,14 +261,34 @@ impl SceneFile {
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
         self.image.read("image", &self.source, &mut options.image_mut(), &[])?;
-        self.render
-            .read("render", &self.source, &mut options.render_mut(), &[TEXTURE_DIR])?;
-        if let Some((None, span)) = self.render.strings(TEXTURE_DIR) {
-            let error = self.error(span.clone(), format!("{TEXTURE_DIR} is not the name of a folder"));
-            return Err((
-                error.help("write a folder, or a list: [\"maps\", \"textures\"]"),
-                span.start,
-            ));
+        self.render.read(
+            "render",
+            &self.source,
+            &mut options.render_mut(),
+            &[TEXTURE_DIR, HIDE, ONLY],
+        )?;
+        let lists = [
+            (
+                TEXTURE_DIR,
+                "the name of a folder",
+                "write a folder, or a list: [\"maps\", \"textures\"]",
+            ),
+            (
+                HIDE,
+                "the name of a part",
+                "write a name, or a list: [\"Chair*\", \"Lamp\"]",
+            ),
+            (
+                ONLY,
+                "the name of a part",
+                "write a name, or a list: [\"Chair*\", \"Lamp\"]",
+            ),
+        ];
+        for (key, meaning, help) in lists {
+            if let Some((None, span)) = self.render.strings(key) {
+                let error = self.error(span.clone(), format!("{key} is not {meaning}"));
+                return Err((error.help(help), span.start));
+            }
         }
         Ok(options)
     }
@@ -279,6 +311,23 @@ impl SceneFile {
             }
         }
         Ok(folders)
+    }
+
+    /// Patterns of the names of parts to hide, and to show alone.
+    pub(super) fn part_patterns(&self) -> [Vec<String>; 2] {
+        [(&self.hide, HIDE), (&self.only, ONLY)].map(|(own, key)| {
+            let written = self.render.strings(key).and_then(|(names, _)| names);
+            let written = written.into_iter().flatten().map(|name| name.to_string());
+            own.iter().cloned().chain(written).collect()
+        })
+    }
+
+    /// The parts of OBJ files that are read.
+    pub(super) fn parts(&self) -> PartFilter {
+        let [hide, only] = self
+            .part_patterns()
+            .map(|patterns| patterns.iter().map(|pattern| Glob::new(pattern)).collect());
+        PartFilter { hide, only }
     }
 
     /// Whether any light, or the emission of any material, is said to be in a group.

@@ -8,7 +8,7 @@ mod keys;
 
 use super::key_schema::{closed, described};
 use super::light_section::LightType;
-use super::scene_file::TEXTURE_DIR;
+use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
 use super::section::{Section, table};
 use super::{GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneOptions};
 use crate::color::Spectrum;
@@ -39,7 +39,7 @@ fn schema() -> Value {
             "version": { "enum": [1], "description": "Version of the format; 1" },
             "camera": camera(),
             "image": options("image", "The picture", &[]),
-            "render": options("render", "Samples, integrator and reading of files", &[(TEXTURE_DIR, texture_dir())]),
+            "render": options("render", "Samples, integrator and reading of files", &lists()),
             "object": list(object(), 1, "Objects"),
             "material": named(material, "Materials that replace those of MTL files, by name"),
             "patch": named(patch, "Changes of materials, by globs of their names"),
@@ -96,11 +96,24 @@ fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
     table
 }
 
-fn texture_dir() -> Value {
-    json!({
-        "description": "Folder, or list of folders, to search for missing textures",
-        "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
+/// Keys of `[render]` that take a string or a list of them.
+fn lists() -> Vec<(&'static str, Value)> {
+    [
+        (
+            TEXTURE_DIR,
+            "Folder, or list of folders, to search for missing textures",
+        ),
+        (HIDE, "Pattern, or list of patterns, of parts (`o`, `g`) to leave out"),
+        (ONLY, "Pattern, or list of patterns, of the parts (`o`, `g`) to show"),
+    ]
+    .map(|(key, description)| {
+        let schema = json!({
+            "description": description,
+            "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
+        });
+        (key, schema)
     })
+    .to_vec()
 }
 
 fn camera() -> Value {

@@ -3,6 +3,7 @@
 mod awkward_obj;
 mod fuzz_corpus;
 mod hostile_files;
+mod parts;
 #[cfg(feature = "tobj")]
 mod readers;
 mod schema;

@@ -1,5 +1,6 @@
 use super::outline::{FaceRange, Outline};
-use super::parse::{Chunks, parse};
+use super::parse::{Chunks, Wanted, parse};
+use super::parts::PartFilter;
 use super::polygon::triangulate;
 use super::{CHUNK_BYTES, read_text};
 use crate::io::FileError;
@@ -49,9 +50,14 @@ pub struct Face<'a> {
 impl ObjFaces {
     /// Reads a file as a render does, without what is wrong in it; its libraries define materials
     /// of the names `defined`.
-    pub fn read(path: &Path, defined: &HashSet<&str>) -> Result<Self, FileError> {
+    pub fn read(path: &Path, parts: &PartFilter, defined: &HashSet<&str>) -> Result<Self, FileError> {
+        let wanted = Wanted {
+            origin: DVec3::ZERO,
+            keep_lines: true,
+            parts,
+        };
         let text = read_text(path)?;
-        let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), (DVec3::ZERO, true), &|_| ())?;
+        let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), wanted, &|_| ())?;
         outline.set_whole_names(defined);
         let (mut materials, mut runs) = (Vec::new(), Vec::new());
         let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();

@@ -12,6 +12,7 @@ mod libraries;
 mod origin;
 mod outline;
 mod parse;
+mod parts;
 mod polygon;
 mod remarks;
 mod sides;
@@ -31,7 +32,8 @@ use libraries::{find_libraries, load_libraries};
 pub(super) use origin::chosen_origin;
 pub use origin::origin_of;
 use outline::Outline;
-use parse::Chunks;
+use parse::{Chunks, Wanted};
+pub use parts::{PartFilter, part_names};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fs::{self, File};
@@ -70,6 +72,8 @@ pub struct ObjFile {
     pub materials: Vec<FileMaterial>,
     /// Files of the libraries that were found.
     pub libraries: Vec<PathBuf>,
+    /// Patterns of the names of parts that fit one, in the order of [`PartFilter::globs`].
+    pub part_fits: Vec<bool>,
     /// True if a mesh has texture coordinates.
     pub has_uvs: bool,
     /// True if meshes have colours of vertices.
@@ -83,6 +87,7 @@ impl ObjFile {
     pub fn new(groups: Vec<Group>, materials: Vec<FileMaterial>, libraries: Vec<PathBuf>) -> Self {
         let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
         Self {
+            part_fits: Vec::new(),
             has_uvs: groups.iter().any(|group| !group.mesh.uvs.is_empty()),
             has_colors: groups.iter().any(|group| !group.mesh.colors.is_empty()),
             groups,
@@ -137,12 +142,17 @@ pub(super) fn read_obj(
     observer.begin(&format!("reading {}", path.display()), text.len() as u64);
     let chunks = Chunks::count(&text, CHUNK_BYTES);
     allowance.check(path, chunks.bytes(length))?;
-    let mut outline = parse::parse(path, &chunks, (changes.origin, false), &|bytes| observer.advance(bytes))?;
+    let wanted = Wanted {
+        origin: changes.origin,
+        keep_lines: false,
+        parts: &options.parts,
+    };
+    let mut outline = parse::parse(path, &chunks, wanted, &|bytes| observer.advance(bytes))?;
     drop(chunks);
     drop(text);
     // Without a face there is no picture.
     let has_faces = outline.sections.iter().any(|section| section.corner_count() > 0);
-    let severity = match has_faces {
+    let severity = match has_faces || !options.parts.is_empty() {
         true => options.severity_of_lack(),
         false => Severity::Error,
     };
@@ -161,6 +171,7 @@ pub(super) fn read_obj(
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
     let (vertices, skipped) = (outline.vertices.positions.len(), outline.remarks.skipped());
+    let part_fits = std::mem::take(&mut outline.part_fits);
     let mut of_colors = Vec::new();
     let colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
     findings.extend(of_colors);
@@ -170,10 +181,14 @@ pub(super) fn read_obj(
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
-    if groups.is_empty() && wrong_count == 0 {
+    // A scene of several files may show parts of one of them.
+    if groups.is_empty() && wrong_count == 0 && options.parts.is_empty() {
         return Err(no_faces(path, vertices, skipped));
     }
-    Ok(ObjFile::new(groups, materials, libraries))
+    Ok(ObjFile {
+        part_fits,
+        ..ObjFile::new(groups, materials, libraries)
+    })
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {

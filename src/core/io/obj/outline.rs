@@ -32,6 +32,8 @@ pub(super) struct Outline {
     pub wrong_count: usize,
     /// Indices of wrong positions, sorted; empty once no face has them.
     pub wrong_positions: Vec<usize>,
+    /// Patterns of the names of parts that fit one.
+    pub part_fits: Vec<bool>,
 }
 
 impl Outline {

@@ -6,6 +6,7 @@
 use super::colors::{color_of, read_mrgb};
 use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
+use super::parts::{PartFilter, PartState};
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks, Skipped};
 use crate::io::statements::{MRGB, Statement, chunks, place_of, split_keyword, statements, whole_statements};
@@ -55,23 +56,38 @@ impl<'a> Chunks<'a> {
     }
 }
 
+/// What is read of an OBJ file.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    /// The point of the file that becomes the origin.
+    pub origin: DVec3,
+    /// True if the line of each face is kept.
+    pub keep_lines: bool,
+    /// The parts whose faces are read.
+    pub parts: &'a PartFilter,
+}
+
 /// Reads the statements of an OBJ file, in parallel; the result does not depend on the size of the chunks.
 ///
-/// `keep_lines` keeps the line of each face; `advance` is told of the bytes that have been read. An error is a file that is too large as a
+/// `advance` is called with the bytes that have been read. An error is a file that is too large as a
 /// whole; statements that are wrong are collected.
 pub(super) fn parse(
     path: &Path,
     chunks: &Chunks,
-    (origin, keep_lines): (DVec3, bool),
+    wanted: Wanted,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
-    let mut outline = parse_all(path, chunks, (origin, keep_lines), advance)?;
+    let mut outline = parse_all(path, chunks, wanted, advance)?;
     let Some(&first) = outline.wrong_positions.first() else {
         return Ok(outline);
     };
     // Only such files need the lines of their faces.
-    if !keep_lines {
-        outline = parse_all(path, chunks, (origin, true), &|_| ())?;
+    if !wanted.keep_lines {
+        let wanted = Wanted {
+            keep_lines: true,
+            ..wanted
+        };
+        outline = parse_all(path, chunks, wanted, &|_| ())?;
     }
     let wrong = std::mem::take(&mut outline.wrong_positions);
     let is_wrong = |i: u32| i as usize >= first && wrong.binary_search(&(i as usize)).is_ok();
@@ -88,15 +104,17 @@ pub(super) fn parse(
 fn parse_all(
     path: &Path,
     chunks: &Chunks,
-    (origin, keep_lines): (DVec3, bool),
+    wanted: Wanted,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
     let Chunks { texts, before, total } = chunks;
+    let states = PartState::of_chunks(wanted.parts, texts);
     let parsed: Vec<Chunk> = texts
         .par_iter()
         .zip(before)
-        .map(|(text, before)| {
-            let chunk = Chunk::parse(path, text, [before, total], (origin, keep_lines));
+        .zip(states)
+        .map(|((text, before), state)| {
+            let chunk = Chunk::parse(path, text, [before, total], wanted, state);
             advance(text.len() as u64);
             chunk
         })
@@ -115,8 +133,12 @@ fn parse_all(
         wrong: Vec::new(),
         wrong_count: 0,
         wrong_positions: Vec::new(),
+        part_fits: vec![false; wanted.parts.globs().count()],
     };
     for mut chunk in parsed {
+        for (all, fits) in outline.part_fits.iter_mut().zip(&chunk.parts.fits) {
+            *all |= fits;
+        }
         let first = outline.vertices.positions.len();
         let wrong_positions = chunk.wrong_positions.iter().map(|i| first + i);
         outline.wrong_positions.extend(wrong_positions);
@@ -217,11 +239,12 @@ struct Chunk<'a> {
     /// The point of the file that becomes the origin.
     origin: DVec3,
     keep_lines: bool,
+    parts: PartState<'a>,
 }
 
 impl<'a> Chunk<'a> {
     /// Reads a chunk of a file that has `total` counts, `before` of them before the chunk.
-    fn parse(path: &Path, text: &str, [before, total]: [&'a Counts; 2], (origin, keep_lines): (DVec3, bool)) -> Self {
+    fn parse(path: &Path, text: &str, [before, total]: [&'a Counts; 2], wanted: Wanted, parts: PartState<'a>) -> Self {
         let mut chunk = Self {
             before,
             total,
@@ -233,8 +256,9 @@ impl<'a> Chunk<'a> {
             wrong_count: 0,
             wrong_positions: Vec::new(),
             lost: [None, None],
-            origin,
-            keep_lines,
+            origin: wanted.origin,
+            keep_lines: wanted.keep_lines,
+            parts,
         };
         // The first state_change changes nothing: faces may belong to what came before the chunk.
         chunk.section.state_change();
@@ -318,7 +342,9 @@ impl<'a> Chunk<'a> {
                 }
                 self.vertices.normals.push(normal);
             }
-            "f" | "fo" => self.read_face(rest, line)?,
+            "f" | "fo" if self.parts.is_shown() => self.read_face(rest, line)?,
+            "f" | "fo" => {}
+            "o" | "g" => self.parts.follow(keyword, rest),
             "usemtl" => {
                 let whole_name = whole.whole_name();
                 if !rest.is_empty() || whole_name.is_some() {
@@ -339,7 +365,7 @@ impl<'a> Chunk<'a> {
                 read.unwrap_or_else(|()| self.remarks.add(Remark::BadColor, line));
             }
             // Names, and how other programs should show the mesh
-            "" | "o" | "g" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
+            "" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
             "p" => self
                 .remarks
                 .skip(Skipped::Point, rest.split_ascii_whitespace().count(), line),

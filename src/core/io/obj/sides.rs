@@ -166,7 +166,8 @@ fn move_out(
 
 #[cfg(test)]
 mod tests {
-    use super::super::parse::{Chunks, parse};
+    use super::super::parse::{Chunks, Wanted, parse};
+    use super::super::parts::PartFilter;
     use super::super::{Group, into_groups};
     use crate::math::DVec3;
     use std::path::Path;
@@ -175,7 +176,12 @@ mod tests {
     fn groups(faces: &str) -> (Vec<Group>, usize) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);
-        let outline = parse(Path::new("t.obj"), &chunks, (DVec3::ZERO, false), &|_| ()).unwrap();
+        let wanted = Wanted {
+            origin: DVec3::ZERO,
+            keep_lines: false,
+            parts: &PartFilter::default(),
+        };
+        let outline = parse(Path::new("t.obj"), &chunks, wanted, &|_| ()).unwrap();
         into_groups(outline, Colors::default(), true)
     }
 

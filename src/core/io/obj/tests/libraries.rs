@@ -1,3 +1,4 @@
+use super::super::PartFilter;
 use super::{ObjFaces, SQUARE, load, load_file};
 use crate::io::LoadOptions;
 use std::fs;
@@ -104,7 +105,7 @@ fn names_may_have_number_signs() {
     );
     assert!(file.warnings.is_empty(), "{:?}", file.warnings);
     let defined = names.into_iter().collect();
-    let faces = ObjFaces::read(&path, &defined).unwrap();
+    let faces = ObjFaces::read(&path, &PartFilter::default(), &defined).unwrap();
     let used: Vec<_> = faces.materials().iter().map(|m| m.name.as_deref().unwrap()).collect();
     assert_eq!(used, groups);
 }

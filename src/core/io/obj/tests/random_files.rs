@@ -1,4 +1,5 @@
-use super::super::parse::{self, Chunks};
+use super::super::parse::{self, Chunks, Wanted};
+use super::super::parts::PartFilter;
 use super::super::{Colors, Group, into_groups};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
@@ -139,7 +140,11 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let mut outline = parse::parse(
         Path::new("t.obj"),
         &Chunks::count(text, chunk_bytes),
-        (DVec3::ZERO, false),
+        Wanted {
+            origin: DVec3::ZERO,
+            keep_lines: false,
+            parts: &PartFilter::default(),
+        },
         &|_| (),
     )?;
     // The first of the file

@@ -1,8 +1,8 @@
-//! Patterns of material names. The crate `glob` reads `[` as the start of a class, but names of materials contain brackets.
+//! Patterns of names of materials and parts. The crate `glob` reads `[` as the start of a class, but names of materials contain brackets.
 
 /// A pattern of names: `*` stands for any characters, `?` for one, and `\` takes the character after it as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Glob(Vec<Part>);
+pub struct Glob(Vec<Part>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {

@@ -76,7 +76,7 @@ fn sets_of_the_file_or_alone_are_used_and_several_are_not() {
     let other = scene(PLAIN, &["model_albedo.png"]);
     fs::write(other.path().join("b.obj"), OBJ).unwrap();
     assert!(picture(&other, "").0 == plain);
-    // A library that names a texture, and a section of the scene file, count alone.
+    // A library that names a texture is taken as it is.
     let named = scene("newmtl wood\nmap_Kd x.png\n", &["x.png", "a_albedo.png"]);
     let named_alone = scene("newmtl wood\nmap_Kd x.png\n", &["x.png"]);
     assert!(picture(&named, "").0 == picture(&named_alone, "").0);

@@ -56,7 +56,7 @@ impl<'a> Chunks<'a> {
     }
 }
 
-/// What is read of an OBJ file.
+/// Selection of an OBJ file that is read.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     /// The point of the file that becomes the origin.

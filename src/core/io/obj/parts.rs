@@ -172,7 +172,7 @@ mod tests {
             // The group stays while the object changes.
             (vec![], glob("4"), 3),
             (glob("x"), vec![], 2),
-            (glob("part0"), glob("x"), 17),
+            (glob("part0"), glob("x"), 18),
         ] {
             let filter = PartFilter { hide, only };
             for bytes in (1..text.len()).step_by(7) {

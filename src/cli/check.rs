@@ -7,6 +7,7 @@ use super::words;
 use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
 use crate::io::{DEFAULT_LIGHT, FileError, Finding, MAX_PLACES, Position, Severity};
 use crate::lint;
+use crate::options::CameraOptions;
 use crate::scene::{Scene, SceneBuilder};
 use crate::session::{CameraSettings, FoundCamera, Memory, all_threads, thread_pool};
 use serde_json::{Value, json};
@@ -158,7 +159,7 @@ impl Report {
 
     /// What the scene leaves to the program.
     fn note_defaults(&mut self, file: &SceneFile) {
-        if file.camera.is_none() {
+        if file.options.camera == CameraOptions::default() {
             let message = "no camera: it is guessed (`embrasure info` prints it, `embrasure views` shows others)";
             self.add(Severity::Note, "default-camera", file.whole(message));
         }

@@ -66,6 +66,7 @@ fn documented(page: &str) -> String {
             .collect()
     };
     let mut tables: Vec<(String, Vec<String>)> = vec![
+        ("| `camera.".into(), options("camera")),
         ("| `image.".into(), options("image")),
         ("| `render.".into(), options("render")),
         (

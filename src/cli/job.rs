@@ -127,6 +127,7 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
 /// What the scene file says of the picture, and flags over it.
 fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
     SceneOptions {
+        camera: scene.options.camera,
         size: args.size.map_or(scene.options.size, |[width, height]| SizeOptions {
             width: Some(width),
             height: Some(height),
@@ -152,7 +153,7 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
     args.camera.apply(&mut settings.camera, scene.origin());
     let size = settings.resolution;
     let is_inside = |at: &Vec2| at.cmpge(Vec2::ZERO).all() && at.cmple(size.as_vec2()).all();
-    if let Some(at) = args.camera.focus_at().filter(|at| !is_inside(at)) {
+    if let Some(at) = args.camera.0.focus_at.filter(|at| !is_inside(at)) {
         return Err(CliError::Usage(format!(
             "--focus-at {},{}\n  help: choose a point inside the image, from 0,0 to {},{}",
             at.x, at.y, size.x, size.y

@@ -4,7 +4,6 @@ use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::marker::PhantomData;
-use toml::Spanned;
 
 /// A list of `N` values, neither fewer nor more.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -41,12 +40,4 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for ExactList<[T
         }
         deserializer.deserialize_seq(List(PhantomData))
     }
-}
-
-/// Reads a key that is a list of `N` numbers.
-pub(super) fn numbers<'de, D: Deserializer<'de>, const N: usize>(
-    deserializer: D,
-) -> Result<Option<Spanned<[f32; N]>>, D::Error> {
-    let read = Option::<Spanned<ExactList<[f32; N]>>>::deserialize(deserializer)?;
-    Ok(read.map(|list| Spanned::new(list.span(), list.into_inner().0)))
 }

@@ -5,7 +5,6 @@
 //! named files and builds the scene, `write` makes the text of a scene file, and `schema` the JSON Schema of all of them. Formats of meshes and pictures are in `io`, and parameters of a
 //! render in `options`.
 
-mod camera_section;
 mod color_value;
 mod exact_list;
 mod find_texture;
@@ -36,7 +35,6 @@ mod unknown_key;
 mod write;
 
 pub use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
-pub use camera_section::{CameraSection, NamedView, OrbitAngles};
 pub use color_value::{ChannelValues, ColorValue};
 pub use ground_section::GroundSection;
 pub use in_order::InOrder;

@@ -5,7 +5,7 @@ use super::source::Source;
 use super::unknown_key::unknown_key;
 use super::{FileError, InOrder};
 use crate::math::excerpt;
-use crate::options::{Entry, Input, InvalidOption};
+use crate::options::{Entry, EntryKind, Input, InvalidOption};
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeSet;
@@ -54,9 +54,11 @@ impl OptionSection {
     /// The section that sets what `groups` say.
     pub fn of(groups: &[&dyn AnyGroup]) -> Self {
         let entry = |entry: Entry| {
-            let value = match entry.is_number {
-                true => Scalar::Number(entry.text),
-                false => Scalar::String(entry.text),
+            let numbers = |text: &str| text.split(',').map(|number| Scalar::Number(number.into())).collect();
+            let value = match entry.kind {
+                EntryKind::Number => Scalar::Number(entry.text),
+                EntryKind::String => Scalar::String(entry.text),
+                EntryKind::List => Scalar::List(numbers(&entry.text), None),
             };
             (Spanned::new(0..0, entry.key.to_string()), Spanned::new(0..0, value))
         };
@@ -73,6 +75,14 @@ impl OptionSection {
             Spanned::new(0..0, Scalar::List(list, None)),
         );
         self.0.0.push(entry);
+    }
+
+    /// The place of the value of `key`, if it is there.
+    pub fn span_of(&self, key: &str) -> Option<Range<usize>> {
+        let mut entries = self.0.0.iter();
+        entries
+            .find(|(name, _)| name.get_ref() == key)
+            .map(|(_, value)| value.span())
     }
 
     /// Whether nothing is set.

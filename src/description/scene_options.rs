@@ -2,8 +2,8 @@
 
 use super::LoadParameters;
 use crate::options::{
-    BackgroundOptions, Entry, FilterOptions, Input, IntegratorOptions, InvalidOption, OptionGroup, Parameter,
-    QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
+    BackgroundOptions, CameraOptions, Entry, FilterOptions, Input, IntegratorOptions, InvalidOption, OptionGroup,
+    Parameter, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
 };
 
 /// A group of options, whichever it is.
@@ -58,6 +58,10 @@ macro_rules! scene_options {
 }
 
 scene_options! {
+    camera, camera_mut {
+        /// Where the picture is taken from.
+        camera: CameraOptions,
+    }
     image, image_mut {
         /// Size of the image.
         size: SizeOptions,

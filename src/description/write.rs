@@ -6,9 +6,9 @@
 use super::option_section::OptionSection;
 use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
 use super::section::Section;
-use super::{CameraSection, FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
+use super::{FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
 use crate::camera::CameraDescription;
-use crate::math::Vec3;
+use crate::options::CameraOptions;
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -23,33 +23,6 @@ const MAX_SPELLINGS: usize = 8;
 /// A value that no file has yet.
 fn said<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
-}
-
-impl CameraSection {
-    /// The section of a camera, with all that decides what it sees.
-    pub fn of(camera: &CameraDescription) -> Self {
-        let vector = |v: Vec3| said(v.to_array());
-        let (parameters, close) = (&camera.parameters, camera.motion.and_then(|motion| motion.close));
-        Self {
-            view: None,
-            orbit: None,
-            position: Some(vector(parameters.position)),
-            look_at: Some(vector(parameters.look_at)),
-            up: Some(vector(parameters.up)),
-            vertical_fov: Some(said(parameters.vertical_fov)),
-            lens_radius: Some(said(parameters.lens_radius)),
-            f_stop: None,
-            sensor_height: None,
-            aperture_blades: camera.aperture.map(|aperture| said(aperture.blades)),
-            aperture_rotation: camera.aperture.map(|aperture| said(aperture.rotation)),
-            focus_distance: Some(said(parameters.focus_distance)),
-            focus_at: None,
-            position_close: close.map(|pose| vector(pose.position)),
-            look_at_close: close.map(|pose| vector(pose.look_at)),
-            up_close: close.map(|pose| vector(pose.up)),
-            shutter: camera.motion.map(|motion| said(motion.shutter)),
-        }
-    }
 }
 
 impl LightSection {
@@ -68,12 +41,15 @@ impl SceneFile {
     pub fn with(&self, options: &SceneOptions, camera: &CameraDescription) -> Result<Self, FileError> {
         let mut file = self.clone();
         file.version = Some(said(VERSION));
-        file.options = *options;
+        file.options = SceneOptions {
+            camera: CameraOptions::of(camera),
+            ..*options
+        };
+        file.camera = OptionSection::of(&file.options.camera());
         file.image = OptionSection::of(&options.image());
         file.render = OptionSection::of(&options.render());
         file.texture_dirs = self.all_texture_dirs()?;
         [file.hide, file.only] = self.part_patterns();
-        file.camera = Some(CameraSection::of(camera));
         file.patch.0 = self.own_patches()?;
         file.material.retain(|_, section| !section.is_patch());
         Ok(file)
@@ -240,10 +216,11 @@ mod tests {
         assert_eq!(SceneFile::load(&path).unwrap().to_toml(&path).unwrap(), text);
     }
 
-    /// Numbers as the program reads them: 32 bits, and one number of a colour for three.
+    /// Numbers as the program reads them: 32 bits, whole ones too, and one number of a colour for three.
     fn as_read(value: toml::Value) -> toml::Value {
         match value {
             toml::Value::Float(number) => toml::Value::Float((number as f32).into()),
+            toml::Value::Integer(number) => toml::Value::Float((number as f32).into()),
             toml::Value::Array(list) => toml::Value::Array(list.into_iter().map(as_read).collect()),
             toml::Value::Table(table) => {
                 let entry = |(key, value): (String, toml::Value)| match (key.as_str(), value) {

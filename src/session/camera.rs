@@ -4,114 +4,47 @@ use crate::accel::Accel;
 use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
-use crate::guess::{Asked, CameraFinder, CameraGuess, Orbit, View};
+use crate::guess::{Asked, CameraFinder, CameraGuess};
 use crate::io::FileError;
-use crate::math::{DVec3, Encode, UVec2, Vec2, Vec3, encode_fields};
+use crate::math::{DVec3, UVec2, Vec2, Vec3};
+use crate::options::CameraOptions;
 use crate::scene::Scene;
-use toml::Spanned;
+use std::ops::{Deref, DerefMut};
 
 /// Vertical field of view, in degrees, of a camera that says where it is and what it looks at, and no more.
 const DEFAULT_FOV: f32 = 40.0;
-
-/// Height of the sensor where nothing is said, scene units: that of full frame, if they are metres.
-const DEFAULT_SENSOR_HEIGHT: f32 = 0.024;
 
 /// Settings of the camera; the others are guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CameraSettings {
-    /// Side from which the scene is seen, if no position is given.
-    pub view: Option<View>,
-    /// Side from which the scene is seen, by angles.
-    pub orbit: Option<Orbit>,
-    /// Centre of the lens.
-    pub position: Option<Vec3>,
-    /// The point in the middle of the image.
-    pub look_at: Option<Vec3>,
-    /// Up in the image; +y where nothing is said, or the scene's up where the camera is guessed.
-    pub up: Option<Vec3>,
-    /// Degrees; 40 where nothing is said, or what suits the scene where the camera is guessed.
-    pub vertical_fov: Option<f32>,
-    /// Scene units; a pinhole where nothing is said.
-    pub lens_radius: Option<f32>,
-    /// F-number of the lens, in place of `lens_radius`: its focal length over its diameter.
-    pub f_stop: Option<f32>,
-    /// Height of the sensor, scene units, from which `f_stop` and the field of view make the focal length; 0.024 where nothing is said.
-    pub sensor_height: Option<f32>,
-    /// Straight blades of the lens's opening; a disk where nothing is said.
-    pub aperture_blades: Option<u32>,
-    /// Angle of the first corner between them, degrees; 0 where nothing is said.
-    pub aperture_rotation: Option<f32>,
-    /// Along the view axis; that of `look_at` where nothing is said.
-    pub focus_distance: Option<f32>,
-    /// The point of the image, in pixels from its top left corner, whose surface is in focus: in place of `focus_distance`.
-    pub focus_at: Option<Vec2>,
-    /// `position` at time 1, if the camera moves.
-    pub position_close: Option<Vec3>,
-    /// `look_at` at time 1.
-    pub look_at_close: Option<Vec3>,
-    /// `up` at time 1.
-    pub up_close: Option<Vec3>,
-    /// When the shutter opens and closes, from 0 to 1.
-    pub shutter: Option<[f32; 2]>,
+    /// Keys of the scene file and flags.
+    pub options: CameraOptions,
     /// Axis that is up in most files of the program that wrote the scene; evidence for guesses.
     pub usual_up: Option<Vec3>,
     /// Point of the OBJ file's coordinates that is the scene's origin, for messages.
     pub origin: DVec3,
 }
 
-encode_fields!(CameraSettings {
-    view,
-    orbit,
-    position,
-    look_at,
-    up,
-    vertical_fov,
-    lens_radius,
-    f_stop,
-    sensor_height,
-    aperture_blades,
-    aperture_rotation,
-    focus_distance,
-    focus_at,
-    position_close,
-    look_at_close,
-    up_close,
-    shutter,
-    usual_up,
-    origin,
-});
+impl Deref for CameraSettings {
+    type Target = CameraOptions;
+
+    fn deref(&self) -> &CameraOptions {
+        &self.options
+    }
+}
+
+impl DerefMut for CameraSettings {
+    fn deref_mut(&mut self) -> &mut CameraOptions {
+        &mut self.options
+    }
+}
 
 impl CameraSettings {
     /// Camera settings of the scene file.
     pub fn of(file: &SceneFile) -> Self {
-        let Some(section) = &file.camera else {
-            return Self {
-                usual_up: file.usual_up(),
-                origin: file.origin(),
-                ..Self::default()
-            };
-        };
-        let vector = |key: &Option<Spanned<[f32; 3]>>| key.as_ref().map(|v| Vec3::from(*v.get_ref()));
-        let number = |key: &Option<Spanned<f32>>| key.as_ref().map(|v| *v.get_ref());
         Self {
-            view: section.view.as_ref().map(|view| view.get_ref().0),
-            orbit: section.orbit.as_ref().map(|orbit| orbit.get_ref().0),
-            position: vector(&section.position),
-            look_at: vector(&section.look_at),
-            up: vector(&section.up),
-            vertical_fov: number(&section.vertical_fov),
-            lens_radius: number(&section.lens_radius),
-            f_stop: number(&section.f_stop),
-            sensor_height: number(&section.sensor_height),
-            aperture_blades: section.aperture_blades.as_ref().map(|blades| *blades.get_ref()),
-            aperture_rotation: number(&section.aperture_rotation),
-            focus_distance: number(&section.focus_distance),
-            focus_at: section.focus_at.as_ref().map(|at| Vec2::from(*at.get_ref())),
-            position_close: vector(&section.position_close),
-            look_at_close: vector(&section.look_at_close),
-            up_close: vector(&section.up_close),
-            shutter: section.shutter.as_ref().map(|s| *s.get_ref()),
+            options: file.options.camera,
             usual_up: file.usual_up(),
             origin: file.origin(),
         }
@@ -122,7 +55,10 @@ impl CameraSettings {
     pub(crate) fn viewpoint(&self) -> Viewpoint {
         let is_nearest_to_z = |up: &Vec3| up.z > up.x.abs() && up.z > up.y.abs();
         Viewpoint {
-            back: self.position.zip(self.look_at).map(|(position, at)| position - at),
+            back: self
+                .position
+                .zip(self.look_at)
+                .map(|(position, at)| (position - at).as_vec3a()),
             up: self.up,
             scene_up: self.up.filter(is_nearest_to_z).map(|_| Vec3::Z),
         }
@@ -142,8 +78,8 @@ impl CameraSettings {
     /// What finds the camera in `scene`, whose rays `accel` answers.
     pub(crate) fn finder<'a>(&self, scene: &'a Scene, accel: &'a dyn Accel, resolution: UVec2) -> CameraFinder<'a> {
         let asked = Asked {
-            position: self.position,
-            look_at: self.look_at,
+            position: self.position.map(|position| position.as_vec3a()),
+            look_at: self.look_at.map(|look_at| look_at.as_vec3a()),
             up: self.up,
             vertical_fov: self.vertical_fov,
             view: self.view.unwrap_or_default(),
@@ -162,6 +98,7 @@ impl CameraSettings {
     ) -> Result<(CameraDescription, Option<CameraGuess>), CameraError> {
         let (guess, pose) = match (self.position, self.look_at, finder) {
             (Some(position), Some(look_at), _) => {
+                let [position, look_at] = [position, look_at].map(|point| point.as_vec3a());
                 let up = self.up.unwrap_or(Vec3::Y);
                 (
                     None,
@@ -196,7 +133,7 @@ impl CameraSettings {
         let motion = self.motion(&parameters);
         let aperture = self.aperture_blades.map(|blades| Aperture {
             blades,
-            rotation: self.aperture_rotation.unwrap_or(0.0),
+            rotation: self.aperture_rotation(),
         });
         let description = CameraDescription {
             parameters,
@@ -209,7 +146,7 @@ impl CameraSettings {
     /// Radius of the lens, scene units. By an f-number N it is `f / 2N`, where the focal length f is the distance at which a sensor of that height has
     /// the field of view: that of a lens focused at infinity.
     fn radius(&self, vertical_fov: f32) -> Result<f32, CameraError> {
-        let height = self.sensor_height.unwrap_or(DEFAULT_SENSOR_HEIGHT);
+        let height = self.sensor_height();
         for (parameter, value) in [("f_stop", self.f_stop), ("sensor_height", Some(height))] {
             if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
                 return Err(CameraError::not_positive(parameter, value));
@@ -241,11 +178,6 @@ impl CameraSettings {
         })
     }
 
-    /// Whether both have the same bits: NaN is equal to NaN.
-    pub(super) fn is_same(&self, other: &Self) -> bool {
-        self.encoded() == other.encoded()
-    }
-
     /// How the camera of `parameters` moves and when it looks; `None` where nothing is said of it.
     fn motion(&self, parameters: &CameraParameters) -> Option<CameraMotion> {
         let moves = self.position_close.or(self.look_at_close).or(self.up_close).is_some();
@@ -255,7 +187,7 @@ impl CameraSettings {
                 look_at: self.look_at_close.unwrap_or(parameters.look_at),
                 up: self.up_close.unwrap_or(parameters.up),
             }),
-            shutter: self.shutter.unwrap_or([0.0, 1.0]),
+            shutter: self.shutter().0,
         })
     }
 }
@@ -290,28 +222,19 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
-/// `error` as one of the key that is to blame, if the scene file has a camera.
+/// `error` as one of the key that is to blame, if the scene file has it, else of the position.
 pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> {
-    let section = file.camera.as_ref()?;
-    let key = match error.parameter {
-        "look_at" => section.look_at.as_ref().map(Spanned::span),
-        "up" => section.up.as_ref().map(Spanned::span),
-        "vertical_fov" => section.vertical_fov.as_ref().map(Spanned::span),
-        "lens_radius" => section.lens_radius.as_ref().map(Spanned::span),
-        "f_stop" => section.f_stop.as_ref().map(Spanned::span),
-        "sensor_height" => section.sensor_height.as_ref().map(Spanned::span),
-        "aperture_blades" => section.aperture_blades.as_ref().map(Spanned::span),
-        "aperture_rotation" => section.aperture_rotation.as_ref().map(Spanned::span),
-        "focus_distance" => section.focus_distance.as_ref().map(Spanned::span),
-        "shutter" => section.shutter.as_ref().map(Spanned::span),
-        "close" => {
-            let keys = [&section.position_close, &section.look_at_close, &section.up_close];
-            keys.into_iter().flatten().next().map(Spanned::span)
-        }
-        _ => None,
+    let close = ["position_close", "look_at_close", "up_close"];
+    let keys = match error.parameter {
+        "close" => &close[..],
+        parameter => &[parameter],
     };
-    let span = key.or_else(|| Some(section.position.as_ref()?.span()))?;
-    Some(file.error(span, error.to_string()).help("correct the [camera]"))
+    let message = error.to_string();
+    let mut errors = keys
+        .iter()
+        .chain(&["position"])
+        .filter_map(|key| file.camera_error(key, &message));
+    Some(errors.next()?.help("correct the [camera]"))
 }
 
 /// Distance along the view axis of the surface that is seen at `at`, in pixels; that of the camera's target where nothing is.
@@ -343,21 +266,17 @@ mod tests {
     /// A normal lens of full frame, 50 mm at a vertical field of view of 26.99°, in metres and in millimetres.
     #[test]
     fn an_f_number_is_a_radius() {
-        let settings = CameraSettings {
-            f_stop: Some(2.0),
-            ..CameraSettings::default()
-        };
+        let mut settings = CameraSettings::default();
+        settings.f_stop = Some(2.0);
         let fov = 2.0 * (12f32 / 50.0).atan().to_degrees();
         assert!((settings.radius(fov).unwrap() - 0.0125).abs() < 1e-7);
-        let millimetres = CameraSettings {
-            sensor_height: Some(24.0),
-            ..settings
-        };
+        let mut millimetres = settings;
+        millimetres.sensor_height = Some(24.0);
         assert!((millimetres.radius(fov).unwrap() - 12.5).abs() < 1e-4);
         assert_eq!(CameraSettings::default().radius(fov), Ok(0.0));
         for f_stop in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-            let f_stop = Some(f_stop);
-            assert!(CameraSettings { f_stop, ..settings }.radius(fov).is_err());
+            settings.f_stop = Some(f_stop);
+            assert!(settings.radius(fov).is_err());
         }
     }
 }

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::camera::CameraDescription;
 use crate::guess::CameraGuess;
+use crate::options::CameraOptions;
 use std::sync::OnceLock;
 
 impl Session {
@@ -47,7 +48,10 @@ impl Session {
     pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let free = CameraSettings {
-            up: self.said_camera.up,
+            options: CameraOptions {
+                up: self.said_camera.up,
+                ..CameraOptions::default()
+            },
             ..CameraSettings::default()
         };
         let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution);

@@ -25,8 +25,8 @@ fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     settings.guesses = Guesses::default();
     let camera = &mut settings.camera;
     (camera.view, camera.orbit) = (None, None);
-    camera.position = Some(parameters.position);
-    camera.look_at = Some(parameters.look_at);
+    camera.position = Some(parameters.position.as_dvec3());
+    camera.look_at = Some(parameters.look_at.as_dvec3());
     camera.up = Some(parameters.up);
     camera.vertical_fov = Some(parameters.vertical_fov);
     settings

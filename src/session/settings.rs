@@ -366,7 +366,7 @@ impl Settings {
             Ok((found, survey))
         });
         found.map_err(|error| {
-            let is_of_file = self.camera.is_same(&CameraSettings::of(file));
+            let is_of_file = self.camera == CameraSettings::of(file);
             let blamed = is_of_file.then(|| blame(file, &error)).flatten();
             blamed.map_or_else(|| error.into(), Error::File)
         })

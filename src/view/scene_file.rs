@@ -291,8 +291,9 @@ mod tests {
         );
         save(&path, text, &new).unwrap().unwrap();
         let camera: CameraSettings = Settings::of(&SceneFile::load(&path).unwrap()).camera;
-        assert_eq!(camera.position, Some(VIEW.parameters().position));
-        assert_eq!(camera.look_at, Some(VIEW.parameters().look_at));
+        let [position, look_at] = [camera.position, camera.look_at].map(|point| point.map(|p| p.as_vec3a()));
+        assert_eq!(position, Some(VIEW.parameters().position));
+        assert_eq!(look_at, Some(VIEW.parameters().look_at));
         assert_eq!(camera.up, Some(VIEW.parameters().up));
         assert_eq!(camera.vertical_fov, Some(39.3077));
         assert_eq!(camera.lens_radius, Some(0.05));

@@ -3,7 +3,7 @@
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
-use embrasure::description::{CameraSection, Loaded, SceneFile, load_scene};
+use embrasure::description::{Loaded, SceneFile, load_scene};
 use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Strategy, World};
@@ -12,13 +12,13 @@ use embrasure::io::{
     read_rendering, read_text,
 };
 use embrasure::math::{UVec2, Vec2, Vec3};
+use embrasure::options::CameraOptions;
 use embrasure::render::render;
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Channel, Texture, Wrap};
 use std::fs;
 use std::path::Path;
-use toml::Spanned;
 
 /// A kind of file that is read.
 pub struct Door {
@@ -87,7 +87,7 @@ fn check_obj(folder: &Path, bytes: &[u8]) {
                 "{found} triangles, smooth: {smooth:?}"
             );
         }
-        check_render(&loaded.scene, None);
+        check_render(&loaded.scene, &CameraOptions::default());
     }
 }
 
@@ -101,7 +101,7 @@ fn check_mtl(folder: &Path, bytes: &[u8]) {
         let Some(loaded) = check_load(&file, folder) else {
             return;
         };
-        check_render(&loaded.scene, None);
+        check_render(&loaded.scene, &CameraOptions::default());
     }
 }
 
@@ -111,7 +111,7 @@ fn check_scene_file(folder: &Path, bytes: &[u8]) {
     match SceneFile::load(&path) {
         Ok(file) => {
             if let Some(loaded) = check_load(&file, folder) {
-                check_render(&loaded.scene, file.camera.as_ref());
+                check_render(&loaded.scene, &file.options.camera);
             }
         }
         Err(error) => check_error(&error, folder),
@@ -143,7 +143,7 @@ fn check_environment(folder: &Path, bytes: &[u8]) {
     write(&folder.join("t").with_extension(name), bytes);
     let file = SceneFile::load(folder.join(name).with_extension("toml")).expect("a sound scene file");
     if let Some(loaded) = check_load(&file, folder) {
-        check_render(&loaded.scene, None);
+        check_render(&loaded.scene, &CameraOptions::default());
     }
 }
 
@@ -320,16 +320,12 @@ fn check_texels(texture: &Texture, file_bytes: usize) {
 }
 
 /// A few paths: what comes of the largest numbers may be dropped, but never a pixel that is none.
-fn check_render(scene: &Scene, section: Option<&CameraSection>) {
+fn check_render(scene: &Scene, camera: &CameraOptions) {
     if scene.placed_triangle_count() > MAX_RENDERED {
         return;
     }
-    let parameters = section.map_or_else(|| framing(scene), |section| parameters(section, scene));
-    let still = CameraMotion {
-        close: None,
-        shutter: [0.0, 1.0],
-    };
-    let motion = section.map_or(still, |section| motion(section, &parameters));
+    let parameters = parameters(camera, scene);
+    let motion = motion(camera, &parameters);
     let resolution = UVec2::splat(3);
     let Ok(camera) = Camera::moving(parameters, motion, resolution) else {
         return;
@@ -364,28 +360,26 @@ fn framing(scene: &Scene) -> CameraParameters {
     }
 }
 
-fn parameters(section: &CameraSection, scene: &Scene) -> CameraParameters {
-    let or = |point: &Option<Spanned<[f32; 3]>>, usual| point.as_ref().map_or(usual, |v| Vec3::from(*v.get_ref()));
+fn parameters(camera: &CameraOptions, scene: &Scene) -> CameraParameters {
     let usual = framing(scene);
     CameraParameters {
-        position: or(&section.position, usual.position),
-        look_at: or(&section.look_at, usual.look_at),
-        up: section.up.as_ref().map_or(Vec3::Y, |up| Vec3::from(*up.get_ref())),
-        vertical_fov: section.vertical_fov.as_ref().map_or(40.0, |v| *v.get_ref()),
-        lens_radius: section.lens_radius.as_ref().map_or(0.0, |v| *v.get_ref()),
-        focus_distance: section.focus_distance.as_ref().map_or(1.0, |v| *v.get_ref()),
+        position: camera.position.map_or(usual.position, |position| position.as_vec3a()),
+        look_at: camera.look_at.map_or(usual.look_at, |look_at| look_at.as_vec3a()),
+        up: camera.up.unwrap_or(usual.up),
+        vertical_fov: camera.vertical_fov.unwrap_or(usual.vertical_fov),
+        lens_radius: camera.lens_radius.unwrap_or(usual.lens_radius),
+        focus_distance: camera.focus_distance.unwrap_or(usual.focus_distance),
     }
 }
 
-fn motion(section: &CameraSection, parameters: &CameraParameters) -> CameraMotion {
-    let or = |close: &Option<Spanned<[f32; 3]>>, open| close.as_ref().map_or(open, |v| Vec3::from(*v.get_ref()));
+fn motion(camera: &CameraOptions, parameters: &CameraParameters) -> CameraMotion {
     CameraMotion {
         close: Some(Pose {
-            position: or(&section.position_close, parameters.position),
-            look_at: or(&section.look_at_close, parameters.look_at),
-            up: or(&section.up_close, parameters.up),
+            position: camera.position_close.unwrap_or(parameters.position),
+            look_at: camera.look_at_close.unwrap_or(parameters.look_at),
+            up: camera.up_close.unwrap_or(parameters.up),
         }),
-        shutter: section.shutter.as_ref().map_or([0.0, 1.0], |s| *s.get_ref()),
+        shutter: camera.shutter().0,
     }
 }
 

@@ -1,123 +1,84 @@
 //! The camera, as flags say it.
 
-use super::flags::NameParser;
-use super::values::parse_list;
-use crate::guess::{Orbit, View};
-use crate::math::{DVec3, Vec2, Vec3};
+use super::flags::Flags;
+use crate::math::DVec3;
+use crate::options::{CameraOptions, OptionGroup};
 use crate::session::CameraSettings;
+use clap::error::Error;
+use clap::{ArgMatches, Args, Command, FromArgMatches};
+
+/// Flags that exclude each other, besides those whose keys do.
+const EXCLUSIVE: [&str; 2] = ["focus_at", "focus_distance"];
 
 /// Camera flags. What neither flags nor the scene file set is guessed.
-#[derive(Clone, Debug, Default, clap::Args)]
-pub(in crate::cli) struct CameraArgs {
-    /// View: front, back, left, right, top, iso or inside; auto chooses one [default: auto]
-    #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new(), conflicts_with_all = ["position", "orbit"])]
-    view: Option<View>,
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::cli) struct CameraArgs(pub CameraOptions);
 
-    /// Camera at azimuth AZ and elevation EL, degrees, at distance D [default: the scene fills the image]
-    #[arg(long, value_name = "AZ,EL[,D]", value_parser = parse_orbit, allow_hyphen_values = true, conflicts_with = "position")]
-    orbit: Option<Orbit>,
+impl Args for CameraArgs {
+    fn augment_args(command: Command) -> Command {
+        let mut command = Flags::<CameraOptions>::augment_args(command);
+        for [first, second] in CameraOptions::EXCLUSIVE.iter().chain([&EXCLUSIVE]) {
+            let [first, second] = [first, second].map(|key| flag(key));
+            command = command.mut_arg(first, |arg| arg.conflicts_with(second));
+        }
+        command
+    }
 
-    /// Camera position
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f64, 3>, allow_hyphen_values = true)]
-    pub position: Option<[f64; 3]>,
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
 
-    /// Point in the middle of the image
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f64, 3>, allow_hyphen_values = true)]
-    look_at: Option<[f64; 3]>,
+impl FromArgMatches for CameraArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        Flags::from_arg_matches(matches).map(|Flags(options)| Self(options))
+    }
 
-    /// Direction that is up in the image [default: 0,1,0, or guessed with the camera]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
-    up: Option<[f32; 3]>,
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
 
-    /// Vertical field of view in degrees
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
-    fov: Option<f32>,
-
-    /// Radius of the lens in scene units; 0 is a pinhole [default: 0]
-    #[arg(long, value_name = "R", allow_hyphen_values = true, conflicts_with = "f_stop")]
-    lens_radius: Option<f32>,
-
-    /// F-number: the lens radius is half the focal length over N
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
-    f_stop: Option<f32>,
-
-    /// Height of the sensor in scene units, for --f-stop [default: 0.024, full frame in metres]
-    #[arg(long, value_name = "H", allow_hyphen_values = true)]
-    sensor_height: Option<f32>,
-
-    /// Straight blades of the aperture, 3 to 32 [default: a disk]
-    #[arg(long, value_name = "N")]
-    aperture_blades: Option<u32>,
-
-    /// Angle in degrees of the first corner between the blades [default: 0]
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
-    aperture_rotation: Option<f32>,
-
-    /// Distance along the view axis to the plane in focus [default: distance of --look-at]
-    #[arg(long, value_name = "R", allow_hyphen_values = true)]
-    focus_distance: Option<f32>,
-
-    /// Focus on the surface at this pixel
-    #[arg(long, value_name = "X,Y", value_parser = parse_list::<f32, 2>, conflicts_with = "focus_distance")]
-    focus_at: Option<[f32; 2]>,
-
-    /// Times at which the shutter opens and closes, 0 to 1 [default: 0,1]
-    #[arg(long, value_name = "OPEN,CLOSE", value_parser = parse_list::<f32, 2>)]
-    shutter: Option<[f32; 2]>,
+/// The flag of a key.
+fn flag(key: &str) -> String {
+    let mut parameters = CameraOptions::PARAMETERS.iter();
+    let parameter = parameters.find(|parameter| parameter.key == key);
+    parameter.map_or_else(String::new, |parameter| parameter.flag())
 }
 
 impl CameraArgs {
-    /// The point of `--focus-at`.
-    pub fn focus_at(&self) -> Option<Vec2> {
-        self.focus_at.map(Vec2::from)
-    }
-
     /// The camera of the scene file with these flags over it, whose positions are those of a file
     /// with the scene's origin at `origin`.
     pub fn apply(&self, camera: &mut CameraSettings, origin: DVec3) {
-        let near = |position: [f64; 3]| (DVec3::from(position) - origin).as_vec3a();
+        let near = |position: DVec3| position - origin;
+        let flags = CameraOptions {
+            position: self.0.position.map(near),
+            look_at: self.0.look_at.map(near),
+            ..self.0
+        };
         // A view replaces the place of the camera, not its lens.
-        if self.view.is_some() || self.orbit.is_some() {
-            *camera = CameraSettings {
-                view: self.view,
-                orbit: self.orbit,
+        if flags.view.is_some() || flags.orbit.is_some() {
+            camera.options = CameraOptions {
+                view: None,
+                orbit: None,
                 position: None,
                 look_at: None,
                 position_close: None,
                 look_at_close: None,
-                ..*camera
+                ..camera.options
             };
         }
-        if self.position.is_some() {
+        if flags.position.is_some() {
             (camera.view, camera.orbit) = (None, None);
         }
-        if self.focus_distance.is_some() {
+        if flags.focus_distance.is_some() {
             camera.focus_at = None;
         }
         // Each of the two says how large the lens is.
-        if self.lens_radius.is_some() {
-            camera.f_stop = None;
+        if flags.lens_radius.is_some() || flags.f_stop.is_some() {
+            (camera.lens_radius, camera.f_stop) = (None, None);
         }
-        if self.f_stop.is_some() {
-            camera.lens_radius = None;
-        }
-        camera.position = self.position.map(near).or(camera.position);
-        camera.look_at = self.look_at.map(near).or(camera.look_at);
-        camera.up = self.up.map(Vec3::from).or(camera.up);
-        camera.vertical_fov = self.fov.or(camera.vertical_fov);
-        camera.lens_radius = self.lens_radius.or(camera.lens_radius);
-        camera.f_stop = self.f_stop.or(camera.f_stop);
-        camera.sensor_height = self.sensor_height.or(camera.sensor_height);
-        camera.aperture_blades = self.aperture_blades.or(camera.aperture_blades);
-        camera.aperture_rotation = self.aperture_rotation.or(camera.aperture_rotation);
-        camera.focus_distance = self.focus_distance.or(camera.focus_distance);
-        camera.focus_at = self.focus_at().or(camera.focus_at);
-        camera.shutter = self.shutter.or(camera.shutter);
+        camera.options = flags.or(camera.options);
     }
-}
-
-/// `30,20` or `30,20,4.5`.
-fn parse_orbit(text: &str) -> Result<Orbit, String> {
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    Orbit::of(&numbers.unwrap_or_default()).map_err(String::from)
 }

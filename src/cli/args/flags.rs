@@ -13,7 +13,8 @@ pub(in crate::cli) struct Flags<G>(pub G);
 
 impl<G: OptionGroup> Args for Flags<G> {
     fn augment_args(command: Command) -> Command {
-        command.args(G::PARAMETERS.iter().map(|parameter| arg(parameter, G::HEADING)))
+        let flags = G::PARAMETERS.iter().filter(|parameter| parameter.has_flag());
+        command.args(flags.map(|parameter| arg(parameter, G::HEADING)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -24,7 +25,7 @@ impl<G: OptionGroup> Args for Flags<G> {
 impl<G: OptionGroup> FromArgMatches for Flags<G> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
         let mut group = G::default();
-        for parameter in G::PARAMETERS {
+        for parameter in G::PARAMETERS.iter().filter(|parameter| parameter.has_flag()) {
             if let Some(text) = matches.get_one::<String>(&parameter.flag()) {
                 if let Some(Err(invalid)) = group.set(parameter.key, Input::Flag(text)) {
                     return Err(refusal(&invalid));
@@ -50,10 +51,13 @@ fn arg(parameter: &'static Parameter, heading: &'static str) -> Arg {
         range if range.is_empty() => range,
         range => format!("; {range}"),
     };
+    // Numbers may be negative.
+    let is_list = parameter.schema()["type"] == "array";
     let arg = Arg::new(parameter.flag())
         .long(parameter.flag())
         .value_name(parameter.placeholder)
         .value_parser(TextParser(parameter))
+        .allow_hyphen_values(is_list)
         .help(format!("{}{range} [default: {default}]", parameter.help()));
     let arg = match heading {
         "" => arg,

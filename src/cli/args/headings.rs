@@ -40,7 +40,7 @@ pub(super) fn with_groups(program: Command) -> Command {
 }
 
 /// Flags of commands that load a scene, under the titles of their groups. Flags that are not here are under "Options", or say their heading themselves.
-const HEADINGS: [(&str, &[&str]); 7] = [
+const HEADINGS: [(&str, &[&str]); 6] = [
     (
         "Image",
         &[
@@ -52,25 +52,6 @@ const HEADINGS: [(&str, &[&str]); 7] = [
             "no-ground",
             "exposure",
             "tone",
-        ],
-    ),
-    (
-        "Camera",
-        &[
-            "view",
-            "orbit",
-            "position",
-            "look-at",
-            "up",
-            "fov",
-            "lens-radius",
-            "f-stop",
-            "sensor-height",
-            "aperture-blades",
-            "aperture-rotation",
-            "focus-distance",
-            "focus-at",
-            "shutter",
         ],
     ),
     (

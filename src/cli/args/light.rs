@@ -151,9 +151,17 @@ fn parse_strength(text: &str) -> Result<f32, String> {
 mod tests {
     use super::*;
     use crate::description::{LightSection, SceneFile};
-    use crate::math::Vec3;
+    use crate::math::{DVec3, Vec3};
+    use crate::options::CameraOptions;
     use crate::session::CameraSettings;
     use std::path::Path;
+
+    fn with(options: CameraOptions) -> CameraSettings {
+        CameraSettings {
+            options,
+            ..CameraSettings::default()
+        }
+    }
 
     fn env(text: &str) -> Environment {
         parse_env(text).unwrap().env
@@ -214,10 +222,10 @@ mod tests {
             sun: Some(parse_sun("90,30,2").unwrap()),
             key_light: Some(1.5),
         };
-        let camera = CameraSettings {
+        let camera = with(CameraOptions {
             up: Some(Vec3::new(0.1, 0.2, 1.5)),
-            ..CameraSettings::default()
-        };
+            ..CameraOptions::default()
+        });
         file.change_light(flags.changes(), &camera.viewpoint());
         let kinds: Vec<&str> = file.light.iter().map(|light| light.kind.get_ref().as_str()).collect();
         assert_eq!(
@@ -234,13 +242,13 @@ mod tests {
             env: Some(parse_env("studio").unwrap()),
             ..LightFlags::default()
         };
-        for (position, front) in [(Vec3::new(5.0, 1.0, 0.0), 90.0), (Vec3::new(0.0, 9.0, 0.0), 0.0)] {
+        for (position, front) in [(DVec3::new(5.0, 1.0, 0.0), 90.0), (DVec3::new(0.0, 9.0, 0.0), 0.0)] {
             let mut file = SceneFile::of_obj(Path::new("a.obj"));
-            let camera = CameraSettings {
+            let camera = with(CameraOptions {
                 position: Some(position),
-                look_at: Some(Vec3::ZERO),
-                ..CameraSettings::default()
-            };
+                look_at: Some(DVec3::ZERO),
+                ..CameraOptions::default()
+            });
             file.change_light(studio.changes(), &camera.viewpoint());
             assert_eq!(file.light[0].front.as_ref().unwrap().get_ref(), &front);
         }

@@ -211,7 +211,7 @@ mod tests {
         let Some(Command::Render(args)) = args.command else {
             panic!()
         };
-        assert_eq!(args.camera.position, Some([-1.0, 2.0, -3.0]));
+        assert_eq!(args.camera.0.position, Some([-1.0, 2.0, -3.0].into()));
     }
 
     /// A negative number is a value, and its refusal says why.

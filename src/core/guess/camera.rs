@@ -115,24 +115,16 @@ encode_fields!(Orbit {
 });
 
 impl Orbit {
-    /// Orbit of azimuth, elevation and, if there is a third number, distance; else what is expected.
-    pub fn of(numbers: &[f32]) -> Result<Self, &'static str> {
+    /// Orbit of azimuth, elevation between -90 and 90 and, if there is a third number, distance above 0.
+    pub fn of(numbers: &[f32]) -> Option<Self> {
         let (azimuth, elevation, distance) = match *numbers {
             [azimuth, elevation] => (azimuth, elevation, None),
             [azimuth, elevation, distance] => (azimuth, elevation, Some(distance)),
-            _ => {
-                return Err(
-                    "azimuth and elevation in degrees are expected, with an optional distance above 0, as in 30,20 or 30,20,5",
-                );
-            }
+            _ => return None,
         };
-        if !azimuth.is_finite() || !(-90.0..=90.0).contains(&elevation) {
-            return Err("the azimuth must be finite, and the elevation between -90 and 90 degrees");
-        }
-        if distance.is_some_and(|distance| !(distance > 0.0 && distance.is_finite())) {
-            return Err("the distance must be above 0");
-        }
-        Ok(Self {
+        let is_distance = |distance: f32| distance > 0.0 && distance.is_finite();
+        let is_orbit = azimuth.is_finite() && (-90.0..=90.0).contains(&elevation) && distance.is_none_or(is_distance);
+        is_orbit.then_some(Self {
             azimuth,
             elevation,
             distance,

@@ -5,6 +5,7 @@
 //! that uses it. To add another one: an entry in [`picture_parameters`], or beside the code that it belongs to.
 
 mod background;
+mod camera;
 mod finish;
 pub mod integrator_parameters;
 pub mod method;
@@ -15,9 +16,11 @@ pub mod quality;
 mod tests;
 
 pub use crate::parameter::{
-    Entry, Input, InvalidOption, Named, OptionGroup, Parameter, Range, Value, join_names, name_of, named, nearest,
+    Entry, EntryKind, Input, InvalidOption, Named, OptionGroup, Parameter, Range, Value, join_names, name_of, named,
+    nearest,
 };
 pub use background::{BACKGROUND, BackgroundOptions, backing_of};
+pub use camera::{CameraOptions, Shutter};
 pub use finish::Finish;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
 pub use method::*;

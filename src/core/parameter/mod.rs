@@ -13,6 +13,6 @@ mod value;
 
 pub use names::{Named, join_names, name_of, named, nearest};
 pub use range::Range;
-pub use table::{Entry, Input, InvalidOption, OptionGroup, Parameter};
+pub use table::{Entry, EntryKind, Input, InvalidOption, OptionGroup, Parameter};
 pub(crate) use table::{bounded, check, parameters, read};
-pub use value::Value;
+pub use value::{Value, numbers};

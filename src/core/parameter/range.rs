@@ -15,6 +15,8 @@ pub enum Range<T> {
     Above(T),
     /// Larger numbers than the first, up to the second.
     AboveTo(T, T),
+    /// Numbers between both.
+    Between(T, T),
 }
 
 impl<T: Value + PartialOrd> Range<T> {
@@ -27,6 +29,7 @@ impl<T: Value + PartialOrd> Range<T> {
                 Self::AtLeast(min) => min <= value,
                 Self::Above(min) => min < value,
                 Self::AboveTo(min, max) => min < value && value <= max,
+                Self::Between(min, max) => min < value && value < max,
             }
     }
 }
@@ -48,7 +51,7 @@ impl Range<f32> {
             Self::Any => format!("{count} finite number{plural}"),
             Self::AtLeast(_) => format!("{count} finite number{plural}, {self}"),
             Self::Above(_) => format!("{count} finite number{plural} {self}"),
-            Self::FromTo(..) | Self::AboveTo(..) => format!("{count} number{plural} {self}"),
+            Self::FromTo(..) | Self::AboveTo(..) | Self::Between(..) => format!("{count} number{plural} {self}"),
         };
         Some((value, rule))
     }
@@ -65,6 +68,7 @@ impl<T: Value> Range<T> {
             Self::AtLeast(min) => vec![("minimum", number(min))],
             Self::Above(min) => vec![("exclusiveMinimum", number(min))],
             Self::AboveTo(min, max) => vec![("exclusiveMinimum", number(min)), ("maximum", number(max))],
+            Self::Between(min, max) => vec![("exclusiveMinimum", number(min)), ("exclusiveMaximum", number(max))],
         }
     }
 }
@@ -89,6 +93,7 @@ impl<T: Value> fmt::Display for Range<T> {
             Self::AtLeast(min) => write!(f, "{} or more", short(min)),
             Self::Above(min) => write!(f, "above {}", short(min)),
             Self::AboveTo(min, max) => write!(f, "above {}, at most {}", short(min), short(max)),
+            Self::Between(min, max) => write!(f, "between {} and {}", short(min), short(max)),
         }
     }
 }

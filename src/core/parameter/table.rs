@@ -59,7 +59,12 @@ impl Parameter {
         Self::define(key_and_help, (None, None), "", default, names, range, schema)
     }
 
-    /// Name of the flag: the key with `-` for `_`, but for a few.
+    /// Returns true if a flag sets it.
+    pub fn has_flag(&self) -> bool {
+        self.named_flag != Some("")
+    }
+
+    /// Name of the flag: the key with `-` for `_`, except for a few; empty without a flag.
     pub fn flag(&self) -> String {
         self.named_flag.map_or_else(|| self.key.replace('_', "-"), String::from)
     }
@@ -97,7 +102,9 @@ impl Parameter {
 
     /// Keys by which a scene file may call it: its key, and its flag where that has another name.
     pub fn keys(&self) -> impl Iterator<Item = &'static str> {
-        [self.key].into_iter().chain(self.named_flag)
+        [self.key]
+            .into_iter()
+            .chain(self.named_flag.filter(|flag| !flag.is_empty()))
     }
 
     /// Whether a scene file may call it `key`: by its key, or by its flag.
@@ -158,16 +165,33 @@ pub struct Entry {
     pub key: &'static str,
     /// The value.
     pub text: String,
-    /// Whether the value is a number rather than a string.
-    pub is_number: bool,
+    /// How it is written.
+    pub kind: EntryKind,
+}
+
+/// How a scene file writes a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EntryKind {
+    /// As a number.
+    Number,
+    /// As a string.
+    String,
+    /// As a list of numbers, which commas separate.
+    List,
 }
 
 impl Entry {
     /// The entry of a parameter that is set.
     pub(crate) fn of<T: Value>(key: &'static str, value: T) -> Self {
         let text = value.text();
-        let is_number = is_number::<T>(&text);
-        Self { key, text, is_number }
+        let kind = if is_number::<T>(&text) {
+            EntryKind::Number
+        } else if T::IS_LIST && !T::IS_STRING {
+            EntryKind::List
+        } else {
+            EntryKind::String
+        };
+        Self { key, text, kind }
     }
 }
 
@@ -262,7 +286,7 @@ pub(crate) fn bounded(
 ///         key: TYPE = DEFAULT, in RANGE;
 ///         /// One whose default is no value, but depends on something.
 ///         key: TYPE, default "what it depends on", in RANGE;
-///         /// One whose flag has another name, and may stand without a value.
+///         /// One whose flag has another name, and may stand without a value. `""` is no flag.
 ///         key: TYPE = DEFAULT, flag "name", bare "value";
 ///     }
 /// }

@@ -1,6 +1,7 @@
 //! Types of parameters: reading, writing and description of their values.
 
 use super::{Named, join_names, name_of};
+use crate::math::{DVec3, Vec2, Vec3};
 use serde_json::json;
 
 /// A type of parameters: how a value is read and written.
@@ -37,7 +38,7 @@ pub trait Value: Copy + PartialEq + 'static {
     }
 }
 
-macro_rules! numbers {
+macro_rules! scalars {
     ($($ty:ty: $kind:literal, $is_finite:expr, $schema:tt;)*) => {
         $(impl Value for $ty {
             const PLACEHOLDER: &'static str = "N";
@@ -62,10 +63,49 @@ macro_rules! numbers {
     };
 }
 
-numbers! {
+scalars! {
     u32: "a whole number", |_| true, { "type": "integer", "minimum": 0, "maximum": (u32::MAX) };
     u64: "a whole number", |_| true, { "type": "integer", "minimum": 0 };
     f32: "a number", f32::is_finite, { "type": "number" };
+}
+
+/// Implements [`Value`] for vectors.
+macro_rules! vectors {
+    ($($ty:ty: $number:ty, $count:literal, $placeholder:literal, $kind:literal;)*) => {
+        $(impl Value for $ty {
+            const PLACEHOLDER: &'static str = $placeholder;
+            const KIND: &'static str = $kind;
+            const IS_NUMBER: bool = false;
+            const IS_LIST: bool = true;
+
+            fn of_text(text: &str) -> Option<Self> {
+                numbers::<$number>(text)?.try_into().ok().map(<[$number; $count]>::into)
+            }
+
+            fn text(&self) -> String {
+                self.to_array().map(|number| number.to_string()).join(",")
+            }
+
+            fn schema() -> serde_json::Value {
+                json!({ "type": "array", "items": { "type": "number" }, "minItems": $count, "maxItems": $count })
+            }
+
+            fn is_finite(&self) -> bool {
+                <$ty>::is_finite(*self)
+            }
+        })*
+    };
+}
+
+vectors! {
+    Vec2: f32, 2, "X,Y", "two numbers";
+    Vec3: f32, 3, "X,Y,Z", "three numbers";
+    DVec3: f64, 3, "X,Y,Z", "three numbers";
+}
+
+/// Numbers with commas between them.
+pub fn numbers<T: std::str::FromStr>(text: &str) -> Option<Vec<T>> {
+    text.split(',').map(|number| number.trim().parse().ok()).collect()
 }
 
 impl<T: Named> Value for T {

@@ -15,13 +15,14 @@ use super::overrides::Overrides;
 use super::source::Source;
 use super::unknown_key::parser_error;
 use super::{
-    CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection,
-    ObjectSection, Position, SceneOptions,
+    FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection, ObjectSection,
+    Position, SceneOptions,
 };
 use crate::io::Origin;
 use crate::io::PartFilter;
 use crate::math::Glob;
 use crate::math::{DVec3, Vec3};
+use crate::options::CameraOptions;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -34,15 +35,16 @@ use toml::Spanned;
 pub struct SceneFile {
     /// Version of the format; 1.
     pub(super) version: Option<Spanned<u32>>,
-    /// Where the picture is taken from.
-    pub camera: Option<CameraSection>,
+    /// `[camera]` as it was written.
+    #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
+    pub(super) camera: OptionSection,
     /// `[image]` as it was written.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) image: OptionSection,
     /// `[render]` as it was written.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) render: OptionSection,
-    /// What both of them say.
+    /// What these sections say.
     #[serde(skip)]
     pub options: SceneOptions,
     /// Geometry.
@@ -149,9 +151,7 @@ impl SceneFile {
                 return Err((error, None));
             }
         }
-        if let Some((span, message, help)) = file.camera.as_ref().and_then(CameraSection::contradiction) {
-            return Err((file.error(span, message).help(help), None));
-        }
+        file.check_camera().map_err(|error| (error, None))?;
         file.options = file.read_options().map_err(|(error, start)| (error, Some(start)))?;
         file.load.parameters = file.options.load;
         if file.object.is_empty() && path != Path::new(Self::MADE) {
@@ -258,8 +258,21 @@ impl SceneFile {
         }
     }
 
+    /// An error where two keys of the camera exclude each other.
+    fn check_camera(&self) -> Result<(), FileError> {
+        for [first, second] in CameraOptions::EXCLUSIVE {
+            if let (Some(_), Some(span)) = (self.camera.span_of(first), self.camera.span_of(second)) {
+                let error = self.error(span, format!("both `{first}` and `{second}`"));
+                return Err(error.help("keep one of them"));
+            }
+        }
+        Ok(())
+    }
+
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
+        self.camera
+            .read("camera", &self.source, &mut options.camera_mut(), &[])?;
         self.image.read("image", &self.source, &mut options.image_mut(), &[])?;
         self.render.read(
             "render",
@@ -385,10 +398,14 @@ impl SceneFile {
         self.source.overrides.must_match(span.start)
     }
 
+    /// An error at the place of `key` of `[camera]`; `None` if the file does not have the key.
+    pub(crate) fn camera_error(&self, key: &str, message: &str) -> Option<FileError> {
+        Some(self.error(self.camera.span_of(key)?, message))
+    }
+
     /// Where `[camera]` has the camera, if it says so.
     pub fn eye(&self) -> Option<Vec3> {
-        let position = self.camera.as_ref()?.position.as_ref()?;
-        Some(Vec3::from(*position.get_ref()))
+        self.options.camera.position.map(|position| position.as_vec3a())
     }
 
     /// An error of the scene as a whole.

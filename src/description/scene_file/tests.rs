@@ -52,7 +52,7 @@ intensity = [1.0, 1.0, 1.0]
 "#,
     );
     let file = file.unwrap();
-    assert_eq!(file.camera.unwrap().position.unwrap().get_ref()[2], 2.5);
+    assert_eq!(file.options.camera.position.unwrap().z, 2.5);
     assert_eq!(file.options.integrator.max_depth, Some(MaxDepth(None)));
     assert_eq!(file.object.len(), 2);
     assert_eq!(file.material.keys().next().unwrap().get_ref(), "tall box");

@@ -1,10 +1,8 @@
 //! A JSON Schema (draft 7) of scene files, by which editors complete keys, show their help and mark mistakes.
 //!
-//! Keys of `[image]` and `[render]` come from their parameters (`options`), keys of other sections from the tables of `keys`. A test compares these
-//! with the keys that the sections read. What a schema cannot say, such as files that must be there, is found by the program alone;
+//! Keys of `[camera]`, `[image]` and `[render]` come from their parameters (`options`), keys of other
+//! sections from their tables (`section`). What a schema cannot say, such as files that must be there, is found by the program alone;
 //! docs/guide/reference/scene-file.md lists it.
-
-mod keys;
 
 use super::key_schema::{closed, described};
 use super::light_section::LightType;
@@ -12,7 +10,7 @@ use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
 use super::section::{Section, table};
 use super::{GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneOptions};
 use crate::color::Spectrum;
-use crate::options::Parameter;
+use crate::options::{CameraOptions, Parameter};
 use serde_json::{Map, Value, json};
 
 /// The schema of scene files, as text.
@@ -37,7 +35,7 @@ fn schema() -> Value {
         "required": ["version", "object"],
         "properties": {
             "version": { "enum": [1], "description": "Version of the format; 1" },
-            "camera": camera(),
+            "camera": options("camera", "Camera", &[]),
             "image": options("image", "The picture", &[]),
             "render": options("render", "Samples, integrator and reading of files", &lists()),
             "object": list(object(), 1, "Objects"),
@@ -88,6 +86,13 @@ fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
             twice.push(not_both(key, flag));
         }
     }
+    if name == "camera" {
+        twice.extend(
+            CameraOptions::EXCLUSIVE
+                .iter()
+                .map(|[first, second]| not_both(first, second)),
+        );
+    }
     properties.extend(others.iter().map(|(key, schema)| ((*key).into(), schema.clone())));
     let mut table = closed(Some(description), properties, &[]);
     if !twice.is_empty() {
@@ -114,17 +119,6 @@ fn lists() -> Vec<(&'static str, Value)> {
         (key, schema)
     })
     .to_vec()
-}
-
-fn camera() -> Value {
-    let keys = keys::CAMERA.iter().map(|key| (key.name.into(), key.schema()));
-    let mut camera = closed(Some("Camera"), keys.collect(), &[]);
-    camera["allOf"] = json!([
-        not_both("position", "view"),
-        not_both("position", "orbit"),
-        not_both("view", "orbit")
-    ]);
-    camera
 }
 
 fn object() -> Value {

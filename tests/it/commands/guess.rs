@@ -681,16 +681,16 @@ fn single_keys_of_the_camera_are_enough() {
     for (keys, expected) in [
         (
             "view = \"side\"",
-            "unknown view `side`; choose from auto, front, back, left, right, top, iso, inside",
+            "choose among auto, front, back, left, right, top, iso, inside",
         ),
-        ("orbit = [1]", "azimuth and elevation in degrees are expected"),
-        ("orbit = [0, 100]", "the elevation between -90 and 90"),
-        ("orbit = [0, 10, 0]", "the distance must be above 0"),
-        ("view = \"top\"\norbit = [0, 10]", "both `view` and `orbit`"),
         (
-            "view = \"top\"\nposition = [0, 1, 2]",
-            "a camera with a `position` has no `view`",
+            "orbit = [1]",
+            "orbit = [1]\n  help: use an azimuth, an elevation between -90 and 90",
         ),
+        ("orbit = [0, 100]", "an elevation between -90 and 90"),
+        ("orbit = [0, 10, 0]", "a distance above 0"),
+        ("view = \"top\"\norbit = [0, 10]", "both `view` and `orbit`"),
+        ("view = \"top\"\nposition = [0, 1, 2]", "both `position` and `view`"),
     ] {
         std::fs::write(folder.path().join("s.toml"), scene(keys)).unwrap();
         let said = refused(folder.path(), &["info", "s.toml"], 1);
@@ -703,7 +703,7 @@ fn wrong_flags_name_the_right_ones() {
     let folder = folder(&[("statue.obj", &statue().text)]);
     let wrong = |args: &[&str]| refused(folder.path(), &[&["render", "statue.obj"], args].concat(), 2);
     assert!(wrong(&["--view", "side"]).contains("front, back, left, right, top, iso, inside"));
-    assert!(wrong(&["--orbit", "1"]).contains("azimuth and elevation in degrees are expected"));
+    assert!(wrong(&["--orbit", "1"]).contains("--orbit 1\n  help: use an azimuth, an elevation"));
     assert!(wrong(&["--orbit", "0,91"]).contains("between -90 and 90"));
     assert!(wrong(&["--view", "top", "--position", "0,0,1"]).contains("cannot be used with"));
     assert!(wrong(&["--orbit", "0,0", "--view", "top"]).contains("cannot be used with"));

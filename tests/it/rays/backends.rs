@@ -1054,12 +1054,12 @@ mod together {
             let (embree, bvh) = (EmbreeAccel::new(&scene, 2).unwrap(), BvhAccel::new(&scene));
             let auditor = Auditor::new(&scene, [&embree, &bvh], 1.0);
             let resolution = UVec2::new(128, 128);
-            let section = file.camera.as_ref().unwrap();
+            let keys = &file.options.camera;
             let camera = CameraParameters {
-                vertical_fov: section.vertical_fov.as_ref().map_or(40.0, |v| *v.get_ref()),
+                vertical_fov: keys.vertical_fov.unwrap_or(40.0),
                 ..pinhole(
-                    Vec3::from(*section.position.as_ref().unwrap().get_ref()),
-                    Vec3::from(*section.look_at.as_ref().unwrap().get_ref()),
+                    keys.position.unwrap().as_vec3a(),
+                    keys.look_at.unwrap().as_vec3a(),
                     40.0,
                 )
             };

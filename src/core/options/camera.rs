@@ -1,0 +1,153 @@
+//! The camera: keys of `[camera]`, and flags.
+
+use crate::camera::{Aperture, BLADES, CameraDescription};
+use crate::guess::{Orbit, View};
+use crate::math::{DVec3, Vec2, Vec3};
+use crate::parameter::{Range, Value, numbers, parameters};
+use serde_json::json;
+
+parameters! {
+    /// The camera. What is not set is guessed from the scene, if it decides what the camera sees.
+    pub struct CameraOptions, heading "Camera", values camera {
+        /// Side from which the scene is seen; auto chooses one
+        ///
+        /// The camera is guessed, from this side; not with `position` or `orbit`.
+        view: View, default "auto";
+        /// Camera at this azimuth, elevation and distance, degrees and scene units
+        ///
+        /// It looks at `look_at`, or at the middle of the scene's box; not with `position` or `view`.
+        orbit: Orbit, default "guessed; the scene fills the image";
+        /// Camera position: the centre of the lens
+        ///
+        /// See [Camera](guesses.md#camera).
+        position: DVec3, default "guessed";
+        /// Point in the middle of the image
+        look_at: DVec3, default "guessed";
+        /// Direction that is up in the image
+        ///
+        /// It is not parallel to the view direction.
+        up: Vec3, default "0,1,0; guessed with the camera";
+        /// Vertical field of view in degrees
+        vertical_fov: f32, default "40; 35 or 62 with a guessed camera", in Range::Between(0.0, 180.0), flag "fov";
+        /// Radius of the lens in scene units; 0 is a pinhole
+        lens_radius: f32, default "0", in Range::AtLeast(0.0);
+        /// F-number: the lens radius is half the focal length over N
+        ///
+        /// In place of `lens_radius`. The focal length follows from `vertical_fov` and
+        /// `sensor_height`, for a lens focused at infinity.
+        f_stop: f32, default "off", in Range::Above(0.0);
+        /// Height of the sensor in scene units, for the f-number
+        ///
+        /// Full frame is 0.024 in metres, 24 in millimetres.
+        sensor_height: f32 = 0.024, in Range::Above(0.0);
+        /// Straight blades of the aperture
+        ///
+        /// The opening is a regular polygon with its corners on the rim of the lens.
+        aperture_blades: u32, default "a disk", in Range::FromTo(BLADES[0], BLADES[1]);
+        /// Angle in degrees of the first corner between the blades
+        ///
+        /// It counts from the right of the image, counter-clockwise.
+        aperture_rotation: f32 = 0.0, in Range::Any;
+        /// Distance along the view axis to the plane in focus
+        focus_distance: f32, default "distance of look_at", in Range::Above(0.0);
+        /// Focus on the surface at this pixel
+        ///
+        /// Pixels count from the top left corner; in place of `focus_distance`.
+        focus_at: Vec2, default "off";
+        /// Times at which the shutter opens and closes, 0 to 1
+        ///
+        /// All motion runs from 0 to 1.
+        shutter: Shutter = Shutter([0.0, 1.0]);
+        /// Position at time 1, if the camera moves
+        ///
+        /// It changes linearly.
+        position_close: Vec3, default "as at time 0", flag "";
+        /// Point in the middle of the image at time 1
+        look_at_close: Vec3, default "as at time 0", flag "";
+        /// Direction that is up in the image at time 1
+        up_close: Vec3, default "as at time 0", flag "";
+    }
+}
+
+impl CameraOptions {
+    /// Keys that exclude each other.
+    pub const EXCLUSIVE: &[[&'static str; 2]] = &[
+        ["position", "view"],
+        ["position", "orbit"],
+        ["orbit", "view"],
+        ["lens_radius", "f_stop"],
+    ];
+
+    /// All that decides what the camera of `description` sees.
+    pub fn of(description: &CameraDescription) -> Self {
+        let (parameters, motion) = (&description.parameters, description.motion);
+        let (aperture, close) = (description.aperture, motion.and_then(|motion| motion.close));
+        Self {
+            position: Some(parameters.position.as_dvec3()),
+            look_at: Some(parameters.look_at.as_dvec3()),
+            up: Some(parameters.up),
+            vertical_fov: Some(parameters.vertical_fov),
+            lens_radius: Some(parameters.lens_radius),
+            aperture_blades: aperture.map(|Aperture { blades, .. }| blades),
+            aperture_rotation: aperture.map(|Aperture { rotation, .. }| rotation),
+            focus_distance: Some(parameters.focus_distance),
+            shutter: motion.map(|motion| Shutter(motion.shutter)),
+            position_close: close.map(|pose| pose.position),
+            look_at_close: close.map(|pose| pose.look_at),
+            up_close: close.map(|pose| pose.up),
+            ..Self::default()
+        }
+    }
+}
+
+/// When the shutter opens and closes, from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shutter(pub [f32; 2]);
+
+impl Value for Shutter {
+    const PLACEHOLDER: &'static str = "OPEN,CLOSE";
+    const KIND: &'static str = "two numbers from 0 to 1";
+    const IS_NUMBER: bool = false;
+    const IS_LIST: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        let times: [f32; 2] = numbers(text)?.try_into().ok()?;
+        let is_time = |time: &f32| (0.0..=1.0).contains(time);
+        times.iter().all(is_time).then_some(Self(times))
+    }
+
+    fn text(&self) -> String {
+        self.0.map(|time| time.to_string()).join(",")
+    }
+
+    fn schema() -> serde_json::Value {
+        let time = json!({ "type": "number", "minimum": 0, "maximum": 1 });
+        json!({ "type": "array", "items": time, "minItems": 2, "maxItems": 2 })
+    }
+}
+
+impl Value for Orbit {
+    const PLACEHOLDER: &'static str = "AZ,EL[,D]";
+    const KIND: &'static str = "an azimuth, an elevation between -90 and 90 degrees and, if at all, a distance above 0, as in 30,20 or 30,20,5";
+    const IS_NUMBER: bool = false;
+    const IS_LIST: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        Self::of(&numbers::<f32>(text)?)
+    }
+
+    fn text(&self) -> String {
+        let angles = [Some(self.azimuth), Some(self.elevation), self.distance];
+        let angles: Vec<String> = angles.into_iter().flatten().map(|number| number.to_string()).collect();
+        angles.join(",")
+    }
+
+    fn schema() -> serde_json::Value {
+        let [azimuth, elevation] = [
+            json!({ "type": "number" }),
+            json!({ "type": "number", "minimum": -90, "maximum": 90 }),
+        ];
+        let distance = json!({ "type": "number", "exclusiveMinimum": 0 });
+        json!({ "type": "array", "items": [azimuth, elevation, distance], "additionalItems": false, "minItems": 2 })
+    }
+}

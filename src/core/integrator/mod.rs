@@ -41,6 +41,7 @@ pub use path::naive::{Absorption, EmissionCoin, NaiveIntegrator};
 pub use path::one_sample::OneSampleIntegrator;
 pub use path::reuse::ReusingPathIntegrator;
 pub use path::roulette::{Roulette, Survival};
+pub use path::simple::SimpleIntegrator;
 pub use path::strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use path::surface_areas::SurfaceAreas;
 pub use path::whitted::WhittedIntegrator;

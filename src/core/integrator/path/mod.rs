@@ -15,6 +15,7 @@ pub(crate) mod one_sample;
 pub(crate) mod reuse;
 pub(crate) mod roulette;
 mod shadow_catcher;
+pub(crate) mod simple;
 pub(crate) mod state;
 pub(crate) mod strategy;
 pub(crate) mod surface_areas;

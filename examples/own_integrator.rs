@@ -19,7 +19,7 @@ impl SampleTracer for SkyVisibility {
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         // The first surface, which also fills the channels of albedo, normals and depth
         let slot = BsdfSlot::new();
-        let Some((_, vertex)) = world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = world.look(key, sampler, &slot, out) else {
             return;
         };
 
@@ -27,8 +27,7 @@ impl SampleTracer for SkyVisibility {
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
         let open = world.transmittance(&world.ray_along(&vertex, wi), out).color();
-        let color: Spectrum = open * vertex.bsdf.albedo();
-        out.radiance(color.into());
+        out.radiance(open * vertex.bsdf.albedo());
     }
 }
 

@@ -5,7 +5,7 @@ use super::paths;
 use crate::accel::{Accel, Answer, Recorder};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::integrator::{CameraView, RayKind, RaySink, Sink};
+use crate::integrator::{CameraView, FoundLight, RayKind, RaySink, Sink};
 use crate::math::list;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
@@ -52,7 +52,7 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         world: session.world(&recorded),
         prepared,
     };
-    let listener = |told| -> Box<dyn Sink<Radiance = Spectrum> + '_> { Box::new(Listener { story: &story, told }) };
+    let listener = |told| -> Box<dyn Sink + '_> { Box::new(Listener { story: &story, told }) };
     let mut sampler = settings.random_numbers();
     let method = settings.method();
     if !method.sample(context, (settings.resolution, key), &mut sampler, &listener) {
@@ -92,7 +92,7 @@ struct Story<'a> {
     weight: f32,
     radiance: Spectrum,
     /// What the camera ray has seen of the background or the ground.
-    view: Option<CameraView<Spectrum>>,
+    view: Option<CameraView>,
     lines: Vec<String>,
 }
 
@@ -134,15 +134,14 @@ struct Listener<'a, 'b> {
 }
 
 impl Sink for Listener<'_, '_> {
-    type Radiance = Spectrum;
-
     fn weight(&mut self, weight: f32) {
         if self.told {
             self.story.borrow_mut().weight = weight;
         }
     }
 
-    fn radiance(&mut self, radiance: Spectrum) {
+    fn light(&mut self, light: FoundLight) {
+        let radiance = light.radiance;
         let mut story = self.story.borrow_mut();
         story.take_rays();
         if self.told {
@@ -151,11 +150,11 @@ impl Sink for Listener<'_, '_> {
         }
     }
 
-    fn camera_view(&mut self, view: CameraView<Spectrum>) {
+    fn camera_view(&mut self, view: CameraView) {
         let mut story = self.story.borrow_mut();
         story.take_rays();
         if self.told {
-            story.lines.push(match view {
+            story.lines.push(match &view {
                 CameraView::Background(_) => "  sees the background".into(),
                 CameraView::Ground(shadow) => {
                     let (factor, base) = (list(&shadow.factor.to_array()), list(&shadow.base.to_array()));

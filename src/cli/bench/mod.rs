@@ -9,7 +9,7 @@ use super::progress::Progress;
 use super::warnings::ShownWarnings;
 use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
-use crate::integrator::{RayKind, RaySink, Sink};
+use crate::integrator::{FoundLight, RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::options::{Backend, Denoising, IntegratorOptions, PathReuse, SamplingOptions};
 use crate::render::StopCondition;
@@ -366,9 +366,8 @@ fn cpu_name() -> Option<String> {
 struct Nothing;
 
 impl Sink for Nothing {
-    type Radiance = crate::color::Spectrum;
     fn weight(&mut self, _: f32) {}
-    fn radiance(&mut self, _: crate::color::Spectrum) {}
+    fn light(&mut self, _: FoundLight) {}
     fn first_surface(&mut self, _: FirstSurface) {}
 }
 

@@ -1,9 +1,8 @@
 //! Samples that are traced with a record of their paths.
 
 use super::trace::Trace;
-use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::integrator::{PathEvent, RayKind, RaySink, Sink};
+use crate::integrator::{FoundLight, PathEvent, RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::sampler::SampleKey;
 use crate::session::{RenderContext, Renderer};
@@ -25,7 +24,7 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
 
     // Samples of pixels
     let heard = RefCell::new(Heard::default());
-    let listener = |told| -> Box<dyn Sink<Radiance = Spectrum> + '_> { Box::new(Listener { heard: &heard, told }) };
+    let listener = |told| -> Box<dyn Sink + '_> { Box::new(Listener { heard: &heard, told }) };
     if method.sample(context, (settings.resolution, own), &mut sampler, &listener) {
         let heard = heard.into_inner();
         return vec![Trace::new(own, heard.weight, &heard.events, pixel, filter)];
@@ -66,16 +65,17 @@ struct Listener<'a> {
 }
 
 impl Sink for Listener<'_> {
-    type Radiance = Spectrum;
-
     fn weight(&mut self, weight: f32) {
         if self.told {
             self.heard.borrow_mut().weight = weight;
         }
     }
 
-    fn radiance(&mut self, radiance: Spectrum) {
-        self.record(PathEvent::Added { film: None, radiance });
+    fn light(&mut self, light: FoundLight) {
+        self.record(PathEvent::Added {
+            film: None,
+            radiance: light.radiance,
+        });
     }
 
     fn first_surface(&mut self, _: FirstSurface) {}

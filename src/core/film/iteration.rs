@@ -46,14 +46,10 @@ impl Iteration {
         self.crop
     }
 
-    /// Adds radiance to `pixel`, if it is one of these, and as much of it as each of the first `parts` has. Who adds in a fixed order gets the same bits.
-    pub fn add(&mut self, pixel: UVec2, radiance: Spectrum, parts: &[Spectrum]) {
+    /// Adds radiance to `pixel`, if it is one of these. Callers that add in a fixed order get the same bits.
+    pub fn add(&mut self, pixel: UVec2, radiance: Spectrum) {
         let Some(index) = self.index(pixel) else { return };
         add(&mut self.pixels[index].radiance, radiance);
-        let sums = &mut self.part_sums[index * self.parts..(index + 1) * self.parts];
-        for (sum, part) in sums.iter_mut().zip(parts) {
-            add(sum, *part);
-        }
     }
 
     /// Adds to one part of the light of `pixel` alone.

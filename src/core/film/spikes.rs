@@ -98,7 +98,7 @@ mod tests {
             let mut iteration = Iteration::of(&film);
             for pixel in Rect::full(size).pixels() {
                 let noise = if (pixel.x + pixel.y + i) % 2 == 0 { 0.5 } else { 1.5 };
-                iteration.add(pixel, Spectrum::splat(noise + extra(i, pixel)), &[]);
+                iteration.add(pixel, Spectrum::splat(noise + extra(i, pixel)));
             }
             film.add_iteration(&iteration);
         }

@@ -7,7 +7,7 @@
 //! linear in its first vertex, so the ground's share of unshadowed light is a factor of all of it: path reuse, roulette and the weights of multiple
 //! importance sampling know nothing of the ground.
 
-use super::Gathered;
+use super::{FoundLight, LightSource};
 use crate::color::Spectrum;
 use crate::film::Backing;
 use crate::math::Vec3;
@@ -81,52 +81,98 @@ impl Background {
 }
 
 /// What a camera ray sees besides surfaces.
-#[derive(Clone, Copy, Debug)]
-pub enum CameraView<R> {
+#[derive(Clone, Debug)]
+pub enum CameraView {
     /// A transparent background, or one of a colour, of which this share passes what is before it.
     Background(Spectrum),
     /// The ground: the background, times the share of its light that arrives.
-    Ground(Shadow<R>),
+    Ground(Shadow),
 }
 
 /// The ground at a point, as a camera ray sees it.
 ///
 /// The share of light that arrives is `reflected · factor + base`, where `reflected` is the light that the sample finds: the ground is a diffuse
 /// surface of albedo ρ and irradiance E, which reflects ρ E / π, and `factor` is π / (ρ E₀) for the irradiance E₀ without the scene.
-#[derive(Clone, Copy, Debug)]
-pub struct Shadow<R> {
+#[derive(Clone, Debug)]
+pub struct Shadow {
     /// Factor from the reflected light to the share of light that arrives.
     pub factor: Spectrum,
     /// Share that is added.
     pub base: Spectrum,
     /// Light of the background behind the ground; `None`: it is transparent.
-    pub background: Option<R>,
+    pub background: Option<BackgroundLight>,
 }
 
-impl<R: Gathered> CameraView<R> {
-    /// The sample that has found `radiance`: its light, and the share in which it sees the background;
-    /// `None` if a value is not finite. On the ground the light, or the share, may be negative, since
-    /// missing light is.
-    pub fn finish(&self, radiance: R) -> Option<(R, Spectrum)> {
-        let (radiance, share) = self.seen(radiance);
-        let mut values = radiance.sum().to_array().into_iter().chain(share.to_array());
-        let is_finite = values.all(f32::is_finite);
-        is_finite.then_some((radiance, share))
-    }
+/// Light of the background along a camera ray.
+#[derive(Clone, Debug)]
+pub enum BackgroundLight {
+    /// Radiance that comes from no light.
+    Plain(Spectrum),
+    /// Radiance of each light.
+    Lights(Vec<(Spectrum, LightSource)>),
+}
 
-    fn seen(&self, radiance: R) -> (R, Spectrum) {
+impl BackgroundLight {
+    /// Radiance of all lights.
+    pub fn radiance(&self) -> Spectrum {
         match self {
-            Self::Background(share) => (radiance, *share),
-            Self::Ground(shadow) => {
-                let share = radiance.sum() * shadow.factor + shadow.base;
-                let light = shadow.background.map(|background| {
-                    let mut seen = radiance * (shadow.factor * background.sum());
-                    seen += background * shadow.base;
-                    seen
-                });
-                (light.unwrap_or_default(), share)
+            Self::Plain(radiance) => *radiance,
+            Self::Lights(lights) => {
+                let mut sum = Spectrum::default();
+                lights.iter().for_each(|(radiance, _)| sum += *radiance);
+                sum
             }
         }
+    }
+
+    /// The light, source by source, times `factor`.
+    pub fn lights(&self, factor: Spectrum) -> impl Iterator<Item = FoundLight<'static>> + '_ {
+        let (plain, lights) = match self {
+            Self::Plain(radiance) => (Some((*radiance, LightSource::BACKGROUND)), &[][..]),
+            Self::Lights(lights) => (None, &lights[..]),
+        };
+        plain
+            .into_iter()
+            .chain(lights.iter().copied())
+            .map(move |(radiance, source)| FoundLight {
+                radiance: radiance * factor,
+                source: Some(source),
+                scatterings: 0,
+                events: &[],
+            })
+    }
+}
+
+impl CameraView {
+    /// The sample that has found `radiance`: its light, and the share in which it sees the background;
+    /// `None` if a value is not finite. On the ground the light, or the share, may be negative, since
+    /// a sample may find less light than the unshadowed light that is subtracted.
+    pub fn finish(&self, radiance: Spectrum) -> Option<(Spectrum, Spectrum)> {
+        let (radiance, share) = match self {
+            Self::Background(share) => (radiance, *share),
+            Self::Ground(shadow) => shadow.seen(radiance),
+        };
+        let mut values = radiance.to_array().into_iter().chain(share.to_array());
+        values.all(f32::is_finite).then_some((radiance, share))
+    }
+}
+
+impl Shadow {
+    /// Factor of the light that the sample finds; 0 over a transparent background.
+    pub fn light_factor(&self) -> Spectrum {
+        let light = self.background.as_ref().map(BackgroundLight::radiance);
+        light.map_or(Spectrum::ZERO, |light| self.factor * light)
+    }
+
+    /// Light of a sample that has found `radiance`, and the share in which it sees the background.
+    fn seen(&self, radiance: Spectrum) -> (Spectrum, Spectrum) {
+        let share = radiance * self.factor + self.base;
+        let Some(background) = self.background.as_ref().map(BackgroundLight::radiance) else {
+            return (Spectrum::default(), share);
+        };
+        let mut seen = radiance * (self.factor * background);
+        seen += background * self.base;
+        (seen, share)
     }
 }
 
@@ -156,7 +202,7 @@ mod tests {
             CameraView::Ground(Shadow {
                 factor: Spectrum::splat(4.0),
                 base: Spectrum::splat(0.25),
-                background,
+                background: background.map(BackgroundLight::Plain),
             })
         };
         let blue = Spectrum::rgb(0.0, 0.5, 1.0);
@@ -167,7 +213,7 @@ mod tests {
         assert!(seen.is_black() && uncovered == Spectrum::splat(0.75));
         let behind = CameraView::Background(blue);
         assert_eq!(behind.finish(Spectrum::ONE), Some((Spectrum::ONE, blue)));
-        // Light that is missing counts as negative light.
+        // Light may be negative.
         let (seen, _) = shadow(Some(blue)).finish(Spectrum::splat(-0.125)).unwrap();
         assert_eq!(seen, Spectrum::rgb(0.0, -0.125, -0.25));
         for wrong in [f32::NAN, f32::INFINITY] {

@@ -1,40 +1,34 @@
 //! What the camera sees first: the auxiliary channels of the first surface (albedo, normal and depth of every picture, and what `--aov` adds,
 //! `film/aov.rs`), the background, and the ground (`background.rs`).
 
-use super::background::{Background, CameraView, Shadow};
+use super::background::{Background, BackgroundLight, CameraView, Shadow};
 use super::vertex::Vertex;
 use super::world::World;
-use super::{Gathered, Sink};
+use super::{LightSource, Sink};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::film::{Features, FirstSurface};
-use crate::geometry::Hit;
 use crate::light::LightSampleContext;
 use crate::math::{Ray, Vec2};
 use crate::scene::Ground;
 
 impl<A: Accel> World<'_, A> {
-    /// Notes what the camera ray `ray` sees first: `vertex`, which is at `hit`. Where that is the ground, it shows the background, and no surface is there:
+    /// Notes what the camera ray `ray` sees first: `vertex`. Where that is the ground, it shows the background, and no surface is there:
     /// depths, mattes and metering see the objects alone.
     ///
     /// `beta` is the transmittance before the surface.
     #[inline(always)]
-    pub(super) fn see(&self, (hit, vertex): (&Hit, &Vertex), (ray, beta): (&Ray, Spectrum), out: &mut impl Sink) {
-        match self.scene.ground().filter(|ground| ground.is_at(hit)) {
+    pub(super) fn see(&self, vertex: &Vertex, (ray, beta): (&Ray, Spectrum), out: &mut impl Sink) {
+        match self.scene.ground().filter(|ground| ground.is_at(&vertex.hit)) {
             Some(ground) => out.camera_view(self.ground_view(ground, vertex, (ray, beta))),
-            None => out.first_surface(self.first_surface(hit, vertex)),
+            None => out.first_surface(self.first_surface(vertex)),
         }
     }
 
     /// View of the ground at `vertex`, whose share of light is judged by the light that the sample
     /// finds there.
     #[inline(never)]
-    fn ground_view<R: Gathered>(
-        &self,
-        ground: &Ground,
-        vertex: &Vertex,
-        (ray, beta): (&Ray, Spectrum),
-    ) -> CameraView<R> {
+    fn ground_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
         let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
         CameraView::Ground(Shadow {
             factor,
@@ -46,12 +40,7 @@ impl<A: Accel> World<'_, A> {
     /// View of the ground at `vertex`, if the sample finds the light of the ground less the light
     /// that would arrive without the scene.
     #[inline(never)]
-    pub(super) fn shadow_view<R: Gathered>(
-        &self,
-        ground: &Ground,
-        vertex: &Vertex,
-        (ray, beta): (&Ray, Spectrum),
-    ) -> CameraView<R> {
+    pub(super) fn shadow_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
         let (factor, _) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
         CameraView::Ground(Shadow {
             factor,
@@ -61,22 +50,19 @@ impl<A: Accel> World<'_, A> {
     }
 
     /// Light of the background along `ray`; `None` where it is transparent.
-    fn behind<R: Gathered>(&self, ray: &Ray) -> Option<R> {
+    fn behind(&self, ray: &Ray) -> Option<BackgroundLight> {
         let (background, up) = (self.backdrop.background, self.backdrop.up);
         if background == Background::Transparent {
             return None;
         }
         if let Some(radiance) = background.radiance(ray.direction, up) {
-            return Some(radiance.into());
+            return Some(BackgroundLight::Plain(radiance));
         }
-        let mut sum = R::default();
-        for light in self
+        let lights = self
             .scene
-            .escaped(LightSampleContext::any_side(ray.origin), ray.direction)
-        {
-            sum += R::of_light(light.radiance, light.id, self.scene);
-        }
-        Some(sum)
+            .escaped(LightSampleContext::any_side(ray.origin), ray.direction);
+        let lights = lights.map(|light| (light.radiance, LightSource::of(light.id, self.scene)));
+        Some(BackgroundLight::Lights(lights.collect()))
     }
 
     /// Adds the background along `ray`, a camera ray of throughput `beta` that leaves the scene, to `out`. `false`: it is the light that such a ray
@@ -91,35 +77,38 @@ impl<A: Accel> World<'_, A> {
     }
 
     #[inline(never)]
-    fn see_other_background<S: Sink>(&self, ray: &Ray, beta: Spectrum, out: &mut S) {
-        if let Some(radiance) = self.behind::<S::Radiance>(ray) {
-            out.radiance(radiance * beta);
-        }
+    fn see_other_background(&self, ray: &Ray, beta: Spectrum, out: &mut impl Sink) {
+        let background = self.behind(ray);
+        background
+            .iter()
+            .flat_map(|light| light.lights(beta))
+            .for_each(|light| out.light(light));
         out.camera_view(CameraView::Background(beta));
     }
 
-    /// First surface of a camera path: `vertex`, which is at `hit`.
-    pub(super) fn first_surface(&self, hit: &Hit, vertex: &Vertex) -> FirstSurface {
+    /// First surface of a camera path: `vertex`.
+    pub(super) fn first_surface(&self, vertex: &Vertex) -> FirstSurface {
         FirstSurface {
-            features: self.features.then(|| self.features_of(hit, vertex)),
+            features: self.features.then(|| self.features_of(vertex)),
             albedo: vertex.albedo(),
             normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
             depth: self.camera.depth(vertex.point.p, vertex.point.time),
-            emitted: self.emitted_luminance(hit, vertex),
+            emitted: self.emitted_luminance(vertex),
         }
     }
 
-    /// Luminance of the light that the surface of `vertex`, which is at `hit`, emits to the camera.
+    /// Luminance of the light that the surface of `vertex` emits to the camera.
     #[inline(always)]
-    fn emitted_luminance(&self, hit: &Hit, vertex: &Vertex) -> f32 {
-        match self.scene.shape(hit.geom).first_light {
-            Some(_) => self.luminance_of_lamp(hit, vertex),
+    fn emitted_luminance(&self, vertex: &Vertex) -> f32 {
+        match self.scene.shape(vertex.hit.geom).first_light {
+            Some(_) => self.luminance_of_lamp(vertex),
             None => 0.0,
         }
     }
 
     #[inline(never)]
-    fn luminance_of_lamp(&self, hit: &Hit, vertex: &Vertex) -> f32 {
+    fn luminance_of_lamp(&self, vertex: &Vertex) -> f32 {
+        let hit = &vertex.hit;
         let (p, to_camera) = (vertex.point.p, vertex.frame.to_world(vertex.wo));
         // Sphere lamps need a place on the ray; only the density depends on its distance.
         let context = LightSampleContext::any_side(p + to_camera * hit.t);
@@ -129,9 +118,10 @@ impl<A: Accel> World<'_, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// Channels of `vertex`, which is at `hit`, that `--aov` adds.
+    /// Channels of `vertex` that `--aov` adds.
     #[inline(never)]
-    fn features_of(&self, hit: &Hit, vertex: &Vertex) -> Features {
+    fn features_of(&self, vertex: &Vertex) -> Features {
+        let hit = &vertex.hit;
         // Where the point is on the film when the shutter opens and when it closes
         let moves = self.scene.is_moving() || self.camera.is_moving();
         let film = |time: f32| {

@@ -5,9 +5,8 @@
 
 mod background;
 mod bidirectional;
-mod by_path;
 mod first_surface;
-mod gathered;
+mod found_light;
 mod irradiance_cache;
 mod metropolis;
 mod opacity;
@@ -16,16 +15,14 @@ mod path_record;
 mod photon;
 mod pick;
 mod search_radius;
-mod trail;
 mod vertex;
 mod visibility;
 mod world;
 
-pub use background::{Backdrop, Background, CameraView, Shadow};
+pub use background::{Backdrop, Background, BackgroundLight, CameraView, Shadow};
 pub use bidirectional::bdpt::{BidirectionalIntegrator, strategies};
 pub use bidirectional::light_tracing::LightIntegrator;
-pub use by_path::ByPath;
-pub use gathered::{ByGroup, Gathered};
+pub use found_light::{FoundLight, LightSource, path_classes};
 pub use irradiance_cache::{
     GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Record, RecordMaker, RecordSite, Seen,
     Strata,
@@ -44,6 +41,7 @@ pub use path::naive::{Absorption, EmissionCoin, NaiveIntegrator};
 pub use path::one_sample::OneSampleIntegrator;
 pub use path::reuse::ReusingPathIntegrator;
 pub use path::roulette::{Roulette, Survival};
+pub use path::simple::SimpleIntegrator;
 pub use path::strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use path::surface_areas::SurfaceAreas;
 pub use path::whitted::WhittedIntegrator;
@@ -61,6 +59,7 @@ pub use visibility::{Site, VisibilityLearner};
 pub use world::World;
 
 use crate::accel::Accel;
+use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::math::Vec2;
@@ -119,46 +118,86 @@ pub enum RayKind {
     Shadow,
 }
 
-/// Takes what an integrator finds in one sample.
+/// Listens to an integrator that traces one sample: takes the light that its paths find.
 pub trait Sink: RaySink {
-    /// Whether groups of lights, and classes of paths, are distinguished.
-    type Radiance: Gathered;
-
-    /// What all that is found counts in the pixel of the sample: 1 but for filters with negative lobes and the like. Comes first.
+    /// Filter weight of the sample: 1, or ±1 for filters with negative lobes. Comes first.
     fn weight(&mut self, weight: f32);
 
-    /// Adds radiance to the pixel of the sample.
-    fn radiance(&mut self, radiance: Self::Radiance);
+    /// Adds light to the pixel of the sample.
+    fn light(&mut self, light: FoundLight);
+
+    /// Notes a part of light that [`Sink::light`] gets as a sum over several sources.
+    fn part(&mut self, _light: FoundLight) {}
+
+    /// Adds radiance to the pixel of the sample that comes from no light of the scene.
+    #[inline(always)]
+    fn radiance(&mut self, radiance: Spectrum) {
+        self.light(FoundLight {
+            radiance,
+            source: Some(LightSource::BACKGROUND),
+            scatterings: 0,
+            events: &[],
+        });
+    }
 
     /// Notes what the camera sees first.
     fn first_surface(&mut self, surface: FirstSurface);
 
-    /// Notes that the camera ray sees a transparent background or the ground, with which the sample is to be finished.
-    fn camera_view(&mut self, _view: CameraView<Self::Radiance>) {}
+    /// Notes that the camera ray sees a background or the ground, by which the sample is finished.
+    fn camera_view(&mut self, _view: CameraView) {}
+
+    /// Returns true if sources of light are separated: only then does it need the parts of sums.
+    #[inline(always)]
+    fn tells_parts(&self) -> bool {
+        false
+    }
+
+    /// Returns true if classes of paths are separated: only then does it need scattering events.
+    #[inline(always)]
+    fn tells_paths(&self) -> bool {
+        false
+    }
+
+    /// Notes the event by which the path leaves the vertex after `depth` scattering events.
+    fn scattered(&mut self, _depth: u32, _event: ScatteringEvent) {}
 }
 
-/// Dynamic dispatch, for what is not compiled once more for a sink of its own.
-impl<R: Gathered> Sink for &mut (dyn Sink<Radiance = R> + '_) {
-    type Radiance = R;
-
+/// Dynamic dispatch, for code that is not compiled once more for a sink of its own.
+impl Sink for &mut (dyn Sink + '_) {
     fn weight(&mut self, weight: f32) {
         (**self).weight(weight);
     }
 
-    fn radiance(&mut self, radiance: R) {
-        (**self).radiance(radiance);
+    fn light(&mut self, light: FoundLight) {
+        (**self).light(light);
+    }
+
+    fn part(&mut self, light: FoundLight) {
+        (**self).part(light);
     }
 
     fn first_surface(&mut self, surface: FirstSurface) {
         (**self).first_surface(surface);
     }
 
-    fn camera_view(&mut self, view: CameraView<R>) {
+    fn camera_view(&mut self, view: CameraView) {
         (**self).camera_view(view);
+    }
+
+    fn tells_parts(&self) -> bool {
+        (**self).tells_parts()
+    }
+
+    fn tells_paths(&self) -> bool {
+        (**self).tells_paths()
+    }
+
+    fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
+        (**self).scattered(depth, event);
     }
 }
 
-impl<R: Gathered> RaySink for &mut (dyn Sink<Radiance = R> + '_) {
+impl RaySink for &mut (dyn Sink + '_) {
     fn ray(&mut self, kind: RayKind) {
         (**self).ray(kind);
     }
@@ -279,16 +318,16 @@ impl RaySink for Uncounted {
 
 /// Takes light that falls on other pixels too.
 pub trait SplatSink: Sink {
-    /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `radiance` in a pixel whose
+    /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `light` in a pixel whose
     /// filter is 1 there.
-    fn splat(&mut self, film: Vec2, radiance: Self::Radiance);
+    fn splat(&mut self, film: Vec2, light: FoundLight);
 
     /// Notes what one of [`IterationIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
     /// itself.
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
 
     /// Adds light of one class of paths ([`LightPaths`](crate::film::LightPaths)), in the sample's own pixel or where `film` says: a part of what
-    /// [`Sink::radiance`] or [`SplatSink::splat`] gets.
+    /// [`Sink::light`] or [`SplatSink::splat`] gets.
     fn path_class(&mut self, _class: usize, _film: Option<Vec2>, _radiance: Spectrum) {}
 
     /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.

@@ -3,8 +3,8 @@
 //! Integrators tell a sink what they do if it asks for it ([`RaySink::records`]). The sinks of renders do not, and nothing is computed for records then. A record
 //! is a flat list of events in the order of the integrator's work: vertices belong to the path that began last, and light to the vertex that was met last.
 
-use super::RaySink;
 use super::vertex::Vertex;
+use super::{RaySink, Sink};
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
@@ -174,11 +174,11 @@ pub(super) fn start(ray: &Ray, light: Option<LightId>, beta: Spectrum, out: &mut
 
 /// Records that a path meets `vertex` after `depth` scattering events, with the throughput `beta`.
 #[inline(always)]
-pub(super) fn vertex(depth: u32, (hit, vertex): (&Hit, &Vertex), beta: Spectrum, out: &mut impl RaySink) {
+pub(super) fn vertex(depth: u32, vertex: &Vertex, beta: Spectrum, out: &mut impl RaySink) {
     if out.records() {
         out.record(PathEvent::Vertex {
             depth,
-            hit: *hit,
+            hit: vertex.hit,
             p: vertex.point.p,
             n: vertex.point.ns,
             beta,
@@ -186,9 +186,13 @@ pub(super) fn vertex(depth: u32, (hit, vertex): (&Hit, &Vertex), beta: Spectrum,
     }
 }
 
-/// Records that a path leaves `vertex`, which it has met after `depth` scattering events, by `sample`; `roulette` makes up for paths that end.
+/// Tells `out` that a path leaves `vertex`, which it has met after `depth` scattering events, by
+/// `sample`. `roulette` makes up for paths that end.
 #[inline(always)]
-pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette: f32, out: &mut impl RaySink) {
+pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette: f32, out: &mut impl Sink) {
+    if out.tells_paths() {
+        out.scattered(depth, vertex.event(sample.wi, sample.is_delta()));
+    }
     if out.records() {
         let scattering = ScatteringRecord {
             direction: vertex.frame.to_world(sample.wi),
@@ -200,22 +204,5 @@ pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette
             roulette,
         };
         out.record(PathEvent::Scatter { depth, scattering });
-    }
-}
-
-/// Records a part of the light of a sample.
-#[inline(always)]
-pub(super) fn light(radiance: Spectrum, out: &mut impl RaySink) {
-    if out.records() && !radiance.is_black() {
-        out.record(PathEvent::Light(radiance));
-    }
-}
-
-/// Records light that the cache of irradiance knows.
-#[inline(always)]
-pub(super) fn cached(radiance: Spectrum, out: &mut impl RaySink) {
-    if out.records() {
-        out.record(PathEvent::Cached);
-        light(radiance, out);
     }
 }

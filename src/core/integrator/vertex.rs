@@ -2,7 +2,7 @@
 
 use crate::bsdf::{Bsdf, BsdfSample, BsdfView, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Hit, SurfacePoint};
 use crate::light::LightSampleContext;
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Vec2, Vec3};
@@ -10,6 +10,8 @@ use crate::math::{Frame, Vec2, Vec3};
 /// A surface point with the local frame and the scattering that hold there.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<'a> {
+    /// Hit of the ray that found it.
+    pub hit: Hit,
     /// Surface point.
     pub point: SurfacePoint,
     /// Local frame, whose z axis is the shading normal.
@@ -22,6 +24,8 @@ pub struct Vertex<'a> {
     pub view: Option<&'a BsdfView<'a>>,
     /// Whether the shading normal was bent towards the viewer.
     pub is_bent: bool,
+    /// Whether `bsdf` holds for one wavelength.
+    pub is_dispersing: bool,
     /// The body behind the surface, as in [`Ray::body`](crate::math::Ray::body).
     pub body: u32,
 }

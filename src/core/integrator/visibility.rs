@@ -151,7 +151,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
                 return;
             };
             let slot = BsdfSlot::new();
-            let vertex = world.vertex(&hit, &ray, &slot);
+            let vertex = world.vertex(&hit, &ray, None, &slot);
             if !vertex.bsdf.is_delta() {
                 found.sites.push(Site::new(&vertex));
             }

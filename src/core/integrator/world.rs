@@ -179,16 +179,16 @@ impl<'a, A: Accel> World<'a, A> {
         sampler: &mut impl Sampler,
         slot: &'v BsdfSlot<'v>,
         out: &mut impl Sink,
-    ) -> Option<(Hit, Vertex<'v>)> {
+    ) -> Option<Vertex<'v>> {
         let ray = self.camera_ray(key, None, sampler, out);
         let (hit, beta) = self.intersect(&ray, RayKind::Camera, out);
         let Some(hit) = hit else {
             self.see_background(&ray, beta, out);
             return None;
         };
-        let vertex = self.vertex(&hit, &ray, slot);
-        out.first_surface(self.first_surface(&hit, &vertex));
-        Some((hit, vertex))
+        let vertex = self.vertex(&hit, &ray, None, slot);
+        out.first_surface(self.first_surface(&vertex));
+        Some(vertex)
     }
 
     /// Closest hit of `ray`, and the transmittance before it. Surfaces with alpha and thin glass let
@@ -328,21 +328,43 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// The surface at `hit`, seen along `ray`; `slot` holds a BSDF that varies over it, and the view of its BSDF.
+    /// The surface at `hit`, seen along `ray` by light of `wavelength`, if the path has one. `slot`
+    /// holds a BSDF that varies over the surface, and the view of its BSDF.
     #[inline(always)]
-    pub fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
+    pub fn vertex<'v>(
+        &'v self,
+        hit: &Hit,
+        ray: &Ray,
+        wavelength: Option<&Wavelength>,
+        slot: &'v BsdfSlot<'v>,
+    ) -> Vertex<'v> {
+        let vertex = self.undispersed_vertex(hit, ray, slot);
+        match wavelength.and_then(|wavelength| self.dispersed(hit, slot, wavelength)) {
+            Some(bsdf) => Vertex {
+                bsdf,
+                is_dispersing: true,
+                ..vertex
+            },
+            None => vertex,
+        }
+    }
+
+    #[inline(always)]
+    fn undispersed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let Some((point, bsdf)) = self.scene.plain_surface(hit, ray.time) else {
             return self.detailed_vertex(hit, ray, slot);
         };
         let frame = Frame::from_z(point.ns);
         let wo = frame.to_local(-ray.direction);
         Vertex {
+            hit: *hit,
             wo,
             bsdf,
             view: Vertex::view_in(slot, bsdf, wo),
             frame,
             point,
             is_bent: false,
+            is_dispersing: false,
             body: self.scene.body_behind(hit),
         }
     }
@@ -395,12 +417,12 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// The BSDF, made in `slot`, that the surface at `hit` has for a wavelength, where that makes a difference.
     #[inline(never)]
-    pub(super) fn dispersed<'v>(&self, hit: &Hit, slot: &'v BsdfSlot<'v>, wavelength: &Wavelength) -> Option<&'v Bsdf> {
+    fn dispersed<'v>(&self, hit: &Hit, slot: &'v BsdfSlot<'v>, wavelength: &Wavelength) -> Option<&'v Bsdf> {
         let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers)?;
         Some(slot.bsdf.get_or_init(|| bsdf))
     }
 
-    /// [`World::vertex`] where normals or materials vary, which is kept out of line.
+    /// [`World::vertex`] if normals or materials vary, kept out of line.
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let wo = -ray.direction;
@@ -412,12 +434,14 @@ impl<'a, A: Accel> World<'a, A> {
         let wo = frame.to_local(wo);
         let bsdf = self.scene.bsdf(hit, ray.time, footprint, &slot.bsdf);
         Vertex {
+            hit: *hit,
             wo,
             bsdf,
             view: Vertex::view_in(slot, bsdf, wo),
             frame,
             point,
             is_bent: point.ns != shaded.ns,
+            is_dispersing: false,
             body: self.scene.body_behind(hit),
         }
     }

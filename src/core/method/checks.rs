@@ -55,8 +55,11 @@ fn tells_paths(kind: IntegratorKind) -> bool {
 
 /// Whether paths of the integrator have a wavelength where glass disperses light, or no glass is refracted.
 fn knows_wavelengths(kind: IntegratorKind) -> bool {
-    use IntegratorKind::{AmbientOcclusion, Debug, Direct, Naive, Path};
-    matches!(kind, Path | Naive | Direct | AmbientOcclusion | Debug)
+    use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Distributed, Naive, OneSample, Path, Whitted};
+    matches!(
+        kind,
+        Path | Naive | OneSample | Area | Whitted | Distributed | Direct | AmbientOcclusion | Debug
+    )
 }
 
 /// Names of the integrators of which `is` holds.

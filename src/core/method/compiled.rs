@@ -6,7 +6,7 @@ use crate::integrator::{
     AmbientOcclusion, AreaIntegrator, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator,
     IrradianceCacheIntegrator, LightIntegrator, NaiveIntegrator, OneSampleIntegrator, PathIntegrator,
     PathSpaceIntegrator, PhotonMapIntegrator, PrimarySpaceIntegrator, ProgressivePhotonIntegrator,
-    ReusingPathIntegrator, VertexMergingIntegrator, WhittedIntegrator,
+    ReusingPathIntegrator, SimpleIntegrator, VertexMergingIntegrator, WhittedIntegrator,
 };
 use crate::render::{self, Observer, Outcome, Statistics, StopCondition};
 use crate::sampler::RenderSampler;
@@ -65,7 +65,7 @@ macro_rules! of_iterations {
 of_samples! {
     AmbientOcclusion, AreaIntegrator, DebugIntegrator, DistributedIntegrator, IrradianceCacheIntegrator,
     NaiveIntegrator, OneSampleIntegrator, PathIntegrator, PhotonMapIntegrator, ReusingPathIntegrator,
-    WhittedIntegrator,
+    SimpleIntegrator, WhittedIntegrator,
 }
 
 of_iterations! {

@@ -2,7 +2,6 @@
 
 use super::AnyAccel;
 use crate::accel::{Accel, Dispatch};
-use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
     self, AreaIntegrator, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, Heuristic, ImportanceImage,
@@ -265,13 +264,13 @@ impl Method {
         RenderContext { world, prepared }: RenderContext<&dyn Accel>,
         (resolution, key): (UVec2, SampleKey),
         sampler: &mut RenderSampler,
-        sink: &dyn Fn(bool) -> Box<dyn Sink<Radiance = Spectrum> + 's>,
+        sink: &dyn Fn(bool) -> Box<dyn Sink + 's>,
     ) -> bool {
         struct Sample<'a, 's, S> {
             resolution: UVec2,
             key: SampleKey,
             sampler: &'a mut S,
-            sink: &'a dyn Fn(bool) -> Box<dyn Sink<Radiance = Spectrum> + 's>,
+            sink: &'a dyn Fn(bool) -> Box<dyn Sink + 's>,
         }
         impl<S: Sampler> Task for Sample<'_, '_, S> {
             type Output = bool;
@@ -279,7 +278,7 @@ impl Method {
             fn run(self, integrator: &dyn SampleIntegrator<S>) -> bool {
                 let keys = companions(integrator.pixels_at_once(), self.resolution, self.key);
                 let mut sinks: Vec<_> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
-                let mut sinks: Vec<DynSink<Spectrum>> = sinks.iter_mut().map(|sink| &mut **sink as _).collect();
+                let mut sinks: Vec<DynSink> = sinks.iter_mut().map(|sink| &mut **sink as _).collect();
                 integrator.samples_into(&keys, self.sampler, &mut sinks);
                 true
             }

@@ -14,9 +14,8 @@ use super::cancellation::CountedRays;
 use super::observer::{Observer, Outcome};
 use super::statistics::{RayCounts, Statistics};
 use crate::accel::Accel;
-use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::integrator::{IrradianceCache, RayKind, RaySink, Record, RecordMaker, RecordSite, Sink};
+use crate::integrator::{FoundLight, IrradianceCache, RayKind, RaySink, Record, RecordMaker, RecordSite, Sink};
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler, Sobol};
@@ -320,11 +319,9 @@ impl<'a> Counter<'a> {
 }
 
 impl Sink for Counter<'_> {
-    type Radiance = Spectrum;
-
     fn weight(&mut self, _: f32) {}
 
-    fn radiance(&mut self, _: Spectrum) {}
+    fn light(&mut self, _: FoundLight) {}
 
     fn first_surface(&mut self, _: FirstSurface) {}
 }

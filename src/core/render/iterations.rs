@@ -8,6 +8,7 @@
 //! of 64 samples (`Accumulator::add_alone`).
 
 use super::cancellation::{Cancellation, CountedRays};
+use super::light_parts::LightParts;
 use super::observer::{Observer, Outcome, should_leave};
 use super::statistics::{DroppedSample, Statistics};
 use super::stop_condition::StopCondition;
@@ -16,7 +17,7 @@ use super::work_items::{in_work_items, map_indices};
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Iteration, Rect, Tile};
 use crate::integrator::{
-    ByGroup, CameraView, ChainCounts, Gathered, IterationIntegrator, PathEvent, RayKind, RaySink, Sink, SplatSink,
+    CameraView, ChainCounts, FoundLight, IterationIntegrator, PathEvent, RayKind, RaySink, Sink, SplatSink,
 };
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
@@ -60,11 +61,7 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
                 break;
             }
         }
-        // A film without light groups has no cost for it.
-        let done = match groups_of(film, integrator) {
-            0 => iteration::<Spectrum, _, _>(integrator, (sampler, filter), film, index, observer),
-            _ => iteration::<ByGroup, _, _>(integrator, (sampler, filter), film, index, observer),
-        };
+        let done = iteration(integrator, (sampler, filter), film, index, observer);
         let Some((iteration, done)) = done else {
             return (Outcome::Stopped, statistics);
         };
@@ -83,11 +80,17 @@ fn groups_of(film: &Film, integrator: &impl IterationIntegrator) -> usize {
     film.parts_before_paths().saturating_sub(2 * integrator.strategies())
 }
 
-/// Bytes of light that falls on one place, and so on all pixels of `crop` that see it.
-fn light_bytes<R>(filter: &Filter, crop: Rect) -> usize {
+/// Bytes of light that falls on one place, and so on all pixels of `crop` that see it. Light of a group
+/// is kept beside it if groups are separated.
+fn light_bytes(tells_groups: bool, filter: &Filter, crop: Rect) -> usize {
     let side = (2.0 * filter.radius()).ceil().max(1.0) as usize;
     let pixels = side.saturating_mul(side).min(crop.area() as usize);
-    pixels.saturating_mul(size_of::<(UVec2, R)>())
+    let group = if tells_groups {
+        size_of::<(UVec2, usize, Spectrum)>()
+    } else {
+        0
+    };
+    pixels.saturating_mul(size_of::<(UVec2, Spectrum)>() + group)
 }
 
 /// Work items that are kept at a time, where a place's light takes so many bytes.
@@ -105,7 +108,7 @@ enum Work {
 }
 
 /// The iteration with that index; `None` where the observer asked to stop.
-fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
+fn iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
     film: &Film,
@@ -137,10 +140,10 @@ fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
     };
     let mut iteration = Iteration::of(film);
     let mut done = 0;
-    let light = light_bytes::<R>(filter, film.crop());
+    let light = light_bytes(target.groups > 0, filter, film.crop());
     for batch in work.chunks(work_items_at_once(light, rayon::current_num_threads())) {
-        let work_items: Vec<WorkItem<R>> = map_indices(batch.len(), |i| {
-            let work_item = WorkItem::<R>::new(target, observer);
+        let work_items: Vec<WorkItem> = map_indices(batch.len(), |i| {
+            let work_item = WorkItem::new(target, observer);
             work_item.of(integrator, &prepared, (batch[i], index), sampler, observer)
         })?;
         for work_item in work_items {
@@ -169,10 +172,10 @@ struct IterationTarget<'a> {
 }
 
 /// What a work item has found.
-struct WorkItem<'a, R> {
+struct WorkItem<'a> {
     target: IterationTarget<'a>,
-    light: Vec<(UVec2, R)>,
-    /// What parts of the light that are strategies, and classes of paths, get.
+    light: Vec<(UVec2, Spectrum)>,
+    /// Light of parts: groups of lights, strategies, and classes of paths.
     parts: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
     /// Shares in which samples see the background.
@@ -181,14 +184,16 @@ struct WorkItem<'a, R> {
     /// The sample in work, and what counts in its own pixel.
     key: SampleKey,
     weight: f32,
-    radiance: R,
-    view: Option<CameraView<R>>,
+    radiance: Spectrum,
+    /// Light of each group in the sample's own pixel, if groups are separated.
+    groups: Option<LightParts<'static>>,
+    view: Option<CameraView>,
     cancellation: Cancellation<'a>,
     /// What happens, where that is recorded.
     record: Option<Vec<PathEvent>>,
 }
 
-impl<'a, R: Gathered> WorkItem<'a, R> {
+impl<'a> WorkItem<'a> {
     fn new(target: IterationTarget<'a>, observer: &'a impl Observer) -> Self {
         Self {
             target,
@@ -199,7 +204,8 @@ impl<'a, R: Gathered> WorkItem<'a, R> {
             statistics: Statistics::default(),
             key: SampleKey::new(0, 0, 0),
             weight: 1.0,
-            radiance: R::default(),
+            radiance: Spectrum::ZERO,
+            groups: (target.groups > 0).then(|| LightParts::new(None)),
             view: None,
             cancellation: Cancellation::new(observer),
             record: None,
@@ -230,14 +236,24 @@ impl<'a, R: Gathered> WorkItem<'a, R> {
                     self.weight = 1.0;
                     integrator.sample(prepared, self.key, &mut sampler, &mut self);
                     let mut radiance = std::mem::take(&mut self.radiance);
+                    let groups = self.groups.as_mut();
+                    let mut groups = groups.map(|groups| std::mem::replace(groups, LightParts::new(None)));
                     if let Some(view) = self.view.take() {
+                        if let Some(groups) = &mut groups {
+                            groups.finish(&view);
+                        }
                         let (seen, background) = view.finish(radiance).unwrap_or_default();
                         radiance = seen;
                         if !background.is_black() && self.target.crop.contains(pixel) {
                             self.backgrounds.push((pixel, background * self.weight));
                         }
                     }
-                    self.fall_on(pixel, radiance * self.weight);
+                    let is_kept = self.fall_on(pixel, radiance * self.weight);
+                    let groups = groups.iter().filter(|_| is_kept).flat_map(|groups| groups.by_group());
+                    let groups = groups.enumerate().filter(|(_, light)| !light.is_black());
+                    let weight = self.weight;
+                    self.parts
+                        .extend(groups.map(|(group, light)| (pixel, group, *light * weight)));
                 }
             }
             Work::Chain(chain) => {
@@ -251,15 +267,18 @@ impl<'a, R: Gathered> WorkItem<'a, R> {
         (!self.cancellation.is_cancelled()).then_some(self)
     }
 
-    /// Light that counts so much in `pixel`; what is no light is dropped.
-    fn fall_on(&mut self, pixel: UVec2, radiance: R) {
-        let sum = radiance.sum();
+    /// Adds light to `pixel`, and drops what is no light. Returns true if the light is kept.
+    fn fall_on(&mut self, pixel: UVec2, radiance: Spectrum) -> bool {
         // A filter may be negative, but finite; integrators' light is judged where it comes.
-        if !sum.to_array().iter().all(|v| v.is_finite()) {
-            self.drop(sum);
-        } else if self.target.crop.contains(pixel) && !sum.is_black() {
+        if !radiance.to_array().iter().all(|v| v.is_finite()) {
+            self.drop(radiance);
+            return false;
+        }
+        let is_kept = self.target.crop.contains(pixel) && !radiance.is_black();
+        if is_kept {
             self.light.push((pixel, radiance));
         }
+        is_kept
     }
 
     /// Adds to parts of the light, in the sample's own pixel or where it falls on the film.
@@ -288,8 +307,7 @@ impl<'a, R: Gathered> WorkItem<'a, R> {
     /// Adds its light to `iteration`, and says what it counted.
     fn add_to(self, iteration: &mut Iteration) -> Statistics {
         for (pixel, radiance) in self.light {
-            let groups = radiance.by_group();
-            iteration.add(pixel, radiance.sum(), &groups[..groups.len().min(self.target.groups)]);
+            iteration.add(pixel, radiance);
         }
         for (pixel, part, radiance) in self.parts {
             iteration.add_to_part(pixel, part, radiance);
@@ -304,7 +322,7 @@ impl<'a, R: Gathered> WorkItem<'a, R> {
     }
 }
 
-impl<R> RaySink for WorkItem<'_, R> {
+impl RaySink for WorkItem<'_> {
     fn ray(&mut self, kind: RayKind) {
         self.statistics.rays.count(kind);
     }
@@ -337,22 +355,30 @@ impl<R> RaySink for WorkItem<'_, R> {
     }
 }
 
-impl<R: Gathered> Sink for WorkItem<'_, R> {
-    type Radiance = R;
-
+impl Sink for WorkItem<'_> {
     fn weight(&mut self, weight: f32) {
         self.weight = weight;
     }
 
-    fn radiance(&mut self, radiance: R) {
-        self.record(PathEvent::Added {
-            film: None,
-            radiance: radiance.sum(),
-        });
-        match radiance.sum().is_valid() {
-            true => self.radiance += radiance,
-            false => self.drop(radiance.sum()),
+    fn light(&mut self, light: FoundLight) {
+        let radiance = light.radiance;
+        self.record(PathEvent::Added { film: None, radiance });
+        if !radiance.is_valid() {
+            self.drop(radiance);
+            return;
         }
+        self.radiance += radiance;
+        self.part(light);
+    }
+
+    fn part(&mut self, light: FoundLight) {
+        if let Some(groups) = self.groups.as_mut().filter(|_| light.radiance.is_valid()) {
+            groups.add(&light);
+        }
+    }
+
+    fn tells_parts(&self) -> bool {
+        self.groups.is_some()
     }
 
     fn first_surface(&mut self, mut surface: FirstSurface) {
@@ -362,23 +388,30 @@ impl<R: Gathered> Sink for WorkItem<'_, R> {
         }
     }
 
-    fn camera_view(&mut self, view: CameraView<R>) {
+    fn camera_view(&mut self, view: CameraView) {
         self.view = Some(view);
     }
 }
 
-impl<R: Gathered> SplatSink for WorkItem<'_, R> {
-    fn splat(&mut self, film: Vec2, radiance: R) {
+impl SplatSink for WorkItem<'_> {
+    fn splat(&mut self, film: Vec2, light: FoundLight) {
+        let radiance = light.radiance;
         self.record(PathEvent::Added {
             film: Some(film),
-            radiance: radiance.sum(),
+            radiance,
         });
-        if !radiance.sum().is_valid() {
-            self.drop(radiance.sum());
+        if !radiance.is_valid() {
+            self.drop(radiance);
             return;
         }
+        let group = light
+            .source
+            .and_then(|source| source.group)
+            .filter(|_| self.groups.is_some());
         for (pixel, weight) in self.target.seen_by(film) {
-            self.fall_on(pixel, radiance * weight);
+            if self.fall_on(pixel, radiance * weight) {
+                self.parts.extend(group.map(|group| (pixel, group, radiance * weight)));
+            }
         }
     }
 

@@ -12,6 +12,7 @@ mod groups;
 mod importance_image;
 mod irradiance;
 mod iterations;
+mod light_parts;
 mod noise_level;
 mod observer;
 mod photons;

@@ -1,29 +1,31 @@
 //! The sink of one sample of a pixel: radiance, weight, first surface and rays. `World::camera_ray` starts the sample.
 
 use super::cancellation::Cancellation;
+use super::light_parts::LightParts;
 use super::observer::Observer;
 use super::statistics::RayCounts;
+use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::integrator::{CameraView, Gathered, RayKind, RaySink, Sink};
+use crate::integrator::{CameraView, FoundLight, RayKind, RaySink, Sink};
 
 /// Sink of one sample.
-pub struct PixelSample<'a, R> {
+pub struct PixelSample<'a> {
     pub(super) weight: f32,
-    pub(super) radiance: R,
+    pub(super) radiance: Spectrum,
     pub(super) surface: Option<FirstSurface>,
-    view: Option<CameraView<R>>,
+    view: Option<CameraView>,
     /// Share in which the sample sees the background, after [`PixelSample::finish`].
     pub(super) background: Spectrum,
     pub(super) rays: RayCounts,
     pub(super) cancellation: Cancellation<'a>,
 }
 
-impl<'a, R: Default> PixelSample<'a, R> {
+impl<'a> PixelSample<'a> {
     pub(super) fn new(observer: &'a impl Observer) -> Self {
         Self {
             weight: 0.0,
-            radiance: R::default(),
+            radiance: Spectrum::ZERO,
             surface: None,
             view: None,
             background: Spectrum::ZERO,
@@ -31,45 +33,47 @@ impl<'a, R: Default> PixelSample<'a, R> {
             cancellation: Cancellation::new(observer),
         }
     }
-}
 
-impl<R: Gathered> PixelSample<'_, R> {
-    /// Puts what the camera ray has seen of the background and the ground to the light that the integrator has found. Gives whether the sample is valid.
-    pub(super) fn finish(&mut self) -> bool {
-        let Some(view) = self.view.take() else {
-            return self.radiance.sum().is_valid();
-        };
-        match view.finish(self.radiance) {
-            Some(seen) => {
-                (self.radiance, self.background) = seen;
-                true
+    /// Puts what the camera ray has seen of the background and the ground to the light that the
+    /// integrator has found, and to its `parts`. Returns true if the sample is valid. An invalid sample
+    /// is dropped, and is black in all parts.
+    pub(super) fn finish(&mut self, parts: Option<&mut LightParts>) -> bool {
+        let seen = match self.view.take() {
+            None => self.radiance.is_valid().then_some((self.radiance, self.background)),
+            Some(view) => {
+                if let Some(parts) = parts {
+                    parts.finish(&view);
+                }
+                view.finish(self.radiance)
             }
-            None => false,
+        };
+        if let Some(seen) = seen {
+            (self.radiance, self.background) = seen;
         }
+        seen.is_some()
     }
 }
 
-impl<R: Gathered> Sink for PixelSample<'_, R> {
-    type Radiance = R;
-
+impl Sink for PixelSample<'_> {
     fn weight(&mut self, weight: f32) {
         self.weight = weight;
     }
 
-    fn radiance(&mut self, radiance: R) {
-        self.radiance += radiance;
+    #[inline(always)]
+    fn light(&mut self, light: FoundLight) {
+        self.radiance += light.radiance;
     }
 
     fn first_surface(&mut self, surface: FirstSurface) {
         self.surface = Some(surface);
     }
 
-    fn camera_view(&mut self, view: CameraView<R>) {
+    fn camera_view(&mut self, view: CameraView) {
         self.view = Some(view);
     }
 }
 
-impl<R> RaySink for PixelSample<'_, R> {
+impl RaySink for PixelSample<'_> {
     fn ray(&mut self, kind: RayKind) {
         self.rays.count(kind);
     }
@@ -80,5 +84,60 @@ impl<R> RaySink for PixelSample<'_, R> {
 
     fn is_cancelled(&self) -> bool {
         self.cancellation.look()
+    }
+}
+
+/// Sink of one sample that separates groups of lights and classes of paths.
+pub(super) struct PartedSample<'s, 'a> {
+    pub sample: &'s mut PixelSample<'a>,
+    pub parts: &'s mut LightParts<'a>,
+}
+
+impl Sink for PartedSample<'_, '_> {
+    fn weight(&mut self, weight: f32) {
+        self.sample.weight(weight);
+    }
+
+    fn light(&mut self, light: FoundLight) {
+        self.sample.light(light);
+        self.parts.add(&light);
+    }
+
+    fn part(&mut self, light: FoundLight) {
+        self.parts.add(&light);
+    }
+
+    fn first_surface(&mut self, surface: FirstSurface) {
+        self.sample.first_surface(surface);
+    }
+
+    fn camera_view(&mut self, view: CameraView) {
+        self.sample.camera_view(view);
+    }
+
+    fn tells_parts(&self) -> bool {
+        true
+    }
+
+    fn tells_paths(&self) -> bool {
+        self.parts.paths.is_some()
+    }
+
+    fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
+        self.parts.scattered(depth, event);
+    }
+}
+
+impl RaySink for PartedSample<'_, '_> {
+    fn ray(&mut self, kind: RayKind) {
+        self.sample.ray(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.sample.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.sample.is_cancelled()
     }
 }

@@ -3,15 +3,16 @@
 //! The task takes the samples of its pixels, sums them, and adds the sums to the tile. Its results depend on its pixels and sample indices alone, so
 //! bits do not depend on threads. The work of a tile whose render is stopped is thrown away.
 
-use super::dispatch::SampleIntegrator;
+use super::dispatch::{DynSink, SampleIntegrator};
 use super::groups::shuffled;
+use super::light_parts::LightParts;
 use super::observer::{Observer, Outcome, should_leave};
-use super::pixel_sample::PixelSample;
+use super::pixel_sample::{PartedSample, PixelSample};
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
 use crate::color::Spectrum;
 use crate::film::{Accumulator, Block, FeatureBlock, Film, PartBlock, Tile};
-use crate::integrator::{ByGroup, ByPath, Gathered, SAMPLES_AT_ONCE};
+use crate::integrator::SAMPLES_AT_ONCE;
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
 use std::array::from_fn;
@@ -63,19 +64,14 @@ pub(super) fn advance<S: Sampler>(
     observer: &impl Observer,
 ) -> Option<Statistics> {
     let before = tile.clone();
-    // A film without light groups has no cost for it.
-    let done = match (tile.light_paths(), tile.parts()) {
-        (Some(_), _) => advance_gathering::<ByPath, _>(integrator, sampler, tile, end, observer),
-        (None, 0) => advance_gathering::<Spectrum, _>(integrator, sampler, tile, end, observer),
-        (None, _) => advance_gathering::<ByGroup, _>(integrator, sampler, tile, end, observer),
-    };
+    let done = advance_passes(integrator, sampler, tile, end, observer);
     if done.is_none() {
         *tile = before;
     }
     done
 }
 
-fn advance_gathering<R: TracedLight, S: Sampler>(
+fn advance_passes<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
@@ -86,7 +82,7 @@ fn advance_gathering<R: TracedLight, S: Sampler>(
     let start = last_cut(next).max(tile.first_sample());
     // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
     let again = match start < next {
-        true => Some(render_tile::<R, _>(
+        true => Some(render_tile(
             integrator,
             sampler,
             tile,
@@ -97,7 +93,7 @@ fn advance_gathering<R: TracedLight, S: Sampler>(
     };
     let mut statistics = Statistics::default();
     for pass in passes(start..end) {
-        let taken = render_tile::<R, _>(integrator, sampler, tile, (pass, Turn::Add), observer)?;
+        let taken = render_tile(integrator, sampler, tile, (pass, Turn::Add), observer)?;
         statistics = statistics.merge(taken);
     }
     Some(match again {
@@ -119,7 +115,7 @@ pub(super) const MANY_RAYS: u64 = 64;
 
 /// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again; `None`, and the tile is of no use, where the observer
 /// asked to stop.
-fn render_tile<R: TracedLight, S: Sampler>(
+fn render_tile<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
@@ -128,7 +124,11 @@ fn render_tile<R: TracedLight, S: Sampler>(
 ) -> Option<Statistics> {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
-    let mut taken: [PixelSample<R>; SAMPLES_AT_ONCE] = from_fn(|_| PixelSample::new(observer));
+    // A tile without parts of light has no cost for them.
+    let paths = tile.light_paths().cloned();
+    let has_parts = paths.is_some() || tile.parts() > 0;
+    let mut parts: Vec<LightParts> = Vec::new();
+    let mut taken: [PixelSample; SAMPLES_AT_ONCE] = from_fn(|_| PixelSample::new(observer));
     let mut keys = [SampleKey::new(0, 0, 0); SAMPLES_AT_ONCE];
 
     // Either many samples of a pixel at once, or one sample of each of many pixels. The latter give something to each other,
@@ -179,7 +179,16 @@ fn render_tile<R: TracedLight, S: Sampler>(
             }
             let (keys, taken) = (&keys[..count], &mut taken[..count]);
             taken.fill_with(|| PixelSample::new(observer));
-            R::trace(integrator, keys, &mut sampler, taken);
+            if has_parts {
+                parts.clear();
+                parts.resize_with(count, || LightParts::new(paths.as_deref()));
+                let sinks = taken.iter_mut().zip(&mut parts);
+                let mut sinks: Vec<_> = sinks.map(|(sample, parts)| PartedSample { sample, parts }).collect();
+                let mut sinks: Vec<DynSink> = sinks.iter_mut().map(|sink| sink as DynSink).collect();
+                integrator.samples_into(keys, &mut sampler, &mut sinks);
+            } else {
+                integrator.samples(keys, &mut sampler, taken);
+            }
             // Those in which the integrator was asked to leave are not whole.
             if taken.iter().any(|sample| sample.cancellation.is_cancelled()) {
                 return None;
@@ -187,14 +196,18 @@ fn render_tile<R: TracedLight, S: Sampler>(
             let rays_before = statistics.rays.total();
             for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
-                if !sample.finish() {
+                let mut parts = parts.get_mut(i);
+                if !sample.finish(parts.as_deref_mut()) {
                     if !is_cropped(key.pixel()) {
                         statistics.drop_sample(DroppedSample {
                             key,
-                            radiance: sample.radiance.sum().to_array(),
+                            radiance: sample.radiance.to_array(),
                         });
                     }
-                    sample.radiance = R::default();
+                    sample.radiance = Spectrum::ZERO;
+                    if let Some(parts) = &mut parts {
+                        **parts = LightParts::new(parts.paths);
+                    }
                 }
                 let place = i * group.len() / count;
                 let features = sample.surface.and_then(|surface| surface.features);
@@ -207,13 +220,16 @@ fn render_tile<R: TracedLight, S: Sampler>(
                 if let Some(surface) = &mut sample.surface {
                     surface.emitted *= sample.weight;
                 }
-                if let Some(block) = part_blocks.get_mut(place) {
-                    block.add(radiance.by_group());
+                if let Some(parts) = parts {
+                    parts.scale(Spectrum::splat(sample.weight));
+                    if let Some(block) = part_blocks.get_mut(place) {
+                        block.add(parts.by_group());
+                    }
+                    if let Some(block) = class_blocks.get_mut(place) {
+                        block.add(parts.by_class());
+                    }
                 }
-                if let Some(block) = class_blocks.get_mut(place) {
-                    block.add(radiance.by_class());
-                }
-                blocks[place].add(radiance.sum(), sample.surface.as_ref());
+                blocks[place].add(radiance, sample.surface.as_ref());
             }
             let is_slow = statistics.rays.total() - rays_before > MANY_RAYS * count as u64;
             samples_now = if is_slow { 1 } else { samples_at_once };
@@ -261,49 +277,6 @@ fn render_tile<R: TracedLight, S: Sampler>(
     Some(statistics)
 }
 
-/// Kinds of light for which integrators behind dynamic dispatch have a call.
-trait TracedLight: Gathered {
-    fn trace<S>(
-        integrator: &dyn SampleIntegrator<S>,
-        keys: &[SampleKey],
-        sampler: &mut S,
-        out: &mut [PixelSample<Self>],
-    );
-}
-
-impl TracedLight for Spectrum {
-    fn trace<S>(
-        integrator: &dyn SampleIntegrator<S>,
-        keys: &[SampleKey],
-        sampler: &mut S,
-        out: &mut [PixelSample<Self>],
-    ) {
-        integrator.samples(keys, sampler, out);
-    }
-}
-
-impl TracedLight for ByGroup {
-    fn trace<S>(
-        integrator: &dyn SampleIntegrator<S>,
-        keys: &[SampleKey],
-        sampler: &mut S,
-        out: &mut [PixelSample<Self>],
-    ) {
-        integrator.samples_by_group(keys, sampler, out);
-    }
-}
-
-impl TracedLight for ByPath {
-    fn trace<S>(
-        integrator: &dyn SampleIntegrator<S>,
-        keys: &[SampleKey],
-        sampler: &mut S,
-        out: &mut [PixelSample<Self>],
-    ) {
-        integrator.samples_by_path(keys, sampler, out);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -322,7 +295,7 @@ mod tests {
             sampler.start(key);
             (0..=MANY_RAYS).for_each(|_| out.ray(RayKind::Bounce));
             out.weight(1.0);
-            out.radiance(Spectrum::splat(sampler.get_1d(Dimension::PIXEL)).into());
+            out.radiance(Spectrum::splat(sampler.get_1d(Dimension::PIXEL)));
         }
     }
 

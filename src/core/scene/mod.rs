@@ -543,6 +543,11 @@ impl Scene {
         })
     }
 
+    /// Returns true if a ray that leaves the scene can find light.
+    pub fn has_infinite_lights(&self) -> bool {
+        !self.infinite_lights.is_empty()
+    }
+
     /// What infinitely distant lights send to `context` against the unit direction `wi` of a ray that leaves the scene, light by light.
     pub fn escaped(&self, context: LightSampleContext, wi: Vec3) -> impl Iterator<Item = Incident> {
         self.infinite_lights.iter().filter_map(move |&id| {

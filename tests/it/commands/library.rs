@@ -151,13 +151,13 @@ struct Openness;
 impl SampleTracer for Openness {
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let slot = BsdfSlot::new();
-        let Some((_, vertex)) = world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = world.look(key, sampler, &slot, out) else {
             return;
         };
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
         let open = world.transmittance(&world.ray_along(&vertex, wi), out).color();
-        out.radiance(open.into());
+        out.radiance(open);
     }
 }
 

@@ -271,7 +271,7 @@ impl Integrator for Broken<'_> {
     fn sample<S: Sampler>(&self, key: SampleKey, _: &mut S, out: &mut impl Sink) {
         out.weight(0.5);
         for (id, value) in [(0, if key.sample % 3 == 0 { f32::NAN } else { 1.0 }), (1, 2.0)] {
-            out.radiance(Gathered::of_light(Spectrum::splat(value), LightId(id), self.0));
+            out.light(FoundLight::of(Spectrum::splat(value), LightId(id), self.0, 0));
         }
     }
 }

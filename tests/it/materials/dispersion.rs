@@ -4,7 +4,7 @@ use crate::support::program::{done, folder, refused, split};
 use crate::support::statistics::{Mean, assert_means_within, assert_same_mean};
 use crate::support::*;
 use embrasure::color::Spectrum;
-use embrasure::integrator::{NaiveIntegrator, Roulette};
+use embrasure::integrator::{NaiveIntegrator, OneSampleIntegrator, Roulette};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::sampling::Wavelength;
@@ -183,10 +183,18 @@ fn dispersed_light_is_the_mean_over_wavelengths() {
     let scene = glass_room(ior, Some(abbe));
     let plain = glass_room(ior, None);
     let mut farthest = 0.0f64;
-    for what in ["path", "naive"] {
+    for what in ["path", "naive", "one sample"] {
         let of = |scene: &Scene| {
             with_world(scene, camera, resolution, |world| match what {
                 "path" => film_of(&path_tracer(world, Some(6)), resolution, budget(4096), 5),
+                "one sample" => {
+                    let integrator = OneSampleIntegrator {
+                        world,
+                        direct_probability: 0.4,
+                        max_depth: Some(6),
+                    };
+                    film_of(&integrator, resolution, budget(16384), 7)
+                }
                 _ => film_of(
                     &NaiveIntegrator::new(world, Some(6), Roulette::default()),
                     resolution,
@@ -223,20 +231,29 @@ fn methods_without_wavelengths_are_refused() {
     let toml = "version = 1\n[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[image]\nwidth = 8\nheight = 8\n[render]\nsamples = 2\n[[object]]\nobj = 'a.obj'\n[material.g]\ntransmission = 1.0\nior = 1.6\nabbe = 30.0\n[[light]]\ntype = 'constant'\nradiance = [1, 1, 1]\n";
     let obj = "usemtl g\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n";
     let folder = folder(&[("a.obj", obj), ("s.toml", toml)]);
-    for integrator in ["path", "naive", "direct", "ao"] {
+    for integrator in [
+        "path",
+        "naive",
+        "one-sample",
+        "area",
+        "whitted",
+        "distributed",
+        "direct",
+        "ao",
+    ] {
         done(
             folder.path(),
             &split(&format!("render s.toml -q -o x.exr --integrator {integrator}")),
         );
     }
-    for integrator in ["bdpt", "vcm", "mlt", "sppm", "light", "whitted"] {
+    for integrator in ["bdpt", "vcm", "mlt", "sppm", "light", "photon-map"] {
         let words = refused(
             folder.path(),
             &split(&format!("render s.toml -q -o x.exr --integrator {integrator}")),
             2,
         );
         assert!(
-            words.contains("abbe") && words.contains("path, naive, direct"),
+            words.contains("abbe") && words.contains("path, naive, one-sample"),
             "{words}"
         );
     }

@@ -118,6 +118,17 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
         });
     }
     all.push(Estimator {
+        name: "simple".into(),
+        spp,
+        render: Box::new(|world, spp| {
+            let integrator = SimpleIntegrator {
+                world,
+                max_depth: MAX_DEPTH,
+            };
+            film_of(&integrator, RESOLUTION, spp, 2)
+        }),
+    });
+    all.push(Estimator {
         name: "one sample of direct and indirect light".into(),
         spp: 4 * spp,
         render: Box::new(|world, spp| {

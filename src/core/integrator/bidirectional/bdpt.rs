@@ -2,7 +2,9 @@ use super::connection::Connector;
 use crate::accel::Accel;
 use crate::film::LightPaths;
 use crate::integrator::bidirectional::connection::{Contribution, Subpaths};
-use crate::integrator::{ByPath, Gathered, Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{
+    Heuristic, IterationIntegrator, LightSource, RaySink, Roulette, SplatSink, World, path_classes,
+};
 use crate::sampler::{SampleKey, Sampler};
 
 /// Bidirectional path tracing: every sample follows a path from the camera and one from a light, and joins them in all ways, which multiple importance
@@ -74,16 +76,10 @@ impl<A: Accel> BidirectionalIntegrator<'_, A> {
         if radiance.is_black() || !radiance.is_valid() {
             return;
         }
-        let light = ByPath::of_light(radiance, contribution.light, self.world.scene);
-        let events = contribution.events(paths);
-        let light = events.fold(light, |light, event| light.scattered(|| event, Some(tells)));
-        for (class, light) in light
-            .by_class()
-            .iter()
-            .enumerate()
-            .filter(|(_, light)| !light.is_black())
-        {
-            out.path_class(class, contribution.film, *light);
+        let source = LightSource::of(contribution.light, self.world.scene);
+        let classes = path_classes(radiance, source.kind, contribution.events(paths), tells);
+        for (class, light) in classes.into_iter().enumerate().filter(|(_, light)| !light.is_black()) {
+            out.path_class(class, contribution.film, light);
         }
     }
 }

@@ -1,7 +1,7 @@
 use super::connection::{Connector, Subpaths};
 use super::subpath::Surface;
 use crate::accel::Accel;
-use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RayKind, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{Heuristic, IterationIntegrator, RayKind, RaySink, Roulette, SplatSink, World};
 use crate::sampler::{SampleKey, Sampler};
 
 /// Light tracing: paths start at lights, and every vertex shows itself to the camera (Arvo 1986; Dutré, Lafortune and Willems 1993). What the camera sees
@@ -53,7 +53,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
         for c in found {
             if let Some(film) = c.film {
                 c.record(out);
-                out.splat(film, Gathered::of_light(c.radiance, c.light, self.world.scene));
+                out.splat(film, c.light(c.radiance, self.world.scene));
             }
         }
     }

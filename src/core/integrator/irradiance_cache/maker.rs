@@ -6,7 +6,9 @@ use super::{MAX_MIRRORS, layer};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint};
-use crate::integrator::path::integrator::PathStart;
+use crate::integrator::found_light::Summed;
+use crate::integrator::path::integrator::PathNumbers;
+use crate::integrator::path::state::PathState;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{PathIntegrator, RayKind, Sink};
 use crate::material::BsdfSlot;
@@ -82,7 +84,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             let (hit, _) = world.intersect(&ray, kind, out);
             let hit = hit?;
             let slot = BsdfSlot::new();
-            let vertex = world.vertex(&hit, &ray, &slot);
+            let vertex = world.vertex(&hit, &ray, None, &slot);
             length += hit.t;
             if is_cached(&vertex, depth, self.path.max_depth) {
                 return Some(RecordSite {
@@ -109,12 +111,7 @@ impl<A: Accel> RecordMaker<'_, A> {
     /// The record at `place`, and how many rays came back with light that is none; `None` where there can be no record.
     ///
     /// Lights that rays meet first are left out: they are direct light.
-    pub fn make<S: Sampler>(
-        &self,
-        place: &RecordSite,
-        sampler: &mut S,
-        out: &mut impl Sink<Radiance = Spectrum>,
-    ) -> (Option<Record>, u64) {
+    pub fn make<S: Sampler>(&self, place: &RecordSite, sampler: &mut S, out: &mut impl Sink) -> (Option<Record>, u64) {
         let strata = Strata::new(self.rays);
         let frame = Frame::from_z(place.n());
         let side = match place.side < 0.0 {
@@ -137,7 +134,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             let direction = frame.to_world(strata.direction(index, u));
             let origin = self.path.world.origin_on(&place.point, side, direction);
             let ray = Ray::new(origin, direction).when(place.point.time);
-            let mut seen = self.look((key, sampler), &ray, place.depth + 1, out);
+            let mut seen = self.look(PathNumbers { key, sampler }, &ray, place.depth + 1, out);
             // Surfaces nearer than that change within the pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
@@ -171,31 +168,24 @@ impl<A: Accel> RecordMaker<'_, A> {
         (is_usable.then_some(record), dropped)
     }
 
-    /// The surface that `ray` meets, which has left another one after `depth` scattering events, that one included.
-    fn look<S: Sampler>(
-        &self,
-        (key, sampler): (SampleKey, &S),
-        ray: &Ray,
-        depth: u32,
-        out: &mut impl Sink<Radiance = Spectrum>,
-    ) -> Seen {
-        let world = &self.path.world;
-        let (hit, tint) = world.intersect(ray, RayKind::Bounce, out);
-        let Some(hit) = hit else {
+    /// The surface that `ray` hits, which has left another one after `depth` scattering events, that one
+    /// included.
+    fn look<S: Sampler>(&self, numbers: PathNumbers<S>, ray: &Ray, depth: u32, out: &mut impl Sink) -> Seen {
+        let traced = self.path.world.intersect(ray, RayKind::Bounce, out);
+        let (Some(hit), _) = traced else {
             return Seen::NOTHING;
         };
-        let start = PathStart {
-            key,
-            sampler,
-            ray: *ray,
-            hit: Some(hit),
-            tint,
+        // Emission that the ray finds is direct light.
+        let path = PathState {
             depth,
-            tail_depth: depth,
-            roulette_scale: Spectrum::ONE,
+            traced: Some(traced),
+            skips_emission: true,
+            ..PathState::new(*ray)
         };
+        let mut light = Summed::new(depth, out);
+        self.path.li(path, numbers, &mut light);
         Seen {
-            radiance: self.path.radiance(&start, out).tail,
+            radiance: light.sum.radiance,
             distance: hit.t,
         }
     }

@@ -30,16 +30,14 @@ pub use hemisphere::{GatheredHemisphere, Seen, Strata};
 pub use maker::{RecordMaker, RecordSite};
 pub use record::{Gradients, Record};
 
-use super::path::integrator::VertexNumbers;
+use super::path::direct::trace;
+use super::path::integrator::PathNumbers;
 use super::path::state::PathState;
-use super::path::strategy::PrevVertex;
-use super::path_record;
 use super::vertex::Vertex;
-use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, RaySink, Sink};
+use super::{DirectLight, FoundLight, Integrator, PathEvent, PathIntegrator, Sink};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::film::Points;
-use crate::geometry::Hit;
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
 use maker::is_cached;
@@ -61,115 +59,57 @@ pub struct IrradianceCacheIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let radiance = self.radiance(key, sampler, out);
-        out.radiance(radiance);
-    }
-}
-
-impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
-    fn radiance<S: Sampler, R: Gathered>(
-        &self,
-        key: SampleKey,
-        sampler: &mut S,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> R {
         let PathIntegrator { world, strategy, .. } = &self.path;
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
-        let mut radiance = R::default();
+        let numbers = PathNumbers { key, sampler };
         let mut only_mirrors = true;
-        for depth in 0.. {
-            // Intersect, and add emitted light
-            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let (hit, transmittance) = world.intersect(&path.ray, kind, out);
-            path.beta *= transmittance;
-            if depth == 0 && hit.is_none() && world.see_background(&path.ray, path.beta, out) {
-                break;
-            }
+        loop {
+            // Find the next surface, and add emitted light
+            let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = hit.map(|hit| world.vertex(&hit, &path.ray, &slot));
-            let met = hit.as_ref().zip(vertex.as_ref());
-            radiance += self.emitted::<R>(&path, depth, met, out);
-            let Some((hit, vertex)) = met else { break };
-            if depth == 0 {
-                let mut first = world.first_surface(hit, vertex);
+            let vertex = path.next_vertex(world, &slot, out);
+            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let Some(vertex) = vertex else { return };
+            if depth == 0 && world.features {
+                let mut first = world.first_surface(&vertex);
                 if let Some(features) = &mut first.features {
-                    features.points = self.records_at(vertex);
+                    features.points = self.records_at(&vertex);
                 }
                 out.first_surface(first);
             }
             if self.path.max_depth.is_some_and(|max| depth >= max) {
-                break;
+                return;
             }
 
             // Sample lights
-            let u = VertexNumbers::draw(sampler, depth, self.path.roulette);
-            let light_samples = if depth == 0 { self.path.light_samples } else { 1 };
-            let (mut direct, shadow) = self.path.sample_lights(vertex, (key, sampler, u.light.as_ref()), out);
-            direct += shadow.arrives(world, out);
-            let direct = direct * path.beta;
-            path_record::light(direct.sum(), out);
-            radiance += direct;
+            let u = numbers.vertex(depth, self.path.roulette);
+            let direct = self.path.sample_light(&path, &vertex, &u, out);
+            trace(direct, world, (&path, &vertex), out);
 
-            // Sample the BSDF, update the throughput and play Russian roulette
-            let u_lobe = u.lobe(vertex.bsdf);
-            let sample = strategy.directions.sample(vertex, u_lobe, u.direction);
-            let next = sample.and_then(|sample| {
-                let beta = path.beta * sample.weight;
-                let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
-                let factor = self.path.roulette.play(depth, beta * roulette_scale, u.roulette)?;
-                path_record::scatter(depth, vertex, &sample, factor, out);
-                Some(PathState {
-                    ray: world.ray_along(vertex, sample.wi),
-                    beta: beta * factor,
-                    roulette_scale,
-                    is_dispersed: false,
-                    prev: Some(PrevVertex::new(vertex, &sample, light_samples)),
-                })
-            });
+            // Sample the BSDF and play Russian roulette
+            let next = self.path.scatter(&path, &vertex, &u, out);
 
             // End with the indirect light that the cache knows, and the other half of the estimate of direct light
-            let indirect = only_mirrors.then(|| self.indirect(vertex, depth)).flatten();
-            if let Some(indirect) = indirect {
-                let indirect = R::from(indirect) * path.beta;
-                path_record::cached(indirect.sum(), out);
-                radiance += indirect;
-                if let Some(mut next) = next.filter(|_| strategy.direct != DirectLight::Light) {
-                    let (hit, transmittance) = world.intersect(&next.ray, RayKind::Bounce, out);
-                    next.beta *= transmittance;
-                    let slot = BsdfSlot::new();
-                    let vertex = hit.map(|hit| world.vertex(&hit, &next.ray, &slot));
-                    radiance += self.emitted::<R>(&next, depth + 1, hit.as_ref().zip(vertex.as_ref()), out);
+            if let Some(indirect) = only_mirrors.then(|| self.indirect(&vertex, depth)).flatten() {
+                if out.records() {
+                    out.record(PathEvent::Cached);
                 }
-                break;
+                out.light(FoundLight::sum(indirect * path.beta, depth + 2));
+                if let Some(mut next) = next.filter(|_| strategy.direct != DirectLight::Light) {
+                    let slot = BsdfSlot::new();
+                    let vertex = next.next_vertex(world, &slot, out);
+                    strategy.add_emission(world, &next, vertex.as_ref(), out);
+                }
+                return;
             }
-            let Some(next) = next else { break };
+            let Some(next) = next else { return };
             only_mirrors &= next.is_delta();
             path = next;
         }
-        radiance
     }
+}
 
-    /// The emitted light that the ray of `path` finds.
-    fn emitted<R: Gathered>(
-        &self,
-        path: &PathState,
-        depth: u32,
-        met: Option<(&Hit, &Vertex)>,
-        out: &mut impl RaySink,
-    ) -> R {
-        let PathIntegrator { world, strategy, .. } = &self.path;
-        let mut sum = R::default();
-        strategy.found(world.scene, &path.ray, path.prev.as_ref(), path.beta, met, |light| {
-            sum += light
-        });
-        if let Some(met) = met {
-            path_record::vertex(depth, met, path.beta, out);
-        }
-        strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), met, out);
-        path_record::light(sum.sum(), out);
-        sum
-    }
-
+impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
     /// Records about `vertex`, which the camera sees first.
     fn records_at(&self, vertex: &Vertex) -> Points {
         if !is_cached(vertex, 0, self.path.max_depth) {

@@ -1,7 +1,8 @@
 //! Options that the Metropolis methods share, and the path tracing of the light that chains leave out.
 
 use crate::accel::Accel;
-use crate::color::Spectrum;
+use crate::integrator::path::state::PathState;
+use crate::integrator::path_record;
 use crate::integrator::{Heuristic, Integrator, PathIntegrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::Vec2;
@@ -180,16 +181,17 @@ impl<A: Accel> OrdinaryLight<'_, A> {
     /// Adds the light that comes along the sample's ray by two delta lobes or more, and by nothing else.
     fn sample_lamps<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let world = &self.world;
-        let mut ray = world.camera_ray(key, None, sampler, out);
-        let (mut beta, mut eta_squared) = (Spectrum::ONE, 1.0);
+        let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
         for depth in 0..=self.max_depth.unwrap_or(u32::MAX) {
-            let (hit, transmittance) = world.intersect(&ray, RayKind::Bounce, out);
-            beta *= transmittance;
+            let (hit, transmittance) = world.intersect(&path.ray, RayKind::Bounce, out);
+            path.beta *= transmittance;
             let slot = BsdfSlot::new();
-            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
-            let met = hit.as_ref().zip(vertex.as_ref());
+            let vertex = hit.map(|hit| world.vertex(&hit, &path.ray, None, &slot));
+            if let Some(vertex) = &vertex {
+                path_record::vertex(depth, vertex, path.beta, out);
+            }
             if depth > 1 {
-                Strategy::default().found(world.scene, &ray, None, beta, met, |light| out.radiance(light));
+                Strategy::default().add_emission(world, &path, vertex.as_ref(), out);
             }
             let Some(vertex) = vertex else { return };
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
@@ -198,14 +200,12 @@ impl<A: Accel> OrdinaryLight<'_, A> {
             let Some(sample) = sample.filter(|sample| sample.is_delta()) else {
                 return;
             };
-            beta *= sample.weight;
-            eta_squared *= sample.eta * sample.eta;
+            let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)).y;
-            let Some(factor) = self.roulette.play(depth, beta * eta_squared, u) else {
+            let Some(factor) = self.roulette.play(depth, judged, u) else {
                 return;
             };
-            beta *= factor;
-            ray = world.ray_along(&vertex, sample.wi);
+            path = path.scattered(world, &vertex, &sample, (factor, 1), out);
         }
     }
 }

@@ -24,8 +24,7 @@ use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};
 use crate::integrator::bidirectional::subpath::max_vertices;
 use crate::integrator::{
-    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, PathEvent, RaySink, Roulette, SplatSink,
-    World,
+    Heuristic, ImportanceImage, IterationIntegrator, Metropolis, PathEvent, RaySink, Roulette, SplatSink, World,
 };
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f64};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Step, Stream};
@@ -422,7 +421,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
                 state.record.iter().for_each(|event| out.record(*event));
                 contribution.record(out);
             }
-            out.splat(film, Gathered::of_light(radiance, contribution.light, self.world.scene));
+            out.splat(film, contribution.light(radiance, self.world.scene));
         }
     }
 }

@@ -34,7 +34,7 @@ impl<A: Accel> AmbientOcclusion<'_, A> {
                 continue;
             };
             let slot = BsdfSlot::new();
-            let vertex = world.vertex(&hit, &ray, &slot);
+            let vertex = world.vertex(&hit, &ray, None, &slot);
             let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
             wi.z = wi.z.copysign(vertex.wo.z);
             let next = world.accel.intersect(&world.ray_along(&vertex, wi));
@@ -56,7 +56,7 @@ fn two_digits(x: f32) -> f32 {
 impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let slot = BsdfSlot::new();
-        let Some((_, vertex)) = self.world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = self.world.look(key, sampler, &slot, out) else {
             return;
         };
 
@@ -68,6 +68,6 @@ impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
             ..self.world.ray_along(&vertex, wi)
         };
         let open = self.world.transmittance(&probe, out).color();
-        out.radiance(open.into());
+        out.radiance(open);
     }
 }

@@ -1,8 +1,8 @@
-use super::direct::{Direct, LightNumbers};
+use super::direct::{Direct, LightNumbers, trace};
+use super::state::PathState;
 use super::strategy::PrevVertex;
 use super::surface_areas::SurfaceAreas;
 use crate::accel::Accel;
-use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{DirectLight, Integrator, PathEvent, ScatteringRecord, Sink, Strategy, World};
@@ -25,16 +25,11 @@ pub struct AreaIntegrator<'a, A> {
     pub max_depth: Option<u32>,
 }
 
-/// The ray to the next vertex.
+/// A path between two vertices.
 struct Next {
-    ray: Ray,
-    /// Factor of the throughput.
-    weight: Spectrum,
-    /// Density of the direction per solid angle; the probability of a delta lobe.
-    pdf: f32,
-    /// The surface point that the ray must meet; `None` along a delta lobe.
+    path: PathState,
+    /// The surface point that the ray must hit; `None` at the camera and along a delta lobe.
     target: Option<Hit>,
-    prev: PrevVertex,
 }
 
 impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
@@ -44,72 +39,52 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
             direct: DirectLight::Light,
             ..Strategy::default()
         };
-        let mut ray = world.camera_ray(key, None, sampler, out);
-        let mut beta = Spectrum::ONE;
-        let mut came: Option<Next> = None;
+        let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
+        path.wavelength = world.wavelength(sampler);
+        let mut target = None;
 
-        for depth in 0.. {
-            // Intersect the ray with the scene, and add light that no light sample has counted
+        loop {
+            // Find the next surface, and add light that no light sample has counted
             let slot = BsdfSlot::new();
-            let prev = came.as_ref().map(|next| &next.prev);
-            let met = strategy.arrive(world, (&ray, depth), prev, &mut beta, &slot, out);
-            let Some((hit, vertex)) = &met else { return };
+            let vertex = path.next_vertex(world, &slot, out);
+            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let Some(vertex) = vertex else { return };
 
             // A sampled point that is hidden ends the path
-            let target = came.as_ref().and_then(|next| next.target.as_ref());
-            if target.is_some_and(|target| !hit.is_same_surface(target)) {
+            if target.is_some_and(|target| !vertex.hit.is_same_surface(&target)) {
                 return;
             }
-            if self.max_depth.is_some_and(|max| depth >= max) {
+            if self.max_depth.is_some_and(|max| path.depth >= max) {
                 return;
             }
 
             // Sample lights
-            let u = LightNumbers::draw(&*sampler, depth);
-            let direct = Direct::sample(world, vertex, &strategy, 1, &u, out).arrives(world, out);
-            out.radiance(direct * beta);
+            let u = LightNumbers::draw(&*sampler, path.depth);
+            let direct = Direct::sample(world, (&path, &vertex), &strategy, 1, &u, out);
+            trace(direct, world, (&path, &vertex), out);
 
             // Sample the next vertex
-            let Some(next) = self.next(vertex, depth, sampler) else {
+            let Some(next) = self.next(&path, &vertex, sampler, out) else {
                 return;
             };
-            if out.records() {
-                let scattering = ScatteringRecord {
-                    direction: next.ray.direction,
-                    lobe: vertex.bsdf.lobe_name(
-                        vertex.wo,
-                        vertex.frame.to_local(next.ray.direction),
-                        next.prev.is_delta,
-                    ),
-                    is_delta: next.prev.is_delta,
-                    pdf: next.pdf,
-                    weight: next.weight,
-                    eta: 1.0,
-                    roulette: 1.0,
-                };
-                out.record(PathEvent::Scatter { depth, scattering });
-            }
-            beta *= next.weight;
-            ray = next.ray;
-            came = Some(next);
+            (path, target) = (next.path, next.target);
         }
     }
 }
 
 impl<A: Accel> AreaIntegrator<'_, A> {
-    /// A point on some surface, or the direction of a delta lobe; `None` where neither scatters light to the viewer.
-    fn next(&self, vertex: &Vertex, depth: u32, sampler: &impl Sampler) -> Option<Next> {
+    /// The path towards a point on some surface, or in the direction of a delta lobe; `None` if neither
+    /// scatters light to the viewer.
+    fn next(&self, path: &PathState, vertex: &Vertex, sampler: &impl Sampler, out: &mut impl Sink) -> Option<Next> {
+        let depth = path.depth;
         let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
         let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
         let smooth = vertex.smooth_probability();
         if u_lobe >= smooth {
             let sample = vertex.sample(u_lobe, u)?;
             return Some(Next {
-                ray: self.world.ray_along(vertex, sample.wi),
-                weight: sample.weight,
-                pdf: sample.pdf,
+                path: path.scattered(&self.world, vertex, &sample, (1.0, 1), out),
                 target: None,
-                prev: PrevVertex::new(vertex, &sample, 1),
             });
         }
 
@@ -132,17 +107,37 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         let weight = f * (wi.z.abs() * cos / (distance_squared * pdf * smooth));
         let origin = self.world.origin(vertex, wi, direction);
         let towards = (point.p - origin).try_normalize()?;
-        (!weight.is_black()).then(|| Next {
-            ray: Ray::new(origin, towards).when(time).within(vertex.body_towards(wi)),
-            weight,
-            pdf: pdf * smooth * distance_squared / cos,
-            target: Some(target),
-            prev: PrevVertex {
+        if weight.is_black() {
+            return None;
+        }
+        if out.records() {
+            let scattering = ScatteringRecord {
+                direction: towards,
+                lobe: vertex.bsdf.lobe_name(vertex.wo, vertex.frame.to_local(towards), false),
+                is_delta: false,
+                pdf: pdf * smooth * distance_squared / cos,
+                weight,
+                eta: 1.0,
+                roulette: 1.0,
+            };
+            out.record(PathEvent::Scatter { depth, scattering });
+        }
+        let ray = Ray::new(origin, towards).when(time).within(vertex.body_towards(wi));
+        let next = PathState {
+            depth: depth + 1,
+            beta: path.beta * weight,
+            wavelength: path.wavelength,
+            prev: Some(PrevVertex {
                 from: vertex.light_context(),
                 pdf: 0.0,
                 is_delta: false,
                 light_samples: 1,
-            },
+            }),
+            ..PathState::new(ray)
+        };
+        Some(Next {
+            path: next,
+            target: Some(target),
         })
     }
 }

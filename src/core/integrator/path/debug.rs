@@ -9,7 +9,7 @@ use crate::color::{Spectrum, false_color, srgb};
 use crate::film::FirstSurface;
 use crate::geometry::Hit;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Integrator, RayKind, RaySink, Sink, World};
+use crate::integrator::{FoundLight, Integrator, RayKind, RaySink, Sink, World};
 use crate::light::LightId;
 use crate::material::BsdfSlot;
 use crate::math::Vec3;
@@ -61,14 +61,14 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         if self.view == DebugView::RayCost {
             let rays = self.rays(key, sampler, out);
-            out.radiance(scale(rays as f32, MAX_RAYS).into());
+            out.radiance(scale(rays as f32, MAX_RAYS));
             return;
         }
         let slot = BsdfSlot::new();
-        let Some((hit, vertex)) = self.world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = self.world.look(key, sampler, &slot, out) else {
             return;
         };
-        let scene = self.world.scene;
+        let (scene, hit) = (self.world.scene, vertex.hit);
         let color = match self.view {
             DebugView::Normals => Spectrum::from((0.5 * vertex.point.ns + 0.5).to_array()),
             DebugView::Uv => match scene.uv(&hit) {
@@ -92,7 +92,7 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
             }
             DebugView::RayCost => Spectrum::ZERO,
         };
-        out.radiance(color.into());
+        out.radiance(color);
     }
 }
 
@@ -168,7 +168,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         };
         let mut counter = Counter { out, rays: 0 };
         // Dynamic dispatch, so that the path tracer is not compiled once more
-        let mut sink: &mut dyn Sink<Radiance = Spectrum> = &mut counter;
+        let mut sink: &mut dyn Sink = &mut counter;
         path.sample(key, sampler, &mut sink);
         counter.rays
     }
@@ -181,13 +181,11 @@ struct Counter<'a, T> {
 }
 
 impl<T: Sink> Sink for Counter<'_, T> {
-    type Radiance = Spectrum;
-
     fn weight(&mut self, weight: f32) {
         self.out.weight(weight);
     }
 
-    fn radiance(&mut self, _: Spectrum) {}
+    fn light(&mut self, _: FoundLight) {}
 
     fn first_surface(&mut self, surface: FirstSurface) {
         self.out.first_surface(surface);

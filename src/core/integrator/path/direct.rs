@@ -3,16 +3,15 @@
 //!
 //! The path tracer, its relatives, `irradiance_cache` and the photon methods share this estimate.
 
+use super::state::PathState;
 use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::Hit;
-use crate::integrator::path_record::{self, EmissionRecord, LightSampleRecord};
+use crate::integrator::path_record::{EmissionRecord, LightSampleRecord};
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, PathEvent, RayKind, RaySink, Sink, Strategy, World};
+use crate::integrator::{FoundLight, LightSource, PathEvent, Sink, Strategy, World};
 use crate::light::{LightId, LightSample, LightSampleContext};
-use crate::material::BsdfSlot;
-use crate::math::{Ray, Vec2};
+use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use crate::scene::{Incident, Scene};
 
@@ -84,174 +83,118 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
 }
 
 impl Strategy {
-    /// Gives `add` the light that `ray` finds, times the throughput `beta`: emitted by the surface `met`, or by infinitely distant lights where it
-    /// meets none. It is weighed against the light samples of the previous vertex.
-    #[inline(always)]
-    pub(crate) fn found<R: Gathered>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        prev: Option<&PrevVertex>,
-        beta: Spectrum,
-        met: Option<(&Hit, &Vertex)>,
-        mut add: impl FnMut(R),
-    ) {
-        match met {
-            Some(met) => add(self.emitted(scene, ray, prev, beta, met)),
-            None => scene
-                .escaped(from(ray, prev), ray.direction)
-                .for_each(|light| add(self.weighed(prev, beta, light, scene))),
-        }
-    }
-
-    /// Light that the surface that `ray` meets emits, times the throughput `beta`, weighed against the light samples of the previous vertex.
-    #[inline(always)]
-    pub(crate) fn emitted<R: Gathered>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        prev: Option<&PrevVertex>,
-        beta: Spectrum,
-        (hit, vertex): (&Hit, &Vertex),
-    ) -> R {
-        match scene.emitted(hit, &from(ray, prev), vertex.point.p, ray.direction, ray.time) {
-            Some(light) => self.weighed(prev, beta, light, scene),
-            None => R::default(),
-        }
-    }
-
-    /// Light of the infinitely distant lights that `ray` escapes to, times the throughput `beta`, weighed against the light samples of the previous
+    /// Adds the light that the ray of `path` finds: emitted by the surface `vertex`, or by infinitely
+    /// distant lights if there is none. It is weighted against the light samples of the previous
     /// vertex.
-    #[inline(never)]
-    pub(crate) fn escaped<R: Gathered>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        prev: Option<&PrevVertex>,
-        beta: Spectrum,
-    ) -> R {
-        let mut sum = R::default();
-        self.found(scene, ray, prev, beta, None, |light| sum += light);
-        sum
-    }
-
-    /// Records the light that [`Strategy::found`] adds.
     #[inline(always)]
-    pub(crate) fn record_emitted(
+    pub(crate) fn add_emission<A: Accel>(
         &self,
-        scene: &Scene,
-        ray: &Ray,
-        prev: Option<&PrevVertex>,
-        met: Option<(&Hit, &Vertex)>,
-        out: &mut impl RaySink,
+        world: &World<A>,
+        path: &PathState,
+        vertex: Option<&Vertex>,
+        out: &mut impl Sink,
     ) {
-        if !out.records() {
+        if path.skips_emission {
             return;
         }
-        let from = from(ray, prev);
-        let lights: Vec<Incident> = match met {
-            Some((hit, vertex)) => {
-                let light = scene.emitted(hit, &from, vertex.point.p, ray.direction, ray.time);
-                light.into_iter().collect()
-            }
-            None => scene.escaped(from, ray.direction).collect(),
+        let Some(vertex) = vertex else {
+            return self.add_sky(world, path, out);
         };
-        for light in lights.into_iter().filter(|light| !light.radiance.is_black()) {
+        if let Some(light) = emitted(world.scene, path, vertex) {
+            self.add_weighted(world.scene, path, light, out);
+        }
+    }
+
+    /// Adds infinitely distant lights, or the background behind a camera ray.
+    #[inline(never)]
+    fn add_sky<A: Accel>(&self, world: &World<A>, path: &PathState, out: &mut impl Sink) {
+        if path.depth == 0 && world.see_background(&path.ray, path.beta, out) {
+            return;
+        }
+        for light in world.scene.escaped(context(path), path.ray.direction) {
+            self.add_weighted(world.scene, path, light, out);
+        }
+    }
+
+    /// Adds `light`, which `path` has found, weighted against the light samples of the previous vertex.
+    #[inline(always)]
+    pub(crate) fn add_weighted(&self, scene: &Scene, path: &PathState, light: Incident, out: &mut impl Sink) {
+        let prev = path.prev.as_ref();
+        let weight = self.emission_weight(prev, &light);
+        if out.records() && !light.radiance.is_black() {
             out.record(PathEvent::Emission(EmissionRecord {
                 light: light.id,
-                direction: ray.direction,
+                direction: path.ray.direction,
                 scattering_pdf: prev.filter(|prev| !prev.is_delta).map_or(0.0, |prev| prev.pdf),
                 light_pdf: light.pdf,
-                weight: self.emission_weight(prev, &light),
+                weight,
                 radiance: light.radiance,
             }));
         }
-    }
-
-    #[inline(always)]
-    fn weighed<R: Gathered>(&self, prev: Option<&PrevVertex>, beta: Spectrum, light: Incident, scene: &Scene) -> R {
-        let weight = self.emission_weight(prev, &light);
-        R::of_light(beta * light.radiance * weight, light.id, scene)
+        let radiance = path.beta * light.radiance * weight;
+        out.light(FoundLight::of(radiance, light.id, scene, path.depth));
     }
 }
 
-/// Where light that `ray` finds could have been sampled from.
+/// Calls `find` for the light that the ray of `path` finds: emitted by the surface `vertex`, or by
+/// infinitely distant lights if there is none.
+pub(super) fn each_emission(scene: &Scene, path: &PathState, vertex: Option<&Vertex>, find: impl FnMut(Incident)) {
+    match vertex {
+        Some(vertex) => emitted(scene, path, vertex).into_iter().for_each(find),
+        None => scene.escaped(context(path), path.ray.direction).for_each(find),
+    }
+}
+
+/// Light that the surface of `vertex` emits against the ray of `path`.
 #[inline(always)]
-fn from(ray: &Ray, prev: Option<&PrevVertex>) -> LightSampleContext {
-    prev.map_or(LightSampleContext::any_side(ray.origin), |prev| prev.from)
+pub(super) fn emitted(scene: &Scene, path: &PathState, vertex: &Vertex) -> Option<Incident> {
+    let ray = &path.ray;
+    scene.emitted(&vertex.hit, &context(path), vertex.point.p, ray.direction, ray.time)
 }
 
-impl Strategy {
-    /// Follows `ray`, which leaves `prev` after `depth` scatterings, to its first surface. Emission that it meets, and the background, go to `out`. `None`
-    /// where it meets no surface.
-    pub(super) fn arrive<'v, A: Accel>(
-        &self,
-        world: &'v World<A>,
-        (ray, depth): (&Ray, u32),
-        prev: Option<&PrevVertex>,
-        beta: &mut Spectrum,
-        slot: &'v BsdfSlot<'v>,
-        out: &mut impl Sink,
-    ) -> Option<(Hit, Vertex<'v>)> {
-        let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-        let (hit, transmittance) = world.intersect(ray, kind, out);
-        *beta *= transmittance;
-        if depth == 0 && hit.is_none() && world.see_background(ray, *beta, out) {
-            return None;
-        }
-        let vertex = hit.map(|hit| world.vertex(&hit, ray, slot));
-        let met = hit.as_ref().zip(vertex.as_ref());
-        if let Some(met) = met {
-            path_record::vertex(depth, met, *beta, out);
-        }
-        self.record_emitted(world.scene, ray, prev, met, out);
-        self.found(world.scene, ray, prev, *beta, met, |light| out.radiance(light));
-        let met = hit.zip(vertex)?;
-        if depth == 0 {
-            world.see((&met.0, &met.1), (ray, *beta), out);
-        }
-        Some(met)
-    }
+/// The point from which the light that the ray of `path` finds could have been sampled.
+#[inline(always)]
+fn context(path: &PathState) -> LightSampleContext {
+    let prev = path.prev.as_ref();
+    prev.map_or(LightSampleContext::any_side(path.ray.origin), |prev: &PrevVertex| {
+        prev.from
+    })
 }
 
 /// Number of light samples between two checks for cancellation, where all lamps are sampled.
 pub(crate) const LIGHTS_A_LOOK: u32 = 64;
 
-/// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.
+/// A light sample at a vertex, weighted against following scattered rays: the light arrives unless its
+/// shadow ray is blocked.
 ///
-/// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the emission that a
-/// scattered ray meets.
-pub(crate) enum Direct<R> {
-    /// Light that is known to arrive.
-    Known(R),
-    /// Light that arrives unless its shadow ray is blocked.
-    Unless(Ray, R),
+/// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the
+/// emission that a scattered ray finds.
+pub(crate) struct Direct {
+    ray: Ray,
+    /// Direction of the light, local frame.
+    wi: Vec3,
+    light: LightId,
+    /// Radiance that the vertex scatters if nothing is in between.
+    radiance: Spectrum,
 }
 
-impl<R: Gathered> Direct<R> {
-    /// No light.
-    #[inline(always)]
-    pub fn none() -> Self {
-        Self::Known(R::default())
-    }
-
-    /// Samples a light for `vertex`, as one of `count` samples that will be summed. Where all lamps are sampled their shadow rays are traced
-    /// here; a single one is left to [`Direct::arrives`].
+impl Direct {
+    /// Samples a light for `vertex`, as one of `count` samples that will be summed. [`trace`] traces its
+    /// shadow ray. If all lamps are sampled, their shadow rays are traced here.
     #[inline(always)]
     pub fn sample<A: Accel>(
         world: &World<A>,
-        vertex: &Vertex,
+        (path, vertex): (&PathState, &Vertex),
         strategy: &Strategy,
         count: u32,
         u: &LightNumbers<impl Sampler>,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> Self {
+        out: &mut impl Sink,
+    ) -> Option<Self> {
         if !strategy.samples_lights() || vertex.bsdf.is_delta() {
-            return Self::none();
+            return None;
         }
         let selection = world.scene.light_selection();
         if let Some(lamps) = selection.all() {
-            let mut sum = R::default();
             for index in 0..lamps.samples() {
                 if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
                     break;
@@ -259,26 +202,25 @@ impl<R: Gathered> Direct<R> {
                 let (id, expected) = lamps.choose(index, u.choice);
                 let of = (id, count as f32 * expected);
                 let light = Self::of_light(world, vertex, strategy, of, u.point_of(index), out);
-                sum += light.arrives(world, out);
+                trace(light, world, (path, vertex), out);
             }
-            return Self::Known(sum);
+            return None;
         }
-        match selection.sample(world.scene.lights(), &vertex.light_context(), u.choice) {
-            Some((id, pmf)) => Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point, out),
-            None => Self::none(),
-        }
+        let (id, pmf) = selection.sample(world.scene.lights(), &vertex.light_context(), u.choice)?;
+        Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point, out)
     }
 
-    /// Gives `add` a light sample of `vertex` for each of `numbers`, at most four, as [`Direct::sample`] draws it; `count` samples will be summed.
+    /// Calls `add` with a light sample of `vertex` for each of `numbers`, at most four, as
+    /// [`Direct::sample`] draws it; `count` samples will be summed.
     #[inline(always)]
-    pub fn sample_four<A: Accel, S: Sampler, K: Sink<Radiance = R>>(
+    pub fn sample_four<A: Accel, S: Sampler, K: Sink>(
         world: &World<A>,
-        vertex: &Vertex,
+        (path, vertex): (&PathState, &Vertex),
         strategy: &Strategy,
         count: u32,
         numbers: &[LightNumbers<S>],
         out: &mut K,
-        mut add: impl FnMut(Self, &mut K),
+        mut add: impl FnMut(Option<Self>, &mut K),
     ) {
         if !strategy.samples_lights() || vertex.bsdf.is_delta() {
             return;
@@ -286,7 +228,7 @@ impl<R: Gathered> Direct<R> {
         let (scene, selection) = (world.scene, world.scene.light_selection());
         if selection.all().is_some() {
             for u in numbers {
-                add(Self::sample(world, vertex, strategy, count, u, out), out);
+                add(Self::sample(world, (path, vertex), strategy, count, u, out), out);
             }
             return;
         }
@@ -317,21 +259,19 @@ impl<R: Gathered> Direct<R> {
         strategy: &Strategy,
         (id, expected): (LightId, f32),
         u: Vec2,
-        out: &mut impl RaySink,
-    ) -> Self {
+        out: &mut impl Sink,
+    ) -> Option<Self> {
         let scene = world.scene;
         // A direction towards the light
         let to = (&vertex.light_context(), vertex.point.time);
         let light = scene
             .light_selection()
-            .sample_light(scene.lights(), id, to, u, scene.textures());
-        match light {
-            Some(light) => Self::of_sample(world, vertex, strategy, (id, expected), &light, out),
-            None => Self::none(),
-        }
+            .sample_light(scene.lights(), id, to, u, scene.textures())?;
+        Self::of_sample(world, vertex, strategy, (id, expected), &light, out)
     }
 
-    /// Weighs the sample `light` of the light `id`, of which `expected` samples are expected at the vertex.
+    /// Weights the sample `light` of the light `id`, of which `expected` samples are expected at the
+    /// vertex.
     #[inline(always)]
     fn of_sample<A: Accel>(
         world: &World<A>,
@@ -339,15 +279,14 @@ impl<R: Gathered> Direct<R> {
         strategy: &Strategy,
         (id, expected): (LightId, f32),
         light: &LightSample,
-        out: &mut impl RaySink,
-    ) -> Self {
-        let scene = world.scene;
+        out: &mut impl Sink,
+    ) -> Option<Self> {
         // The scattered light; where it is black no shadow ray is needed.
         let wi = vertex.frame.to_local(light.wi);
         let (f, scattering_pdf) = strategy.directions.eval_pdf(vertex, wi);
         let f = f * wi.z.abs();
         if f.is_black() {
-            return Self::none();
+            return None;
         }
         let pdf = expected * light.pdf;
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
@@ -368,27 +307,33 @@ impl<R: Gathered> Direct<R> {
         let ray = light
             .shadow_ray(world.origin(vertex, wi, light.wi))
             .when(vertex.point.time);
-        let ray = ray.within(vertex.body_towards(wi));
-        let radiance = R::of_light(f * light.radiance * (weight / pdf), id, scene);
-        Self::Unless(ray, radiance.scattered(|| vertex.event(wi, false), world.paths))
-    }
-
-    /// Traces the shadow ray: the light that arrives.
-    #[inline(always)]
-    pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
-        match self {
-            Self::Known(radiance) => radiance,
-            Self::Unless(ray, radiance) => radiance * transmitted(world, &ray, out),
-        }
+        Some(Self {
+            ray: ray.within(vertex.body_towards(wi)),
+            wi,
+            light: id,
+            radiance: f * light.radiance * (weight / pdf),
+        })
     }
 }
 
-/// Transmittance along the shadow ray `ray`.
+/// Traces the shadow ray of a light sample, and adds the light that arrives at `vertex` of `path`.
 #[inline(always)]
-fn transmitted<A: Accel>(world: &World<A>, ray: &Ray, out: &mut impl RaySink) -> Spectrum {
-    let transmittance = world.transmittance(ray, out).color();
+pub(crate) fn trace<A: Accel>(
+    direct: Option<Direct>,
+    world: &World<A>,
+    (path, vertex): (&PathState, &Vertex),
+    out: &mut impl Sink,
+) {
+    let Some(direct) = direct else { return };
+    let transmittance = world.transmittance(&direct.ray, out).color();
     if out.records() {
         out.record(PathEvent::Shadow { transmittance });
     }
-    transmittance
+    let event = out.tells_paths().then(|| vertex.event(direct.wi, false));
+    out.light(FoundLight {
+        radiance: direct.radiance * transmittance * path.beta,
+        source: Some(LightSource::of(direct.light, world.scene)),
+        scatterings: path.depth + 1,
+        events: event.as_slice(),
+    });
 }

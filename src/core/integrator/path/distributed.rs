@@ -1,7 +1,5 @@
-use super::strategy::PrevVertex;
 use super::tree::Branch;
 use crate::accel::Accel;
-use crate::integrator::path_record;
 use crate::integrator::{Integrator, Sink, Strategy, World};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -21,35 +19,35 @@ pub struct DistributedIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let root = Branch::from_camera(self.world.camera_ray(key, None, sampler, out));
-        self.follow(&root, None, sampler, out);
+        let ray = self.world.camera_ray(key, None, sampler, out);
+        let root = Branch::from_camera(&self.world, ray, sampler);
+        self.follow(root, sampler, out);
     }
 }
 
 impl<A: Accel> DistributedIntegrator<'_, A> {
-    /// Follows `branch`, which comes from `prev`; `None` at the camera. Nodes are numbered breadth first.
-    fn follow(&self, branch: &Branch, prev: Option<&PrevVertex>, sampler: &impl Sampler, out: &mut impl Sink) {
-        let world = (&self.world, &self.strategy);
-        branch.follow(world, prev, Some(self.max_depth), sampler, out, |vertex, beta, out| {
-            // Several rays in place of one
-            for i in 1..=self.branching {
-                let node = branch.node.wrapping_mul(self.branching).wrapping_add(i);
-                let u_lobe = sampler.get_1d(Dimension::bounce(node, Bounce::Lobe));
-                let u = sampler.get_2d(Dimension::bounce(node, Bounce::Direction));
-                let Some(sample) = self.strategy.directions.sample(vertex, u_lobe, u) else {
-                    continue;
-                };
-                let child = Branch {
-                    ray: self.world.ray_along(vertex, sample.wi),
-                    depth: branch.depth + 1,
-                    node,
-                    beta: beta * sample.weight / self.branching as f32,
-                };
-                if !child.beta.is_black() {
-                    path_record::scatter(branch.depth, vertex, &sample, 1.0 / self.branching as f32, out);
-                    self.follow(&child, Some(&PrevVertex::new(vertex, &sample, 1)), sampler, out);
+    /// Follows `branch`. Nodes are numbered breadth first.
+    fn follow(&self, branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
+        let (world, parent) = (&self.world, branch.node);
+        branch.follow(
+            (world, &self.strategy),
+            Some(self.max_depth),
+            sampler,
+            out,
+            |vertex, path, out| {
+                // Several rays in place of one
+                for i in 1..=self.branching {
+                    let node = parent.wrapping_mul(self.branching).wrapping_add(i);
+                    let u_lobe = sampler.get_1d(Dimension::bounce(node, Bounce::Lobe));
+                    let u = sampler.get_2d(Dimension::bounce(node, Bounce::Direction));
+                    let sample = self.strategy.directions.sample(vertex, u_lobe, u);
+                    let Some(sample) = sample.filter(|sample| !(path.beta * sample.weight).is_black()) else {
+                        continue;
+                    };
+                    let path = path.scattered(world, vertex, &sample, (1.0 / self.branching as f32, 1), out);
+                    self.follow(Branch { path, node }, sampler, out);
                 }
-            }
-        });
+            },
+        );
     }
 }

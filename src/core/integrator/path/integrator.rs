@@ -10,18 +10,15 @@
 //!
 //! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
 
-use super::direct::{Direct, LightNumbers};
-use super::hooks::{NoReuse, Reuse};
+use super::direct::{Direct, LightNumbers, trace};
 use super::state::PathState;
-use super::strategy::PrevVertex;
 use crate::accel::Accel;
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
-use crate::integrator::path_record;
-use crate::integrator::trail::Trail;
+use crate::integrator::found_light::Clamped;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, Integrator, RayKind, RaySink, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
+use crate::integrator::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -53,287 +50,130 @@ impl<A> Clone for PathIntegrator<'_, A> {
 }
 impl<A> Copy for PathIntegrator<'_, A> {}
 
-/// Start of a path: a ray, and its closest hit.
-pub(crate) struct PathStart<'s, S> {
-    pub key: SampleKey,
-    /// Started with `key`.
-    pub sampler: &'s S,
-    pub ray: Ray,
-    /// First hit of `ray`, behind glass that it passes.
-    pub hit: Option<Hit>,
-    /// Tint of that glass.
-    pub tint: Spectrum,
-    /// Scattering events before `ray`: 0 at the camera.
-    pub depth: u32,
-    /// Depth of the vertex from which on scattered light is summed apart, as [`PathRadiance::tail`].
-    pub tail_depth: u32,
-    /// Throughput before `ray`, as far as Russian roulette takes it into account; the estimate does not contain it.
-    pub roulette_scale: Spectrum,
-}
-
-/// Estimate of the radiance that arrives along a path's first ray, in two parts.
-pub(crate) struct PathRadiance<R> {
-    /// Light emitted at vertices up to the one at [`PathStart::tail_depth`], and scattered before it.
-    pub head: R,
-    /// Light scattered at that vertex, and emitted or scattered behind it.
-    pub tail: R,
-    /// Whether the path came to that vertex: `tail` is all of its light where it did not.
-    pub has_tail: bool,
-}
-
-impl<R: Gathered> PathRadiance<R> {
-    pub fn sum(mut self) -> R {
-        self.head += self.tail;
-        self.head
-    }
-
-    /// The sum, with light from beyond the tail's vertex limited.
-    pub fn clamped(mut self, limit: Option<f32>) -> R {
-        if self.has_tail {
-            self.tail = clamped(self.tail, limit);
-        }
-        self.sum()
-    }
-}
-
-/// `light`, scaled down to the luminance `limit` where it has more.
-#[inline(always)]
-pub(crate) fn clamped<R: Gathered>(light: R, limit: Option<f32>) -> R {
-    let Some(limit) = limit else {
-        return light;
-    };
-    match light.sum().luminance() {
-        luminance if luminance > limit => light * (limit / luminance),
-        _ => light,
-    }
-}
-
 impl<A: Accel> Integrator for PathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         self.samples(&[key], sampler, std::slice::from_mut(out));
     }
 
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
-        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
-            let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
-            for (i, out) in out.iter_mut().enumerate() {
-                let start = packet.start(i, keys);
-                let radiance = self.radiance(&start, out);
-                out.radiance(radiance.clamped(self.clamp_indirect));
-                self.catch_shadow(&start, out);
-            }
+        match self.clamp_indirect {
+            None => self.trace(keys, sampler, out),
+            Some(limit) => with_clamped(limit, out, |out| self.trace(keys, sampler, out)),
         }
     }
 }
 
+/// Calls `trace` with sinks that limit indirect light to the luminance `limit`.
+pub(crate) fn with_clamped(limit: f32, out: &mut [impl Sink], trace: impl FnOnce(&mut [&mut dyn Sink])) {
+    let mut clamped: Vec<Clamped> = out.iter_mut().map(|out| Clamped::new(out)).collect();
+    let mut sinks: Vec<&mut dyn Sink> = clamped.iter_mut().map(|out| out as _).collect();
+    trace(&mut sinks);
+    clamped.into_iter().for_each(|out| out.finish(limit));
+}
+
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// The radiance that arrives along the ray of `start`, by following one path that serves its own pixel alone.
+    /// Traces samples, each by one path.
+    fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
+            for (i, out) in out.iter_mut().enumerate() {
+                let (path, numbers) = packet.start(&self.world, i, keys);
+                self.li(path, numbers, out);
+                self.catch_shadow(path, numbers, out);
+            }
+        }
+    }
+
+    /// Adds the light that arrives along the ray of `path`, by following one path.
     #[inline(never)]
-    pub(crate) fn radiance<S: Sampler, R: Gathered>(
+    pub(crate) fn li<S: Sampler>(&self, mut path: PathState, numbers: PathNumbers<S>, out: &mut impl Sink) {
+        loop {
+            // Random numbers do not depend on the hit: the processor draws them while it traces the ray
+            let u = numbers.vertex(path.depth, self.roulette);
+
+            // Find the next surface
+            let slot = BsdfSlot::new();
+            let vertex = path.next_vertex(&self.world, &slot, out);
+
+            // Add emitted light, weighted against the light samples of the previous vertex
+            self.strategy.add_emission(&self.world, &path, vertex.as_ref(), out);
+            let Some(vertex) = vertex else { return };
+            if Some(path.depth) == self.max_depth {
+                return;
+            }
+
+            // Sample a light (next-event estimation). Its shadow ray is traced below
+            let direct = self.sample_light(&path, &vertex, &u, out);
+
+            // Sample the BSDF and play Russian roulette
+            let next = self.scatter(&path, &vertex, &u, out);
+
+            // Add direct light. Its ray is traced last, so that the next ray follows without delay
+            trace(direct, &self.world, (&path, &vertex), out);
+            match next {
+                Some(next) => path = next,
+                None => return,
+            }
+        }
+    }
+
+    /// Samples the BSDF at `vertex` and plays Russian roulette: the path after the vertex, or `None` if
+    /// it ends there.
+    #[inline(always)]
+    pub(crate) fn scatter<S: Sampler>(
         &self,
-        start: &PathStart<S>,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> PathRadiance<R> {
-        self.li(start, &[], &mut NoReuse, out)
-    }
-
-    /// The radiance that arrives along the ray of `start`, by following one path. The first vertices are made in `slots`, as many as there are, and
-    /// `reuse` is told of them; it may end the path at one of them.
-    #[inline(always)]
-    pub(crate) fn li<'v, S: Sampler, R: Gathered, M: Reuse<'v>>(
-        &'v self,
-        start: &PathStart<S>,
-        slots: &'v [BsdfSlot<'v>],
-        reuse: &mut M,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> PathRadiance<R> {
-        let world = &self.world;
-        let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
-        let (mut trail, mut head_steps) = (Trail::<R>::new(), 0);
-        let mut path = PathState {
-            roulette_scale: start.roulette_scale,
-            ..PathState::new(start.ray)
-        };
-        let wavelength = world.wavelength(start.sampler);
-        for depth in start.depth.. {
-            // Random numbers of a vertex do not depend on the hit: they are drawn before the ray is traced, and so meanwhile, if they are needed.
-            let draw = || VertexNumbers::draw(start.sampler, depth, self.roulette);
-            let numbers = (!M::ENDS_PATHS).then(draw);
-
-            // Intersect the ray with the scene
-            let (hit, transmittance) = if depth == start.depth {
-                (start.hit, start.tint)
-            } else {
-                world.intersect(&path.ray, RayKind::Bounce, out)
-            };
-            path.beta *= transmittance;
-            let Some(hit) = hit else {
-                if let Some(escaped) = self.escaped(&path, depth, out) {
-                    radiance += escaped;
-                    trail.find(escaped);
-                }
-                break;
-            };
-            let later = BsdfSlot::new();
-            let mut vertex = match slots.get((depth - start.depth) as usize) {
-                Some(slot) => {
-                    let vertex = world.vertex(&hit, &path.ray, slot);
-                    reuse.meet(depth, &vertex, &path, || trail.events());
-                    vertex
-                }
-                None => world.vertex(&hit, &path.ray, &later),
-            };
-            let bsdf = wavelength
-                .as_ref()
-                .and_then(|wavelength| world.dispersed(&hit, &later, wavelength));
-            let disperses = bsdf.is_some();
-            vertex.bsdf = bsdf.unwrap_or(vertex.bsdf);
-
-            path_record::vertex(depth, (&hit, &vertex), path.beta, out);
-
-            // Add emitted light, weighed against the light samples of the previous vertex
-            let emitted = self.emitted(&path, (&hit, &vertex), out);
-            radiance += emitted;
-            trail.find(emitted);
-
-            // End the path at its maximum depth
-            if depth == 0 {
-                world.see((&hit, &vertex), (&path.ray, path.beta), out);
-            }
-            if depth == start.tail_depth {
-                head = std::mem::take(&mut radiance);
-                head_steps = trail.len();
-                has_tail = true;
-            }
-            if self.max_depth.is_some_and(|max| depth >= max) || reuse.ends_path() {
-                break;
-            }
-
-            // From the first glass on that disperses it, the light is of one wavelength
-            if let Some(wavelength) = wavelength.as_ref().filter(|_| disperses && !path.is_dispersed) {
-                path.beta *= Spectrum::from(wavelength.weight);
-                path.is_dispersed = true;
-            }
-
-            // Sample lights (next-event estimation)
-            let u = numbers.unwrap_or_else(draw);
-            let numbers = (start.key, start.sampler, u.light.as_ref());
-            let (mut direct, shadow) = self.sample_lights(&vertex, numbers, out);
-
-            // Sample the BSDF, update the throughput and play Russian roulette
-            let (beta, allows_roulette) = (path.beta, reuse.allows_roulette());
-            let sample = self.scatter(&mut path, &vertex, depth, &u, allows_roulette, out);
-
-            // Add direct light. Its shadow ray is traced last, so that the next ray can follow it without delay.
-            direct += shadow.arrives(world, out);
-            let direct = direct * beta;
-            radiance += direct;
-            path_record::light(direct.sum(), out);
-            trail.find(direct);
-            let Some(sample) = sample else { break };
-            if R::TELLS_PATHS {
-                trail.go_on(vertex.event(sample.wi, sample.is_delta()));
-            }
-        }
-        PathRadiance {
-            head: trail.told_apart(head, 0..head_steps, world.paths),
-            tail: trail.told_apart(radiance, head_steps..trail.len(), world.paths),
-            has_tail,
-        }
-    }
-
-    /// Light of infinitely distant lights that `path` finds where it leaves the scene after `depth`
-    /// scattering events. `None` for a camera ray that sees the background.
-    #[inline(always)]
-    fn escaped<R: Gathered>(&self, path: &PathState, depth: u32, out: &mut impl Sink<Radiance = R>) -> Option<R> {
-        if depth == 0 && self.world.see_background(&path.ray, path.beta, out) {
-            return None;
-        }
-        let (scene, prev) = (self.world.scene, path.prev.as_ref());
-        let escaped: R = self.strategy.escaped(scene, &path.ray, prev, path.beta);
-        self.strategy.record_emitted(scene, &path.ray, prev, None, out);
-        path_record::light(escaped.sum(), out);
-        Some(escaped)
-    }
-
-    /// Light that the surface `met` emits towards the previous vertex of `path`, weighted against the
-    /// light samples there.
-    #[inline(always)]
-    fn emitted<R: Gathered>(&self, path: &PathState, met: (&Hit, &Vertex), out: &mut impl Sink<Radiance = R>) -> R {
-        let (scene, prev) = (self.world.scene, path.prev.as_ref());
-        let emitted: R = self.strategy.emitted(scene, &path.ray, prev, path.beta, met);
-        self.strategy.record_emitted(scene, &path.ray, prev, Some(met), out);
-        path_record::light(emitted.sum(), out);
-        emitted
-    }
-
-    /// Samples the BSDF at `vertex` and plays Russian roulette: `path` gets its next ray and throughput. `None` where it ends.
-    #[inline(always)]
-    fn scatter<S: Sampler>(
-        &self,
-        path: &mut PathState,
+        path: &PathState,
         vertex: &Vertex,
-        depth: u32,
         u: &VertexNumbers<S>,
-        allows_roulette: bool,
-        out: &mut impl RaySink,
-    ) -> Option<BsdfSample> {
-        let sample = self
-            .strategy
-            .directions
-            .sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
-        path.beta *= sample.weight;
+        out: &mut impl Sink,
+    ) -> Option<PathState> {
+        let directions = self.strategy.directions;
+        let sample = directions.sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
         // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
-        path.roulette_scale *= sample.eta * sample.eta;
-        let factor = match allows_roulette {
-            true => self.roulette.play(depth, path.beta * path.roulette_scale, u.roulette)?,
-            false => 1.0,
-        };
-        path_record::scatter(depth, vertex, &sample, factor, out);
-        path.beta *= factor;
-        path.ray = self.world.ray_along(vertex, sample.wi);
-        let light_samples = if depth == 0 { self.light_samples } else { 1 };
-        path.prev = Some(PrevVertex::new(vertex, &sample, light_samples));
-        Some(sample)
+        let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
+        let factor = self.roulette.play(path.depth, judged, u.roulette)?;
+        let light_samples = if path.depth == 0 { self.light_samples } else { 1 };
+        Some(path.scattered(&self.world, vertex, &sample, (factor, light_samples), out))
     }
 
-    /// Samples lights for `vertex`: the light that has been found, and the last sample, whose shadow ray is still to be traced.
+    /// Samples lights for `vertex`. All shadow rays but that of the last sample are traced here.
     ///
-    /// Without `u` it is the first vertex, whose light samples count on through the pixel's samples, so that all of them are stratified together.
+    /// Light samples of the first vertex count on through the samples of the pixel, so that all of
+    /// them are stratified together.
     #[inline(always)]
-    pub(crate) fn sample_lights<S: Sampler, R: Gathered>(
+    pub(crate) fn sample_light<S: Sampler>(
         &self,
+        path: &PathState,
         vertex: &Vertex,
-        (key, sampler, u): (SampleKey, &S, Option<&LightNumbers<S>>),
-        out: &mut impl Sink<Radiance = R>,
-    ) -> (R, Direct<R>) {
-        let (world, strategy) = (&self.world, &self.strategy);
-        if let Some(u) = u {
-            return (R::default(), Direct::sample(world, vertex, strategy, 1, u, out));
+        u: &VertexNumbers<S>,
+        out: &mut impl Sink,
+    ) -> Option<Direct> {
+        let (world, strategy, count) = (&self.world, &self.strategy, self.light_samples);
+        if let Some(u) = &u.light {
+            return Direct::sample(world, (path, vertex), strategy, 1, u, out);
         }
-        let (mut radiance, mut shadow) = (R::default(), Direct::none());
-        let count = self.light_samples;
-        let mut add = |next: Direct<R>, out: &mut _| {
-            // Each shadow ray is traced when the next sample is ready.
-            radiance += std::mem::replace(&mut shadow, next).arrives(world, out);
-        };
+        let PathNumbers { key, sampler } = u.numbers;
         if count == 1 {
             // A single sample is the path's own.
             let u = LightNumbers::draw(sampler, 0);
-            add(Direct::sample(world, vertex, strategy, 1, &u, out), out);
-        } else {
-            for i in (0..count).step_by(4) {
-                let first = SampleKey {
-                    sample: key.sample.wrapping_mul(count).wrapping_add(i),
-                    ..key
-                };
-                let several = (count - i).min(4);
-                let numbers = LightNumbers::draw_several(sampler, first, several);
-                let numbers = &numbers[..several as usize];
-                Direct::sample_four(world, vertex, strategy, count, numbers, out, &mut add);
-            }
+            return Direct::sample(world, (path, vertex), strategy, 1, &u, out);
         }
-        (radiance, shadow)
+        let mut last = None;
+        for i in (0..count).step_by(4) {
+            let first = SampleKey {
+                sample: key.sample.wrapping_mul(count).wrapping_add(i),
+                ..key
+            };
+            let several = (count - i).min(4);
+            let numbers = LightNumbers::draw_several(sampler, first, several);
+            let numbers = &numbers[..several as usize];
+            // Each shadow ray is traced when the next sample is ready.
+            let add = |next, out: &mut _| {
+                trace(std::mem::replace(&mut last, next), world, (path, vertex), out);
+            };
+            Direct::sample_four(world, (path, vertex), strategy, count, numbers, out, add);
+        }
+        last
     }
 }
 
@@ -343,7 +183,7 @@ pub(crate) struct CameraPacket<S> {
     rays: [Ray; SAMPLES_AT_ONCE],
     hits: [Option<Hit>; SAMPLES_AT_ONCE],
     /// Tint of the glass before each hit.
-    pub tints: [Spectrum; SAMPLES_AT_ONCE],
+    tints: [Spectrum; SAMPLES_AT_ONCE],
 }
 
 impl<S: Sampler> CameraPacket<S> {
@@ -384,64 +224,60 @@ impl<S: Sampler> CameraPacket<S> {
         packet
     }
 
-    /// The path of the sample `i`.
-    pub fn start(&self, i: usize, keys: &[SampleKey]) -> PathStart<'_, S> {
-        PathStart {
+    /// The path of the sample `i`, and its random numbers.
+    pub fn start<A: Accel>(&self, world: &World<A>, i: usize, keys: &[SampleKey]) -> (PathState, PathNumbers<'_, S>) {
+        let numbers = PathNumbers {
             key: keys[i],
             sampler: &self.samplers[i],
-            ray: self.rays[i],
-            hit: self.hits[i],
-            tint: self.tints[i],
-            depth: 0,
-            tail_depth: 1,
-            roulette_scale: Spectrum::ONE,
-        }
+        };
+        let path = PathState {
+            traced: Some((self.hits[i], self.tints[i])),
+            wavelength: world.wavelength(numbers.sampler),
+            ..PathState::new(self.rays[i])
+        };
+        (path, numbers)
     }
 }
 
-impl<S> PathStart<'_, S> {
-    /// This start with the closest hit of its ray, which has left a surface.
-    #[inline(always)]
-    pub fn traced<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Self {
-        let (hit, tint) = world.intersect(&self.ray, RayKind::Bounce, out);
-        Self { hit, tint, ..self }
-    }
+/// The random numbers of a path.
+pub(crate) struct PathNumbers<'s, S> {
+    pub key: SampleKey,
+    /// Started with `key`.
+    pub sampler: &'s S,
+}
 
-    /// Light that is emitted where the ray ends, weighed against the light samples of the vertex `prev`, which it has left.
-    #[inline(never)]
-    pub fn emitted<A: Accel, R: Gathered>(&self, world: &World<A>, strategy: &Strategy, prev: &PrevVertex) -> R {
-        let slot = BsdfSlot::new();
-        let vertex = self.hit.map(|hit| world.vertex(&hit, &self.ray, &slot));
-        let met = self.hit.as_ref().zip(vertex.as_ref());
-        match met {
-            Some(met) => strategy.emitted(world.scene, &self.ray, Some(prev), self.tint, met),
-            None => strategy.escaped(world.scene, &self.ray, Some(prev), self.tint),
-        }
+// Derived impls would require `S: Clone`, though `S` is only behind a reference.
+impl<S> Clone for PathNumbers<'_, S> {
+    fn clone(&self) -> Self {
+        *self
     }
 }
+impl<S> Copy for PathNumbers<'_, S> {}
 
 /// The random numbers of one vertex.
 pub(crate) struct VertexNumbers<'s, S> {
-    sampler: &'s S,
+    numbers: PathNumbers<'s, S>,
     depth: u32,
-    /// Chooses and samples a light; `None` at the first vertex, where [`PathIntegrator::sample_lights`] draws those of each light sample.
+    /// Chooses and samples a light; `None` at the first vertex, for which
+    /// [`PathIntegrator::sample_light`] draws the numbers of each light sample.
     pub light: Option<LightNumbers<'s, S>>,
     /// Draws the direction.
     pub direction: Vec2,
     pub roulette: f32,
 }
 
-impl<'s, S: Sampler> VertexNumbers<'s, S> {
+impl<'s, S: Sampler> PathNumbers<'s, S> {
     /// Draws the numbers of the vertex after `depth` scattering events. Roulette that does not play at the first vertex needs none there.
     #[inline(always)]
-    pub fn draw(sampler: &'s S, depth: u32, roulette: Roulette) -> Self {
+    pub fn vertex(self, depth: u32, roulette: Roulette) -> VertexNumbers<'s, S> {
+        let sampler = self.sampler;
         if depth == 0 {
             let decisions = match roulette.depth > 0 {
                 true => Vec2::ZERO,
                 false => sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)),
             };
-            return Self {
-                sampler,
+            return VertexNumbers {
+                numbers: self,
                 depth,
                 light: None,
                 direction: sampler.get_2d(Dimension::bounce(depth, Bounce::Direction)),
@@ -450,20 +286,22 @@ impl<'s, S: Sampler> VertexNumbers<'s, S> {
         }
         let dimensions = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
         let [decisions, point, direction] = sampler.get_2ds(dimensions.map(|what| Dimension::bounce(depth, what)));
-        Self {
-            sampler,
+        VertexNumbers {
+            numbers: self,
             depth,
             light: Some(LightNumbers::new(sampler, depth, decisions.x, point)),
             direction,
             roulette: decisions.y,
         }
     }
+}
 
+impl<S: Sampler> VertexNumbers<'_, S> {
     /// Chooses a lobe of `bsdf`, where there are several.
     pub fn lobe(&self, bsdf: &Bsdf) -> f32 {
         match bsdf {
             Bsdf::Single(_) => 0.0,
-            Bsdf::Mix(_) | Bsdf::Layered(_) => self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe)),
+            Bsdf::Mix(_) | Bsdf::Layered(_) => self.numbers.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe)),
         }
     }
 }

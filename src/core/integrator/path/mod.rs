@@ -1,6 +1,6 @@
 //! Paths from the camera: the path tracer, its variants and simpler relatives.
 //!
-//! `integrator` is the path tracer; `reuse`, which shares paths between pixels, is called by its `hooks`. Both are built on `state` (a path between two
+//! `integrator` is the path tracer; `reuse` shares paths between pixels. Both are built on `state` (a path between two
 //! vertices), `direct` (direct light at a vertex), `strategy` (how directions are drawn and how light is found) and `roulette`. The other modules are
 //! simpler estimators of the same light from the same parts, for comparison: docs/guide/explanation/estimators.md compares them. `tree` is what `whitted` and `distributed` share.
 
@@ -9,13 +9,13 @@ pub(crate) mod area;
 pub(crate) mod debug;
 pub(crate) mod direct;
 pub(crate) mod distributed;
-mod hooks;
 pub(crate) mod integrator;
 pub(crate) mod naive;
 pub(crate) mod one_sample;
 pub(crate) mod reuse;
 pub(crate) mod roulette;
 mod shadow_catcher;
+pub(crate) mod simple;
 pub(crate) mod state;
 pub(crate) mod strategy;
 pub(crate) mod surface_areas;

@@ -1,9 +1,7 @@
+use super::direct::emitted;
+use super::state::PathState;
 use crate::accel::Accel;
-use crate::color::Spectrum;
-use crate::integrator::path_record;
-use crate::integrator::trail::Trail;
-use crate::integrator::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
-use crate::light::LightSampleContext;
+use crate::integrator::{Directions, Integrator, Roulette, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -67,58 +65,21 @@ impl<'a, A> NaiveIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        self.follow(key, sampler, out);
-    }
-}
+        // No light is sampled: what a ray finds counts in full.
+        let (world, strategy) = (&self.world, Strategy::default());
+        let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
+        path.wavelength = world.wavelength(sampler);
 
-impl<A: Accel> NaiveIntegrator<'_, A> {
-    /// Follows the path of the sample `key`.
-    fn follow<R: Gathered>(&self, key: SampleKey, sampler: &mut impl Sampler, out: &mut impl Sink<Radiance = R>) {
-        let mut trail = Trail::<R>::new();
-        let world = &self.world;
-        let mut ray = world.camera_ray(key, None, sampler, out);
-        let mut beta = Spectrum::ONE;
-        let mut eta_squared = 1.0;
-        let wavelength = world.wavelength(sampler);
-        let mut is_dispersed = false;
-
-        for depth in 0.. {
+        loop {
+            let depth = path.depth;
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
-            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let (hit, transmittance) = world.intersect(&ray, kind, out);
-            beta *= transmittance;
-            let Some(hit) = hit else {
-                if depth == 0 && world.see_background(&ray, beta, out) {
-                    return;
-                }
-                Strategy::default().record_emitted(world.scene, &ray, None, None, out);
-                Strategy::default().found(world.scene, &ray, None, beta, None, |light: R| {
-                    out.radiance(trail.arriving(light, world.paths));
-                });
-                return;
-            };
             let slot = BsdfSlot::new();
-            let mut vertex = world.vertex(&hit, &ray, &slot);
-            let bsdf = wavelength
-                .as_ref()
-                .and_then(|wavelength| world.dispersed(&hit, &slot, wavelength));
-            let disperses = bsdf.is_some();
-            vertex.bsdf = bsdf.unwrap_or(vertex.bsdf);
-            if depth == 0 {
-                world.see((&hit, &vertex), (&ray, beta), out);
-            }
-
-            path_record::vertex(depth, (&hit, &vertex), beta, out);
+            let Some(vertex) = path.next_vertex(world, &slot, out) else {
+                return strategy.add_emission(world, &path, None, out);
+            };
 
             // Emit or reflect, by the flip of a coin
-            let emitted = world.scene.emitted(
-                &hit,
-                &LightSampleContext::any_side(ray.origin),
-                vertex.point.p,
-                ray.direction,
-                ray.time,
-            );
-            let emitted = emitted.filter(|light| !light.radiance.is_black());
+            let emitted = emitted(world.scene, &path, &vertex).filter(|light| !light.radiance.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let probability = match (reflects, self.emission_coin, emitted) {
                 (false, ..) => 1.0,
@@ -127,15 +88,10 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             };
             // ANCHOR: emit
             if decisions.x < probability {
-                if let Some(light) = emitted {
-                    Strategy::default().record_emitted(world.scene, &ray, None, Some((&hit, &vertex)), out);
-                    let radiance = beta * light.radiance / probability;
-                    let light = R::of_light(radiance, light.id, world.scene);
-                    out.radiance(trail.arriving(light, world.paths));
-                }
-                return;
+                path.beta = path.beta / probability;
+                return strategy.add_emission(world, &path, Some(&vertex), out);
             }
-            beta = beta / (1.0 - probability);
+            path.beta = path.beta / (1.0 - probability);
             // ANCHOR_END: emit
 
             // Choose a lobe, or absorption
@@ -146,7 +102,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                     return;
                 }
                 u_lobe /= albedo;
-                beta = beta / albedo;
+                path.beta = path.beta / albedo;
             }
 
             // ANCHOR: reflect
@@ -154,22 +110,14 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let sample = self.directions.sample(&vertex, u_lobe, direction);
             let Some(sample) = sample else { return };
-            if R::TELLS_PATHS {
-                trail.go_on(vertex.event(sample.wi, sample.is_delta()));
-            }
-            beta *= sample.weight;
-            // From the first glass on that disperses it, the light is of one wavelength.
-            if let Some(wavelength) = wavelength.as_ref().filter(|_| disperses && !is_dispersed) {
-                beta *= Spectrum::from(wavelength.weight);
-                is_dispersed = true;
-            }
-            eta_squared *= sample.eta * sample.eta;
-            let Some(factor) = self.roulette.play(depth, beta * eta_squared, decisions.y) else {
+            let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
+            let Some(factor) = self.roulette.play(depth, judged, decisions.y) else {
                 return;
             };
-            path_record::scatter(depth, &vertex, &sample, factor, out);
-            beta *= factor;
-            ray = world.ray_along(&vertex, sample.wi);
+            path = PathState {
+                prev: None,
+                ..path.scattered(world, &vertex, &sample, (factor, 0), out)
+            };
             // ANCHOR_END: reflect
         }
     }

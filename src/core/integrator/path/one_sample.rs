@@ -1,8 +1,6 @@
-use super::direct::{Direct, LightNumbers};
-use super::strategy::PrevVertex;
+use super::direct::{Direct, LightNumbers, trace};
+use super::state::PathState;
 use crate::accel::Accel;
-use crate::color::Spectrum;
-use crate::integrator::path_record;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -28,15 +26,16 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             direct: DirectLight::Light,
             ..Strategy::default()
         };
-        let mut ray = world.camera_ray(key, None, sampler, out);
-        let mut beta = Spectrum::ONE;
-        let mut prev: Option<PrevVertex> = None;
+        let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
+        path.wavelength = world.wavelength(sampler);
 
-        for depth in 0.. {
-            // Intersect the ray with the scene, and add light that no light sample has counted
+        loop {
+            // Find the next surface, and add light that no light sample has counted
+            let depth = path.depth;
             let slot = BsdfSlot::new();
-            let met = strategy.arrive(world, (&ray, depth), prev.as_ref(), &mut beta, &slot, out);
-            let Some((_, vertex)) = &met else { return };
+            let vertex = path.next_vertex(world, &slot, out);
+            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let Some(vertex) = vertex else { return };
             if self.max_depth.is_some_and(|max| depth >= max) {
                 return;
             }
@@ -49,21 +48,19 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             if decisions.y < probability {
                 let u = LightNumbers::with_choice(&*sampler, depth, decisions.x);
-                let direct = Direct::sample(world, vertex, &strategy, 1, &u, out).arrives(world, out);
-                out.radiance(direct * (beta / probability));
+                path.beta = path.beta / probability;
+                let direct = Direct::sample(world, (&path, &vertex), &strategy, 1, &u, out);
+                trace(direct, world, (&path, &vertex), out);
                 return;
             }
 
             // Indirect light
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
-            let Some(sample) = strategy.directions.sample(vertex, u_lobe, direction) else {
+            let Some(sample) = strategy.directions.sample(&vertex, u_lobe, direction) else {
                 return;
             };
-            path_record::scatter(depth, vertex, &sample, 1.0 / (1.0 - probability), out);
-            beta = beta * sample.weight / (1.0 - probability);
-            prev = Some(PrevVertex::new(vertex, &sample, 1));
-            ray = world.ray_along(vertex, sample.wi);
+            path = path.scattered(world, &vertex, &sample, (1.0 / (1.0 - probability), 1), out);
         }
     }
 }

@@ -10,34 +10,33 @@
 //!
 //! Where nothing stands on the ground both estimates have equal bits, and the ground has no noise.
 
-use super::integrator::{PathIntegrator, PathStart};
+use super::integrator::{PathIntegrator, PathNumbers};
+use super::state::PathState;
 use crate::accel::{Accel, Empty};
+use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::integrator::{Gathered, RayKind, RaySink, Sink};
+use crate::integrator::found_light::LightSum;
+use crate::integrator::{FoundLight, RayKind, RaySink, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::Sampler;
-use std::marker::PhantomData;
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Subtracts the unshadowed light if the camera ray of `start` hits the ground. The path of
-    /// `start` has given its light to `out`.
+    /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. The path has given
+    /// its light to `out`.
     #[inline(always)]
-    pub(super) fn catch_shadow<S: Sampler, R: Gathered>(
-        &self,
-        start: &PathStart<S>,
-        out: &mut impl Sink<Radiance = R>,
-    ) {
+    pub(super) fn catch_shadow<S: Sampler>(&self, path: PathState, numbers: PathNumbers<S>, out: &mut impl Sink) {
         if self.world.scene.ground().is_some() {
-            self.subtract_unshadowed(start, out);
+            self.subtract_unshadowed(path, numbers, out);
         }
     }
 
     #[inline(never)]
-    fn subtract_unshadowed<S: Sampler, R: Gathered>(&self, start: &PathStart<S>, out: &mut impl Sink<Radiance = R>) {
+    fn subtract_unshadowed<S: Sampler>(&self, path: PathState, numbers: PathNumbers<S>, out: &mut impl Sink) {
         let world = &self.world;
         // Light of lamps behind a surface is unknown: a ray that hits the surface does not find it.
         let ground = world.scene.ground().filter(|ground| ground.knows_missing_light());
-        let Some((ground, hit)) = ground.zip(start.hit).filter(|(ground, hit)| ground.is_at(hit)) else {
+        let (hit, transmittance) = path.traced.unwrap_or((None, Spectrum::ONE));
+        let Some((ground, hit)) = ground.zip(hit).filter(|(ground, hit)| ground.is_at(hit)) else {
             return;
         };
         let accel: &dyn Accel = &Empty;
@@ -49,26 +48,48 @@ impl<A: Accel> PathIntegrator<'_, A> {
             light_samples: self.light_samples,
             clamp_indirect: None,
         };
-        let unshadowed: R = open.radiance(start, &mut Silent(PhantomData)).sum();
-        out.radiance(unshadowed * -1.0);
+        let mut unshadowed = Unshadowed {
+            sum: LightSum::default(),
+            tells_parts: out.tells_parts(),
+            tells_paths: out.tells_paths(),
+        };
+        open.li(path, numbers, &mut unshadowed);
+        unshadowed.sum.tell(Spectrum::splat(-1.0), 1, out);
         let slot = BsdfSlot::new();
-        let vertex = world.vertex(&hit, &start.ray, &slot);
-        out.camera_view(world.shadow_view(ground, &vertex, (&start.ray, start.tint)));
+        let vertex = world.vertex(&hit, &path.ray, None, &slot);
+        out.camera_view(world.shadow_view(ground, &vertex, (&path.ray, transmittance)));
     }
 }
 
-/// Ignores everything.
-struct Silent<R>(PhantomData<R>);
-
-impl<R: Gathered> Sink for Silent<R> {
-    type Radiance = R;
-
-    fn weight(&mut self, _: f32) {}
-    fn radiance(&mut self, _: R) {}
-    fn first_surface(&mut self, _: FirstSurface) {}
+/// Sums light, and ignores all else.
+struct Unshadowed {
+    sum: LightSum,
+    tells_parts: bool,
+    tells_paths: bool,
 }
 
-impl<R> RaySink for Silent<R> {
+impl Sink for Unshadowed {
+    fn weight(&mut self, _: f32) {}
+
+    fn light(&mut self, light: FoundLight) {
+        self.sum.radiance += light.radiance;
+        if self.tells_parts {
+            self.sum.add_part(light);
+        }
+    }
+
+    fn first_surface(&mut self, _: FirstSurface) {}
+
+    fn tells_parts(&self) -> bool {
+        self.tells_parts
+    }
+
+    fn tells_paths(&self) -> bool {
+        self.tells_paths
+    }
+}
+
+impl RaySink for Unshadowed {
     fn ray(&mut self, _: RayKind) {}
     fn cut_walk(&mut self) {}
 }

@@ -1,7 +1,7 @@
+use super::state::PathState;
 use super::tree::Branch;
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
-use crate::integrator::path_record;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::sampler::{SampleKey, Sampler};
 
@@ -21,36 +21,39 @@ pub struct WhittedIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let root = Branch::from_camera(self.world.camera_ray(key, None, sampler, out));
-        self.follow(&root, 1.0, sampler, out);
+        let ray = self.world.camera_ray(key, None, sampler, out);
+        let root = Branch::from_camera(&self.world, ray, sampler);
+        self.follow(root, sampler, out);
     }
 }
 
 impl<A: Accel> WhittedIntegrator<'_, A> {
-    /// Follows `branch`, whose throughput was divided by `eta_squared`, the square of the index of refraction that its ray is in.
-    fn follow(&self, branch: &Branch, eta_squared: f32, sampler: &impl Sampler, out: &mut impl Sink) {
+    /// Follows `branch`.
+    fn follow(&self, branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         let strategy = Strategy {
             direct: DirectLight::Light,
             ..Strategy::default()
         };
-        let world = (&self.world, &strategy);
-        branch.follow(world, None, self.max_depth, sampler, out, |vertex, beta, out| {
+        let (world, parent) = (&self.world, branch.node);
+        branch.follow((world, &strategy), self.max_depth, sampler, out, |vertex, path, out| {
             // Mirror and refracted directions, all of them
             let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
             for (i, sample) in directions.enumerate() {
-                let beta = beta * sample.f * sample.wi.z.abs();
-                let eta_squared = eta_squared * sample.eta * sample.eta;
-                if beta.max_component() * eta_squared < MIN_SHARE {
+                // The sample divides by the probability of its lobe; here all lobes are followed.
+                let weight = sample.f * sample.wi.z.abs();
+                let share = path.beta * weight * path.roulette_scale * (sample.eta * sample.eta);
+                if share.max_component() < MIN_SHARE {
                     continue;
                 }
-                path_record::scatter(branch.depth, vertex, &sample, sample.pdf, out);
-                let child = Branch {
-                    ray: self.world.ray_along(vertex, sample.wi),
-                    depth: branch.depth + 1,
-                    node: branch.node.wrapping_mul(4).wrapping_add(i as u32 + 1),
-                    beta,
+                let next = PathState {
+                    beta: path.beta * weight,
+                    ..path.scattered(world, vertex, &sample, (sample.pdf, 1), out)
                 };
-                self.follow(&child, eta_squared, sampler, out);
+                let branch = Branch {
+                    path: next,
+                    node: parent.wrapping_mul(4).wrapping_add(i as u32 + 1),
+                };
+                self.follow(branch, sampler, out);
             }
         });
     }

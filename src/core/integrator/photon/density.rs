@@ -2,7 +2,8 @@
 //! estimate is common.
 
 use super::photons::Photon;
-use crate::integrator::Gathered;
+use crate::integrator::FoundLight;
+use crate::integrator::found_light::LightSum;
 use crate::integrator::vertex::Vertex;
 use crate::math::Vec3;
 use crate::scene::Scene;
@@ -27,19 +28,22 @@ pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
 /// where θ is the angle with the shading normal of the vertex, and θ' that with the geometric normal of the surface that the photon has met: of flat
 /// surfaces both are one. Its mean is that of the scattered light over the disk. What is wrong with it is that light varies within the disk, that the
 /// disk may lie over the edge of a surface, and that curved surfaces have more area in a ball than the disk: a bias that grows with r².
-pub(crate) struct Density<'v, R> {
+pub(crate) struct Density<'v> {
     scene: &'v Scene,
     vertex: &'v Vertex<'v>,
-    sum: R,
+    sum: LightSum,
+    /// Whether sources of light are separated.
+    has_parts: bool,
 }
 
-impl<'v, R: Gathered> Density<'v, R> {
+impl<'v> Density<'v> {
     /// About `vertex`, without a photon yet.
-    pub fn new(scene: &'v Scene, vertex: &'v Vertex<'v>) -> Self {
+    pub fn new(scene: &'v Scene, vertex: &'v Vertex<'v>, has_parts: bool) -> Self {
         Self {
             scene,
             vertex,
-            sum: R::default(),
+            sum: LightSum::default(),
+            has_parts,
         }
     }
 
@@ -59,19 +63,23 @@ impl<'v, R: Gathered> Density<'v, R> {
         let factor = wi.z.abs() / photon.wi().dot(photon.ng()).abs();
         let (f, _) = self.vertex.eval_pdf(wi);
         if factor.is_finite() && !f.is_black() {
-            self.sum += R::of_light(f * photon.power() * factor, photon.light, self.scene);
+            let light = f * photon.power() * factor;
+            self.sum.radiance += light;
+            if self.has_parts {
+                self.sum.add_part(FoundLight::of(light, photon.light, self.scene, 2));
+            }
         }
     }
     // ANCHOR_END: estimate
 
-    /// The light that is scattered, where `paths` paths left what there is within a disk of squared radius `squared`; nothing where that is a point, about
-    /// which photons give no estimate.
+    /// The sum of photons, and its factor, if `paths` paths left the photons within a disk of squared
+    /// radius `squared`. The factor is 0 for a point, about which photons give no estimate.
     // ANCHOR: radiance
-    pub fn radiance(self, paths: u32, squared: f32) -> R {
+    pub fn radiance(self, paths: u32, squared: f32) -> (LightSum, f32) {
         let density = 1.0 / (PI * squared * paths as f32);
         match density.is_finite() {
-            true => self.sum * density,
-            false => R::default(),
+            true => (self.sum, density),
+            false => (LightSum::default(), 0.0),
         }
     }
     // ANCHOR_END: radiance

@@ -16,15 +16,13 @@ use super::density::Density;
 use super::photons::Photon;
 use super::tree::PhotonTree;
 use crate::accel::Accel;
-use crate::color::Spectrum;
 use crate::film::Points;
-use crate::integrator::path::direct::{Direct, LightNumbers};
-use crate::integrator::path::strategy::PrevVertex;
-use crate::integrator::path_record;
+use crate::integrator::found_light::LightSum;
+use crate::integrator::path::direct::{Direct, LightNumbers, trace};
+use crate::integrator::path::state::PathState;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, Integrator, PathEvent, RayKind, RaySink, Roulette, Sink, Strategy, World};
+use crate::integrator::{Integrator, PathEvent, Roulette, Sink, Strategy, World};
 use crate::material::BsdfSlot;
-use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen 2001): photons are sent once, and all samples of all
@@ -127,142 +125,96 @@ enum Purpose {
     Gather { length: f32, after_delta: bool },
 }
 
-/// A ray that is still to be traced, with the state of its path.
-struct QueuedRay {
-    ray: Ray,
+/// A path whose ray is still to be traced.
+struct QueuedPath {
+    path: PathState,
     purpose: Purpose,
-    /// Scatterings so far.
-    depth: u32,
     /// Number of the gather ray that the path follows, from 1 on; 0 before the path branches.
     branch: u32,
-    /// Throughput.
-    beta: Spectrum,
-    /// Squared indices of refraction that `beta` has been divided by.
-    roulette_scale: f32,
-    prev: Option<PrevVertex>,
 }
 
-impl QueuedRay {
-    /// The block of random numbers of the vertex where it ends.
+impl QueuedPath {
+    /// The block of random numbers of the vertex where its ray ends.
     fn block(&self) -> u32 {
         const DEPTHS: u32 = 64;
-        self.branch * DEPTHS + self.depth.min(DEPTHS - 1)
+        self.branch * DEPTHS + self.path.depth.min(DEPTHS - 1)
     }
 }
 
 impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let ray = self.world.camera_ray(key, None, sampler, out);
-        let mut segments = vec![QueuedRay {
-            ray,
+        let mut queue = vec![QueuedPath {
+            path: PathState::new(ray),
             purpose: Purpose::See,
-            depth: 0,
             branch: 0,
-            beta: Spectrum::ONE,
-            roulette_scale: 1.0,
-            prev: None,
         }];
-        while let Some(segment) = segments.pop().filter(|_| !out.is_cancelled()) {
-            let radiance = self.follow(segment, sampler, &mut segments, out);
-            out.radiance(radiance);
+        while let Some(next) = queue.pop().filter(|_| !out.is_cancelled()) {
+            self.follow(next, sampler, &mut queue, out);
         }
     }
 }
 
 impl<A: Accel> PhotonMapIntegrator<'_, A> {
-    /// The light that `segment` finds where it ends; what goes on from there is added to `segments`.
-    fn follow<S: Sampler, R: Gathered>(
-        &self,
-        segment: QueuedRay,
-        sampler: &S,
-        segments: &mut Vec<QueuedRay>,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> R {
+    /// Adds the light that `queued` finds where its ray ends; what goes on from there is added to
+    /// `queue`.
+    fn follow<S: Sampler>(&self, queued: QueuedPath, sampler: &S, queue: &mut Vec<QueuedPath>, out: &mut impl Sink) {
         let (world, strategy) = (&self.world, &self.strategy);
-        let QueuedRay {
-            ray, depth, mut beta, ..
-        } = segment;
-        let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-        let (hit, transmittance) = world.intersect(&ray, kind, out);
-        beta *= transmittance;
-        if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
-            return R::default();
-        }
+        let block = queued.block();
+        let mut path = queued.path;
+        let depth = path.depth;
         let slot = BsdfSlot::new();
-        let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
-        let met = hit.as_ref().zip(vertex.as_ref());
-        let mut emitted = R::default();
-        let prev = segment.prev.as_ref();
-        strategy.found(world.scene, &ray, prev, Spectrum::ONE, met, |light| emitted += light);
-        let is_caustic = matches!(segment.purpose, Purpose::Gather { after_delta: true, .. });
-        let mut radiance = if is_caustic { R::default() } else { emitted * beta };
-        if let Some(met) = met {
-            path_record::vertex(depth, met, beta, out);
-        }
-        if !is_caustic {
-            strategy.record_emitted(world.scene, &ray, prev, met, out);
-            path_record::light(radiance.sum(), out);
-        }
-        let Some((hit, vertex)) = met else { return radiance };
-        if depth == 0 {
-            let mut first = world.first_surface(hit, vertex);
+        let vertex = path.next_vertex(world, &slot, out);
+        strategy.add_emission(world, &path, vertex.as_ref(), out);
+        let Some(vertex) = vertex else { return };
+        if depth == 0 && world.features {
+            let mut first = world.first_surface(&vertex);
             if let Some(features) = &mut first.features {
-                features.points = self.photons_at(vertex);
+                features.points = self.photons_at(&vertex);
             }
             out.first_surface(first);
         }
         if self.max_depth.is_some_and(|max| depth >= max) {
-            return radiance;
+            return;
         }
 
         // A gather ray ends with the density of photons, unless it is too short
-        let is_delta = vertex.bsdf.is_delta();
         let mut gathered = None;
-        if let Purpose::Gather { length, .. } = segment.purpose {
-            let length = length + hit.t;
-            let (found, radius) = match is_delta {
-                true => (R::default(), 0.0),
-                false => self.recorded_density(|slice| (&slice.global, FAR_SHARE), vertex, depth, out),
-            };
-            if length > radius {
-                let found = found * beta;
-                path_record::light(found.sum(), out);
-                radiance += found;
+        if let Purpose::Gather { length, .. } = queued.purpose {
+            let length = length + vertex.hit.t;
+            let density = (!vertex.bsdf.is_delta())
+                .then(|| self.recorded_density(|slice| (&slice.global, FAR_SHARE), (depth, &vertex), out));
+            if length > density.as_ref().map_or(0.0, |density| density.radius) {
+                density.into_iter().for_each(|density| density.tell(&path, out));
                 gathered = Some(length);
             }
         }
 
         // Else direct light and caustics
-        let block = segment.block();
         if gathered.is_none() {
             let u = LightNumbers::draw(sampler, block);
-            let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out) * beta;
-            path_record::light(direct.sum(), out);
-            radiance += direct;
+            let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
+            trace(direct, world, (&path, &vertex), out);
             if vertex.bsdf.is_wide() {
-                let (caustics, _) =
-                    self.recorded_density::<R>(|slice| (&slice.caustics, NEAR_SHARE), vertex, depth, out);
-                let caustics = caustics * beta;
-                path_record::light(caustics.sum(), out);
-                radiance += caustics;
+                self.recorded_density(|slice| (&slice.caustics, NEAR_SHARE), (depth, &vertex), out)
+                    .tell(&path, out);
             }
         }
 
         // On, by several rays the first time
-        let parts = gathered.is_none() && vertex.bsdf.is_wide() && segment.branch == 0;
+        let parts = gathered.is_none() && vertex.bsdf.is_wide() && queued.branch == 0;
         let rays = if parts { self.gather_rays } else { 1 };
         for index in 0..rays {
-            let branch = if parts { 1 + index } else { segment.branch };
+            let branch = if parts { 1 + index } else { queued.branch };
             let numbers = if parts { branch << 6 | block } else { block };
             let u_lobe = sampler.get_1d(Dimension::bounce(numbers, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(numbers, Bounce::Direction));
-            let Some(sample) = strategy.directions.sample(vertex, u_lobe, u) else {
+            let Some(sample) = strategy.directions.sample(&vertex, u_lobe, u) else {
                 continue;
             };
-            let was_gathering = matches!(segment.purpose, Purpose::Gather { .. });
+            let was_gathering = matches!(queued.purpose, Purpose::Gather { .. });
             // No photon has brought light from beyond the horizon: the path goes on, as if the camera had seen the vertex.
-            let ray = world.ray_along(vertex, sample.wi);
-            let is_one_way = !sample.is_delta() && vertex.is_one_way(ray.direction);
+            let is_one_way = !sample.is_delta() && vertex.is_one_way(vertex.frame.to_world(sample.wi));
             let purpose = match (gathered, sample.is_delta()) {
                 _ if is_one_way => Purpose::See,
                 (Some(length), true) => Purpose::Gather {
@@ -283,27 +235,27 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 },
                 (None, _) => Purpose::See,
             };
-            let beta = beta * sample.weight / rays as f32;
-            let roulette_scale = segment.roulette_scale * sample.eta * sample.eta;
-            let decision = sampler.get_2d(Dimension::bounce(numbers, Bounce::Decisions)).y;
             // That there are many of them is no reason to end.
-            let judged = beta * (roulette_scale * rays as f32);
+            let eta_squared = sample.eta * sample.eta;
+            let judged = path.beta * sample.weight * (path.roulette_scale * eta_squared);
+            let decision = sampler.get_2d(Dimension::bounce(numbers, Bounce::Decisions)).y;
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 continue;
             };
-            path_record::scatter(depth, vertex, &sample, factor / rays as f32, out);
-            segments.push(QueuedRay {
-                ray,
+            let next = path.scattered(world, &vertex, &sample, (factor / rays as f32, 1), out);
+            queue.push(QueuedPath {
+                path: PathState {
+                    roulette_scale: next.roulette_scale * rays as f32,
+                    // Lights are not sampled where photons are gathered.
+                    prev: next.prev.filter(|_| gathered.is_none() || !is_one_way),
+                    // Such light is a caustic.
+                    skips_emission: matches!(purpose, Purpose::Gather { after_delta: true, .. }),
+                    ..next
+                },
                 purpose,
-                depth: depth + 1,
                 branch,
-                beta: beta * factor,
-                roulette_scale: roulette_scale * if parts { rays as f32 } else { 1.0 },
-                // Lights are not sampled where photons are gathered.
-                prev: (gathered.is_none() || !is_one_way).then(|| PrevVertex::new(vertex, &sample, 1)),
             });
         }
-        radiance
     }
 
     /// Photons about `vertex`, which the camera sees first.
@@ -313,19 +265,19 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let Some(slice) = slice.filter(|_| !vertex.bsdf.is_delta()) else {
             return Points::default();
         };
-        let density = Density::<Spectrum>::new(self.world.scene, vertex);
+        let density = Density::new(self.world.scene, vertex, false);
         let counts = |photon: &Photon| density.is_of_surface(photon);
         let dot = 0.5 * self.world.camera.pixel_width(point.p, point.time);
         let max = self.max_distance(FAR_SHARE);
         let nearest = slice.global.nearest(point.p, self.photon_count as usize, max, counts);
         // The search leaves out the farthest of as many as are asked for.
         let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
-        let (caustics, ..) = self.density::<Spectrum>(|slice| (&slice.caustics, NEAR_SHARE), vertex, 0);
+        let caustics = self.density(|slice| (&slice.caustics, NEAR_SHARE), (0, vertex), false);
         Points {
             dot: f32::from(u8::from(is_dot)),
             radius: nearest.squared.sqrt(),
             count: nearest.photons.len() as f32,
-            caustics: caustics.luminance(),
+            caustics: (caustics.light.radiance * caustics.factor).luminance(),
             gradient: 0.0,
         }
     }
@@ -335,36 +287,36 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         self.radius.unwrap_or_else(|| share * self.world.scene.ball().radius)
     }
 
-    /// [`PhotonMapIntegrator::density`] without the number of photons, which is recorded where paths are.
-    fn recorded_density<R: Gathered>(
+    /// [`PhotonMapIntegrator::density`], whose number of photons is recorded.
+    fn recorded_density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
-        vertex: &Vertex,
-        depth: u32,
-        out: &mut impl RaySink,
-    ) -> (R, f32) {
-        let (radiance, radius, count) = self.density(map, vertex, depth);
+        met: (u32, &Vertex),
+        out: &mut impl Sink,
+    ) -> PhotonLight {
+        let light = self.density(map, met, out.tells_parts());
         if out.records() {
+            let (count, radius) = (light.count, light.radius);
             out.record(PathEvent::Photons { count, radius });
         }
-        (radiance, radius)
+        light
     }
 
-    /// The light of photons that `vertex` scatters, after `depth` scatterings of the path, how far they reach, and how many count. `map` says of which photons of a
-    /// slice, and their maximum distance over the radius of the scene.
-    fn density<R: Gathered>(
+    /// The light of photons that `vertex` scatters, after `depth` scattering events of the path. `map` says of which photons of a slice,
+    /// and their maximum distance over the radius of the scene.
+    fn density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
-        vertex: &Vertex,
-        depth: u32,
-    ) -> (R, f32, u32) {
+        (depth, vertex): (u32, &Vertex),
+        has_parts: bool,
+    ) -> PhotonLight {
         let scene = self.world.scene;
         let Some(slice) = self.maps.at(self.world.camera.share_of_shutter(vertex.point.time)) else {
-            return (R::default(), 0.0, 0);
+            return PhotonLight::default();
         };
         let (map, share) = map(slice);
         let max = self.max_distance(share);
-        let mut density = Density::new(scene, vertex);
+        let mut density = Density::new(scene, vertex, has_parts);
         let nearest = map.nearest(vertex.point.p, self.photon_count as usize, max, |photon| {
             let scatterings = depth + 1 + photon.scatterings as u32;
             self.max_depth.is_none_or(|max| scatterings <= max) && density.is_of_surface(photon)
@@ -372,10 +324,31 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         for photon in &nearest.photons {
             density.add(photon);
         }
-        (
-            density.radiance(slice.paths, nearest.squared),
-            nearest.squared.sqrt(),
-            nearest.photons.len() as u32,
-        )
+        let (light, factor) = density.radiance(slice.paths, nearest.squared);
+        PhotonLight {
+            light,
+            factor,
+            radius: nearest.squared.sqrt(),
+            count: nearest.photons.len() as u32,
+        }
+    }
+}
+
+/// Light of photons near a vertex.
+#[derive(Default)]
+struct PhotonLight {
+    light: LightSum,
+    /// Factor of the light.
+    factor: f32,
+    /// Distance of the farthest photon.
+    radius: f32,
+    /// Number of photons.
+    count: u32,
+}
+
+impl PhotonLight {
+    /// Tells `out` the light that the vertex scatters along `path`.
+    fn tell(&self, path: &PathState, out: &mut impl Sink) {
+        self.light.tell(path.beta * self.factor, path.depth + 2, out);
     }
 }

@@ -13,18 +13,12 @@ use super::density::Density;
 use super::grid::PhotonGrid;
 use super::photons::{Photon, PhotonTracer};
 use crate::accel::Accel;
-use crate::color::Spectrum;
-use crate::geometry::Hit;
-use crate::integrator::path::direct::{Direct, LightNumbers};
-use crate::integrator::path::strategy::PrevVertex;
-use crate::integrator::path_record;
+use crate::integrator::path::direct::{Direct, LightNumbers, trace};
+use crate::integrator::path::state::PathState;
 use crate::integrator::search_radius::{ProgressiveRadius, Radii};
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{
-    Gathered, IterationIntegrator, PathEvent, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World,
-};
+use crate::integrator::{IterationIntegrator, PathEvent, RaySink, Roulette, Sink, SplatSink, Strategy, World};
 use crate::material::BsdfSlot;
-use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and Zwicker (2011, "Progressive Photon Mapping: A
@@ -76,20 +70,14 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         self.photons.unwrap_or_else(|| size.x.saturating_mul(size.y)).max(1)
     }
 
-    /// The light that photons have brought to `vertex`, after `depth` scatterings of the path from the camera.
-    fn photons<R: Gathered>(
-        &self,
-        prepared: &IterationPhotons,
-        vertex: &Vertex,
-        depth: u32,
-        out: &mut impl RaySink,
-    ) -> R {
+    /// Adds the light that photons have brought to `vertex`, which `path` has found.
+    fn add_photons(&self, prepared: &IterationPhotons, path: &PathState, vertex: &Vertex, out: &mut impl Sink) {
         let point = &vertex.point;
         let radius = prepared.radii.at(point.p, point.time);
-        let mut density = Density::new(self.world.scene, vertex);
+        let mut density = Density::new(self.world.scene, vertex, out.tells_parts());
         let mut count = 0;
         prepared.grid.each_within(point.p, radius, |photon| {
-            let scatterings = depth + 1 + photon.scatterings as u32;
+            let scatterings = path.depth + 1 + photon.scatterings as u32;
             if self.max_depth.is_none_or(|max| scatterings <= max) {
                 density.add(photon);
                 count += 1;
@@ -98,7 +86,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         if out.records() {
             out.record(PathEvent::Photons { count, radius });
         }
-        density.radiance(self.paths(), radius * radius)
+        let (light, factor) = density.radiance(self.paths(), radius * radius);
+        light.tell(path.beta * factor, path.depth + 2, out);
     }
 }
 
@@ -142,109 +131,57 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
     }
 
     fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
-        let radiance = self.follow(prepared, key, sampler, out);
-        out.radiance(radiance);
+        self.follow(prepared, key, sampler, out);
     }
 }
 
 impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
-    /// The emitted light that `ray` finds.
-    fn emitted<R: Gathered>(&self, ray: &Ray, prev: Option<&PrevVertex>, met: Option<(&Hit, &Vertex)>) -> R {
-        let mut sum = R::default();
-        let scene = self.world.scene;
-        self.strategy
-            .found(scene, ray, prev, Spectrum::ONE, met, |light| sum += light);
-        sum
-    }
-
-    fn follow<S: Sampler, R: Gathered>(
-        &self,
-        prepared: &IterationPhotons,
-        key: SampleKey,
-        sampler: &mut S,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> R {
+    fn follow<S: Sampler>(&self, prepared: &IterationPhotons, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let (world, strategy) = (&self.world, &self.strategy);
-        let mut ray = world.camera_ray(key, Some(prepared.time), sampler, out);
-        let mut prev: Option<PrevVertex> = None;
-        let (mut beta, mut roulette_scale) = (Spectrum::ONE, 1.0);
-        let mut radiance = R::default();
-        for depth in 0.. {
-            // Intersect, and add emitted light
-            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let (hit, transmittance) = world.intersect(&ray, kind, out);
-            beta *= transmittance;
-            if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
-                break;
-            }
+        let mut path = PathState::new(world.camera_ray(key, Some(prepared.time), sampler, out));
+        loop {
+            // Find the next surface, and add emitted light
+            let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
-            let met = hit.as_ref().zip(vertex.as_ref());
-            if let Some(met) = met {
-                path_record::vertex(depth, met, beta, out);
-            }
-            strategy.record_emitted(world.scene, &ray, prev.as_ref(), met, out);
-            let emitted = self.emitted::<R>(&ray, prev.as_ref(), met) * beta;
-            path_record::light(emitted.sum(), out);
-            radiance += emitted;
-            let Some((hit, vertex)) = met else { break };
-            if depth == 0 {
-                out.first_surface(world.first_surface(hit, vertex));
-            }
+            let vertex = path.next_vertex(world, &slot, out);
+            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let Some(vertex) = vertex else { return };
             if self.max_depth.is_some_and(|max| depth >= max) {
-                break;
+                return;
             }
 
             // Direct light, and that of photons
             let u = LightNumbers::draw(sampler, depth);
-            let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out);
-            let direct = direct * beta;
-            path_record::light(direct.sum(), out);
-            radiance += direct;
+            let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
+            trace(direct, world, (&path, &vertex), out);
             let is_last = vertex.bsdf.is_wide();
             if is_last {
-                let photons = self.photons::<R>(prepared, vertex, depth, out) * beta;
-                path_record::light(photons.sum(), out);
-                radiance += photons;
+                self.add_photons(prepared, &path, &vertex, out);
             }
 
             // On
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
-            let Some(sample) = strategy.directions.sample(vertex, u_lobe, u) else {
-                break;
+            let Some(sample) = strategy.directions.sample(&vertex, u_lobe, u) else {
+                return;
             };
-            beta *= sample.weight;
-            ray = world.ray_along(vertex, sample.wi);
-            let from = PrevVertex::new(vertex, &sample, 1);
-            if is_last && !sample.is_delta() && !vertex.is_one_way(ray.direction) {
+            let direction = vertex.frame.to_world(sample.wi);
+            if is_last && !sample.is_delta() && !vertex.is_one_way(direction) {
                 // The other half of the estimate of direct light
-                if strategy.meets_lights() && !beta.is_black() {
-                    path_record::scatter(depth, vertex, &sample, 1.0, out);
-                    let (hit, transmittance) = world.intersect(&ray, RayKind::Bounce, out);
-                    beta *= transmittance;
+                if strategy.meets_lights() && !(path.beta * sample.weight).is_black() {
+                    let mut next = path.scattered(world, &vertex, &sample, (1.0, 1), out);
                     let slot = BsdfSlot::new();
-                    let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
-                    let met = hit.as_ref().zip(vertex.as_ref());
-                    if let Some(met) = met {
-                        path_record::vertex(depth + 1, met, beta, out);
-                    }
-                    strategy.record_emitted(world.scene, &ray, Some(&from), met, out);
-                    let emitted = self.emitted::<R>(&ray, Some(&from), met) * beta;
-                    path_record::light(emitted.sum(), out);
-                    radiance += emitted;
+                    let vertex = next.next_vertex(world, &slot, out);
+                    strategy.add_emission(world, &next, vertex.as_ref(), out);
                 }
-                break;
+                return;
             }
-            roulette_scale *= sample.eta * sample.eta;
+            let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
             let decision = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)).y;
-            let Some(factor) = self.roulette.play(depth, beta * roulette_scale, decision) else {
-                break;
+            let Some(factor) = self.roulette.play(depth, judged, decision) else {
+                return;
             };
-            path_record::scatter(depth, vertex, &sample, factor, out);
-            beta *= factor;
-            prev = Some(from);
+            path = path.scattered(world, &vertex, &sample, (factor, 1), out);
         }
-        radiance
     }
 }

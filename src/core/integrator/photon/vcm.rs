@@ -11,7 +11,7 @@ use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
 use crate::integrator::bidirectional::subpath::PathVertex;
 use crate::integrator::search_radius::{ProgressiveRadius, Radii};
-use crate::integrator::{Gathered, Heuristic, IterationIntegrator, PathEvent, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{FoundLight, Heuristic, IterationIntegrator, PathEvent, RaySink, Roulette, SplatSink, World};
 use crate::math::Vec3;
 use crate::sampler::{SampleKey, Sampler};
 use std::f32::consts::PI;
@@ -202,7 +202,13 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
                             radiance,
                         });
                     }
-                    out.radiance(Gathered::of_light(radiance * weight, path[0].light_id(), scene));
+                    let scatterings = (before.len() + t - 1) as u32;
+                    out.light(FoundLight::of(
+                        radiance * weight,
+                        path[0].light_id(),
+                        scene,
+                        scatterings,
+                    ));
                 }
             });
         }

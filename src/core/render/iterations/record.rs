@@ -52,7 +52,7 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     };
     let pixels = seen.pixels().map(|pixel| Work::Pixels(of_pixel(pixel)));
     for work in pixels.chain((0..integrator.chains()).map(Work::Chain)) {
-        let mut work_item = WorkItem::<Spectrum>::new(target, observer);
+        let mut work_item = WorkItem::new(target, observer);
         work_item.record = Some(Vec::new());
         let Some(work_item) = work_item.of(integrator, &prepared, (work, index), sampler, observer) else {
             return;

@@ -87,8 +87,8 @@ fn iterations_are_not_lost_by_pauses() {
 fn large_work_items_are_few() {
     let crop = Rect::full(UVec2::splat(512));
     let wide = Filter::new(FilterKind::Mitchell, 2.0);
-    let usual = light_bytes::<Spectrum>(&Filter::BOX, crop);
-    let large = light_bytes::<ByGroup>(&wide, crop);
+    let usual = light_bytes(false, &Filter::BOX, crop);
+    let large = light_bytes(true, &wide, crop);
     assert_eq!(work_items_at_once(usual, 2), WORK_ITEMS_AT_ONCE);
     let few = work_items_at_once(large, 2);
     assert!((2..WORK_ITEMS_AT_ONCE / 4).contains(&few), "{few}");

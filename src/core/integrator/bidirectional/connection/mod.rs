@@ -14,7 +14,7 @@ use crate::film::FirstSurface;
 use crate::geometry::segment;
 use crate::integrator::path_record;
 use crate::integrator::search_radius::Radii;
-use crate::integrator::{Gathered, Heuristic, PathEvent, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{FoundLight, Heuristic, PathEvent, RaySink, Roulette, SplatSink, World};
 use crate::light::{LightId, LightSampleContext};
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
@@ -110,6 +110,12 @@ impl Contribution {
         of_light.chain(self.ends.into_iter().flatten()).chain(of_camera)
     }
 
+    /// `radiance` as light of the contribution.
+    pub fn light(&self, radiance: Spectrum, scene: &Scene) -> FoundLight<'static> {
+        let (s, t) = self.strategy;
+        FoundLight::of(radiance, self.light, scene, (s + t - 2) as u32)
+    }
+
     /// Records that the light of the contribution is added next.
     pub fn record(&self, out: &mut impl RaySink) {
         if out.records() {
@@ -125,11 +131,11 @@ impl Contribution {
 
     /// Adds the weighted light to the sample's own pixel, or where it falls on the film.
     pub fn add_to(&self, scene: &Scene, out: &mut impl SplatSink) {
-        let radiance = Gathered::of_light(self.radiance * self.weight, self.light, scene);
+        let light = self.light(self.radiance * self.weight, scene);
         self.record(out);
         match self.film {
-            Some(film) => out.splat(film, radiance),
-            None => out.radiance(radiance),
+            Some(film) => out.splat(film, light),
+            None => out.light(light),
         }
     }
 }

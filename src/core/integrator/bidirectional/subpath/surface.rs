@@ -274,6 +274,8 @@ impl<'a> Surface<'a> {
     pub fn first_seen<A: Accel>(&self, world: &World<A>) -> FirstSurface {
         let (point, frame) = self.seen_from(world.scene, self.back);
         let vertex = Vertex {
+            hit: self.hit,
+            is_dispersing: false,
             is_bent: point.ns != self.point.ns,
             point,
             wo: frame.to_local(self.back),
@@ -282,7 +284,7 @@ impl<'a> Surface<'a> {
             view: None,
             body: self.body,
         };
-        world.first_surface(&self.hit, &vertex)
+        world.first_surface(&vertex)
     }
 
     /// The light that the surface itself sends back along the ray that has met it, as `from` sees it.

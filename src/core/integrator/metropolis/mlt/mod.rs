@@ -51,7 +51,7 @@ use super::visits::Visits;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::subpath::max_vertices;
 use crate::integrator::{
-    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, RaySink, Roulette, SplatSink, World,
+    FoundLight, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, RaySink, Roulette, SplatSink, World,
 };
 use crate::sampler::{SampleKey, Sampler, Stream};
 use bidirectional::{Bidirectional, Lengths};
@@ -364,10 +364,14 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
         if let Some(source) = x.source().filter(|_| light > 0.0) {
             let radiance = x.color * (light / x.target) as f32;
+            let scatterings = x.vertices.len().saturating_sub(2) as u32;
             if out.records() {
                 x.record(out);
             }
-            out.splat(x.film, Gathered::of_light(radiance, source.id, self.world.scene));
+            out.splat(
+                x.film,
+                FoundLight::of(radiance, source.id, self.world.scene, scatterings),
+            );
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The end of a shared path.
 
-use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin};
 use crate::integrator::path::state::PathState;
@@ -31,8 +30,6 @@ pub(super) struct End<'v> {
     pub(super) vertex: Vertex<'v>,
     /// Scattering events before the vertex.
     pub(super) depth: u32,
-    /// Events of the owner before the vertex, where paths are distinguished.
-    pub(super) events: Vec<ScatteringEvent>,
     /// Throughput of the owner at the vertex, and its factor in roulette.
     pub(super) beta: Spectrum,
     pub(super) roulette_scale: Spectrum,
@@ -50,16 +47,15 @@ impl<'v> End<'v> {
         !vertex.is_bent && vertex.bsdf.is_wide()
     }
 
-    /// The end at `vertex`, which `path` has come to after `depth` scatterings, by these `events`.
-    pub fn new(vertex: Vertex<'v>, depth: u32, path: &PathState, events: Vec<ScatteringEvent>) -> Self {
+    /// The end at `vertex`, which `path` has found.
+    pub fn new(vertex: Vertex<'v>, path: &PathState) -> Self {
         let point = vertex.point;
         let n = point.ng * 1f32.copysign(vertex.wo.z);
         Self {
             p: offset_origin(&point, n),
             n,
             curved: point.is_curved().then_some(point),
-            depth,
-            events,
+            depth: path.depth,
             beta: path.beta,
             roulette_scale: path.roulette_scale,
             vertex,

@@ -4,10 +4,11 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::end::End;
-use crate::bsdf::{Bsdf, BsdfLanes, Lobe, ScatteringEvent};
+use crate::bsdf::{Bsdf, BsdfLanes, Lobe};
 use crate::color::Spectrum;
 use crate::geometry::{Side, offset_to, segment};
 use crate::integrator::SAMPLES_AT_ONCE;
+use crate::integrator::path::state::PathState;
 use crate::integrator::path::strategy::Directions;
 use crate::integrator::vertex::Vertex;
 use crate::math::{LANES, Lane, Ray, Vec3, Vec3Lanes};
@@ -23,8 +24,17 @@ pub(super) struct First<'v> {
     pub beta: Spectrum,
     /// Scattering events before the vertex.
     pub depth: u32,
-    /// The events of these, where paths are distinguished.
-    pub events: Vec<ScatteringEvent>,
+}
+
+impl<'v> First<'v> {
+    /// `vertex`, which `path` has found.
+    pub fn new(vertex: Vertex<'v>, path: &PathState) -> Self {
+        Self {
+            vertex,
+            beta: path.beta,
+            depth: path.depth,
+        }
+    }
 }
 
 /// The first vertices of a group, in lanes.

@@ -29,12 +29,12 @@ mod firsts;
 mod share;
 mod viewers;
 
-use super::hooks::Reuse;
-use super::integrator::{CameraPacket, PathIntegrator, clamped};
+use super::direct::trace;
+use super::integrator::{CameraPacket, PathIntegrator, PathNumbers, with_clamped};
 use super::state::PathState;
 use crate::accel::Accel;
-use crate::bsdf::ScatteringEvent;
-use crate::integrator::vertex::Vertex;
+use crate::color::Spectrum;
+use crate::integrator::found_light::Summed;
 use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
@@ -60,58 +60,9 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
     }
 
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
-        // Roulette that begins at once spares the first vertex: the end counts for other pixels too.
-        let path = PathIntegrator {
-            roulette: Roulette {
-                depth: self.path.roulette.depth.max(1),
-                ..self.path.roulette
-            },
-            ..self.path
-        };
-        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
-            // Paths that are shared must be of one time.
-            let packet = CameraPacket::trace(&path.world, keys, sampler, true, out);
-
-            // Follow each path to its end, or as far as it goes if it has none
-            // On the heap: slots are large, and an array of them would be copied when it is made.
-            let slots: Vec<BsdfSlot> = (0..LOOKED_AT * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
-            let mut firsts = from_fn(|_| None);
-            let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
-            // Light after the first bounce, where it is limited
-            let limit = path.clamp_indirect;
-            let mut indirect = limit.map(|_| [Default::default(); SAMPLES_AT_ONCE]);
-            let slots = slots.chunks_exact(LOOKED_AT);
-            for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
-                let mut shared = Shared {
-                    first: &mut firsts[i],
-                    end: &mut ends[i],
-                    max_depth: path.max_depth,
-                };
-                let start = packet.start(i, keys);
-                let radiance = path.li(&start, slots, &mut shared, out);
-                match &mut indirect {
-                    Some(indirect) if radiance.has_tail => {
-                        out.radiance(radiance.head);
-                        indirect[i] += radiance.tail;
-                    }
-                    _ => out.radiance(radiance.sum()),
-                }
-                path.catch_shadow(&start, out);
-            }
-
-            // All first vertices look at all ends.
-            let mut work = Workspace::new(Firsts::new(&firsts, path.strategy.directions));
-            for (owner, end) in ends.iter().enumerate() {
-                if let Some(end) = end {
-                    let to = (&mut *out, indirect.as_mut());
-                    end.light_all(&path, &packet.start(owner, keys), &mut work, owner, to);
-                }
-            }
-
-            // Limit what each sample has got of all ends
-            for (out, light) in out.iter_mut().zip(indirect.into_iter().flatten()) {
-                out.radiance(clamped(light, limit));
-            }
+        match self.path.clamp_indirect {
+            None => self.trace(keys, sampler, out),
+            Some(limit) => with_clamped(limit, out, |out| self.trace(keys, sampler, out)),
         }
     }
 
@@ -120,56 +71,100 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
     }
 }
 
-/// Records what a path shares with others.
-struct Shared<'s, 'v> {
-    first: &'s mut Option<First<'v>>,
-    end: &'s mut Option<End<'v>>,
-    /// Maximum number of scattering events. Where there is one, first vertices lie at depth 0, so that paths through an end have the same number for
-    /// all pixels.
-    max_depth: Option<u32>,
-}
+impl<A: Accel> ReusingPathIntegrator<'_, A> {
+    /// Traces samples that share their paths.
+    fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        // Roulette that begins at once spares the first vertex: the end counts for other pixels too.
+        let integrator = PathIntegrator {
+            roulette: Roulette {
+                depth: self.path.roulette.depth.max(1),
+                ..self.path.roulette
+            },
+            ..self.path
+        };
+        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            // Paths that are shared must be of one time.
+            let packet = CameraPacket::trace(&integrator.world, keys, sampler, true, out);
 
-impl<'v> Reuse<'v> for Shared<'_, 'v> {
-    const ENDS_PATHS: bool = true;
-
-    #[inline(always)]
-    fn meet(
-        &mut self,
-        depth: u32,
-        vertex: &Vertex<'v>,
-        path: &PathState,
-        events: impl FnOnce() -> Vec<ScatteringEvent>,
-    ) {
-        match self.first {
-            None => {
-                let is_late = depth > 0 && (self.max_depth.is_some() || depth as usize + 1 >= LOOKED_AT);
-                // All surfaces before it are mirrors or smooth glass.
-                if !vertex.bsdf.is_delta() && !is_late {
-                    *self.first = Some(First {
-                        vertex: *vertex,
-                        beta: path.beta,
-                        depth,
-                        events: events(),
-                    });
-                }
+            // Follow each path to its end, or as far as it goes if it has none
+            // On the heap: slots are large, and an array of them would be copied when it is made.
+            let slots: Vec<BsdfSlot> = (0..LOOKED_AT * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
+            let mut firsts = from_fn(|_| None);
+            let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
+            let slots = slots.chunks_exact(LOOKED_AT);
+            for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
+                let (path, numbers) = packet.start(&integrator.world, i, keys);
+                ends[i] = integrator.find_end(path, numbers, slots, &mut firsts[i], out);
+                integrator.catch_shadow(path, numbers, out);
             }
-            Some(first) => {
-                let is_second = depth == first.depth + 1 && !path.is_delta();
-                if is_second && self.max_depth.is_none_or(|max| depth < max) && End::can_be(vertex) {
-                    *self.end = Some(End::new(*vertex, depth, path, events()));
+
+            // All first vertices look at all ends.
+            let mut work = Workspace::new(Firsts::new(&firsts, integrator.strategy.directions));
+            for (owner, end) in ends.iter().enumerate() {
+                if let Some(end) = end {
+                    let (_, numbers) = packet.start(&integrator.world, owner, keys);
+                    end.light_all(&integrator, numbers, &mut work, owner, out);
                 }
             }
         }
     }
+}
 
+impl<'a, A: Accel> PathIntegrator<'a, A> {
+    /// Follows `path` to its end, and adds the light that it finds on the way. `first` is set to its
+    /// first vertex, and vertices are made in `slots`. A path without an end is followed as far as it
+    /// goes.
     #[inline(always)]
-    fn ends_path(&self) -> bool {
-        self.end.is_some()
-    }
+    fn find_end<'v, S: Sampler>(
+        &'v self,
+        mut path: PathState,
+        numbers: PathNumbers<S>,
+        slots: &'v [BsdfSlot<'v>],
+        first: &mut Option<First<'v>>,
+        out: &mut impl Sink,
+    ) -> Option<End<'v>> {
+        // A path that ends between first and second vertex would end for all pixels that could have
+        // found its end.
+        let without_roulette = PathIntegrator {
+            roulette: Roulette::after(u32::MAX),
+            ..*self
+        };
+        for (i, slot) in slots.iter().enumerate() {
+            let vertex = path.next_vertex(&self.world, slot, out);
+            self.strategy.add_emission(&self.world, &path, vertex.as_ref(), out);
+            let vertex = vertex?;
+            if Some(path.depth) == self.max_depth {
+                return None;
+            }
+            let is_second = first.as_ref().is_some_and(|first| path.depth == first.depth + 1);
+            if is_second && !path.is_delta() && End::can_be(&vertex) {
+                return Some(End::new(vertex, &path));
+            }
+            // All surfaces before the first vertex are mirrors or smooth glass. With a maximum depth the
+            // first vertex lies at depth 0, so that paths through an end have the same number of events
+            // for all pixels.
+            let is_late = i > 0 && (self.max_depth.is_some() || i + 1 >= slots.len());
+            let is_first = first.is_none() && !vertex.bsdf.is_delta() && !is_late;
+            if is_first {
+                *first = Some(First::new(vertex, &path));
+            }
 
-    /// A path that ends between first and second vertex would end for all pixels that could have found its end.
-    #[inline(always)]
-    fn allows_roulette(&self) -> bool {
-        self.end.is_some() || self.first.is_none()
+            let u = numbers.vertex(path.depth, self.roulette);
+            let direct = self.sample_light(&path, &vertex, &u, out);
+            let next = match is_first {
+                true => without_roulette.scatter(&path, &vertex, &u, out),
+                false => self.scatter(&path, &vertex, &u, out),
+            };
+            trace(direct, &self.world, (&path, &vertex), out);
+            path = next?;
+            if first.is_some() && !is_first {
+                break;
+            }
+        }
+        let mut rest = Summed::new(path.depth, out);
+        self.li(path, numbers, &mut rest);
+        let sum = rest.sum;
+        sum.tell(Spectrum::ONE, path.depth + 1, out);
+        None
     }
 }

@@ -5,14 +5,14 @@ use super::viewers::{ForViewers, Scattered, Viewers, Workspace};
 use crate::accel::Accel;
 use crate::bsdf::{BsdfSample, ScatteringEvent};
 use crate::color::Spectrum;
-use crate::film::LightPaths;
-use crate::integrator::path::direct::LIGHTS_A_LOOK;
-use crate::integrator::path::integrator::{PathIntegrator, PathStart, VertexNumbers};
+use crate::integrator::found_light::{LightSum, Summed};
+use crate::integrator::path::direct::{LIGHTS_A_LOOK, each_emission};
+use crate::integrator::path::integrator::{PathIntegrator, PathNumbers, VertexNumbers};
+use crate::integrator::path::state::PathState;
 use crate::integrator::path::strategy::PrevVertex;
-use crate::integrator::path_record;
-use crate::integrator::trail::seen_after;
-use crate::integrator::{Gathered, PathEvent, RaySink, SAMPLES_AT_ONCE, Sink, World};
+use crate::integrator::{FoundLight, PathEvent, RayKind, RaySink, SAMPLES_AT_ONCE, Sink, World, path_record};
 use crate::light::{LightId, LightSample};
+use crate::material::BsdfSlot;
 use crate::math::{Vec2, Vec3};
 use crate::sampler::{SampleKey, Sampler};
 
@@ -21,35 +21,29 @@ const MIN_SHARED_BETA: f32 = 0.5;
 
 /// Light that the end scatters to its viewers.
 #[derive(Default)]
-struct Shares<R> {
+struct Shares {
     /// To all of them.
-    alike: R,
+    alike: Spectrum,
     /// To each of them besides.
-    each: [R; SAMPLES_AT_ONCE],
+    each: [Spectrum; SAMPLES_AT_ONCE],
 }
 
-impl<R: Gathered> Shares<R> {
-    /// Adds `light` that is scattered to each viewer, for whom it is the event `event`.
+impl Shares {
+    /// Adds `light` that is scattered to each viewer.
     #[inline(always)]
-    fn add(
-        &mut self,
-        light: R,
-        scattered: &Scattered,
-        event: impl Fn(usize) -> ScatteringEvent,
-        paths: Option<&LightPaths>,
-    ) {
+    fn add(&mut self, light: Spectrum, scattered: &Scattered) {
         match &scattered.f {
-            ForViewers::Alike(f) => self.alike.add_scattered(&light, *f, || event(0), paths),
+            ForViewers::Alike(f) => self.alike += light * *f,
             ForViewers::Each(f) => {
-                for (i, (share, f)) in self.each.iter_mut().zip(f).enumerate() {
-                    share.add_scattered(&light, *f, || event(i), paths);
+                for (share, f) in self.each.iter_mut().zip(f) {
+                    *share += light * *f;
                 }
             }
         }
     }
 
     #[inline(always)]
-    fn of(&self, viewer: usize) -> R {
+    fn of(&self, viewer: usize) -> Spectrum {
         let mut share = self.alike;
         share += self.each[viewer];
         share
@@ -57,26 +51,27 @@ impl<R: Gathered> Shares<R> {
 }
 
 impl<'v> End<'v> {
-    /// Follows the path from here and gives each path whose first vertex sees the end its share of the light that is scattered here. `start` is that of
-    /// the path `owner`, which has found the end; `work` is that of its group. The shares go to the sinks, or into `indirect` if there is one.
+    /// Follows the path from here, by the random `numbers` of the path `owner`, which has found the
+    /// end. Each path whose first vertex sees the end gets its share of the light that is scattered
+    /// here. `work` is that of the group.
     #[inline(always)]
-    pub fn light_all<A: Accel, S: Sampler, R: Gathered>(
+    pub fn light_all<A: Accel, S: Sampler, O: Sink>(
         &self,
         path: &PathIntegrator<A>,
-        start: &PathStart<S>,
+        numbers: PathNumbers<S>,
         work: &mut Workspace<'_, 'v>,
         owner: usize,
-        (out, mut indirect): (&mut [impl Sink<Radiance = R>], Option<&mut [R; SAMPLES_AT_ONCE]>),
+        out: &mut [O],
     ) {
         let (world, strategy) = (&path.world, &path.strategy);
-        let u = VertexNumbers::draw(start.sampler, self.depth, path.roulette);
+        let u = numbers.vertex(self.depth, path.roulette);
         let mut shares = Shares::default();
         // Many light samples are occluded: the viewers are found once light arrives.
         let mut viewers = None;
 
         // Sample lights
         if let Some(u) = u.light.as_ref().filter(|_| strategy.samples_lights()) {
-            let mut add = |(id, expected): (LightId, f32), u: Vec2, out: &mut [_]| {
+            let mut add = |(id, expected): (LightId, f32), u: Vec2, out: &mut [O]| {
                 let Some((light, wi, radiance)) = self.sample_light(world, id, u, &mut out[owner]) else {
                     return;
                 };
@@ -84,8 +79,12 @@ impl<'v> End<'v> {
                 let scattered = viewers.scattered(self, work, wi);
                 let pdf = expected * light.pdf;
                 let weight = strategy.light_weight(pdf, light.is_delta, scattered.pdf);
-                let light = R::of_light(radiance * (weight / pdf), id, world.scene);
-                shares.add(light, &scattered, |i| viewers.event(self, work, i, wi), world.paths);
+                let radiance = radiance * (weight / pdf);
+                shares.add(radiance, &scattered);
+                if out[owner].tells_parts() {
+                    let light = FoundLight::of(radiance, id, world.scene, 0);
+                    self.tell_part(light, (&scattered, wi), viewers, work, out);
+                }
             };
             let selection = world.scene.light_selection();
             match selection.all() {
@@ -107,42 +106,36 @@ impl<'v> End<'v> {
         // Sample the BSDF, and follow the path
         let u_lobe = u.lobe(self.vertex.bsdf);
         let sample = strategy.directions.sample(&self.vertex, u_lobe, u.direction);
-        if let Some((sample, factor, next)) = sample.and_then(|sample| self.play(path, &sample, start, &u)) {
-            path_record::scatter(self.depth, &self.vertex, &sample, factor, &mut out[owner]);
-            if out[owner].records() {
-                out[owner].record(PathEvent::SharedPath);
+        if let Some((sample, factor, mut next)) = sample.and_then(|sample| self.play(path, &sample, &u)) {
+            let own = &mut out[owner];
+            path_record::scatter(self.depth, &self.vertex, &sample, factor, own);
+            if own.records() {
+                own.record(PathEvent::SharedPath);
             }
-            let next = next.traced(world, &mut out[owner]);
-            let radiance = path.radiance(&next, &mut out[owner]);
-            // Light emitted where the ray ends, and light scattered there
-            let (emitted, scattered) = match radiance.has_tail {
-                true => (radiance.head, radiance.tail),
-                false => (radiance.tail, R::default()),
-            };
+            next.traced = Some(world.intersect(&next.ray, RayKind::Bounce, own));
+            let mut rest = Summed::new(next.depth, own);
+            path.li(next, numbers, &mut rest);
+            // Light that is scattered behind the end, and light that is emitted where the ray ends
+            let mut light = rest.sum;
             if sample.is_delta() {
                 // No other path finds it.
-                let light = radiance.sum() * (self.beta * sample.weight * factor);
-                let light = light.scattered(|| self.vertex.event(sample.wi, true), world.paths);
-                let light = seen_after(light, &self.events, world.paths);
-                self.record_share(start.key, &mut out[owner]);
-                match &mut indirect {
-                    None => out[owner].radiance(light),
-                    Some(indirect) => indirect[owner] += light,
-                }
-            } else if !emitted.sum().is_black() || !scattered.sum().is_black() {
+                light = path.add_emitted(&next, sample.pdf, light, own);
+                self.record_share(numbers.key, own);
+                light.tell(self.beta * sample.weight * factor, self.depth + 2, own);
+            } else if !light.radiance.is_black() || path.finds_emission(&next) {
                 let viewers = viewers.get_or_insert_with(|| Viewers::find(self, owner, world, work, out));
-                let for_viewers = viewers.scattered(self, work, sample.wi);
-                let mut light = scattered;
-                if !emitted.sum().is_black() {
-                    let prev = PrevVertex {
-                        pdf: for_viewers.pdf,
-                        ..PrevVertex::new(&self.vertex, &sample, 1)
-                    };
-                    light += next.emitted(world, strategy, &prev);
-                }
-                if for_viewers.pdf > 0.0 {
-                    let event = |i| viewers.event(self, work, i, sample.wi);
-                    shares.add(light * (factor / for_viewers.pdf), &for_viewers, event, world.paths);
+                let scattered = viewers.scattered(self, work, sample.wi);
+                light = path.add_emitted(&next, scattered.pdf, light, &mut out[owner]);
+                if scattered.pdf > 0.0 {
+                    let factor = factor / scattered.pdf;
+                    shares.add(light.radiance * factor, &scattered);
+                    for part in light.parts() {
+                        let part = FoundLight {
+                            radiance: part.radiance * factor,
+                            ..part.light()
+                        };
+                        self.tell_part(part, (&scattered, sample.wi), viewers, work, out);
+                    }
                 }
             }
         }
@@ -150,12 +143,40 @@ impl<'v> End<'v> {
         // Shares of all viewers
         let Some(viewers) = viewers else { return };
         for (i, candidate) in viewers.of(work).iter().enumerate() {
-            let share = candidate.seen(shares.of(i), work, world.paths) * (candidate.beta * (1.0 / viewers.pdf));
-            self.record_share(start.key, &mut out[candidate.index]);
-            match &mut indirect {
-                None => out[candidate.index].radiance(share),
-                Some(indirect) => indirect[candidate.index] += share,
-            }
+            let share = shares.of(i) * (candidate.beta * (1.0 / viewers.pdf));
+            let out = &mut out[candidate.index];
+            self.record_share(numbers.key, out);
+            out.light(FoundLight::sum(share, self.depth + 1));
+        }
+    }
+
+    /// Tells each viewer the part `light` of what it gets from the direction `wi` (local frame).
+    #[inline(never)]
+    fn tell_part(
+        &self,
+        light: FoundLight,
+        (scattered, wi): (&Scattered, Vec3),
+        viewers: &Viewers,
+        work: &Workspace<'_, 'v>,
+        out: &mut [impl Sink],
+    ) {
+        for (i, candidate) in viewers.of(work).iter().enumerate() {
+            let out = &mut out[candidate.index];
+            let f = match &scattered.f {
+                ForViewers::Alike(f) => *f,
+                ForViewers::Each(f) => f[i],
+            };
+            let (before, events) = match out.tells_paths() {
+                true => viewers.events(self, work, i, wi),
+                false => (self.depth, Vec::new()),
+            };
+            let events: Vec<ScatteringEvent> = events.into_iter().chain(light.events.iter().copied()).collect();
+            out.part(FoundLight {
+                radiance: light.radiance * f * (candidate.beta * (1.0 / viewers.pdf)),
+                scatterings: (before + events.len() as u32).max(2),
+                events: &events,
+                ..light
+            });
         }
     }
 
@@ -198,15 +219,15 @@ impl<'v> End<'v> {
         (!arrives.is_blocked()).then(|| (light, wi, light.radiance * arrives.color()))
     }
 
-    /// Plays roulette before the path goes on by `sample`: what makes up for the paths that end, and the start of the rest.
+    /// Plays roulette before the path goes on by `sample`: the factor that makes up for the paths that
+    /// end, and the rest of the path, whose throughput is 1.
     #[inline(always)]
-    fn play<'s, A: Accel, S: Sampler>(
+    fn play<A: Accel, S: Sampler>(
         &self,
         path: &PathIntegrator<A>,
         sample: &BsdfSample,
-        start: &PathStart<'s, S>,
         u: &VertexNumbers<S>,
-    ) -> Option<(BsdfSample, f32, PathStart<'s, S>)> {
+    ) -> Option<(BsdfSample, f32, PathState)> {
         let eta = sample.eta * sample.eta;
         let scale = match sample.is_delta() {
             true => self.beta * self.roulette_scale * eta,
@@ -214,16 +235,65 @@ impl<'v> End<'v> {
             false => self.roulette_scale * (self.beta.max_component().max(MIN_SHARED_BETA) * eta),
         };
         let factor = path.roulette.play(self.depth, sample.weight * scale, u.roulette)?;
-        let next = PathStart {
-            key: start.key,
-            sampler: start.sampler,
-            ray: path.world.ray_along(&self.vertex, sample.wi),
-            hit: None,
-            tint: Spectrum::ONE,
+        let next = PathState {
             depth: self.depth + 1,
-            tail_depth: self.depth + 1,
             roulette_scale: sample.weight * factor * scale,
+            prev: Some(PrevVertex::new(&self.vertex, sample, 1)),
+            skips_emission: true,
+            ..PathState::new(path.world.ray_along(&self.vertex, sample.wi))
         };
         Some((*sample, factor, next))
+    }
+}
+
+impl<A: Accel> PathIntegrator<'_, A> {
+    /// Returns true if the ray of `path`, which has been traced, finds emitted light.
+    #[inline(always)]
+    fn finds_emission(&self, path: &PathState) -> bool {
+        let scene = self.world.scene;
+        match path.traced {
+            Some((Some(hit), _)) => scene.shape(hit.geom).first_light.is_some() && self.emission(path),
+            _ => scene.has_infinite_lights() && self.emission(path),
+        }
+    }
+
+    #[inline(never)]
+    fn emission(&self, path: &PathState) -> bool {
+        let slot = BsdfSlot::new();
+        let mut is_found = false;
+        let hit = path.traced.and_then(|(hit, _)| hit);
+        let vertex = hit.map(|hit| self.world.vertex(&hit, &path.ray, None, &slot));
+        each_emission(self.world.scene, path, vertex.as_ref(), |light| {
+            is_found |= !light.radiance.is_black()
+        });
+        is_found
+    }
+
+    /// `light` and the light that the ray of `path` finds, if its direction was drawn with the density
+    /// `pdf`.
+    #[inline(always)]
+    fn add_emitted(&self, path: &PathState, pdf: f32, light: LightSum, out: &mut impl Sink) -> LightSum {
+        match self.finds_emission(path) {
+            true => self.with_emission(path, pdf, light, out),
+            false => light,
+        }
+    }
+
+    #[inline(never)]
+    fn with_emission(&self, path: &PathState, pdf: f32, light: LightSum, out: &mut impl Sink) -> LightSum {
+        let slot = BsdfSlot::new();
+        let (hit, transmittance) = path.traced.unwrap_or((None, Spectrum::ONE));
+        let vertex = hit.map(|hit| self.world.vertex(&hit, &path.ray, None, &slot));
+        let path = PathState {
+            beta: transmittance,
+            prev: path.prev.map(|prev| PrevVertex { pdf, ..prev }),
+            skips_emission: false,
+            ..*path
+        };
+        let mut sum = Summed::new(path.depth, out);
+        sum.sum = light;
+        self.strategy
+            .add_emission(&self.world, &path, vertex.as_ref(), &mut sum);
+        sum.sum
     }
 }

@@ -5,12 +5,10 @@ use super::firsts::{Firsts, Look};
 use crate::accel::Accel;
 use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfView, ScatteringEvent};
 use crate::color::Spectrum;
-use crate::film::LightPaths;
 use crate::integrator::opacity::Transmittance;
 use crate::integrator::path::strategy::Directions;
-use crate::integrator::trail::seen_after;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, RayKind, SAMPLES_AT_ONCE, Sink, World};
+use crate::integrator::{RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::math::{Ray, Vec3, Vec3Lanes};
 
 /// The first vertices of a group, and memory for the viewers of one end after the other.
@@ -53,20 +51,6 @@ impl Candidate {
     #[inline(always)]
     fn wo(&self, end: &End) -> Vec3 {
         end.vertex.frame.to_local(-self.w)
-    }
-
-    /// `light` that the end sends to the first vertex, in the classes that it has for the camera.
-    #[inline(always)]
-    pub fn seen<R: Gathered>(&self, light: R, work: &Workspace, paths: Option<&LightPaths>) -> R {
-        if !R::TELLS_PATHS {
-            return light;
-        }
-        let Some(first) = work.firsts.get(self.index) else {
-            return light;
-        };
-        let wi = first.vertex.frame.to_local(self.w);
-        let light = light.scattered(|| first.vertex.event(wi, false), paths);
-        seen_after(light, &first.events, paths)
     }
 }
 
@@ -236,9 +220,18 @@ impl Viewers {
         &work.candidates[..self.count]
     }
 
-    /// The event of light from `wi` (local frame) that `end` scatters to the viewer number `i`.
-    pub fn event(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> ScatteringEvent {
-        end.vertex.bsdf.event(work.candidates[i].wo(end), wi, false)
+    /// The events by which the viewer number `i` sees light from `wi` (local frame of `end`), and the
+    /// number of events before them: at its first vertex, and at the end. An owner that is alone sees
+    /// the end by its own path.
+    #[inline(never)]
+    pub fn events(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> (u32, Vec<ScatteringEvent>) {
+        let candidate = &work.candidates[i];
+        let at_end = end.vertex.bsdf.event(candidate.wo(end), wi, false);
+        let Some(first) = work.firsts.get(candidate.index) else {
+            return (end.depth, vec![at_end]);
+        };
+        let at_first = first.vertex.event(first.vertex.frame.to_local(candidate.w), false);
+        (first.depth, vec![at_first, at_end])
     }
 
     /// Light from `wi` (local frame), as `end` scatters it to the viewers.

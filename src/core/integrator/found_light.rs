@@ -1,0 +1,358 @@
+//! Light that paths find: what an integrator tells its sink, light by light.
+//!
+//! Each light names its source and the scattering events between the source and the camera. The sink
+//! of a plain picture adds the radiance. A sink that separates groups of lights or classes of paths
+//! sorts it too (`render/light_parts.rs`). `LightSum` keeps light that gets common factors later.
+
+use super::{CameraView, PathEvent, RayKind, RaySink, Sink};
+use crate::bsdf::ScatteringEvent;
+use crate::color::Spectrum;
+use crate::film::{FirstSurface, LightPaths, MAX_CLASSES, PathLight};
+use crate::light::{Light, LightId};
+use crate::scene::Scene;
+
+/// Light that a path has found.
+#[derive(Clone, Copy, Debug)]
+pub struct FoundLight<'e> {
+    /// Radiance times the throughput of the path.
+    pub radiance: Spectrum,
+    /// Source of the light. `None` for a sum over several sources: [`Sink::part`] gets its parts.
+    pub source: Option<LightSource>,
+    /// Number of scattering events between the source and the camera.
+    pub scatterings: u32,
+    /// Last ones of these events, in order from the camera. The sink knows the others by
+    /// [`RaySink::scattered`]. Empty if it does not separate paths.
+    pub events: &'e [ScatteringEvent],
+}
+
+/// Source of light, as groups of lights and light path expressions distinguish it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightSource {
+    /// Index of the light's group, if it is a light.
+    pub group: Option<usize>,
+    /// Kind of the light.
+    pub kind: PathLight,
+}
+
+impl LightSource {
+    /// Background that is no light.
+    pub const BACKGROUND: Self = Self {
+        group: None,
+        kind: PathLight::Background,
+    };
+
+    /// The light `id` of `scene`.
+    #[inline(always)]
+    pub fn of(id: LightId, scene: &Scene) -> Self {
+        let kind = match scene.lights().get(id.0 as usize) {
+            Some(
+                Light::Triangle(_)
+                | Light::MovingTriangle(_)
+                | Light::Textured(_)
+                | Light::Sphere(_)
+                | Light::Disk(_)
+                | Light::Rectangle(_),
+            ) => PathLight::Surface,
+            Some(Light::Point(_) | Light::Spot(_)) => PathLight::Point,
+            Some(Light::Constant(_) | Light::Directional(_) | Light::Sun(_) | Light::Environment(_)) | None => {
+                PathLight::Background
+            }
+        };
+        Self {
+            group: Some(scene.light_groups().of(id)),
+            kind,
+        }
+    }
+}
+
+impl FoundLight<'_> {
+    /// `radiance` of the light `id` of `scene`, after `scatterings` scattering events.
+    #[inline(always)]
+    pub fn of(radiance: Spectrum, id: LightId, scene: &Scene, scatterings: u32) -> Self {
+        Self {
+            radiance,
+            source: Some(LightSource::of(id, scene)),
+            scatterings,
+            events: &[],
+        }
+    }
+
+    /// `radiance` of several sources.
+    #[inline(always)]
+    pub fn sum(radiance: Spectrum, scatterings: u32) -> Self {
+        Self {
+            radiance,
+            source: None,
+            scatterings,
+            events: &[],
+        }
+    }
+}
+
+/// Light of `kind` by classes of `paths`. `events` are those between the light and the camera, the
+/// event next to the light first.
+///
+/// Smooth lobes share an event by their values, so a mixture of diffuse and glossy lobes scatters
+/// each share into its own class. This needs no random number.
+pub fn path_classes(
+    radiance: Spectrum,
+    kind: PathLight,
+    events: impl Iterator<Item = ScatteringEvent>,
+    paths: &LightPaths,
+) -> [Spectrum; MAX_CLASSES] {
+    let mut classes = [Spectrum::ZERO; MAX_CLASSES];
+    classes[LightPaths::class_of(kind)] = radiance;
+    events.fold(classes, |light, event| {
+        let mut scattered = [Spectrum::ZERO; MAX_CLASSES];
+        for (class, light) in light.iter().enumerate().filter(|(_, light)| !light.is_black()) {
+            for (kind, share) in event.shares() {
+                scattered[paths.scattered(class, kind)] += *light * share;
+            }
+        }
+        scattered
+    })
+}
+
+/// Sum of light that is told later, with a common factor, and its parts if the sink separates any.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LightSum {
+    pub radiance: Spectrum,
+    parts: Vec<LightPart>,
+}
+
+/// Part of a sum.
+#[derive(Clone, Debug)]
+pub(crate) struct LightPart {
+    pub radiance: Spectrum,
+    pub source: LightSource,
+    pub scatterings: u32,
+    pub events: Vec<ScatteringEvent>,
+}
+
+impl LightSum {
+    /// Notes a part of light that the sum contains.
+    #[inline(never)]
+    pub fn add_part(&mut self, light: FoundLight) {
+        let Some(source) = light.source else { return };
+        let is_same = |part: &&mut LightPart| {
+            part.source == source && part.scatterings == light.scatterings && part.events == light.events
+        };
+        match self.parts.iter_mut().find(is_same) {
+            Some(part) => part.radiance += light.radiance,
+            None => self.parts.push(LightPart {
+                radiance: light.radiance,
+                source,
+                scatterings: light.scatterings,
+                events: light.events.to_vec(),
+            }),
+        }
+    }
+
+    /// Parts of the sum.
+    pub fn parts(&self) -> &[LightPart] {
+        &self.parts
+    }
+
+    /// Tells `out` the sum times `factor`.
+    #[inline(always)]
+    pub fn tell(&self, factor: Spectrum, scatterings: u32, out: &mut impl Sink) {
+        out.light(FoundLight::sum(self.radiance * factor, scatterings));
+        for part in &self.parts {
+            out.part(FoundLight {
+                radiance: part.radiance * factor,
+                ..part.light()
+            });
+        }
+    }
+}
+
+impl LightPart {
+    /// The part as light.
+    pub fn light(&self) -> FoundLight<'_> {
+        FoundLight {
+            radiance: self.radiance,
+            source: Some(self.source),
+            scatterings: self.scatterings,
+            events: &self.events,
+        }
+    }
+}
+
+/// A sink that sums the light of the rest of a path. Rays and records go to the sink of the path.
+pub(crate) struct Summed<'o, O> {
+    out: &'o mut O,
+    /// The light.
+    pub sum: LightSum,
+    /// Scattering events before the rest of the path.
+    depth: u32,
+    /// Events of the rest of the path, if the sink separates paths.
+    events: Vec<ScatteringEvent>,
+}
+
+impl<'o, O: Sink> Summed<'o, O> {
+    /// No light yet of a path that `out` listens to, after `depth` scattering events.
+    pub fn new(depth: u32, out: &'o mut O) -> Self {
+        Self {
+            out,
+            sum: LightSum::default(),
+            depth,
+            events: Vec::new(),
+        }
+    }
+}
+
+impl<O: Sink> Sink for Summed<'_, O> {
+    fn weight(&mut self, _: f32) {}
+
+    #[inline(always)]
+    fn light(&mut self, light: FoundLight) {
+        self.sum.radiance += light.radiance;
+        if self.out.tells_parts() {
+            self.part(light);
+        }
+        if self.out.records() && !light.radiance.is_black() {
+            self.out.record(PathEvent::Light(light.radiance));
+        }
+    }
+
+    fn part(&mut self, light: FoundLight) {
+        let of_rest = light.scatterings.saturating_sub(self.depth) as usize;
+        let before = of_rest.saturating_sub(light.events.len());
+        let before = &self.events[..before.min(self.events.len())];
+        self.sum.add_part(FoundLight {
+            events: &[before, light.events].concat(),
+            ..light
+        });
+    }
+
+    fn first_surface(&mut self, _: FirstSurface) {}
+
+    #[inline(always)]
+    fn tells_parts(&self) -> bool {
+        self.out.tells_parts()
+    }
+
+    #[inline(always)]
+    fn tells_paths(&self) -> bool {
+        self.out.tells_paths()
+    }
+
+    fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
+        self.events.truncate(depth.saturating_sub(self.depth) as usize);
+        self.events.push(event);
+    }
+}
+
+impl<O: RaySink> RaySink for Summed<'_, O> {
+    #[inline(always)]
+    fn ray(&mut self, kind: RayKind) {
+        self.out.ray(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.out.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.out.is_cancelled()
+    }
+
+    #[inline(always)]
+    fn records(&self) -> bool {
+        self.out.records()
+    }
+
+    fn record(&mut self, event: PathEvent) {
+        self.out.record(event);
+    }
+}
+
+/// A sink that limits the luminance of a sample's light after the first bounce.
+pub(crate) struct Clamped<'o> {
+    out: &'o mut dyn Sink,
+    /// Light after the first bounce.
+    indirect: LightSum,
+}
+
+impl<'o> Clamped<'o> {
+    /// No light yet of a sample that `out` listens to.
+    pub fn new(out: &'o mut dyn Sink) -> Self {
+        Self {
+            out,
+            indirect: LightSum::default(),
+        }
+    }
+
+    /// Tells the light after the first bounce, scaled down to the luminance `limit` if it has more.
+    pub fn finish(mut self, limit: f32) {
+        let luminance = self.indirect.radiance.luminance();
+        let factor = if luminance > limit { limit / luminance } else { 1.0 };
+        self.indirect.tell(Spectrum::splat(factor), 2, &mut self.out);
+    }
+}
+
+impl Sink for Clamped<'_> {
+    fn weight(&mut self, weight: f32) {
+        self.out.weight(weight);
+    }
+
+    fn light(&mut self, light: FoundLight) {
+        if light.scatterings <= 1 {
+            self.out.light(light);
+            return;
+        }
+        self.indirect.radiance += light.radiance;
+        if self.out.tells_parts() {
+            self.indirect.add_part(light);
+        }
+    }
+
+    fn part(&mut self, light: FoundLight) {
+        match light.scatterings {
+            0 | 1 => self.out.part(light),
+            _ => self.indirect.add_part(light),
+        }
+    }
+
+    fn first_surface(&mut self, surface: FirstSurface) {
+        self.out.first_surface(surface);
+    }
+
+    fn camera_view(&mut self, view: CameraView) {
+        self.out.camera_view(view);
+    }
+
+    fn tells_parts(&self) -> bool {
+        self.out.tells_parts()
+    }
+
+    fn tells_paths(&self) -> bool {
+        self.out.tells_paths()
+    }
+
+    fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
+        self.out.scattered(depth, event);
+    }
+}
+
+impl RaySink for Clamped<'_> {
+    fn ray(&mut self, kind: RayKind) {
+        self.out.ray(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.out.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.out.is_cancelled()
+    }
+
+    fn records(&self) -> bool {
+        self.out.records()
+    }
+
+    fn record(&mut self, event: PathEvent) {
+        self.out.record(event);
+    }
+}

@@ -1,0 +1,61 @@
+//! Path tracing in its shortest form. Read it first.
+//!
+//! The radiance along a ray is the light that the surface emits, plus the light that it scatters
+//! (Kajiya 1986): `L = Le + ∫ f L cos θ dω`. A path estimates the integral by one random direction at
+//! each surface. The light of lamps is sampled separately, by a random point of a lamp, because few
+//! random directions find a lamp.
+//!
+//! There are no weights and no roulette: `integrator` adds both, and has far less error for its time.
+//! This integrator is not selectable; tests compare it with `path`.
+
+use super::direct::{Direct, LightNumbers, trace};
+use super::state::PathState;
+use crate::accel::Accel;
+use crate::integrator::{DirectLight, Directions, Heuristic, Integrator, Sink, Strategy, World};
+use crate::material::BsdfSlot;
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// Path tracing without weights and without roulette.
+#[derive(Debug)]
+pub struct SimpleIntegrator<'a, A> {
+    /// The scene and the camera.
+    pub world: World<'a, A>,
+    /// Number of scattering events of a path.
+    pub max_depth: u32,
+}
+
+/// Lamps are sampled. A ray that hits a lamp counts only at the camera and behind mirrors, where no
+/// lamp can be sampled.
+const SAMPLED: Strategy = Strategy {
+    directions: Directions::Bsdf,
+    direct: DirectLight::Light,
+    heuristic: Heuristic::Power,
+};
+
+impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let world = &self.world;
+        let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
+        loop {
+            // Le: the light that the next surface emits, or the sky
+            let slot = BsdfSlot::new();
+            let vertex = path.next_vertex(world, &slot, out);
+            SAMPLED.add_emission(world, &path, vertex.as_ref(), out);
+            let Some(vertex) = vertex else { return };
+            if path.depth == self.max_depth {
+                return;
+            }
+
+            // Light of a lamp: a random point on a random lamp, and a shadow ray
+            let u = LightNumbers::draw(&*sampler, path.depth);
+            let direct = Direct::sample(world, (&path, &vertex), &SAMPLED, 1, &u, out);
+            trace(direct, world, (&path, &vertex), out);
+
+            // All other light: a random direction, in which the throughput gets f cos θ / pdf
+            let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));
+            let Some(sample) = vertex.sample(u_lobe, u) else { return };
+            path = path.scattered(world, &vertex, &sample, (1.0, 1), out);
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Light of one sample by groups of lights and by classes of light paths.
+//!
+//! Light transport is linear in the lights: the light that a path finds of one group is an estimate of
+//! a picture that this group alone lights. Classes do not overlap. The sum of all light is kept beside
+//! the parts, since adding them would round otherwise: `R G B` keep their bits.
+
+use crate::bsdf::ScatteringEvent;
+use crate::color::Spectrum;
+use crate::film::{LightPaths, MAX_CLASSES};
+use crate::integrator::{BackgroundLight, CameraView, FoundLight, path_classes};
+use crate::light::LightGroups;
+
+/// Parts of the light of one sample.
+#[derive(Clone, Debug)]
+pub(super) struct LightParts<'a> {
+    groups: [Spectrum; LightGroups::MOST],
+    classes: [Spectrum; MAX_CLASSES],
+    /// Classes of paths, if they are separated.
+    pub paths: Option<&'a LightPaths>,
+    /// Events of the path, from the camera on.
+    events: Vec<ScatteringEvent>,
+}
+
+impl<'a> LightParts<'a> {
+    /// No light yet.
+    pub fn new(paths: Option<&'a LightPaths>) -> Self {
+        Self {
+            groups: [Spectrum::ZERO; LightGroups::MOST],
+            classes: [Spectrum::ZERO; MAX_CLASSES],
+            paths,
+            events: Vec::new(),
+        }
+    }
+
+    /// Adds light of one source. Sums over several sources are no part.
+    pub fn add(&mut self, light: &FoundLight) {
+        let Some(source) = light.source.filter(|_| !light.radiance.is_black()) else {
+            return;
+        };
+        if let Some(group) = source.group.and_then(|group| self.groups.get_mut(group)) {
+            *group += light.radiance;
+        }
+        let Some(paths) = self.paths else { return };
+        let before = (light.scatterings as usize).saturating_sub(light.events.len());
+        let before = &self.events[..before.min(self.events.len())];
+        let events = before.iter().chain(light.events).rev().copied();
+        let classes = path_classes(light.radiance, source.kind, events, paths);
+        for (class, light) in self.classes.iter_mut().zip(classes) {
+            *class += light;
+        }
+    }
+
+    /// Notes the event by which the path leaves the vertex after `depth` scattering events.
+    pub fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
+        self.events.truncate(depth as usize);
+        self.events.push(event);
+    }
+
+    /// Finishes the sample with what the camera ray sees.
+    pub fn finish(&mut self, view: &CameraView) {
+        let CameraView::Ground(shadow) = view else { return };
+        self.scale(shadow.light_factor());
+        let background = shadow.background.iter();
+        for light in background.flat_map(|background: &BackgroundLight| background.lights(shadow.base)) {
+            self.add(&light);
+        }
+    }
+
+    /// Multiplies all parts by `factor`.
+    pub fn scale(&mut self, factor: Spectrum) {
+        let parts = self.groups.iter_mut().chain(&mut self.classes);
+        parts.for_each(|part| *part *= factor);
+    }
+
+    /// Light by group, in the order of [`LightGroups::names`].
+    pub fn by_group(&self) -> &[Spectrum] {
+        &self.groups
+    }
+
+    /// Light by class of paths.
+    pub fn by_class(&self) -> &[Spectrum] {
+        &self.classes
+    }
+}

@@ -15,7 +15,8 @@ use super::words;
 use crate::bsdf::Bsdf;
 use crate::color::{Spectrum, Tone};
 use crate::description::{Inspection, MaterialSource, inspect_scene};
-use crate::io::{ExrFormat, FileError, Format, Output};
+use crate::files::Output;
+use crate::io::{ExrFormat, FileError, Format};
 use crate::light::LightId;
 use crate::lint::{
     DeltaDirection, LobeAlbedo, LobeProfile, PREVIEW_CAMERA, Profile, albedos, direction_at, directional_albedo,

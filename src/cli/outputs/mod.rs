@@ -9,7 +9,7 @@ pub(super) use images::{Images, images_of_render, show};
 
 use super::error::CliError;
 use super::words;
-use crate::io::{FileId, Output};
+use crate::files::{FileId, Output};
 use std::path::Path;
 
 /// Files to write, by the flags that name them.

@@ -8,9 +8,10 @@
 use super::exr::{Header, RowChannel, write_rows};
 use super::exr_text::text_attribute;
 use super::header_limits::check_exr;
-use super::input::{Counted, Input, Position, ReadFailure};
-use super::memory::Allowance;
-use super::{FileError, Metadata, Output};
+use super::{FileError, Metadata};
+use crate::files::Output;
+use crate::files::input::{Counted, Input, Position, ReadFailure};
+use crate::files::memory::Allowance;
 use crate::film::{Accumulator, Film, MAX_PARTS, Rect, StateLayout};
 use crate::math::{Encode, UVec2};
 use ::exr::block;

@@ -2,7 +2,7 @@
 
 use super::FileError;
 use super::header_limits::check_exr;
-use super::input::{Input, ReadFailure};
+use crate::files::input::{Input, ReadFailure};
 use crate::film::Rect;
 use crate::math::UVec2;
 use ::exr::image::FlatImage;

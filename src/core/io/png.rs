@@ -1,7 +1,8 @@
 //! PNG files: 8-bit pictures for display, after exposure and tone curve (`color/tone.rs`).
 
-use super::{FileError, Metadata, Output};
+use super::{FileError, Metadata};
 use crate::color::{Spectrum, Tone, srgb};
+use crate::files::Output;
 use crate::film::{Backing, Image, metered};
 use std::io::{self, Write};
 use std::path::Path;

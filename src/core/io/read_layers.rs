@@ -1,8 +1,8 @@
 use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
-use super::memory::Allowance;
 use super::metadata::{DENOISER, FINISH, SETTINGS, TONE};
 use super::{FileError, Metadata};
+use crate::files::memory::Allowance;
 use crate::film::{Backing, Image, Rect};
 use crate::math::UVec2;
 use crate::options::{Finish, backing_of};

@@ -17,11 +17,11 @@ mod sides;
 mod smoothing;
 mod usual_up;
 
-use super::input;
-use super::memory::Allowance;
 use super::mtl::{FileMaterial, ObjContext, Signature};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
+use crate::files::input;
+use crate::files::memory::Allowance;
 use crate::geometry::Mesh;
 use crate::math::DVec3;
 pub use faces::{Face, FaceMaterial, ObjFaces};

@@ -203,9 +203,10 @@ impl Audit<'_> {
         })?;
         let share = rays as f64 / (traced.max(1) as f64 * samples as f64);
         let (checked, statistics) = self.render(share, samples);
-        let outcome = match statistics.samples == self.session.settings().crop().area() * samples as u64 {
-            true => Outcome::Complete,
-            false => Outcome::Stopped,
+        let outcome = if statistics.samples == self.session.settings().crop().area() * samples as u64 {
+            Outcome::Complete
+        } else {
+            Outcome::Stopped
         };
         Ok((checked, outcome))
     }

@@ -84,9 +84,10 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         .as_deref()
         .map(|path| Reference::read(path, &job.settings))
         .transpose()?;
-    let mut contenders = match args.methods.is_empty() {
-        true => ladder(&job.settings),
-        false => methods(&job.settings, &args.methods),
+    let mut contenders = if args.methods.is_empty() {
+        ladder(&job.settings)
+    } else {
+        methods(&job.settings, &args.methods)
     };
     for contender in &contenders {
         let checked = contender.settings.check().map_err(CliError::from);
@@ -152,9 +153,10 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     };
     comparison.measure()?;
     files.write(&comparison, args.quiet)?;
-    match is_interrupted() {
-        false => Ok(ExitCode::SUCCESS),
-        true => Err(CliError::Interrupted(comparison.interruption())),
+    if is_interrupted() {
+        Err(CliError::Interrupted(comparison.interruption()))
+    } else {
+        Ok(ExitCode::SUCCESS)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The files that a command writes. None may be another output or a file that the command reads (`io/identity.rs`).
+//! The files that a command writes. None may be another output or a file that the command reads (`files/identity.rs`).
 //!
 //! `images` gives images their formats, and those of a render their names; `default_names` has the names where there is no `-o`.
 

@@ -149,9 +149,10 @@ impl fmt::Display for Measured {
             expected,
             tolerance,
         } = self;
-        match *tolerance == 0.0 {
-            true => write!(f, "{value} (exactly {expected})"),
-            false => write!(f, "{value:.5} ({expected:.5} within {tolerance:.5})"),
+        if *tolerance == 0.0 {
+            write!(f, "{value} (exactly {expected})")
+        } else {
+            write!(f, "{value:.5} ({expected:.5} within {tolerance:.5})")
         }
     }
 }

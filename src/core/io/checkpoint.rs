@@ -1,7 +1,7 @@
 //! Checkpoints: all words of a film in an EXR file, from which a render resumes.
 //!
 //! Each word is a channel of 32-bit integers (`film/state.rs`), written row by row without a copy of the film, with a digest of everything in the
-//! header. Nothing is compressed, because a checkpoint is written often and half of the words are noise. `io/output.rs` replaces the file atomically.
+//! header. Nothing is compressed, because a checkpoint is written often and half of the words are noise. `files/output.rs` replaces the file atomically.
 //!
 //! An image without its sums cannot be resumed; `Renderer::resume` compares what a checkpoint says of itself with the render.
 

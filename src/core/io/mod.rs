@@ -1,4 +1,5 @@
-//! Formats of meshes and pictures, in and out: OBJ and MTL, textures, environments, EXR and PNG.
+//! Formats of meshes and pictures, in and out: OBJ and MTL, textures, environments, EXR
+//! and PNG. `files` has what all of them share.
 
 mod ascii;
 mod checkpoint;

@@ -131,9 +131,10 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
             let name = channel.name.to_string();
             let all: Vec<f32> = channel.sample_data.values_as_f32().collect();
             channels.push(LayerChannel {
-                name: match name.starts_with(&prefix) {
-                    true => name,
-                    false => prefix.clone() + &name,
+                name: if name.starts_with(&prefix) {
+                    name
+                } else {
+                    prefix.clone() + &name
                 },
                 kind,
                 window: place.window,
@@ -146,9 +147,10 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         return Err(FileError::new(path, message)
             .help("write it again, without subsampling and with pixels in its display window"));
     }
-    let backing = match channels.iter().any(|c| c.name == Backing::Transparent.channels()[0]) {
-        true => Some(Backing::Transparent),
-        false => settings.and_then(|settings| backing_of(&settings)),
+    let backing = if channels.iter().any(|c| c.name == Backing::Transparent.channels()[0]) {
+        Some(Backing::Transparent)
+    } else {
+        settings.and_then(|settings| backing_of(&settings))
     };
     Ok(Layers {
         resolution: resolution(&display),

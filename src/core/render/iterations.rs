@@ -122,9 +122,10 @@ fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
     let prepared = integrator.join(index, parts);
 
     // All work items, some at a time
-    let seen = match integrator.sends_light() {
-        true => Film::cells(film.resolution(), Rect::full(film.resolution())),
-        false => Film::cells(film.resolution(), film.crop()),
+    let seen = if integrator.sends_light() {
+        Film::cells(film.resolution(), Rect::full(film.resolution()))
+    } else {
+        Film::cells(film.resolution(), film.crop())
     };
     let cells = seen.into_iter().map(Work::Pixels);
     let work: Vec<Work> = cells.chain((0..integrator.chains()).map(Work::Chain)).collect();
@@ -349,9 +350,10 @@ impl<R: Gathered> Sink for WorkItem<'_, R> {
             film: None,
             radiance: radiance.sum(),
         });
-        match radiance.sum().is_valid() {
-            true => self.radiance += radiance,
-            false => self.drop(radiance.sum()),
+        if radiance.sum().is_valid() {
+            self.radiance += radiance
+        } else {
+            self.drop(radiance.sum())
         }
     }
 

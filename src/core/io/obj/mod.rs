@@ -134,9 +134,10 @@ pub(super) fn read_obj(
     drop(text);
     // Without a face there is no picture.
     let has_faces = outline.sections.iter().any(|section| section.corner_count() > 0);
-    let severity = match has_faces {
-        true => options.severity_of_lack(),
-        false => Severity::Error,
+    let severity = if has_faces {
+        options.severity_of_lack()
+    } else {
+        Severity::Error
     };
     let told = outline.wrong.len();
     for error in std::mem::take(&mut outline.wrong) {
@@ -180,9 +181,10 @@ fn open_regular(path: &Path) -> Option<File> {
 fn into_groups(mut outline: Outline, moves_apart: bool) -> (Vec<Group>, usize) {
     let faces = groups::by_material(&outline.sections);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
-    let pairs = match moves_apart {
-        true => sides::separate(&mut outline, &faces),
-        false => 0,
+    let pairs = if moves_apart {
+        sides::separate(&mut outline, &faces)
+    } else {
+        0
     };
     (faces.into_par_iter().map(|f| f.into_group(&outline)).collect(), pairs)
 }

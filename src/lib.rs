@@ -80,16 +80,15 @@ pub mod prelude {
 }
 
 pub use embrasure_core::{
-    accel, bsdf, camera, color, compare, denoise, film, geometry, guess, integrator, io, light, lint, material, math,
-    method, options, parameter, render, sampler, sampling, scene, texture,
+    accel, bsdf, camera, color, compare, denoise, files, film, geometry, guess, integrator, io, light, light_paths,
+    lint, material, math, method, options, parameter, render, sampler, sampling, scene, texture,
 };
 
 pub use description::SceneFile;
-pub use film::{Aov, Image, PathPart, Rect};
-pub use io::{
-    Checkpoint, Compression, ExrFormat, FileError, FileId, Format, LoadObserver, LoadOptions, Metadata, Output,
-    OutputLock, read_checkpoint,
-};
+pub use files::{FileError, FileId, LoadObserver, Output, OutputLock};
+pub use film::{Aov, Image, Rect};
+pub use io::{Checkpoint, Compression, ExrFormat, Format, LoadOptions, Metadata, read_checkpoint};
+pub use light_paths::PathPart;
 pub use options::{Backend, IntegratorKind, IntegratorOptions, MaxDepth, PathReuse};
 pub use render::{Observer, Outcome, Statistics};
 pub use session::{

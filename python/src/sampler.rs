@@ -1,7 +1,7 @@
 //! Points of the samplers.
 
 use crate::errors::SettingError;
-use embrasure::io::{MemoryLimit, in_words};
+use embrasure::files::{MemoryLimit, in_words};
 use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler, SamplerKind};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyMemoryError;

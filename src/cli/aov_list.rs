@@ -1,6 +1,7 @@
 use super::error::CliError;
 use crate::description::SceneFile;
-use crate::film::{Aov, LightPathError, PathPart};
+use crate::film::Aov;
+use crate::light_paths::{LightPathError, PathPart};
 use crate::options::Method;
 
 /// The further channels that `--aov` wants.

@@ -9,9 +9,10 @@ use super::warnings::ShownWarnings;
 use super::words::percent;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
+use crate::files::read_text;
 use crate::film::Film;
 use crate::geometry::InstanceId;
-use crate::io::{FileError, read_text};
+use crate::io::FileError;
 use crate::math::{Ray, list};
 use crate::options::{Backend, Denoising, SamplingOptions};
 use crate::render::{Outcome, Statistics, StopCondition};
@@ -202,9 +203,10 @@ impl Audit<'_> {
         })?;
         let share = rays as f64 / (traced.max(1) as f64 * samples as f64);
         let (checked, statistics) = self.render(share, samples);
-        let outcome = match statistics.samples == self.session.settings().crop().area() * samples as u64 {
-            true => Outcome::Complete,
-            false => Outcome::Stopped,
+        let outcome = if statistics.samples == self.session.settings().crop().area() * samples as u64 {
+            Outcome::Complete
+        } else {
+            Outcome::Stopped
         };
         Ok((checked, outcome))
     }

@@ -1,6 +1,7 @@
 use super::args::RenderArgs;
 use super::error::CliError;
-use crate::io::{Checkpoint, FileError, Metadata, Output, OutputLock, read_checkpoint};
+use crate::files::{Output, OutputLock};
+use crate::io::{Checkpoint, FileError, Metadata, read_checkpoint};
 use crate::session::{RenderState, Renderer};
 
 /// Default of the seconds between checkpoints.

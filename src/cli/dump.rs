@@ -6,7 +6,8 @@
 use super::error::CliError;
 use super::job::Job;
 use crate::description::{LightSection, SceneOptions};
-use crate::io::{DEFAULT_LIGHT, Output};
+use crate::files::Output;
+use crate::io::DEFAULT_LIGHT;
 use crate::options::{BackgroundOptions, SizeOptions, ToneOptions};
 use crate::session::Session;
 

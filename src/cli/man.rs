@@ -3,7 +3,7 @@
 use super::args::{Args, ManArgs};
 use super::error::CliError;
 use super::words::print_bytes;
-use crate::io::Output;
+use crate::files::Output;
 use clap::Command;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};

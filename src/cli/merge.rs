@@ -2,7 +2,8 @@ use super::args::MergeArgs;
 use super::error::CliError;
 use super::outputs::Outputs;
 use super::words;
-use crate::io::{FileError, Output};
+use crate::files::Output;
+use crate::io::FileError;
 use crate::session::{Parts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -33,15 +34,14 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     let mut joined = pool.install(|| parts.join(args.output.is_empty(), args.allow_gaps))?;
     let failures: Vec<FileError> = pool.install(|| {
         let unkept = checkpoint.and_then(|output| joined.state.keep(&output, &joined.metadata).err());
-        let unwritten = match images.is_empty() {
-            true => Vec::new(),
-            false => {
-                let (image, denoised) = joined.develop(&finish);
-                if let Err(error) = denoised {
-                    words::warning(format!("the pictures are raw: {error}"));
-                }
-                joined.write(&image, &images)
+        let unwritten = if images.is_empty() {
+            Vec::new()
+        } else {
+            let (image, denoised) = joined.develop(&finish);
+            if let Err(error) = denoised {
+                words::warning(format!("the pictures are raw: {error}"));
             }
+            joined.write(&image, &images)
         };
         unkept.into_iter().chain(unwritten).collect()
     });

@@ -51,7 +51,7 @@ mod warnings;
 pub use compare::compared;
 pub use request::Request;
 
-use crate::io::is_guarded;
+use crate::files::is_guarded;
 use args::{Args, Command};
 use error::{CliError, INTERRUPTED};
 use std::process::ExitCode;

@@ -25,9 +25,10 @@ impl ShownWarnings {
     /// Prints `warnings` about the scene at `path`.
     pub fn show(self, warnings: &[Warning], path: &Path) {
         for (first, text) in self.texts(warnings, path) {
-            match first.is_note() {
-                true => words::note(text),
-                false => words::warning(text),
+            if first.is_note() {
+                words::note(text)
+            } else {
+                words::warning(text)
             }
         }
     }
@@ -36,9 +37,10 @@ impl ShownWarnings {
     pub fn show_each(self, warnings: &[Warning]) {
         if self != Self::None {
             for warning in warnings {
-                match warning.is_note() {
-                    true => words::note(warning),
-                    false => words::warning(warning),
+                if warning.is_note() {
+                    words::note(warning)
+                } else {
+                    words::warning(warning)
                 }
             }
         }

@@ -113,9 +113,10 @@ pub(super) fn remember(written: io::Result<()>) {
 pub(super) fn escaped(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        match (c.is_control() || is_bidi_control(c)) && c != '\n' && c != '\t' {
-            true => shown += &format!("\\u{:04x}", c as u32),
-            false => shown.push(c),
+        if (c.is_control() || is_bidi_control(c)) && c != '\n' && c != '\t' {
+            shown += &format!("\\u{:04x}", c as u32)
+        } else {
+            shown.push(c)
         }
     }
     shown

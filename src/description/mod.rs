@@ -63,7 +63,8 @@ pub(crate) use {
 };
 
 // What the modules here need of the formats
+use crate::files::{MemoryLimit, find_file, input, memory};
 use crate::io::{
-    DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, MemoryLimit, Position,
-    Severity, Warning, environment, find_file, input, load_obj, memory, mtl, obj, statements, texture,
+    DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, Position, Severity,
+    Warning, environment, load_obj, mtl, obj, statements, texture,
 };

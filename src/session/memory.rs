@@ -3,9 +3,9 @@
 
 use super::{Error, Session, Settings};
 use crate::description::SceneFile;
+use crate::files::{MemoryLimit, in_words};
 use crate::film::{Aov, Film, Rect};
 use crate::integrator::MAX_MERGED_PATHS;
-use crate::io::{MemoryLimit, in_words};
 use crate::options::Method;
 use crate::scene::Scene;
 

@@ -6,8 +6,9 @@
 
 use super::{Error, RenderState};
 use crate::denoise::{DenoiseError, Denoiser};
+use crate::files::Output;
 use crate::film::{Film, Image, Rect};
-use crate::io::{Description, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};
+use crate::io::{Description, FileError, Format, Metadata, describe_checkpoint, read_checkpoint};
 use crate::math::UVec2;
 use crate::options::Finish;
 use std::ops::Range;

@@ -38,10 +38,12 @@ pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, Unlit, load_scene_to_light};
-use crate::film::{Aov, Filter, LightPathError, LightPaths};
+use crate::files::MemoryLimit;
+use crate::film::{Aov, Filter};
 use crate::guess::CameraGuess;
 use crate::integrator::{Backdrop, World};
-use crate::io::{Finding, LoadObserver, MemoryLimit, Warning};
+use crate::io::{Finding, LoadObserver, Warning};
+use crate::light_paths::{LightPathError, LightPaths};
 use crate::lint;
 use crate::math::Vec3;
 use crate::options::Method;

@@ -8,11 +8,12 @@ use super::memory::check_pixels;
 use super::{AnyAccel, BUILD, Error, Prepared, RenderContext, RenderState, Session, Settings, thread_pool};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
+use crate::files::{Output, guarded};
 use crate::film::{Aov, Film, Image};
 #[cfg(feature = "view")]
 use crate::integrator::Picked;
 use crate::integrator::{SampleTracer, Traced};
-use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
+use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata};
 use crate::lint::reason_for_darkness;
 #[cfg(feature = "view")]
 use crate::math::UVec2;

@@ -6,9 +6,10 @@ use crate::camera::CameraParameters;
 use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
-use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, LightPathError, LightPaths, PathPart, Rect};
+use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, Rect};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
+use crate::light_paths::{LightPathError, LightPaths, PathPart};
 use crate::math::UVec2;
 use crate::options::{
     BACKGROUND, Backend, BackgroundOptions, Denoising, FilterOptions, Finish, IntegratorKind, IntegratorOptions,

@@ -4,9 +4,10 @@
 //! case. `--noise` promises tiles their samples in rounds. The promise (`Tile::target`) is a part of the state: a round that was interrupted ends
 //! before anything is decided anew.
 
+use crate::files::Output;
 use crate::film::{Aov, Backing, Film, Image, MAX_PARTS};
 use crate::integrator::ChainCounts;
-use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
+use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, State, cryptomattes};
 use crate::render::{DroppedSample, MutationCounts, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};

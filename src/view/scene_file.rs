@@ -4,7 +4,8 @@
 use super::protocol::PageCamera;
 use super::{FileLight, LightEdit, MaterialEdit};
 use crate::description::glob_of_name;
-use crate::io::{FileError, Output};
+use crate::files::Output;
+use crate::io::FileError;
 use std::fs::Metadata;
 use std::io::Write;
 use std::path::Path;

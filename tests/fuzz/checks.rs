@@ -4,12 +4,12 @@
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
 use embrasure::description::{Loaded, SceneFile, load_scene};
+use embrasure::files::read_text;
 use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Strategy, World};
 use embrasure::io::{
-    FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_layers,
-    read_rendering, read_text,
+    FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_layers, read_rendering,
 };
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::options::CameraOptions;

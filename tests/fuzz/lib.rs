@@ -15,7 +15,7 @@ pub fn init() {
     // libFuzzer's hook ends the process at any panic; those that the reader catches are none of ours.
     let fatal = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if !embrasure::io::is_guarded() {
+        if !embrasure::files::is_guarded() {
             fatal(panic);
         }
     }));

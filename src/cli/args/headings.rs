@@ -302,13 +302,16 @@ pub(super) fn brief(program: Command) -> Command {
             (Some(_), None) => arg.get_help_heading().is_none(),
             (None, _) => true,
         };
-        let is_more = |arg: &&Arg| !is_shown(arg) && !(is_rare(arg) && loads_a_scene(&command));
+        let is_more = |arg: &&Arg| !(is_shown(arg) || is_rare(arg) && loads_a_scene(&command));
         let count = command.get_arguments().filter(is_more).count();
         let more = with_examples(&command, format!("embrasure {name} --help shows {count} more flags."));
         command
-            .mut_args(|arg| match is_shown(&arg) {
-                true => arg.help_heading(None),
-                false => arg.hide(true),
+            .mut_args(|arg| {
+                if is_shown(&arg) {
+                    arg.help_heading(None)
+                } else {
+                    arg.hide(true)
+                }
             })
             .after_help(more)
     })

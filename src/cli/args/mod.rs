@@ -94,14 +94,18 @@ impl Args {
     /// Parses `words`. A flag that takes a value takes a negative number too, and its own message says what it refuses: clap would call `-1` a flag, and
     /// advise to write `-- -1`.
     pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
-        let negative = |arg: clap::Arg| match arg.get_action().takes_values() && arg.get_long().is_some() {
-            true => arg.allow_negative_numbers(true),
-            false => arg,
+        let negative = |arg: clap::Arg| {
+            if arg.get_action().takes_values() && arg.get_long().is_some() {
+                arg.allow_negative_numbers(true)
+            } else {
+                arg
+            }
         };
         let words = with_values(words.into_iter().map(Into::into));
-        let program = match words.iter().any(|word| word == "-h") {
-            true => headings::with_groups(headings::brief(headings::grouped(Self::command()))),
-            false => headings::usual(Self::program()),
+        let program = if words.iter().any(|word| word == "-h") {
+            headings::with_groups(headings::brief(headings::grouped(Self::command())))
+        } else {
+            headings::usual(Self::program())
         };
         let mut command = program.mut_subcommands(|command| command.mut_args(negative));
         let text = words

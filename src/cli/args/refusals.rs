@@ -101,9 +101,10 @@ fn surplus(command: &str, value: &str, lists: &str) -> (String, String) {
         command,
         "render" | "info" | "check" | "view" | "views" | "lab" | "bench" | "init"
     );
-    let message = match takes_a_scene {
-        true => format!("{command} takes one scene, and `{value}` is another one"),
-        false => format!("{command} has no place for `{value}`"),
+    let message = if takes_a_scene {
+        format!("{command} takes one scene, and `{value}` is another one")
+    } else {
+        format!("{command} has no place for `{value}`")
     };
     let help = match command {
         "render" => {

@@ -41,9 +41,10 @@ pub(in crate::cli) fn parse_address(text: &str) -> Result<String, String> {
 /// A folder that is there.
 pub(in crate::cli) fn parse_folder(text: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(text);
-    match folder.is_dir() {
-        true => Ok(folder),
-        false => Err("a folder that is there is expected".into()),
+    if folder.is_dir() {
+        Ok(folder)
+    } else {
+        Err("a folder that is there is expected".into())
     }
 }
 
@@ -81,9 +82,10 @@ pub(in crate::cli) fn parse_scene_output(text: &str) -> Result<PathBuf, String> 
     let is_toml = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    match is_toml {
-        true => Ok(path),
-        false => Err("the name of a .toml scene file is expected".into()),
+    if is_toml {
+        Ok(path)
+    } else {
+        Err("the name of a .toml scene file is expected".into())
     }
 }
 
@@ -93,9 +95,10 @@ pub(in crate::cli) fn parse_svg_output(text: &str) -> Result<PathBuf, String> {
     let is_svg = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
-    match is_svg {
-        true => Ok(path),
-        false => Err("the name of an .svg picture is expected".into()),
+    if is_svg {
+        Ok(path)
+    } else {
+        Err("the name of an .svg picture is expected".into())
     }
 }
 
@@ -107,9 +110,10 @@ pub(in crate::cli) fn parse_paths_output(text: &str) -> Result<PathBuf, String> 
             .iter()
             .any(|known| extension.eq_ignore_ascii_case(known))
     };
-    match path.extension().is_some_and(is_known) {
-        true => Ok(path),
-        false => Err("a name that ends in .svg, .obj or .json is expected".into()),
+    if path.extension().is_some_and(is_known) {
+        Ok(path)
+    } else {
+        Err("a name that ends in .svg, .obj or .json is expected".into())
     }
 }
 

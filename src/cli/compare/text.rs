@@ -155,9 +155,10 @@ impl Comparison<'_> {
         match (self.outcome, significance.worst()) {
             (Outcome::Differs, Some(e)) if significance.differs() => {
                 let (what, channel) = (place(e.window), CHANNELS[e.channel.min(2)]);
-                let by = match e.difference.is_finite() {
-                    true => format!("{} %", percent(e.difference)),
-                    false => format!("{:+.6}", e.image - e.reference),
+                let by = if e.difference.is_finite() {
+                    format!("{} %", percent(e.difference))
+                } else {
+                    format!("{:+.6}", e.image - e.reference)
                 };
                 outln!(
                     "  result: differs by {by} in {channel}, here: {} {what} ({p})",

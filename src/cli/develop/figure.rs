@@ -78,9 +78,12 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
         Kind::Depth => {
             let values = first();
             let [near, far] = range(values.iter().copied().filter(|&z| is_depth(z)));
-            let color = |z: f32| match is_depth(z) {
-                true => false_color::magma(1.0 - 0.9 * share(z, [near, far])),
-                false => NOTHING,
+            let color = |z: f32| {
+                if is_depth(z) {
+                    false_color::magma(1.0 - 0.9 * share(z, [near, far]))
+                } else {
+                    NOTHING
+                }
             };
             (
                 values.into_iter().map(color).collect(),
@@ -166,9 +169,10 @@ fn unit_code(value: f32) -> u8 {
 
 /// Where `value` lies between the ends; 0.5 where they are one.
 fn share(value: f32, [low, high]: [f32; 2]) -> f32 {
-    match high > low {
-        true => ((value - low) / (high - low)).clamp(0.0, 1.0),
-        false => 0.5,
+    if high > low {
+        ((value - low) / (high - low)).clamp(0.0, 1.0)
+    } else {
+        0.5
     }
 }
 
@@ -210,9 +214,10 @@ fn scaled(colors: &[[u8; 3]], from: [u32; 2], to: [u32; 2], is_exact: bool) -> V
             .iter()
             .map(|color| srgb::decode(f32::from(color[c]) / 255.0))
             .collect();
-        match is_exact {
-            true => resample_nearest(&linear, from, size),
-            false => resample(&linear, from, size),
+        if is_exact {
+            resample_nearest(&linear, from, size)
+        } else {
+            resample(&linear, from, size)
         }
     });
     (0..size[0] * size[1])

@@ -120,15 +120,16 @@ impl Layer {
             .collect();
         let samples = self.samples(layers).map_or("mixed samples", SampleKind::name);
         let window = self.window(layers);
-        let part = match window == Rect::full(layers.resolution) {
-            true => String::new(),
-            false => format!(
+        let part = if window == Rect::full(layers.resolution) {
+            String::new()
+        } else {
+            format!(
                 ", {}x{} pixels from {},{}",
                 window.size().x,
                 window.size().y,
                 window.min.x,
                 window.min.y
-            ),
+            )
         };
         let what = self.kind.name();
         let channels = match self.components.as_slice() {
@@ -390,9 +391,10 @@ fn kind(layer: &Layer, layers: &Layers) -> Kind {
     }
     if has(&["r", "g", "b"]) || (components.iter().any(|c| c == "y") && components.iter().all(|c| c == "y" || c == "a"))
     {
-        return match last.contains("albedo") || is_one_of(&["diffcol", "glosscol", "transcol"]) {
-            true => Kind::Reflectance,
-            false => Kind::Colors,
+        return if last.contains("albedo") || is_one_of(&["diffcol", "glosscol", "transcol"]) {
+            Kind::Reflectance
+        } else {
+            Kind::Colors
         };
     }
     Kind::Numbers

@@ -156,12 +156,13 @@ fn image_of(layers: &Layers, found: &Layer) -> Image {
             }
         }
     }
-    let backing = match channels
+    let backing = if channels
         .iter()
         .any(|channel| channel.name == Backing::Transparent.channels()[0])
     {
-        true => Some(Backing::Transparent),
-        false => layers.backing.filter(|_| found.is_picture),
+        Some(Backing::Transparent)
+    } else {
+        layers.backing.filter(|_| found.is_picture)
     };
     Image {
         resolution: layers.resolution,
@@ -262,9 +263,10 @@ fn scaled(image: Image, size: Option<[u32; 2]>, are_colors: bool) -> Image {
     let to = size.map(|n| n as usize);
     let (resolution, backing) = (UVec2::from(size), image.backing);
     let channels = image.channels.into_iter().map(|channel| Channel {
-        values: match are_colors {
-            true => resample(&channel.values, from, to),
-            false => resample_nearest(&channel.values, from, to),
+        values: if are_colors {
+            resample(&channel.values, from, to)
+        } else {
+            resample_nearest(&channel.values, from, to)
         },
         name: channel.name,
     });

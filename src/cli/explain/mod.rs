@@ -15,7 +15,8 @@ use super::words;
 use crate::bsdf::Bsdf;
 use crate::color::{Spectrum, Tone};
 use crate::description::{Inspection, MaterialSource, inspect_scene};
-use crate::io::{ExrFormat, FileError, Format, Output};
+use crate::files::Output;
+use crate::io::{ExrFormat, FileError, Format};
 use crate::light::LightId;
 use crate::lint::{
     DeltaDirection, LobeAlbedo, LobeProfile, PREVIEW_CAMERA, Profile, albedos, direction_at, directional_albedo,
@@ -108,23 +109,23 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     if args.json && args.plots {
         facts["profiles"] = profiles(1).iter().map(profile).collect();
     }
-    match args.json {
-        true => outln!("{facts:#}"),
-        false => {
-            print_text(&facts);
-            print_albedos(&albedos);
-            if args.plots {
-                terminal::print(&profiles(FINE));
-            }
+    if args.json {
+        outln!("{facts:#}")
+    } else {
+        print_text(&facts);
+        print_albedos(&albedos);
+        if args.plots {
+            terminal::print(&profiles(FINE));
         }
     }
     for output in plots {
         let picture = polar::svg(&material.name, &profiles(FINE), &albedos);
         output.write(|writer| writer.write_all(picture.as_bytes()))?;
     }
-    match images.is_empty() {
-        true => Ok(ExitCode::SUCCESS),
-        false => portray(settings, material, scene.textures(), &images, args.quiet),
+    if images.is_empty() {
+        Ok(ExitCode::SUCCESS)
+    } else {
+        portray(settings, material, scene.textures(), &images, args.quiet)
     }
 }
 
@@ -224,14 +225,15 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
                 .get(i.prototype as usize)
                 .is_some_and(|p| p.contains(&geom.0))
         };
-        let bases: Vec<u32> = match scene.standing().contains(&geom.0) {
-            true => vec![0],
-            false => scene
+        let bases: Vec<u32> = if scene.standing().contains(&geom.0) {
+            vec![0]
+        } else {
+            scene
                 .instances()
                 .iter()
                 .filter(of_prototype)
                 .map(|i| i.first_light.0)
-                .collect(),
+                .collect()
         };
         triangles += mesh.triangles.len() * bases.len();
         let Some(LightId(first)) = scene.shape(geom).first_light else {

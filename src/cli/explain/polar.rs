@@ -100,12 +100,13 @@ fn draw(text: &mut String, profile: &Profile, lobe: &LobeProfile, [x, y]: [f64; 
     let [cx, cy] = ORIGIN;
     // Circle, surface and normal
     let [left, right] = [cx - RADIUS, cx + RADIUS];
-    let circle = match is_two_sided {
-        true => format!(
+    let circle = if is_two_sided {
+        format!(
             "M{left} {cy}a{RADIUS} {RADIUS} 0 1 1 {0} 0a{RADIUS} {RADIUS} 0 1 1 -{0} 0",
             2.0 * RADIUS
-        ),
-        false => format!("M{left} {cy}a{RADIUS} {RADIUS} 0 1 1 {} 0", 2.0 * RADIUS),
+        )
+    } else {
+        format!("M{left} {cy}a{RADIUS} {RADIUS} 0 1 1 {} 0", 2.0 * RADIUS)
     };
     let _ = writeln!(
         text,
@@ -154,9 +155,10 @@ fn draw(text: &mut String, profile: &Profile, lobe: &LobeProfile, [x, y]: [f64; 
 
 /// The largest value and density in words.
 fn maxima(value: f32, pdf: f32) -> String {
-    match pdf > 0.0 {
-        true => format!("≤ {} and {} sr⁻¹", digits(value), digits(pdf)),
-        false => "single directions".into(),
+    if pdf > 0.0 {
+        format!("≤ {} and {} sr⁻¹", digits(value), digits(pdf))
+    } else {
+        "single directions".into()
     }
 }
 

@@ -67,16 +67,17 @@ impl Budget {
                 // As many samples as the rest of the budget is good for, judged by those there are
                 let affordable = ((budget - seconds) * f64::from(done) / seconds).clamp(0.0, done.into()) as u32;
                 let cut = last_cut(done.saturating_add(affordable));
-                match cut > done {
-                    true => Step {
+                if cut > done {
+                    Step {
                         end: cut.min(mark),
                         is_last: false,
-                    },
+                    }
+                } else {
                     // What follows on a step that ends between cuts would take its last samples once more: such a step is the last.
-                    false => Step {
+                    Step {
                         end: done.saturating_add(affordable),
                         is_last: true,
-                    },
+                    }
                 }
             }
         }

@@ -36,9 +36,10 @@ impl Measure {
     pub fn in_words(snapshots: &[Snapshot]) -> Option<String> {
         let samples = Self::Samples.slope(snapshots)?;
         let points = Self::Samples.points(snapshots).len();
-        let falls = match samples < 0.0 {
-            true => format!("relMSE falls as N^{samples:.2}"),
-            false => format!("relMSE does not fall: N^{samples:.2}"),
+        let falls = if samples < 0.0 {
+            format!("relMSE falls as N^{samples:.2}")
+        } else {
+            format!("relMSE does not fall: N^{samples:.2}")
         };
         let seconds = Self::Seconds
             .slope(snapshots)

@@ -76,9 +76,10 @@ impl Laboratory<'_> {
             while let Some(contender) =
                 rest.next_if(|next| next.shares_scene(session.settings()) && !is_used(session.scene()))
             {
-                let run = match contender.refused.is_some() || is_interrupted() {
-                    true => Run::default(),
-                    false => runs::run(&renderer, &contender, budgets, self.quiet)?,
+                let run = if contender.refused.is_some() || is_interrupted() {
+                    Run::default()
+                } else {
+                    runs::run(&renderer, &contender, budgets, self.quiet)?
                 };
                 runs.push((contender, run));
             }

@@ -24,7 +24,8 @@ use super::warnings::ShownWarnings;
 use super::words;
 use crate::color::Tone;
 use crate::compare::Errors;
-use crate::io::{MemoryLimit, Output, in_words, write_contact_sheet};
+use crate::files::{MemoryLimit, Output, in_words};
+use crate::io::write_contact_sheet;
 use crate::options::{Denoising, IntegratorKind, IntegratorOptions, SamplingOptions};
 use crate::session::Session;
 use budget::Budget;
@@ -83,9 +84,10 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         .as_deref()
         .map(|path| Reference::read(path, &job.settings))
         .transpose()?;
-    let mut contenders = match args.methods.is_empty() {
-        true => ladder(&job.settings),
-        false => methods(&job.settings, &args.methods),
+    let mut contenders = if args.methods.is_empty() {
+        ladder(&job.settings)
+    } else {
+        methods(&job.settings, &args.methods)
     };
     for contender in &contenders {
         let checked = contender.settings.check().map_err(CliError::from);
@@ -151,9 +153,10 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     };
     comparison.measure()?;
     files.write(&comparison, args.quiet)?;
-    match is_interrupted() {
-        false => Ok(ExitCode::SUCCESS),
-        true => Err(CliError::Interrupted(comparison.interruption())),
+    if is_interrupted() {
+        Err(CliError::Interrupted(comparison.interruption()))
+    } else {
+        Ok(ExitCode::SUCCESS)
     }
 }
 

@@ -56,9 +56,10 @@ impl Comparison {
                 let _ = writeln!(slopes, "- {}: {words}", contender.name);
             }
         }
-        match slopes.is_empty() {
-            true => text,
-            false => format!("{text}\n{slopes}"),
+        if slopes.is_empty() {
+            text
+        } else {
+            format!("{text}\n{slopes}")
         }
     }
 }

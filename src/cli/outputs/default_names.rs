@@ -3,7 +3,7 @@
 //! The name of a bare OBJ is often that of its texture too. A picture beside which such a file lies gets another name: files that the scene reads, and
 //! files that this program did not write, are never replaced by a default name.
 
-use crate::io::FileId;
+use crate::files::FileId;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read};

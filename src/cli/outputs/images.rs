@@ -6,7 +6,8 @@ use crate::cli::args::RenderArgs;
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
 use crate::color::Tone;
-use crate::io::{ExrFormat, Format, Output};
+use crate::files::Output;
+use crate::io::{ExrFormat, Format};
 use std::path::PathBuf;
 
 /// Images to write.

@@ -1,4 +1,4 @@
-//! The files that a command writes. None may be another output or a file that the command reads (`io/identity.rs`).
+//! The files that a command writes. None may be another output or a file that the command reads (`files/identity.rs`).
 //!
 //! `images` gives images their formats, and those of a render their names; `default_names` has the names where there is no `-o`.
 
@@ -9,7 +9,7 @@ pub(super) use images::{Images, images_of_render, show};
 
 use super::error::CliError;
 use super::words;
-use crate::io::{FileId, Output};
+use crate::files::{FileId, Output};
 use std::path::Path;
 
 /// Files to write, by the flags that name them.

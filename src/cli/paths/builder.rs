@@ -113,9 +113,10 @@ impl Builder<'_> {
                 radiance,
                 ..
             } => {
-                self.technique = match is_merged {
-                    true => Technique::Merging(s, t, weight, radiance),
-                    false => Technique::Connection(s, t, weight, radiance),
+                self.technique = if is_merged {
+                    Technique::Merging(s, t, weight, radiance)
+                } else {
+                    Technique::Connection(s, t, weight, radiance)
                 };
             }
             PathEvent::Cached => self.technique = Technique::Cache,
@@ -176,9 +177,10 @@ impl Builder<'_> {
         if factor == 0.0 {
             return;
         }
-        let parts = match parts.is_empty() || matches!(self.technique, Technique::Shared(..)) {
-            true => vec![(self.technique, radiance, self.last())],
-            false => parts,
+        let parts = if parts.is_empty() || matches!(self.technique, Technique::Shared(..)) {
+            vec![(self.technique, radiance, self.last())]
+        } else {
+            parts
         };
         for (technique, radiance, vertex) in parts {
             if radiance.is_black() {

@@ -100,9 +100,10 @@ pub(super) fn points(args: &PointsArgs) -> Result<ExitCode, CliError> {
     let independent = projections::independent(args.seed, args.count, compared(args.count));
     let shown = projections(args.set, args.seed, args.count);
     let measured = convergences(args.set, args.seed, args.count);
-    match args.json {
-        true => outln!("{:#}", facts(args, name, independent, &shown, &measured)),
-        false => print_text(args, name, independent, &shown, &measured),
+    if args.json {
+        outln!("{:#}", facts(args, name, independent, &shown, &measured))
+    } else {
+        print_text(args, name, independent, &shown, &measured)
     }
     if let Some(output) = output {
         let picture = picture::svg((name, args.count), independent, &shown, &measured);

@@ -3,8 +3,9 @@
 use super::scenes::{View, block, camera, floor, furnished_room, glass, glowing_room, lamp_behind, matte, quad, scene};
 use crate::cli::error::CliError;
 use crate::color::Spectrum;
+use crate::files::Output;
 use crate::film::Image;
-use crate::io::{Output, read_checkpoint};
+use crate::io::read_checkpoint;
 use crate::material::Material;
 use crate::math::{DVec3, Quat, UVec2, Vec3};
 use crate::options::{Backend, IntegratorKind, IntegratorOptions, MaxDepth};
@@ -148,9 +149,10 @@ impl fmt::Display for Measured {
             expected,
             tolerance,
         } = self;
-        match *tolerance == 0.0 {
-            true => write!(f, "{value} (exactly {expected})"),
-            false => write!(f, "{value:.5} ({expected:.5} within {tolerance:.5})"),
+        if *tolerance == 0.0 {
+            write!(f, "{value} (exactly {expected})")
+        } else {
+            write!(f, "{value:.5} ({expected:.5} within {tolerance:.5})")
         }
     }
 }

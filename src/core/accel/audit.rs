@@ -110,9 +110,12 @@ impl<'a> Auditor<'a> {
         }
         let answers = [answer, query.ask(self.accels[1])];
         let found = judge(self.scene, self.accels, &query, answers);
-        let found = found.or_else(|| match hash < self.brute_threshold {
-            true => self.common_fault(&query, answers),
-            false => None,
+        let found = found.or_else(|| {
+            if hash < self.brute_threshold {
+                self.common_fault(&query, answers)
+            } else {
+                None
+            }
         });
         let mut findings = self.findings.lock().unwrap_or_else(PoisonError::into_inner);
         match query.kind {

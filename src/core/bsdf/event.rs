@@ -1,4 +1,4 @@
-//! Scattering events, as light path expressions distinguish them (`film/light_paths`).
+//! Scattering events, as light path expressions distinguish them (`light_paths`).
 //!
 //! Smooth lobes cover each other: no direction belongs to one of them. An event is therefore split among the lobes by what each of them scatters, their
 //! share of the value of the BSDF.
@@ -57,9 +57,10 @@ impl ScatteringEvent {
                 is_transmitted,
                 diffuse,
             } => {
-                let [first, second] = match is_transmitted {
-                    false => [DiffuseReflection, GlossyReflection],
-                    true => [DiffuseTransmission, GlossyTransmission],
+                let [first, second] = if is_transmitted {
+                    [DiffuseTransmission, GlossyTransmission]
+                } else {
+                    [DiffuseReflection, GlossyReflection]
                 };
                 [(first, diffuse), (second, Spectrum::ONE - diffuse)]
             }
@@ -71,12 +72,13 @@ impl Bsdf {
     /// The event of light from `wi` that leaves to `wo`, by a delta lobe or by the smooth lobes.
     pub fn event(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         let is_transmitted = !same_hemisphere(wo, wi);
-        match is_delta {
-            true => ScatteringEvent::Specular { is_transmitted },
-            false => ScatteringEvent::Smooth {
+        if is_delta {
+            ScatteringEvent::Specular { is_transmitted }
+        } else {
+            ScatteringEvent::Smooth {
                 is_transmitted,
                 diffuse: self.diffuse_share(wo, wi),
-            },
+            }
         }
     }
 

@@ -116,9 +116,10 @@ impl Ggx {
     /// `√α` of the isotropic facets that are taken for these where energy is counted: that of the geometric mean of both
     /// slopes. With it some energy stays lost, and where light grazes up to 3 % too much is given back.
     pub fn roughness(&self) -> f32 {
-        match self.alpha.x == self.alpha.y {
-            true => self.alpha.x.sqrt(),
-            false => (self.alpha.x * self.alpha.y).sqrt().sqrt(),
+        if self.alpha.x == self.alpha.y {
+            self.alpha.x.sqrt()
+        } else {
+            (self.alpha.x * self.alpha.y).sqrt().sqrt()
         }
     }
 }

@@ -26,12 +26,13 @@ impl Bsdf {
     pub fn lobe_name(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> &'static str {
         /// Roundings of a direction.
         const NEAR: f32 = 1e-6;
-        let share = |(lobe, f): (&Lobe, Spectrum)| match is_delta {
-            false => f.luminance(),
-            true => {
+        let share = |(lobe, f): (&Lobe, Spectrum)| {
+            if is_delta {
                 let directions = lobe.directions(wo, TransportMode::Radiance).into_iter().flatten();
                 let met = directions.filter(|sample| sample.wi.distance_squared(wi) < NEAR);
                 met.map(|sample| sample.pdf).fold(0.0, f32::max)
+            } else {
+                f.luminance()
             }
         };
         let lobes = self.lobe_values(wo, wi).filter(|(lobe, _)| lobe.is_delta() == is_delta);

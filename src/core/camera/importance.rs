@@ -21,17 +21,19 @@ impl Camera {
     /// A point of the lens at `time`, world space, uniform over its area; the pinhole itself.
     pub fn lens_point(&self, u: Vec2, time: f32) -> Vec3 {
         let camera = self.at(time);
-        match self.has_lens() {
-            true => camera.position + camera.on_lens(u),
-            false => camera.position,
+        if self.has_lens() {
+            camera.position + camera.on_lens(u)
+        } else {
+            camera.position
         }
     }
 
     /// Area of the lens, in squares of scene units; 1 for a pinhole, whose point is a delta.
     pub fn lens_area(&self) -> f32 {
-        match self.has_lens() {
-            true => self.aperture.map_or(PI, |aperture| aperture.area()) * self.lens_radius * self.lens_radius,
-            false => 1.0,
+        if self.has_lens() {
+            self.aperture.map_or(PI, |aperture| aperture.area()) * self.lens_radius * self.lens_radius
+        } else {
+            1.0
         }
     }
 

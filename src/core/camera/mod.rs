@@ -307,9 +307,10 @@ impl Camera {
     // ANCHOR: ray
     #[inline]
     pub fn ray(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
-        match self.is_moving() {
-            true => self.at(time).ray_of_still(film, u_lens, time),
-            false => self.ray_of_still(film, u_lens, time),
+        if self.is_moving() {
+            self.at(time).ray_of_still(film, u_lens, time)
+        } else {
+            self.ray_of_still(film, u_lens, time)
         }
     }
 

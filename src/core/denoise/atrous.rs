@@ -95,9 +95,10 @@ impl Input {
                 albedo: albedo[i],
                 disparity: disparity[i],
                 gradient: gradient(&disparity, size, i),
-                divisor: match layers.is_light {
-                    true => albedo[i].max(Vec3::splat(MIN_ALBEDO)),
-                    false => Vec3::ONE,
+                divisor: if layers.is_light {
+                    albedo[i].max(Vec3::splat(MIN_ALBEDO))
+                } else {
+                    Vec3::ONE
                 },
             })
             .collect();
@@ -180,9 +181,10 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
             let quartile = |n: usize| others[n * (others.len() - 1) / 4];
             let fence = quartile(3) + FENCE * (quartile(3) - quartile(1));
             let limit = fence.max(brightness - SIGMA_LIGHT * own.variance.sqrt());
-            match limit < brightness {
-                true => own.scaled(limit / brightness),
-                false => own,
+            if limit < brightness {
+                own.scaled(limit / brightness)
+            } else {
+                own
             }
         })
         .collect();
@@ -258,9 +260,10 @@ fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [u
                 }
                 weights += kernel;
             }
-            match weights > 0.0 {
-                true => [0, 1].map(|k| both[i][k] + sum[k] / weights),
-                false => both[i],
+            if weights > 0.0 {
+                [0, 1].map(|k| both[i][k] + sum[k] / weights)
+            } else {
+                both[i]
             }
         };
         (0..both.len()).into_par_iter().map(pixel).collect()

@@ -80,9 +80,10 @@ impl BackgroundSum {
     pub fn merge(&mut self, other: &Self, [own, others]: [u32; 2]) {
         // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
         let [n, m] = [own, others].map(|samples| f64::from(samples / BLOCK));
-        let between = match n * m > 0.0 {
-            true => luminance([0, 1, 2].map(|c| other.mean(others)[c] - self.mean(own)[c])).powi(2) * n * m / (n + m),
-            false => 0.0,
+        let between = if n * m > 0.0 {
+            luminance([0, 1, 2].map(|c| other.mean(others)[c] - self.mean(own)[c])).powi(2) * n * m / (n + m)
+        } else {
+            0.0
         };
         self.sum = [0, 1, 2].map(|c| self.sum[c].plus(other.sum[c]));
         self.block_spread += other.block_spread + between;
@@ -99,10 +100,11 @@ impl BackgroundSum {
     /// [`Accumulator::squared_error`]: super::Accumulator::squared_error
     pub fn squared_error(&self, samples: u32) -> f64 {
         let mean = luminance(self.mean(samples));
-        let (count, spread) = match self.block_spread.is_nan() {
+        let (count, spread) = if self.block_spread.is_nan() {
             // Samples stand by themselves. Shares in [0, 1] of this mean vary by this at most.
-            true => (f64::from(samples), f64::from(samples) * (mean * (1.0 - mean)).max(0.0)),
-            false => (f64::from(samples / BLOCK), self.block_spread),
+            (f64::from(samples), f64::from(samples) * (mean * (1.0 - mean)).max(0.0))
+        } else {
+            (f64::from(samples / BLOCK), self.block_spread)
         };
         if count < 2.0 {
             return f64::INFINITY;

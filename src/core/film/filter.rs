@@ -133,9 +133,12 @@ impl Filter {
     ///
     /// Of the box's rim the lower end belongs to it and the upper does not, so that each point of the film is in one pixel.
     pub fn eval(&self, offset: Vec2) -> f32 {
-        let along = |x: f32| match -self.radius <= x && x < self.radius {
-            true => self.kind.eval((x / self.radius) as f64) / (self.integral * self.radius as f64),
-            false => 0.0,
+        let along = |x: f32| {
+            if -self.radius <= x && x < self.radius {
+                self.kind.eval((x / self.radius) as f64) / (self.integral * self.radius as f64)
+            } else {
+                0.0
+            }
         };
         (along(offset.x) * along(offset.y)) as f32
     }

@@ -117,9 +117,10 @@ impl Meter {
             blocks(image, light, is_surface),
             surfaces as f32 / image.crop.area() as f32,
         );
-        match covered.luminances.is_empty() {
-            true => Self::of_blocks(blocks(image, light, |_| true), 1.0),
-            false => covered,
+        if covered.luminances.is_empty() {
+            Self::of_blocks(blocks(image, light, |_| true), 1.0)
+        } else {
+            covered
         }
     }
 
@@ -205,9 +206,10 @@ fn level(curve: Curve, code: f32) -> f32 {
     let (mut below, mut above) = (-32.0f32, 32.0f32);
     for _ in 0..32 {
         let middle = 0.5 * (below + above);
-        match shown(middle) < code {
-            true => below = middle,
-            false => above = middle,
+        if shown(middle) < code {
+            below = middle
+        } else {
+            above = middle
         }
     }
     above.exp2()

@@ -1,5 +1,6 @@
 //! Rectangles of pixels, and tiles: the blocks of pixels to whose sums one task adds.
 
+use super::path_terms::terms;
 use super::{Accumulator, BackgroundSum, Backing, Block, FeatureSums, LightPaths, PartBlock, PartSum};
 use crate::math::{UVec2, encode_fields};
 use std::ops::Range;
@@ -184,7 +185,7 @@ impl Tile {
         let Some(paths) = self.light_paths.clone() else { return };
         let first = self.parts_before_paths();
         let sums = self.part_sums_mut(pixel).iter_mut().skip(first);
-        for (sum, term) in sums.zip(paths.terms(classes, picture)) {
+        for (sum, term) in sums.zip(terms(&paths, classes, picture)) {
             *sum = change(*sum, term);
         }
     }

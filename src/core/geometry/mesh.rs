@@ -84,9 +84,10 @@ impl Mesh {
     /// Corners of triangle `prim` at `time`.
     pub fn corners_at(&self, prim: PrimId, time: f32) -> [Vec3; 3] {
         let open = self.corners(prim);
-        match self.deforms() {
-            false => open,
-            true => corners_at(open, self.corners_at_close(prim), time),
+        if self.deforms() {
+            corners_at(open, self.corners_at_close(prim), time)
+        } else {
+            open
         }
     }
 

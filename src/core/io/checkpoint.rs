@@ -1,16 +1,17 @@
 //! Checkpoints: all words of a film in an EXR file, from which a render resumes.
 //!
 //! Each word is a channel of 32-bit integers (`film/state.rs`), written row by row without a copy of the film, with a digest of everything in the
-//! header. Nothing is compressed, because a checkpoint is written often and half of the words are noise. `io/output.rs` replaces the file atomically.
+//! header. Nothing is compressed, because a checkpoint is written often and half of the words are noise. `files/output.rs` replaces the file atomically.
 //!
 //! An image without its sums cannot be resumed; `Renderer::resume` compares what a checkpoint says of itself with the render.
 
 use super::exr::{Header, RowChannel, write_rows};
 use super::exr_text::text_attribute;
 use super::header_limits::check_exr;
-use super::input::{Counted, Input, Position, ReadFailure};
-use super::memory::Allowance;
-use super::{FileError, Metadata, Output};
+use super::{FileError, Metadata};
+use crate::files::Output;
+use crate::files::input::{Counted, Input, Position, ReadFailure};
+use crate::files::memory::Allowance;
 use crate::film::{Accumulator, Film, MAX_PARTS, Rect, StateLayout};
 use crate::math::{Encode, UVec2};
 use ::exr::block;

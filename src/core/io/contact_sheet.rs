@@ -1,7 +1,8 @@
 //! Several pictures in one PNG, each with lines of text.
 
-use super::{FileError, Output, png};
+use super::{FileError, png};
 use crate::color::srgb;
+use crate::files::Output;
 use crate::film::RgbImage;
 use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1::FONT_8X13};
 use embedded_graphics::pixelcolor::Rgb888;

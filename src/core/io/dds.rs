@@ -2,9 +2,9 @@
 //! The finest level of the first layer is read, by the crates ddsfile and image_dds.
 
 use super::FileError;
-use super::guard::guarded;
-use super::input::ReadFailure;
 use super::read_picture::{Picture, PictureHeader, Samples, damaged};
+use crate::files::guarded;
+use crate::files::input::ReadFailure;
 use ddsfile::Dds;
 use image_dds::{ImageFormat, Surface, ddsfile};
 use std::io::Read;

@@ -1,6 +1,7 @@
 use super::exr::{self, ExrFormat, Header};
-use super::{FileError, Output, png};
+use super::{FileError, png};
 use crate::color::Tone;
+use crate::files::Output;
 use crate::film::Image;
 
 /// A picture that was made of one in a file.

@@ -6,11 +6,11 @@
 
 use super::FileError;
 use super::header_limits::check_size;
-use super::input::Input;
-use super::memory::Allowance;
 pub use super::read_image::BYTES_OF_A_NEW_TEXEL;
 use super::read_image::read_exr_within;
 use crate::color::Spectrum;
+use crate::files::input::Input;
+use crate::files::memory::Allowance;
 use crate::light::LatLongImage;
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};

@@ -45,9 +45,10 @@ impl ExrFormat {
             None if ["R", "G", "B", "A"].contains(&channel) => "picture",
             None => channel,
         };
-        match Self::HALF_LAYERS.contains(&layer) && self.half.contains(&layer) {
-            true => exr::SampleType::F16,
-            false => exr::SampleType::F32,
+        if Self::HALF_LAYERS.contains(&layer) && self.half.contains(&layer) {
+            exr::SampleType::F16
+        } else {
+            exr::SampleType::F32
         }
     }
 }

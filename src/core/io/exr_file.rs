@@ -2,7 +2,7 @@
 
 use super::FileError;
 use super::header_limits::check_exr;
-use super::input::{Input, ReadFailure};
+use crate::files::input::{Input, ReadFailure};
 use crate::film::Rect;
 use crate::math::UVec2;
 use ::exr::image::FlatImage;
@@ -68,15 +68,16 @@ pub(super) fn decoding_error(
     let ::exr::error::Error::NotSupported(reason) = error else {
         return failed(error);
     };
-    let (message, help) = match reason.contains("deep") {
-        true => (
+    let (message, help) = if reason.contains("deep") {
+        (
             "this EXR file has deep data, with several values for each pixel".into(),
             "flatten it to one value for each pixel, as by `oiiotool IN.exr --flatten -o OUT.exr`",
-        ),
-        false => (
+        )
+    } else {
+        (
             format!("this kind of EXR file is not supported: {reason}"),
             "write it again, as scan lines with ZIP compression",
-        ),
+        )
     };
     FileError::new(path, message).help(help)
 }

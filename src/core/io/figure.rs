@@ -1,4 +1,5 @@
-use super::{FileError, Output, png};
+use super::{FileError, png};
+use crate::files::Output;
 
 /// A picture of colours that stand for something, with a word on what.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! OBJ files by the reader that the user chooses.
 
-use super::memory::Allowance;
 use super::normals::smooth_by_angle;
 use super::obj::{self, ObjFile};
 #[cfg(feature = "tobj")]
 use super::tobj_reader;
 use super::{FileError, Findings, LoadObserver, LoadOptions, ObjReader};
+use crate::files::memory::Allowance;
 use rayon::prelude::*;
 use std::path::Path;
 

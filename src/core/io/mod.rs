@@ -1,4 +1,5 @@
-//! Formats of meshes and pictures, in and out: OBJ and MTL, textures, environments, EXR and PNG.
+//! Formats of meshes and pictures, in and out: OBJ and MTL, textures, environments, EXR
+//! and PNG. `files` has what all of them share.
 
 mod ascii;
 mod checkpoint;
@@ -7,29 +8,21 @@ mod cryptomatte;
 mod dds;
 mod developed;
 pub mod environment;
-mod error;
 mod exr;
 mod exr_file;
 mod exr_text;
 mod figure;
-pub mod find_file;
 mod finding;
-mod guard;
 pub mod half_picture;
 mod header_limits;
-mod identity;
-pub mod input;
 pub mod load_obj;
 mod load_options;
-pub mod memory;
-mod memory_limit;
 mod metadata;
 pub mod mtl;
 mod normal_map;
 mod normals;
 pub mod obj;
 mod origin;
-mod output;
 pub mod packed;
 mod png;
 mod read_image;
@@ -37,38 +30,29 @@ mod read_layers;
 mod read_picture;
 mod read_rendering;
 pub mod statements;
-mod temporary;
 pub mod texture;
 #[cfg(feature = "tobj")]
 mod tobj_reader;
 mod write_picture;
 
+pub use crate::files::{FileError, FileErrorKind, LoadObserver, Position};
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
 pub use contact_sheet::{Panel, write_contact_sheet};
 pub use cryptomatte::cryptomattes;
 pub use developed::Developed;
-pub use error::{FileError, FileErrorKind, Position};
 pub use exr::{Compression, ExrFormat};
 pub use figure::Figure;
 use finding::MAX_WRONG;
 pub use finding::{DEFAULT_LIGHT, Finding, Findings, MAX_PLACES, Severity, Warning};
-pub use guard::guarded;
-pub use guard::is_guarded;
-pub use identity::FileId;
-pub use input::read_text;
 pub use load_options::{LoadOptions, LoadParameters, MapsByName, ObjReader, VertexColorSpace, VertexColors};
-pub use memory::LoadObserver;
-pub use memory_limit::{LimitSource, MemoryLimit, in_words};
 pub use metadata::{FeatureNames, Metadata};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
 pub use obj::{Face, FaceMaterial, ObjFaces, PartFilter, part_names};
 pub use origin::Origin;
-pub use output::Output;
 pub use png::{display_bytes, png_bytes};
 pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};
 pub use read_rendering::{Rendering, read_rendering};
-pub use temporary::OutputLock;
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
 pub use write_picture::Format;

@@ -1,7 +1,8 @@
 //! PNG files: 8-bit pictures for display, after exposure and tone curve (`color/tone.rs`).
 
-use super::{FileError, Metadata, Output};
+use super::{FileError, Metadata};
 use crate::color::{Spectrum, Tone, srgb};
+use crate::files::Output;
 use crate::film::{Backing, Image, metered};
 use std::io::{self, Write};
 use std::path::Path;
@@ -78,12 +79,11 @@ fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
     let alphas = [0, 1, 2].map(|c| 1.0 - (over_white[c] - over_black[c]));
     let alpha = 0.5 * (Spectrum::from(alphas).max_component() + alphas.into_iter().fold(1.0, f32::min));
     let code = |v: f32| (v * 255.0).round() as u8;
-    match alpha > 0.0 {
-        true => {
-            let [r, g, b] = over_black.map(|v| code((v / alpha).min(1.0)));
-            [r, g, b, code(alpha)]
-        }
-        false => [0; 4],
+    if alpha > 0.0 {
+        let [r, g, b] = over_black.map(|v| code((v / alpha).min(1.0)));
+        [r, g, b, code(alpha)]
+    } else {
+        [0; 4]
     }
 }
 
@@ -101,9 +101,10 @@ fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
 /// What a display emits for the premultiplied light `rgb` of coverage `a`: the straight colour as `tone`
 /// shows it, so that the rim of an object has the object's own colour, times the coverage.
 fn shown(rgb: [f32; 3], a: f32, tone: &Tone) -> [f32; 3] {
-    match a > 0.0 {
-        true => tone.encode(rgb.map(|v| v / a)).map(|v| a * srgb::decode(v)),
-        false => [0.0; 3],
+    if a > 0.0 {
+        tone.encode(rgb.map(|v| v / a)).map(|v| a * srgb::decode(v))
+    } else {
+        [0.0; 3]
     }
 }
 

@@ -1,6 +1,6 @@
 use super::FileError;
 use super::exr_file::{ExrFile, decoding_error};
-use super::memory::Allowance;
+use crate::files::memory::Allowance;
 use crate::film::RgbImage;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::path::Path;

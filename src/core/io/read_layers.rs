@@ -1,8 +1,8 @@
 use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
-use super::memory::Allowance;
 use super::metadata::{DENOISER, FINISH, SETTINGS, TONE};
 use super::{FileError, Metadata};
+use crate::files::memory::Allowance;
 use crate::film::{Backing, Image, Rect};
 use crate::math::UVec2;
 use crate::options::{Finish, backing_of};
@@ -131,9 +131,10 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
             let name = channel.name.to_string();
             let all: Vec<f32> = channel.sample_data.values_as_f32().collect();
             channels.push(LayerChannel {
-                name: match name.starts_with(&prefix) {
-                    true => name,
-                    false => prefix.clone() + &name,
+                name: if name.starts_with(&prefix) {
+                    name
+                } else {
+                    prefix.clone() + &name
                 },
                 kind,
                 window: place.window,
@@ -146,9 +147,10 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         return Err(FileError::new(path, message)
             .help("write it again, without subsampling and with pixels in its display window"));
     }
-    let backing = match channels.iter().any(|c| c.name == Backing::Transparent.channels()[0]) {
-        true => Some(Backing::Transparent),
-        false => settings.and_then(|settings| backing_of(&settings)),
+    let backing = if channels.iter().any(|c| c.name == Backing::Transparent.channels()[0]) {
+        Some(Backing::Transparent)
+    } else {
+        settings.and_then(|settings| backing_of(&settings))
     };
     Ok(Layers {
         resolution: resolution(&display),

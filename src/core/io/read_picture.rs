@@ -3,13 +3,14 @@
 //! The header of a file is believed as far as its length allows (`check_size`), and what decoders are known to fail on is refused first (`check_tga`,
 //! `check_exr`). Six million randomly damaged files ended in errors or pictures, within 16 MB of memory.
 
+use super::FileError;
 use super::dds::{self, DdsFile};
 use super::exr_file::{ExrFile, decoding_error};
-use super::guard::guarded;
 use super::header_limits::check_size;
-use super::input::{Input, ReadFailure};
-use super::memory::Allowance;
-use super::{FileError, in_words};
+use crate::files::guarded;
+use crate::files::in_words;
+use crate::files::input::{Input, ReadFailure};
+use crate::files::memory::Allowance;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::fmt::Display;

@@ -1,11 +1,11 @@
 use super::FileError;
 use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
-use super::memory::Allowance;
 use super::metadata::{BIAS, COMMON_ERRORS, SETTINGS};
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
 use crate::color::srgb;
 use crate::compare::{CommonErrors, Noise};
+use crate::files::memory::Allowance;
 use crate::film::{Image, Rect, RgbImage};
 use crate::math::UVec2;
 use crate::options::Value;

@@ -49,9 +49,10 @@ pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>
 
 /// The text with `\n` at the ends of lines, where the classic Mac wrote `\r` alone.
 pub(crate) fn with_line_feeds(text: String) -> String {
-    match text.contains('\n') {
-        true => text,
-        false => text.replace('\r', "\n"),
+    if text.contains('\n') {
+        text
+    } else {
+        text.replace('\r', "\n")
     }
 }
 

@@ -1,11 +1,11 @@
 //! Textures from pictures: of a file's samples a texture keeps those that it is for, such as one byte a texel of an opacity map, whatever the file
 //! has.
 
-use super::memory::Allowance;
 use super::normal_map::BumpContent;
 use super::read_picture::{Picture, PictureHeader, Samples, Wanted, picture_size, png_gamma, read_picture};
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
+use crate::files::memory::Allowance;
 use crate::texture::{Channel, Curve, Texels, Texture, TextureId, Wrap};
 use rayon::prelude::*;
 use std::collections::HashMap;

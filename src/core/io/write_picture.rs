@@ -1,8 +1,9 @@
 //! Pictures that are written: the formats, and the file of a picture in each of them.
 
 use super::exr::{self, Header};
-use super::{ExrFormat, FileError, Metadata, Output, State, cryptomatte, png};
+use super::{ExrFormat, FileError, Metadata, State, cryptomatte, png};
 use crate::color::Tone;
+use crate::files::Output;
 use crate::film::Image;
 use std::io::{self, Seek, Write};
 use std::path::Path;

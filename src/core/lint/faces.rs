@@ -166,14 +166,16 @@ impl<'a> FaceLint<'a> {
         for place in places() {
             for (i, face) in place.iter().enumerate().skip(1) {
                 let first = &place[0];
-                let is_harmless = match face.material == first.material {
-                    true => self.uses.get(face.material).is_some_and(Use::looks_alike_from_behind),
-                    false => are_apart && place.len() == 2,
+                let is_harmless = if face.material == first.material {
+                    self.uses.get(face.material).is_some_and(Use::looks_alike_from_behind)
+                } else {
+                    are_apart && place.len() == 2
                 };
                 let is_first_back = place[1..i].iter().all(|other| other.turns != face.turns);
-                match face.is_back_of(first) && is_first_back && is_harmless {
-                    true => backs.push((face.line, first.line)),
-                    false => repeated.push((face.line, place[i - 1].line)),
+                if face.is_back_of(first) && is_first_back && is_harmless {
+                    backs.push((face.line, first.line))
+                } else {
+                    repeated.push((face.line, place[i - 1].line))
                 }
             }
         }
@@ -195,9 +197,10 @@ impl<'a> FaceLint<'a> {
             backs.finding((Severity::Note, "two-sided"), self.path, |n| {
                 let faces = counted(n, "face");
                 let message = format!("{faces} on the back of another face; the first is on that of line {of_back}");
-                let effect = match are_apart {
-                    true => "none needed: each side shows its own material",
-                    false => "none needed: both sides show the same material",
+                let effect = if are_apart {
+                    "none needed: each side shows its own material"
+                } else {
+                    "none needed: both sides show the same material"
                 };
                 (message, effect)
             }),

@@ -1,5 +1,5 @@
 //! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`components`), what the camera sees
-//! (`view`), the memory of a render (`memory`), and what a material does with light (`preview`, `profile`).
+//! (`view`), and what a material does with light (`preview`, `profile`).
 //!
 //! The readers of files have findings of their own, which are not looked for again. `lint` reads OBJ files once more as `ObjFaces`: polygons before
 //! they are cut, each with its line, which a render would keep for nothing. Faces are compared and joined by position and not by index, since

@@ -278,9 +278,12 @@ impl Material {
         let reflectance = Spectrum::splat(self.clearcoat);
         let fresnel = Fresnel::Schlick { f0: [COAT_F0; 3] };
         let alpha = self.clearcoat_roughness * self.clearcoat_roughness;
-        (self.clearcoat > 0.0).then(|| match alpha < MIN_ALPHA {
-            true => Lobe::Mirror(Mirror { reflectance, fresnel }),
-            false => Lobe::RoughConductor(RoughConductor::new(reflectance, Vec2::splat(alpha), fresnel)),
+        (self.clearcoat > 0.0).then(|| {
+            if alpha < MIN_ALPHA {
+                Lobe::Mirror(Mirror { reflectance, fresnel })
+            } else {
+                Lobe::RoughConductor(RoughConductor::new(reflectance, Vec2::splat(alpha), fresnel))
+            }
         })
     }
 
@@ -305,9 +308,10 @@ impl Material {
 
     /// Absorption coefficient of the body behind the surface, if there is one.
     pub fn absorption_of_body(&self) -> Spectrum {
-        match self.thin || self.transmission.is_black() {
-            true => Spectrum::ZERO,
-            false => self.absorption,
+        if self.thin || self.transmission.is_black() {
+            Spectrum::ZERO
+        } else {
+            self.absorption
         }
     }
 

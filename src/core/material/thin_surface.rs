@@ -31,18 +31,16 @@ impl ThinSurface {
     /// Probability with which a ray passes whose direction has this cosine with the shading normal. Light that passes has this times `tint` of
     /// what it had.
     pub fn pass_probability(&self, cos: f32) -> f32 {
-        match self.ior == 1.0 {
-            true => self.share,
-            false => self.share * (1.0 - ThinDielectric::reflected_share(cos, self.ior)),
+        if self.ior == 1.0 {
+            self.share
+        } else {
+            self.share * (1.0 - ThinDielectric::reflected_share(cos, self.ior))
         }
     }
 
     /// Probability with which a filter stops a ray; the same for all directions. 1 where nothing but a mirror stops rays.
     pub fn scattered_share(&self) -> f32 {
-        match self.share < 1.0 {
-            true => 1.0 - self.share,
-            false => 1.0,
-        }
+        if self.share < 1.0 { 1.0 - self.share } else { 1.0 }
     }
 }
 

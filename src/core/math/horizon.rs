@@ -16,13 +16,12 @@ impl Horizon {
     pub fn new(up: Vec3) -> Self {
         // The half-way vector of +y and `up` gives the shortest rotation; its length vanishes for −y.
         let half = DVec3::Y + up.as_dvec3().normalize();
-        let rotation = match half.length_squared() > 1e-10 {
-            true => {
-                let half = half.normalize();
-                let axis = DVec3::Y.cross(half);
-                Quat::from_xyzw(axis.x as f32, axis.y as f32, axis.z as f32, half.y as f32).normalize()
-            }
-            false => Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+        let rotation = if half.length_squared() > 1e-10 {
+            let half = half.normalize();
+            let axis = DVec3::Y.cross(half);
+            Quat::from_xyzw(axis.x as f32, axis.y as f32, axis.z as f32, half.y as f32).normalize()
+        } else {
+            Quat::from_xyzw(1.0, 0.0, 0.0, 0.0)
         };
         Self { up, rotation }
     }
@@ -36,9 +35,10 @@ impl Horizon {
     /// at the bottom.
     pub fn image_up(&self, back: Vec3) -> Vec3 {
         let height = back.dot(self.up);
-        match height.abs() > 0.999 {
-            true => self.point(Vec3::NEG_Z) * height.signum(),
-            false => self.up,
+        if height.abs() > 0.999 {
+            self.point(Vec3::NEG_Z) * height.signum()
+        } else {
+            self.up
         }
     }
 

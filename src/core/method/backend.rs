@@ -7,7 +7,7 @@ use crate::accel::bvh;
 use crate::accel::embree;
 use crate::accel::{Accel, Auditor, brute};
 #[cfg(feature = "obvhs")]
-use crate::io::{MemoryLimit, in_words};
+use crate::files::{MemoryLimit, in_words};
 use crate::options::Backend;
 use crate::scene::Scene;
 #[cfg(any(feature = "embree", feature = "obvhs"))]

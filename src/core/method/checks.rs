@@ -2,9 +2,9 @@
 
 use super::{Error, InvalidSetting};
 use crate::camera::Camera;
-use crate::film::PathPart;
 use crate::integrator::{Background, DirectLight, strategies};
 use crate::light::{Light, SelectionMode};
+use crate::light_paths::PathPart;
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
 

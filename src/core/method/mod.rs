@@ -1,5 +1,5 @@
-//! A method over a backend: the choice of the backend (`backend`) and of the integrator (`run`), which settings and scenes a method refuses (`checks`), the
-//! memory that it takes (`memory`), and how its errors are correlated (`common_errors`). Sessions stand on it. Programs that make integrators
+//! A method over a backend: the choice of the backend (`backend`) and of the integrator (`run`), which settings and scenes a method refuses (`checks`),
+//! and how its errors are correlated (`common_errors`). Sessions stand on it. Programs that make integrators
 //! themselves render by `compiled`.
 //!
 //! Functions take [`AnyAccel`] and [`RenderSampler`], and nothing generic: what a program calls is compiled here, with full optimisation, and not in the program.

@@ -459,9 +459,10 @@ impl Method {
 /// Runs `task` with `fast`, compiled for the backend itself, for the picture's own samples and with `any` for all others. A backend behind dynamic
 /// dispatch gains nothing by that and gets `any` alone.
 fn run<A: Dispatch, T: Task>(_: World<A>, fast: impl Integrator, any: impl Integrator, task: T) -> T::Output {
-    match A::IS_DYNAMIC {
-        true => task.run(&any),
-        false => task.run(&Monomorphic { fast, any }),
+    if A::IS_DYNAMIC {
+        task.run(&any)
+    } else {
+        task.run(&Monomorphic { fast, any })
     }
 }
 

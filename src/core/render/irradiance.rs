@@ -150,9 +150,10 @@ impl Filling {
         let world = &maker.path.world;
         Self {
             cache: IrradianceCache::new(error, world.scene.bounds()),
-            passes: match world.stands_still() {
-                true => passes(resolution),
-                false => VecDeque::new(),
+            passes: if world.stands_still() {
+                passes(resolution)
+            } else {
+                VecDeque::new()
             },
             seed,
             max_records: Irradiance::max_records(resolution),
@@ -287,9 +288,10 @@ impl Pass {
         let key = SampleKey::new(x, y, self.number);
         let mut sampler = Sobol::new(mix(seed ^ GOLDEN_GAMMA));
         sampler.start(key);
-        let within = match self.is_random {
-            true => sampler.get_2d(Dimension::PIXEL),
-            false => Vec2::splat(0.5),
+        let within = if self.is_random {
+            sampler.get_2d(Dimension::PIXEL)
+        } else {
+            Vec2::splat(0.5)
         };
         maker.find(key, key.pixel().as_vec2() + within, &mut sampler, rays)
     }

@@ -125,9 +125,10 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     let prepared = integrator.join(index, parts);
 
     // All work items, some at a time
-    let seen = match integrator.sends_light() {
-        true => Film::cells(film.resolution(), Rect::full(film.resolution())),
-        false => Film::cells(film.resolution(), film.crop()),
+    let seen = if integrator.sends_light() {
+        Film::cells(film.resolution(), Rect::full(film.resolution()))
+    } else {
+        Film::cells(film.resolution(), film.crop())
     };
     let cells = seen.into_iter().map(Work::Pixels);
     let work: Vec<Work> = cells.chain((0..integrator.chains()).map(Work::Chain)).collect();

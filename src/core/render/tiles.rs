@@ -81,15 +81,16 @@ fn advance_passes<S: Sampler>(
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
     // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
-    let again = match start < next {
-        true => Some(render_tile(
+    let again = if start < next {
+        Some(render_tile(
             integrator,
             sampler,
             tile,
             (start..next, Turn::TakeBack),
             observer,
-        )?),
-        false => None,
+        )?)
+    } else {
+        None
     };
     let mut statistics = Statistics::default();
     for pass in passes(start..end) {
@@ -140,9 +141,10 @@ fn render_tile<S: Sampler>(
         _ => shuffled(tile.cell(), samples.start),
     };
     let mut blocks: [Block; SAMPLES_AT_ONCE] = Default::default();
-    let mut feature_blocks = match tile.has_features() {
-        true => vec![FeatureBlock::default(); SAMPLES_AT_ONCE],
-        false => Vec::new(),
+    let mut feature_blocks = if tile.has_features() {
+        vec![FeatureBlock::default(); SAMPLES_AT_ONCE]
+    } else {
+        Vec::new()
     };
     let new_blocks = |parts: usize| match parts {
         0 => Vec::new(),

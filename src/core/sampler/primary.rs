@@ -75,9 +75,10 @@ impl PrimarySampler {
     pub fn propose(&mut self, large_step_probability: f32) -> Step {
         let step = hash::numbered(self.key, self.proposed);
         self.proposed = self.proposed.wrapping_add(1);
-        let kind = match unit(step, WHICH_STEP) < large_step_probability {
-            true => Step::Large,
-            false => Step::Small,
+        let kind = if unit(step, WHICH_STEP) < large_step_probability {
+            Step::Large
+        } else {
+            Step::Small
         };
         self.proposal = Some((kind, step));
         kind

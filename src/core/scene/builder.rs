@@ -3,7 +3,7 @@
 use super::duplicates::{CoincidentEmitters, TriangleSamples, remove_repeated_triangles};
 use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
-use super::panes::Panes;
+use super::recognise::Panes;
 use super::validate::{
     BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
 };

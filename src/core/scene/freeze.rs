@@ -3,10 +3,9 @@
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::duplicates::remove_repeated_instances;
 use super::ground::Ground;
-use super::panes::{FlatPanes, Panes, max_thickness};
-use super::rectangles::{self, Part};
+use super::recognise::{self, FlatPanes, Panes, Part, max_thickness};
 use super::validate::{BuildError, check_extent, check_reach};
-use super::{Instance, LightNumbering, Scene, Shape, components};
+use super::{Instance, LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
@@ -327,7 +326,7 @@ impl Scene {
     fn number_lights(&mut self, mesh: &Mesh, is_plain: bool, sampling: TriangleSampling) -> (u32, LightNumbering) {
         let count = mesh.triangles.len() as u32;
         if is_plain && sampling == TriangleSampling::Area {
-            let (parts, numbers) = rectangles::parts(mesh);
+            let (parts, numbers) = recognise::parts(mesh);
             if parts.len() < numbers.len() {
                 self.light_numbers.push(numbers);
                 return (
@@ -367,7 +366,7 @@ impl Scene {
             let (mesh, shape) = (&self.meshes[geom as usize], self.shape(GeomId(geom)));
             let components = match shape.numbering {
                 LightNumbering::One => vec![vec![0]],
-                _ => components::components(mesh, components::welded(mesh)),
+                _ => recognise::components(mesh, recognise::welded(mesh)),
             };
             for triangles in components {
                 let number = |prim| self.number_of_light(shape, PrimId(prim));
@@ -434,7 +433,7 @@ impl Scene {
             false => light(prim),
         };
         let lights: Vec<Light> = match shape.numbering {
-            LightNumbering::Listed(_) => rectangles::parts(mesh)
+            LightNumbering::Listed(_) => recognise::parts(mesh)
                 .0
                 .into_iter()
                 .map(|part| match part {

@@ -5,7 +5,8 @@
 //! if it still has the contents that were loaded. A file that others have changed is loaded first.
 
 use super::{Change, Engine};
-use crate::io::{FileError, read_text};
+use crate::files::read_text;
+use crate::io::FileError;
 use crate::view::SavedPart;
 use crate::view::hub::{Mail, PageId};
 use crate::view::protocol::{Command, PageCamera};

@@ -865,7 +865,7 @@ fn a_person_reads_the_report() {
     );
     assert!(text(&["s.toml"]).contains("light: none in the file; white light"));
     let verbose = text(&["-v", "a.obj"]);
-    assert!(verbose.contains("    MB: process "), "{verbose}");
+    assert!(verbose.contains("    MB: scene "), "{verbose}");
     fs::write(folder.path().join("a.mtl"), "newmtl m\nKe 1 1 1\n").unwrap();
     assert!(text(&["a.obj"]).contains(" W ("));
 }

@@ -8,10 +8,11 @@ use syn::{Attribute, Item, Macro, Meta, UseTree};
 
 /// The modules of both crates from the ground up; those of one row do not depend on each other.
 const ROWS: &[&[&str]] = &[
-    &["math"],
+    &["math", "files"],
     &["sampling", "color", "parameter"],
     &["bsdf", "geometry", "sampler", "texture"],
-    &["material", "light", "camera", "film"],
+    &["material", "light", "camera", "light_paths"],
+    &["film"],
     &["scene", "denoise", "compare"],
     &["accel"],
     &["integrator", "guess"],

@@ -109,9 +109,10 @@ impl Shapes {
             let mesh = scene.mesh(geom);
             for prim in (0..mesh.triangles.len() as u32).map(PrimId) {
                 let open = TriangleLeaf::new(mesh.corners(prim), geom, prim);
-                match mesh.deforms() {
-                    false => still.push(open),
-                    true => moving.push(MovingTriangleLeaf::new(open, mesh.corners_at_close(prim))),
+                if mesh.deforms() {
+                    moving.push(MovingTriangleLeaf::new(open, mesh.corners_at_close(prim)))
+                } else {
+                    still.push(open)
                 }
             }
         }

@@ -60,21 +60,18 @@ pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
             }
         }
         for (place, member) in members.into_iter().enumerate() {
-            let child = match member.is_leaf() {
-                true => {
-                    let first = starts[member.first_index as usize];
-                    let end = starts[(member.first_index + member.prim_count) as usize];
-                    Child {
-                        first,
-                        count: end - first,
-                    }
+            let child = if member.is_leaf() {
+                let first = starts[member.first_index as usize];
+                let end = starts[(member.first_index + member.prim_count) as usize];
+                Child {
+                    first,
+                    count: end - first,
                 }
-                false => {
-                    nodes.push(Node::EMPTY);
-                    let first = nodes.len() as u32 - 1;
-                    open.push((member, first));
-                    Child { first, count: 0 }
-                }
+            } else {
+                nodes.push(Node::EMPTY);
+                let first = nodes.len() as u32 - 1;
+                open.push((member, first));
+                Child { first, count: 0 }
             };
             nodes[index as usize].set(place, member, child);
         }

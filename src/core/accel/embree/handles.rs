@@ -21,9 +21,10 @@ impl SceneHandle {
         // SAFETY: the device is live; null is checked below.
         let handle = Self(unsafe { rtcNewScene(device.handle()) });
         device.check("creating a scene")?;
-        let flags = match is_compact {
-            false => RTCSceneFlags::RTC_SCENE_FLAG_ROBUST,
-            true => RTCSceneFlags::RTC_SCENE_FLAG_ROBUST | RTCSceneFlags::RTC_SCENE_FLAG_COMPACT,
+        let flags = if is_compact {
+            RTCSceneFlags::RTC_SCENE_FLAG_ROBUST | RTCSceneFlags::RTC_SCENE_FLAG_COMPACT
+        } else {
+            RTCSceneFlags::RTC_SCENE_FLAG_ROBUST
         };
         // SAFETY: the scene is live, not yet committed, and known to this thread alone.
         unsafe {

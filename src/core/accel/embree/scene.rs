@@ -121,9 +121,10 @@ impl<'a> EmbreeAccel<'a> {
     /// (`min_rcp_input` in its sources).
     #[inline(always)]
     pub(super) fn barycentrics(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
-        match hit.b1 == 0.0 && hit.b2 == 0.0 {
-            true => self.of_tiny_triangle(ray, hit),
-            false => [hit.b1, hit.b2],
+        if hit.b1 == 0.0 && hit.b2 == 0.0 {
+            self.of_tiny_triangle(ray, hit)
+        } else {
+            [hit.b1, hit.b2]
         }
     }
 

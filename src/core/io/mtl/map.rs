@@ -114,9 +114,10 @@ impl MapStatement {
                     self.ignored.push("-t");
                 }
                 "-clamp" => {
-                    self.mapping.wrap = match words.on_or_off(option)? {
-                        true => Wrap::Clamp,
-                        false => Wrap::Repeat,
+                    self.mapping.wrap = if words.on_or_off(option)? {
+                        Wrap::Clamp
+                    } else {
+                        Wrap::Repeat
                     }
                 }
                 "-blendu" | "-blendv" | "-cc" => {
@@ -185,9 +186,10 @@ impl<'a> Words<'a> {
             self.next();
         }
         let v = others[0];
-        match v.is_finite() {
-            true => Ok(Vec2::new(u, v)),
-            false => Err(format!("`{option} {u} {v}` should be finite numbers")),
+        if v.is_finite() {
+            Ok(Vec2::new(u, v))
+        } else {
+            Err(format!("`{option} {u} {v}` should be finite numbers"))
         }
     }
 

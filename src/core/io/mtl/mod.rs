@@ -10,10 +10,10 @@ mod section;
 mod translate;
 mod writer;
 
-use super::input::read_text;
 use super::statements::{place_of, possible_names, split_keyword, whole_statements, with_line_feeds};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
+use crate::files::input::read_text;
 use crate::material::Material;
 use crate::math::{excerpt, excerpt_of_path};
 use crate::texture::Channel;

@@ -121,9 +121,10 @@ impl Section {
             "pr" => self.roughness = number(SHARE).or(self.roughness),
             "pm" => self.metallic = number(SHARE).or(self.metallic),
             "pc" => {
-                let help = match self.max_clearcoat > 1.0 {
-                    true => "write a finite number, 0 or more",
-                    false => SHARE.1,
+                let help = if self.max_clearcoat > 1.0 {
+                    "write a finite number, 0 or more"
+                } else {
+                    SHARE.1
                 };
                 let clearcoat = number(([0.0, self.max_clearcoat], help));
                 self.clearcoat = clearcoat.unwrap_or(self.clearcoat);
@@ -399,12 +400,13 @@ fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> R
         return Err((None, (format!("{key} is `{}`; it has no effect", excerpt(rest)), help)));
     };
     let used = value.clamp(low, high);
-    match used == value {
-        true => Ok(value),
-        false => Err((
+    if used == value {
+        Ok(value)
+    } else {
+        Err((
             Some(used),
             (format!("{key} is `{}`; {used} counts", excerpt(rest)), help),
-        )),
+        ))
     }
 }
 

@@ -311,9 +311,10 @@ impl BlenderExport {
             return Self::Internal;
         }
         let is_native = exponents().any(|ns| ns > 900.5 || is_near(ns, 250.0));
-        match has_signature || !is_native && exponents().any(|ns| is_near(ns, 225.0) || is_near(ns, 324.0)) {
-            true => Self::Python,
-            false => Self::Native { before_4: true },
+        if has_signature || !is_native && exponents().any(|ns| is_near(ns, 225.0) || is_near(ns, 324.0)) {
+            Self::Python
+        } else {
+            Self::Native { before_4: true }
         }
     }
 }

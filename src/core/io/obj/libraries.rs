@@ -4,7 +4,7 @@
 //! file and in the folder above. If there is no library at all, one that is called like the OBJ
 //! file is taken.
 
-use crate::io::find_file::{FileFinder, base_name, case_differs, count_alike, folder_above, unquoted};
+use crate::files::find_file::{FileFinder, base_name, case_differs, count_alike, folder_above, unquoted};
 use crate::io::mtl::{FileMaterial, ObjContext, library_path, load_mtl};
 use crate::io::statements::possible_names;
 use crate::io::{FileError, Findings, LoadOptions, Position, Severity};

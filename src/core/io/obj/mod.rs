@@ -19,11 +19,11 @@ mod sides;
 mod smoothing;
 mod usual_up;
 
-use super::input;
-use super::memory::Allowance;
 use super::mtl::{FileMaterial, ObjContext, Signature};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
+use crate::files::input;
+use crate::files::memory::Allowance;
 use crate::geometry::Mesh;
 use crate::math::DVec3;
 use colors::{Colors, take_colors};
@@ -152,9 +152,10 @@ pub(super) fn read_obj(
     drop(text);
     // Without a face there is no picture.
     let has_faces = outline.sections.iter().any(|section| section.corner_count() > 0);
-    let severity = match has_faces || !options.parts.is_empty() {
-        true => options.severity_of_lack(),
-        false => Severity::Error,
+    let severity = if has_faces || !options.parts.is_empty() {
+        options.severity_of_lack()
+    } else {
+        Severity::Error
     };
     let told = outline.wrong.len();
     for error in std::mem::take(&mut outline.wrong) {
@@ -209,9 +210,10 @@ fn open_regular(path: &Path) -> Option<File> {
 fn into_groups(mut outline: Outline, mut colors: Colors, moves_apart: bool) -> (Vec<Group>, usize) {
     let faces = groups::by_material(&outline.sections);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
-    let pairs = match moves_apart {
-        true => sides::separate(&mut outline, &mut colors, &faces),
-        false => 0,
+    let pairs = if moves_apart {
+        sides::separate(&mut outline, &mut colors, &faces)
+    } else {
+        0
     };
     (
         faces.into_par_iter().map(|f| f.into_group(&outline, &colors)).collect(),

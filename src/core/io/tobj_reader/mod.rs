@@ -8,11 +8,12 @@
 
 mod materials;
 
-use super::input::Input;
-use super::memory::Allowance;
 use super::mtl::{FileMaterial, ObjContext, Signature, library_path};
 use super::obj::{Group, ObjFile, chosen_origin, no_faces};
-use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded, read_text};
+use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
+use crate::files::input::Input;
+use crate::files::memory::Allowance;
+use crate::files::{guarded, read_text};
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{Vec2, Vec3};
 use std::cell::RefCell;

@@ -46,9 +46,10 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
         resolution,
         crop: of_pixel(pixel),
     };
-    let seen = match integrator.sends_light() {
-        true => Rect::full(resolution),
-        false => of_pixel(pixel),
+    let seen = if integrator.sends_light() {
+        Rect::full(resolution)
+    } else {
+        of_pixel(pixel)
     };
     let pixels = seen.pixels().map(|pixel| Work::Pixels(of_pixel(pixel)));
     for work in pixels.chain((0..integrator.chains()).map(Work::Chain)) {

@@ -5,7 +5,7 @@ use crate::math::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
 /// An index for each vertex that vertices of one position have in common.
-pub(super) fn welded(mesh: &Mesh) -> Vec<u32> {
+pub(in crate::scene) fn welded(mesh: &Mesh) -> Vec<u32> {
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
     let positions = mesh.positions.iter().enumerate();
     let first = positions.map(|(i, p)| {
@@ -17,7 +17,7 @@ pub(super) fn welded(mesh: &Mesh) -> Vec<u32> {
 }
 
 /// The triangles of each connected component, in the order of their first ones. At first the parent of a vertex is its [`welded`] one.
-pub(super) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
+pub(in crate::scene) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
     // By path halving (Tarjan 1975)
     fn root(parents: &mut [u32], mut i: u32) -> u32 {
         while parents[i as usize] != i {

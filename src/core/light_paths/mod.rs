@@ -7,14 +7,13 @@
 //! The automaton reads a path from its light to the camera, whichever way an expression is written. Light that arrives at a vertex thus has one class for
 //! all viewers of the vertex, which path reuse needs. Scattering moves light from its class to the classes behind the event, to each by its share.
 //!
-//! Classes do not overlap, and their sums add up to the picture exactly (`terms`). Parts are sums over classes.
+//! Classes do not overlap, and their sums add up to the picture exactly (`film/path_terms.rs`). Parts are sums over classes.
 
 mod classes;
 mod error;
 mod parts;
 mod positions;
 mod syntax;
-mod terms;
 
 pub use error::LightPathError;
 pub use parts::PathPart;

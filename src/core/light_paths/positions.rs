@@ -31,10 +31,7 @@ impl Positions {
         let (camera, lights) = (of(CAMERA), of(LIGHTS));
         let is_from_camera = all.first & !camera == 0;
         let is_from_light = all.last & !camera == 0;
-        let ends = match is_from_camera {
-            true => all.last,
-            false => all.first,
-        };
+        let ends = if is_from_camera { all.last } else { all.first };
         if all.is_nullable || !(is_from_camera || is_from_light) || ends & !lights != 0 {
             return Err(LightPathError::new(
                 "the expression has to lead from the camera to a light, or from a light to the camera",

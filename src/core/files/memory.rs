@@ -1,7 +1,7 @@
 //! Memory limits while files are read, and progress of reading.
 //!
 //! Meshes are moved from the reader into the scene. The memory that a file will take is known before it is allocated: from its length, then from the
-//! counts of its statements (`Chunks::bytes`), the headers of its pictures, and the forecast of the render (`session`); the pixels are forecast
+//! counts of its statements (`Chunks::bytes`), the headers of its pictures, and the estimate of the render (`session`); the pixels are checked
 //! before all of these. Each is compared with `--max-memory`, or with what the system leaves, and is asked of the allocator and given back
 //! (`memory_limit`). obvhs and the exr and image crates allocate without asking, and would end the program where there is no memory left.
 

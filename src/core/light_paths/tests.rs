@@ -1,7 +1,5 @@
 use super::syntax::{CAMERA, Node, Symbols, parse};
 use super::*;
-use crate::color::Spectrum;
-use crate::film::{PartBlock, PartSum};
 use crate::math::hash::mix;
 use std::collections::BTreeSet;
 
@@ -327,42 +325,4 @@ fn named_parts_divide_all_paths() {
     };
     assert!(is_in(&[KINDS[0]], "diffuse_direct") && is_in(&[KINDS[5], KINDS[5]], "transmission_indirect"));
     assert!(is_in(&[KINDS[2]; 3], "bounce.3") && is_in(&[KINDS[2]; 6], "bounce.rest"));
-}
-
-/// Terms of the parts add up to what the picture gets, to the bit, whatever rounding there was.
-#[test]
-fn terms_add_up_to_the_bit() {
-    let parts = named(&["emission", "direct", "indirect", "bounces:2"]);
-    let paths = LightPaths::new(&parts).unwrap();
-    let mut dice = Dice(5);
-    let (mut sums, mut total) = (
-        vec![PartSum::default(); parts.len()],
-        [0.0; 3].map(crate::film::Fixed::new),
-    );
-    for _ in 0..50 {
-        let mut block = PartBlock::new(paths.classes());
-        let mut picture = [0.0; 3];
-        for _ in 0..20 {
-            let classes: Vec<Spectrum> = (0..paths.classes())
-                .map(|_| Spectrum::rgb(dice.roll(1000) as f32 / 3.0, 10f32.powi(dice.roll(9) as i32 - 6), 0.0))
-                .collect();
-            let sum = classes
-                .iter()
-                .fold(Spectrum::ZERO, |sum, class| sum + *class)
-                .to_array();
-            block.add(&classes);
-            for c in 0..3 {
-                picture[c] += f64::from(sum[c]) * (1.0 + 1e-7);
-            }
-        }
-        for (sum, term) in sums.iter_mut().zip(paths.terms(block.sums(), picture)) {
-            *sum = sum.plus(term);
-        }
-        total = [0, 1, 2].map(|c| total[c].plus(crate::film::Fixed::new(picture[c])));
-    }
-    for whole in [&sums[..3], &sums[3..]] {
-        let sum = whole.iter().fold(PartSum::default(), |all, sum| all.plus(*sum));
-        assert_eq!(sum, PartSum(total));
-    }
-    assert!(sums.iter().all(|sum| sum.mean(0, 1) > 0.0));
 }

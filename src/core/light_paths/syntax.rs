@@ -171,9 +171,10 @@ impl Parser<'_> {
     fn single(&mut self) -> Result<Node, LightPathError> {
         if self.takes('(') {
             let node = self.either()?;
-            return match self.takes(')') {
-                true => Ok(node),
-                false => Err(self.unexpected("close the parenthesis by )")),
+            return if self.takes(')') {
+                Ok(node)
+            } else {
+                Err(self.unexpected("close the parenthesis by )"))
             };
         }
         Ok(Node::Symbol(match self.peek() {

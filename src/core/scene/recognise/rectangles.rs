@@ -11,14 +11,14 @@ const RIGHT: f32 = 1e-5;
 
 /// A light of an emitting mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
+pub(in crate::scene) enum Part {
     Triangle(PrimId),
     /// Two triangles: a corner of the rectangle, and the edges from there, whose cross product is along the normal.
     Rectangle(Vec3, [Vec3; 2]),
 }
 
 /// The rectangles and the other triangles of `mesh`, in order, and for each triangle the number of its part.
-pub(super) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
+pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
     let count = mesh.triangles.len() as u32;
     let (mut parts, mut numbers) = (Vec::new(), Vec::new());
     let mut prim = 0;

@@ -111,9 +111,10 @@ fn open_own(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
         Some(code) if code == LINK_REFUSED => not_regular(),
         _ => error,
     })?;
-    match file.metadata()?.is_file() {
-        true => Ok(file),
-        false => Err(not_regular()),
+    if file.metadata()?.is_file() {
+        Ok(file)
+    } else {
+        Err(not_regular())
     }
 }
 

@@ -86,13 +86,13 @@ enum Component {
 }
 
 /// Largest thickness of a pane in a scene of these bounds.
-pub(super) fn max_thickness(bounds: Bounds3) -> f64 {
+pub(in crate::scene) fn max_thickness(bounds: Bounds3) -> f64 {
     MAX_SHARE_OF_SCENE * f64::from(bounds.radius())
 }
 
 /// The thin dielectrics that panes become.
 #[derive(Default)]
-pub(super) struct FlatPanes {
+pub(in crate::scene) struct FlatPanes {
     /// Whether a material is clear glass.
     is_clear: HashMap<MaterialId, bool>,
     /// Material of panes by that of their body.

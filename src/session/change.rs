@@ -48,9 +48,10 @@ impl Session {
         let accel = self.accel_for_guesses()?;
         let free = CameraSettings {
             up: self.said_camera.up,
+            usual_up: self.said_camera.usual_up,
             ..CameraSettings::default()
         };
-        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
         Ok(self.pool.install(|| finder().candidates()))
     }
 

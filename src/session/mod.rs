@@ -18,6 +18,7 @@ mod memory;
 mod merge;
 mod renderer;
 mod settings;
+mod sisters;
 mod state;
 mod version;
 
@@ -39,7 +40,7 @@ pub(crate) use settings::all_threads;
 use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, Unlit, load_scene_to_light};
 use crate::film::{Aov, Filter, LightPathError, LightPaths};
-use crate::guess::CameraGuess;
+use crate::guess::{CameraGuess, Sisters};
 use crate::integrator::{Backdrop, World};
 use crate::io::{Finding, LoadObserver, MemoryLimit, Warning};
 use crate::lint;
@@ -68,6 +69,8 @@ pub struct Session {
     paths: Option<Arc<LightPaths>>,
     /// Guess of the camera, if one was made.
     camera_guess: Option<CameraGuess>,
+    /// Evidence of other files of the folder on the upright axis, if it was needed.
+    sisters: Sisters,
     /// Given settings of the camera, without guesses, which `settings` include if light or ground were guessed or changed.
     said_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
@@ -140,6 +143,7 @@ impl Session {
             camera,
             description,
             guess,
+            sisters,
         } = found;
         if let Some(lit) = lit {
             let relit = Self::relit((&lit.file, lit.settings), (scene, unlit), pool, observer)?;
@@ -149,6 +153,7 @@ impl Session {
                 lit_words: lit.words,
                 lit_file: Some(lit.file.clone()),
                 said_camera: settings.camera,
+                sisters,
                 ..relit
             });
         }
@@ -168,6 +173,7 @@ impl Session {
             description,
             warnings,
             camera_guess: guess,
+            sisters,
             lit_words: None,
             lit_file: None,
             files,
@@ -225,6 +231,7 @@ impl Session {
             description,
             warnings,
             camera_guess: None,
+            sisters: Sisters::default(),
             lit_words: None,
             lit_file: None,
             said_camera: settings.camera,
@@ -329,7 +336,7 @@ impl Session {
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
-        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
         Ok(self.pool.install(|| finder().candidates()))
     }
 

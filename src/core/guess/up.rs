@@ -195,8 +195,8 @@ impl UpScores {
 
     /// The scores with the evidence of other files.
     pub(super) fn with(&self, sisters: &Sisters) -> Self {
-        let most = sisters.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let evidence = |i: usize| (sisters.0[i] - most).max(-Sisters::LARGEST);
+        let max = sisters.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let evidence = |i: usize| (sisters.0[i] - max).max(-Sisters::LARGEST);
         Self(std::array::from_fn(|i| self.0[i] + evidence(i)))
     }
 }
@@ -209,13 +209,13 @@ pub struct Sisters([f32; 6]);
 impl Sisters {
     /// Score that all files together can change.
     const LARGEST: f32 = 2.0;
-    /// Probability that a file tells nothing on others.
+    /// Probability that the axis of a file does not depend on that of others.
     const OTHER: f32 = 0.2;
 
     /// Adds the evidence of a file with these scores.
     pub fn add(&mut self, scores: &UpScores) {
-        let most = scores.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let odds = scores.0.map(|score| (score - most).exp());
+        let max = scores.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let odds = scores.0.map(|score| (score - max).exp());
         let all: f32 = odds.iter().sum();
         for (sum, odds) in self.0.iter_mut().zip(odds) {
             *sum += ((1.0 - Self::OTHER) * odds / all + Self::OTHER).ln();

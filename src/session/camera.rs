@@ -4,7 +4,7 @@ use crate::accel::Accel;
 use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
-use crate::guess::{Asked, CameraFinder, CameraGuess};
+use crate::guess::{Asked, CameraFinder, CameraGuess, Sisters};
 use crate::io::FileError;
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
 use crate::options::CameraOptions;
@@ -75,8 +75,14 @@ impl CameraSettings {
         self.position.is_none() || self.look_at.is_none() || self.focus_at.is_some()
     }
 
-    /// What finds the camera in `scene`, whose rays `accel` answers.
-    pub(crate) fn finder<'a>(&self, scene: &'a Scene, accel: &'a dyn Accel, resolution: UVec2) -> CameraFinder<'a> {
+    /// What finds the camera in `scene`, whose rays `accel` answers, by the evidence of `sisters` too.
+    pub(crate) fn finder<'a>(
+        &self,
+        scene: &'a Scene,
+        accel: &'a dyn Accel,
+        resolution: UVec2,
+        sisters: Sisters,
+    ) -> CameraFinder<'a> {
         let asked = Asked {
             position: self.position.map(|position| position.as_vec3a()),
             look_at: self.look_at.map(|look_at| look_at.as_vec3a()),
@@ -85,6 +91,7 @@ impl CameraSettings {
             view: self.view.unwrap_or_default(),
             orbit: self.orbit,
             usual_up: self.usual_up,
+            sisters,
             origin: self.origin,
         };
         CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
@@ -175,6 +182,7 @@ impl CameraSettings {
             camera: description.camera(resolution)?,
             description,
             guess,
+            sisters: finder.map(CameraFinder::sisters).unwrap_or_default(),
         })
     }
 
@@ -198,6 +206,8 @@ pub(crate) struct FoundCamera {
     pub description: CameraDescription,
     /// Guessed settings, if there are any.
     pub guess: Option<CameraGuess>,
+    /// Evidence of other files of the folder, if it was needed.
+    pub sisters: Sisters,
 }
 
 impl FoundCamera {

@@ -52,9 +52,10 @@ impl Session {
                 up: self.said_camera.up,
                 ..CameraOptions::default()
             },
+            usual_up: self.said_camera.usual_up,
             ..CameraSettings::default()
         };
-        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
         Ok(self.pool.install(|| finder().candidates()))
     }
 

@@ -18,6 +18,7 @@ mod memory;
 mod merge;
 mod renderer;
 mod settings;
+mod sisters;
 mod state;
 mod version;
 
@@ -40,7 +41,7 @@ use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, Unlit, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
-use crate::guess::CameraGuess;
+use crate::guess::{CameraGuess, Sisters};
 use crate::integrator::{Backdrop, World};
 use crate::io::{Finding, LoadObserver, Warning};
 use crate::light_paths::{LightPathError, LightPaths};
@@ -70,6 +71,8 @@ pub struct Session {
     paths: Option<Arc<LightPaths>>,
     /// Guess of the camera, if one was made.
     camera_guess: Option<CameraGuess>,
+    /// Evidence of other files of the folder on the upright axis, if it was needed.
+    sisters: Sisters,
     /// Given settings of the camera, without guesses, which `settings` include if light or ground were guessed or changed.
     said_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
@@ -142,6 +145,7 @@ impl Session {
             camera,
             description,
             guess,
+            sisters,
         } = found;
         if let Some(lit) = lit {
             let relit = Self::relit((&lit.file, lit.settings), (scene, unlit), pool, observer)?;
@@ -151,6 +155,7 @@ impl Session {
                 lit_words: lit.words,
                 lit_file: Some(lit.file.clone()),
                 said_camera: settings.camera,
+                sisters,
                 ..relit
             });
         }
@@ -170,6 +175,7 @@ impl Session {
             description,
             warnings,
             camera_guess: guess,
+            sisters,
             lit_words: None,
             lit_file: None,
             files,
@@ -227,6 +233,7 @@ impl Session {
             description,
             warnings,
             camera_guess: None,
+            sisters: Sisters::default(),
             lit_words: None,
             lit_file: None,
             said_camera: settings.camera,
@@ -331,7 +338,7 @@ impl Session {
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
-        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
         Ok(self.pool.install(|| finder().candidates()))
     }
 

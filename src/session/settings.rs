@@ -1,13 +1,14 @@
 //! Settings of a render: the options of a scene file, changed by flags or by a program, and the checks of what goes together.
 
 use super::camera::{FoundCamera, blame};
+use super::sisters::sisters;
 use super::{AnyAccel, CameraSettings, Error, Guesses, InvalidSetting};
 use crate::camera::CameraParameters;
 use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, Rect};
-use crate::guess::{LightGuess, Survey};
+use crate::guess::{LightGuess, Sisters, Survey};
 use crate::integrator::Background;
 use crate::light_paths::{LightPathError, LightPaths, PathPart};
 use crate::math::UVec2;
@@ -353,8 +354,14 @@ impl Settings {
             false => None,
         };
         let accel = accel.as_ref().map(AnyAccel::as_dyn);
+        let finder = |accel| pool.install(|| self.camera.finder(scene, accel, self.resolution, Sisters::default()));
+        let finder = match (accel.map(finder), file.only_obj()) {
+            (Some(finder), Some(obj)) if finder.is_unsure_of_up() => {
+                Some(finder.with(sisters(&obj, self.backend, pool)))
+            }
+            (finder, _) => finder,
+        };
         let found = pool.install(|| {
-            let finder = accel.map(|accel| self.camera.finder(scene, accel, self.resolution));
             let found = self.camera.found(finder.as_ref(), self.resolution)?;
             let CameraParameters { position, look_at, .. } = found.description.parameters;
             let survey = finder.map(|finder| {

@@ -7,6 +7,7 @@ use super::look::Looker;
 use super::object;
 use super::region::Region;
 use super::survey::Survey;
+use super::up::Sisters;
 use crate::accel::Accel;
 use crate::camera::CameraParameters;
 use crate::math::{DVec3, Horizon, Vec3, encode_fields, encode_variants};
@@ -149,6 +150,8 @@ pub struct Asked {
     pub orbit: Option<Orbit>,
     /// Axis that is up in most files of the program that wrote the scene.
     pub usual_up: Option<Vec3>,
+    /// Evidence of other files of the folder on the upright axis.
+    pub sisters: Sisters,
     /// Point of the file's coordinates that is the scene's origin, for flags.
     pub origin: DVec3,
 }
@@ -199,6 +202,8 @@ impl CameraGuess {
 pub struct CameraFinder<'a> {
     looker: Looker<'a>,
     survey: Survey,
+    /// Whether the upright axis is another one than by the scene alone.
+    is_up_of_sisters: bool,
     asked: Asked,
     /// Width of the image over its height.
     aspect: f32,
@@ -212,12 +217,33 @@ impl<'a> CameraFinder<'a> {
             accel,
             region: Region::of(scene),
         };
+        let survey = Survey::new(&looker, asked.up.or(height_axis(asked.origin)), asked.usual_up);
+        let (survey, is_up_of_sisters) = survey.with(&asked.sisters);
         Self {
-            survey: Survey::new(&looker, asked.up.or(height_axis(asked.origin)), asked.usual_up),
+            survey,
+            is_up_of_sisters,
             looker,
             asked,
             aspect,
         }
+    }
+
+    /// Returns true if other files of the folder can change the upright axis.
+    pub fn is_unsure_of_up(&self) -> bool {
+        self.survey.is_unsure_of_up()
+    }
+
+    /// The finder with the evidence of `sisters`, in place of that of `asked`.
+    #[must_use]
+    pub fn with(mut self, sisters: Sisters) -> Self {
+        self.asked.sisters = sisters;
+        (self.survey, self.is_up_of_sisters) = self.survey.with(&sisters);
+        self
+    }
+
+    /// Evidence of other files of the folder.
+    pub fn sisters(&self) -> Sisters {
+        self.asked.sisters
     }
 
     /// The acceleration structure of the scene.
@@ -490,8 +516,13 @@ impl<'a> CameraFinder<'a> {
                 let sign = if horizon.up()[axis] < 0.0 { '-' } else { '+' };
                 let other = if horizon.up() == Vec3::Y { "0,0,1" } else { "0,1,0" };
                 format!(
-                    "{words}; {sign}{} is up (--up {other} changes that)",
-                    ["x", "y", "z"][axis]
+                    "{words}; {sign}{} is up{} (--up {other} changes that)",
+                    ["x", "y", "z"][axis],
+                    if self.is_up_of_sisters {
+                        " as in other files of its folder"
+                    } else {
+                        ""
+                    }
                 )
             }
             Some(_) => words,

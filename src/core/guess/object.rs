@@ -16,9 +16,10 @@ const FEW: u64 = 1 << 15;
 /// Azimuths from the front, and elevations, of candidates; the first is taken where all show as much.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
-/// Length of an object towards its front over its width from which on it is long, and by how much
-/// it is turned further: a rifle is not seen into its muzzle.
-const LONG: f32 = 2.5;
+/// Lengths of an object towards its front, over its width, between which it is turned further, and
+/// by how much at the second: cars show their sides, and a rifle is not seen into its muzzle.
+/// Objects that are higher than long, such as people, are not turned.
+const LONG: [f32; 2] = [1.5, 2.5];
 const LONG_TURN: f32 = 30.0;
 /// Height of an object over its width up to which it is flat, and the elevation of its candidates.
 const FLAT: f32 = 0.1;
@@ -83,7 +84,12 @@ pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, f
         true => &FLAT_ELEVATION,
         false => &ELEVATIONS,
     };
-    let more = if side.depth > LONG * side.width { LONG_TURN } else { 0.0 };
+    let [from, to] = LONG.map(|ratio| ratio * side.width);
+    let share = (side.depth - from) / (to - from).max(f32::MIN_POSITIVE);
+    let more = match side.depth >= side.height {
+        true => (LONG_TURN * share.clamp(0.0, 1.0)).round(),
+        false => 0.0,
+    };
     let candidates: Vec<(f32, f32)> = elevations
         .iter()
         .flat_map(|&elevation| TURNS.map(|turn: f32| (front + turn + more * turn.signum(), elevation)))

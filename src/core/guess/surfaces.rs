@@ -1,5 +1,6 @@
 //! Measures of a scene's surfaces along its axes, as evidence on its upright axis (`up`).
 
+use super::lathe::Lathe;
 use super::look::Looker;
 use super::parts::Parts;
 use super::spread::radical_inverse;
@@ -107,6 +108,10 @@ pub(super) struct Surfaces {
     pub mirror: [f32; 3],
     /// Similarity of the scene and itself turned by a right angle around each axis, 0 to 1.
     pub turn: [f32; 3],
+    /// Similarity of the scene and a body of revolution around each axis, 0 to 1.
+    pub round: [f32; 3],
+    /// Length of the scene along each axis, over the smaller one of its widths across.
+    pub slimness: [f32; 3],
     /// Distance of the box's centre from the origin along each axis, in extents, at most 1/2.
     pub off_center: [f32; 3],
     /// Distance of the surfaces' centre from the box's centre along each axis, in extents.
@@ -130,6 +135,9 @@ pub(super) struct Way {
     pub looks_up: f32,
     /// Share of the surfaces with nothing above.
     pub open: f32,
+    /// Depth of the first surfaces below the top of a body of revolution around the axis, in
+    /// extents.
+    pub depth: f32,
     /// True if the lowest point has the height 0.
     pub is_on_zero: bool,
 }
@@ -144,9 +152,13 @@ impl Surfaces {
         let cells = Cells::new(&points, bounds);
         let standing = Parts::of(looker).standing(&Direction::ALL.map(Direction::vector));
         let stand: f32 = standing.iter().sum();
+        let oriented: Vec<(Vec3, Vec3)> = points.iter().map(|point| (point.p, point.n)).collect();
+        let lathes = [0, 1, 2].map(|axis| Lathe::new(&oriented, bounds, axis));
         Self {
             mirror: [0, 1, 2].map(|axis| cells.mirror(axis)),
             turn: [0, 1, 2].map(|axis| turn(&points, bounds, axis)),
+            round: lathes.map(|lathe| lathe.likeness),
+            slimness: [0, 1, 2].map(|axis| extent[axis] / extent[(axis + 1) % 3].min(extent[(axis + 2) % 3])),
             off_center: (bounds.center().abs() / extent).min(Vec3::splat(0.5)).to_array(),
             off_balance: ((mean(|point| point.p) - bounds.center()).abs() / extent).to_array(),
             v: mean(|point| point.v),
@@ -156,6 +168,7 @@ impl Surfaces {
                 contact: contact(&points, bounds, up),
                 looks_up: share(&points, |point| point.n.dot(up.vector()) > LOOKS_UP),
                 open: open(looker, &points, up.vector()),
+                depth: lathes[up.axis].depth(looker, up.vector()),
                 is_on_zero: lowest(bounds, up).abs() <= AT_ORIGIN * extent[up.axis],
             }),
         }

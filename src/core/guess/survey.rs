@@ -2,7 +2,7 @@
 
 use super::look::{Looker, Tally};
 use super::spread::{POINTS, directions, points_inside};
-use super::up::guess_up;
+use super::up::{Sisters, UpScores};
 use crate::math::{Bounds3, Horizon, Vec3};
 
 /// Share of the rays from a point that must meet fronts for the point to be inside of a room.
@@ -28,15 +28,22 @@ pub struct Survey {
     pub openness: f32,
     /// Bounds of the part that guesses are for, if triangles far away are left out.
     pub part: Option<Bounds3>,
+    /// Scores of the directions as upright axis, if that is guessed.
+    pub up_scores: Option<UpScores>,
 }
 
 impl Survey {
     /// Surveys the scene; `up` is not guessed where it is given. `usual_up` is up in most files of
     /// the program that wrote the scene, if that is known.
     pub(super) fn new(looker: &Looker, up: Option<Vec3>, usual_up: Option<Vec3>) -> Self {
-        let horizon = |rooms: Option<&[Vec3]>| {
-            let said = up.and_then(Vec3::try_normalize);
-            Horizon::new(said.unwrap_or_else(|| guess_up(looker, rooms, usual_up)))
+        let said_up = up.and_then(Vec3::try_normalize);
+        let scores = |rooms: Option<&[Vec3]>| match said_up {
+            Some(_) => None,
+            None => Some(UpScores::new(looker, rooms, usual_up)),
+        };
+        let horizon = |scores: Option<UpScores>| {
+            let best = scores.map(|scores| scores.best());
+            Horizon::new(said_up.or(best).unwrap_or(Vec3::Y))
         };
         let bounds = looker.region.bounds;
         if bounds.is_empty() {
@@ -45,6 +52,7 @@ impl Survey {
                 is_interior: false,
                 openness: 1.0,
                 part: None,
+                up_scores: None,
             };
         }
         // From inside
@@ -71,12 +79,35 @@ impl Survey {
         let share = rooms.len() as f32 / POINTS as f32;
         let detail = |tally: &Tally| tally.entropies().iter().sum::<f32>();
         let is_interior = is_made_for_inside(share, without.front_share(), detail(&within) - detail(&without));
+        let up_scores = scores(is_interior.then_some(&rooms));
         Self {
-            horizon: horizon(is_interior.then_some(&rooms)),
+            horizon: horizon(up_scores),
+            up_scores,
             is_interior,
             openness: escaped as f32 / within.rays.max(1) as f32,
             part: (looker.region.left_out > 0).then_some(bounds),
         }
+    }
+}
+
+impl Survey {
+    /// Returns true if other files of the folder can change the upright axis of an object.
+    pub(super) fn is_unsure_of_up(&self) -> bool {
+        !self.is_interior && self.up_scores.is_some_and(|scores| scores.are_close())
+    }
+
+    /// The survey with the upright axis by `sisters` too, which interiors do without. Returns true
+    /// beside it if they changed that axis.
+    pub(super) fn with(self, sisters: &Sisters) -> (Self, bool) {
+        let Some(scores) = self.up_scores.filter(|_| !self.is_interior) else {
+            return (self, false);
+        };
+        let (alone, up) = (scores.best(), scores.with(sisters).best());
+        let horizon = match up == alone {
+            true => self.horizon,
+            false => Horizon::new(up),
+        };
+        (Self { horizon, ..self }, up != alone)
     }
 }
 

@@ -2,15 +2,17 @@
 //!
 //! Six directions compete, each with a score in natural logarithms of odds: how usual the direction
 //! is in OBJ files, plus a weighted sum of evidence (`OUTSIDE` and `INSIDE`). The measures are those
-//! of `surfaces`; of an interior also rays from its rooms count.
+//! of `surfaces`; of an interior also rays from its rooms count. Directions with close scores are
+//! decided by other files of the folder (`Sisters`).
 //!
 //! Weights of objects are a logistic regression with fixed odds of the directions, with a ridge
 //! penalty. It was fitted to 173 public files, whose upright axis was told by eye, and with a weight
 //! of 0.3 to turned copies of them with other axes up. Evidence was kept if it lowered the loss in a
-//! cross-validation by repository. Weights of interiors were set by hand on 9 files and on 5 rooms
-//! in four positions. Wrong directions: 7 of the 182 files; 9 of 173 in the cross-validation; 7 of
-//! 147 files of 45 other repositories, for which nothing was fitted. An earlier version with 6 kinds
-//! of evidence had 16, 16 and 21.
+//! cross-validation by repository. Weights of bodies of revolution and of other files were fitted
+//! later, with all other weights fixed. Weights of interiors were set by hand on 9 files and on 5
+//! rooms in four positions. Wrong directions: 5 of the 183 files, and 5 of 147 files of 45 other
+//! repositories, for which nothing was fitted. Without bodies of revolution and other files they
+//! were 7 and 7; by an earlier version with 6 kinds of evidence 16 and 21.
 
 use super::look::Looker;
 use super::surfaces::{Direction, Surfaces};
@@ -32,7 +34,7 @@ const MARGIN: f32 = 0.02;
 type Evidence = fn(&Surfaces, Direction) -> f32;
 
 /// Weights of the evidence in objects.
-const OUTSIDE: [(f32, Evidence); 11] = [
+const OUTSIDE: [(f32, Evidence); 13] = [
     (5.5, rests),
     (2.6, stands),
     (6.5, looks_up),
@@ -42,6 +44,8 @@ const OUTSIDE: [(f32, Evidence); 11] = [
     (12.0, is_balanced),
     (2.7, is_turned),
     (-1.6, is_mirrored),
+    (2.5, is_lathe),
+    (2.5, is_vessel),
     (4.1, has_upright_textures),
     (10.0, is_named),
 ];
@@ -105,6 +109,23 @@ fn is_mirrored(surfaces: &Surfaces, up: Direction) -> f32 {
     over_others(surfaces.mirror, up)
 }
 
+/// Bottles, lamps and pawns stand on the axis of their revolution. Wheels and coins stand and lie.
+fn is_lathe(surfaces: &Surfaces, up: Direction) -> f32 {
+    const FLAT: f32 = 0.5;
+    revolves(surfaces, up) * (surfaces.slimness[up.axis] / FLAT).min(1.0)
+}
+
+/// Vessels are open above.
+fn is_vessel(surfaces: &Surfaces, up: Direction) -> f32 {
+    let depth = |up| surfaces.way(up).depth;
+    revolves(surfaces, up) * (depth(up) - depth(up.opposite()))
+}
+
+/// Likeness to a body of revolution around this axis and no other, 0 to 1.
+fn revolves(surfaces: &Surfaces, up: Direction) -> f32 {
+    ((over_others(surfaces.round, up) - 0.25) / 0.35).clamp(0.0, 1.0)
+}
+
 /// Pictures on walls, clothes and faces are upright: v increases upwards.
 fn has_upright_textures(surfaces: &Surfaces, up: Direction) -> f32 {
     surfaces.v.dot(up.vector())
@@ -120,38 +141,86 @@ fn over_others(values: [f32; 3], up: Direction) -> f32 {
     values[up.axis] - values[(up.axis + 1) % 3].max(values[(up.axis + 2) % 3])
 }
 
-/// The upright axis of the scene's shapes; of an interior by points inside of its rooms. `usual` is
-/// the axis that the program usually writes, if that is known.
-pub(super) fn guess_up(looker: &Looker, rooms: Option<&[Vec3]>, usual: Option<Vec3>) -> Vec3 {
-    let surfaces = Surfaces::new(looker);
-    let weighed = |evidence: &[(f32, Evidence)], up| -> f32 {
-        evidence
-            .iter()
-            .map(|(weight, evidence)| weight * evidence(&surfaces, up))
-            .sum()
-    };
-    let written = |up: Direction| f32::from(u8::from(usual == Some(up.vector())));
-    let scores = match rooms {
-        None => Direction::ALL.map(|up| USUAL[up.index()] + USUAL_FOR_PROGRAM * written(up) + weighed(&OUTSIDE, up)),
-        Some(rooms) => {
-            let rays = Direction::ALL.map(|up| Free::along(looker, rooms, up.vector()));
-            Direction::ALL.map(|up| {
-                USUAL_INSIDE[up.index()]
-                    + USUAL_FOR_PROGRAM_INSIDE * written(up)
-                    + weighed(&INSIDE, up)
-                    + LOW_ROOMS * is_low(&rays, up)
-                    + CLEAR_ABOVE * is_clear(&rays, up)
-            })
+/// Scores of the directions as the upright axis of a scene, in the order of [`Direction::ALL`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UpScores([f32; 6]);
+
+impl UpScores {
+    /// Scores by the scene's shapes; of an interior by points inside of its rooms. `usual` is the
+    /// axis that the program usually writes, if that is known.
+    pub(super) fn new(looker: &Looker, rooms: Option<&[Vec3]>, usual: Option<Vec3>) -> Self {
+        let surfaces = Surfaces::new(looker);
+        let weighed = |evidence: &[(f32, Evidence)], up| -> f32 {
+            evidence
+                .iter()
+                .map(|(weight, evidence)| weight * evidence(&surfaces, up))
+                .sum()
+        };
+        let written = |up: Direction| f32::from(u8::from(usual == Some(up.vector())));
+        Self(match rooms {
+            None => {
+                Direction::ALL.map(|up| USUAL[up.index()] + USUAL_FOR_PROGRAM * written(up) + weighed(&OUTSIDE, up))
+            }
+            Some(rooms) => {
+                let rays = Direction::ALL.map(|up| Free::along(looker, rooms, up.vector()));
+                Direction::ALL.map(|up| {
+                    USUAL_INSIDE[up.index()]
+                        + USUAL_FOR_PROGRAM_INSIDE * written(up)
+                        + weighed(&INSIDE, up)
+                        + LOW_ROOMS * is_low(&rays, up)
+                        + CLEAR_ABOVE * is_clear(&rays, up)
+                })
+            }
+        })
+    }
+
+    /// The direction with the highest score.
+    pub(super) fn best(&self) -> Vec3 {
+        let mut best = (Vec3::Y, f32::NEG_INFINITY);
+        for (up, &score) in Direction::ALL.into_iter().zip(&self.0) {
+            let score = score + if up.vector() == Vec3::Y { MARGIN } else { 0.0 };
+            if score > best.1 {
+                best = (up.vector(), score);
+            }
         }
-    };
-    let mut best = (Vec3::Y, f32::NEG_INFINITY);
-    for (up, score) in Direction::ALL.into_iter().zip(scores) {
-        let score = score + if up.vector() == Vec3::Y { MARGIN } else { 0.0 };
-        if score > best.1 {
-            best = (up.vector(), score);
+        best.0
+    }
+
+    /// Returns true if other files of the folder can change the best direction.
+    pub(super) fn are_close(&self) -> bool {
+        let mut scores = self.0;
+        scores.sort_by(f32::total_cmp);
+        scores[5] - scores[4] <= Sisters::LARGEST
+    }
+
+    /// The scores with the evidence of other files.
+    pub(super) fn with(&self, sisters: &Sisters) -> Self {
+        let max = sisters.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let evidence = |i: usize| (sisters.0[i] - max).max(-Sisters::LARGEST);
+        Self(std::array::from_fn(|i| self.0[i] + evidence(i)))
+    }
+}
+
+/// Evidence of other OBJ files of the same folder, most of which have the same upright axis: the
+/// logarithm of its probability by all of them, for each direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sisters([f32; 6]);
+
+impl Sisters {
+    /// Score that all files together can change.
+    const LARGEST: f32 = 2.0;
+    /// Probability that the axis of a file does not depend on that of others.
+    const OTHER: f32 = 0.2;
+
+    /// Adds the evidence of a file with these scores.
+    pub fn add(&mut self, scores: &UpScores) {
+        let max = scores.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let odds = scores.0.map(|score| (score - max).exp());
+        let all: f32 = odds.iter().sum();
+        for (sum, odds) in self.0.iter_mut().zip(odds) {
+            *sum += ((1.0 - Self::OTHER) * odds / all + Self::OTHER).ln();
         }
     }
-    best.0
 }
 
 /// Rooms are wider than high.

@@ -252,8 +252,13 @@ impl SceneFile {
     /// The axis that is up in most files of the program that wrote the scene's OBJ file; `None` if
     /// that is unknown, or if there are several objects.
     pub(crate) fn usual_up(&self) -> Option<Vec3> {
+        usual_up(&self.only_obj()?)
+    }
+
+    /// The OBJ file that is the scene as it was written; `None` if there are several objects.
+    pub(crate) fn only_obj(&self) -> Option<PathBuf> {
         match self.object.as_slice() {
-            [object] if object.transform.is_none() => usual_up(&self.resolve(object.obj.get_ref())),
+            [object] if object.transform.is_none() => Some(self.resolve(object.obj.get_ref())),
             _ => None,
         }
     }

@@ -202,6 +202,103 @@ fn rooms_and_objects_are_upright() {
     }
 }
 
+/// A mug of revolution around the y axis, open at the top, with a handle; its middle is the origin.
+fn mug() -> String {
+    const SIDES: usize = 24;
+    let profile = [
+        (0.0, -1.0),
+        (1.0, -1.0),
+        (1.0, 1.0),
+        (0.9, 1.0),
+        (0.9, -0.9),
+        (0.0, -0.9),
+    ];
+    let mut text = String::new();
+    for (radius, y) in profile {
+        for i in 0..SIDES {
+            let (sin, cos) = (std::f32::consts::TAU * i as f32 / SIDES as f32).sin_cos();
+            writeln!(text, "v {} {y} {}", radius * cos, radius * sin).unwrap();
+        }
+    }
+    for ring in 0..profile.len() - 1 {
+        for i in 0..SIDES {
+            let [a, b] = [i, (i + 1) % SIDES].map(|i| ring * SIDES + i + 1);
+            writeln!(text, "f {a} {} {} {b}", a + SIDES, b + SIDES).unwrap();
+        }
+    }
+    let handle = Boxes {
+        corners: profile.len() * SIDES,
+        text,
+    };
+    handle.add([1.0, -0.6, -0.1], [1.6, 0.6, 0.1]).text
+}
+
+/// A mug stands on its axis with the opening above, whichever axis that is.
+#[test]
+fn bodies_of_revolution_stand_on_their_axis() {
+    type Turn = fn([f32; 3]) -> [f32; 3];
+    let turns: [([f64; 3], Turn); 4] = [
+        ([0.0, 1.0, 0.0], |v| v),
+        ([0.0, 0.0, 1.0], |[x, y, z]| [x, -z, y]),
+        ([0.0, -1.0, 0.0], |[x, y, z]| [x, -y, -z]),
+        ([0.0, 0.0, -1.0], |[x, y, z]| [x, z, -y]),
+    ];
+    for (up, turn) in turns {
+        let folder = folder(&[("mug.obj", &turned(&mug(), turn))]);
+        let camera = camera(folder.path(), "mug.obj");
+        assert_eq!(vector(&camera["up"]), up, "{}", camera["guess"]);
+    }
+}
+
+/// A cube is upright as other files of its folder are, if the same program wrote them.
+#[test]
+fn other_files_of_the_folder_raise_an_axis() {
+    let blank = [[0.5, 0.5]; 4];
+    let [(_, cube), _] = cube(-0.5, blank, "a", "b");
+    let statue = statue().upended();
+    let by = |program: &str, text: &str| format!("# {program} 1.0\n{text}");
+    let (ours, other) = (by("Chisel", &statue), by("Hammer", &statue));
+    for (sisters, up, words) in [
+        (&[][..], [0.0, 1.0, 0.0], "+y is up (--up"),
+        (
+            &[("a.obj", &ours), ("b.OBJ", &ours)],
+            [0.0, 0.0, 1.0],
+            "+z is up as in other files of its folder (--up 0,1,0",
+        ),
+        (
+            &[("a.obj", &other), ("b.obj", &other)],
+            [0.0, 1.0, 0.0],
+            "+y is up (--up",
+        ),
+        (&[("a.txt", &ours), ("b.txt", &ours)], [0.0, 1.0, 0.0], "+y is up (--up"),
+    ] {
+        let folder = folder(&[("cube.obj", &by("Chisel", &cube))]);
+        for (name, text) in sisters {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let camera = camera(folder.path(), "cube.obj");
+        assert_eq!(vector(&camera["up"]), up, "{}", camera["guess"]);
+        assert!(camera["guess"].as_str().unwrap().contains(words), "{}", camera["guess"]);
+        // Other views of the scene have the same axis.
+        let views = json(&done(folder.path(), &["views", "cube.obj", "--json"]));
+        let is_turned = views[0]["camera"].as_str().unwrap().contains("--up 0,0,1");
+        assert_eq!(is_turned, up[2] == 1.0, "{views}");
+    }
+}
+
+/// A vehicle shows its side, though its front is seen too.
+#[test]
+fn long_objects_show_their_sides() {
+    let car = Boxes::default()
+        .add([-0.8, 0.0, -1.8], [0.8, 0.8, 1.8])
+        .add([-0.7, 0.8, -1.2], [0.7, 1.4, 0.6])
+        .add([-0.6, 0.3, 1.8], [-0.4, 0.5, 1.9])
+        .add([0.4, 0.3, 1.8], [0.6, 0.5, 1.9]);
+    let folder = folder(&[("car.obj", &car.text)]);
+    let (azimuth, _) = angles(&camera(folder.path(), "car.obj"));
+    assert!((42.0..70.0).contains(&azimuth.abs()), "{azimuth}");
+}
+
 /// A field whose plane is that of x and y lies on the ground, and is seen from high above.
 #[test]
 fn a_flat_field_lies() {

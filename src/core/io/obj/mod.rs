@@ -38,7 +38,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-pub use usual_up::usual_up;
+pub use usual_up::{first_comment, usual_up};
 
 /// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
 const CHUNK_BYTES: usize = 1 << 20;

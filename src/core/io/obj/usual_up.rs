@@ -56,6 +56,23 @@ pub fn usual_up(path: &Path) -> Option<Vec3> {
     })
 }
 
+/// Beginning of the comment in the first line of an OBJ file, which names the program that wrote
+/// it: up to its version or the name of the file. Empty without such a comment; `None` if the file
+/// cannot be read.
+pub fn first_comment(path: &Path) -> Option<String> {
+    let mut head = Vec::new();
+    open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;
+    let head = String::from_utf8_lossy(&head);
+    let line = head.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
+    let ends = |c: char| c.is_ascii_digit() || matches!(c, '\'' | '"' | ':');
+    let name = line.split(ends).next().unwrap_or("").trim();
+    Some(if line.starts_with('#') {
+        name.to_lowercase()
+    } else {
+        String::new()
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,5 +92,21 @@ mod tests {
             assert_eq!(usual_up(&path), expected, "{text}");
         }
         assert_eq!(usual_up(&folder.path().join("b.obj")), None);
+    }
+
+    #[test]
+    fn first_comment_names_the_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        for (text, expected) in [
+            ("\n# Blender v2.79 (sub 0) OBJ File: 'a'\nv 0 0 0\n", "# blender v"),
+            ("# Exported: today\n", "# exported"),
+            ("v 0 0 0\n# later\n", ""),
+            ("", ""),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            assert_eq!(first_comment(&path).as_deref(), Some(expected), "{text}");
+        }
+        assert_eq!(first_comment(&folder.path().join("b.obj")), None);
     }
 }

@@ -1,0 +1,105 @@
+//! Bodies of revolution: bottles, vases, mugs and lamps stand on their axis, with the opening of
+//! a vessel above.
+
+use super::look::Looker;
+use super::spread::radical_inverse;
+use crate::math::{Bounds3, Vec2, Vec3};
+use crate::sampling::warp::uniform_disk;
+
+/// Minimum squared length of a normal's part across the axis on the sides of a body.
+const SIDE: f32 = 0.1;
+/// Share of the surfaces that are sides from which on these decide.
+const ENOUGH_SIDES: f32 = 0.2;
+/// Steps in which the axis is found.
+const STEPS: u32 = 8;
+/// Distance of a normal's line from the axis, in radii, which halves its weight.
+const NEAR: f32 = 0.1;
+/// Sine of the angle between a normal and the direction away from the axis of shapes that are not
+/// round at all. Octagons have a mean of 0.19.
+const NOT_ROUND: f32 = 0.4;
+/// Rays along the axis, and the radius of their disk in radii of the body.
+const RAYS: u32 = 64;
+const CORE: f32 = 0.3;
+
+/// A body of revolution that is like the scene.
+#[derive(Clone, Copy)]
+pub(super) struct Lathe {
+    /// Similarity of the scene and the body, 0 to 1.
+    pub likeness: f32,
+    /// A point of its axis.
+    center: Vec3,
+    axis: usize,
+}
+
+impl Lathe {
+    /// The body around the axis that lies closest to the lines of the normals of `points`, which are
+    /// positions with normals.
+    pub fn new(points: &[(Vec3, Vec3)], bounds: Bounds3, axis: usize) -> Self {
+        let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+        let across = |v: Vec3| Vec2::new(v[a], v[b]);
+        let is_side = |(_, n): &&(Vec3, Vec3)| across(*n).length_squared() > SIDE;
+        let sides: Vec<(Vec2, Vec2)> = points
+            .iter()
+            .filter(is_side)
+            .map(|(p, n)| (across(*p), across(*n).normalize().perp()))
+            .collect();
+        let radius = 0.5 * across(bounds.max - bounds.min).min_element().max(f32::MIN_POSITIVE);
+        let mut center = across(bounds.center());
+        for _ in 0..STEPS {
+            center = nearest_to_lines(&sides, center, NEAR * radius).unwrap_or(center);
+        }
+        let round: f32 = sides
+            .iter()
+            .map(|(p, tangent)| {
+                let sine = (*p - center).normalize_or_zero().dot(*tangent).abs();
+                (1.0 - sine / NOT_ROUND).max(0.0)
+            })
+            .sum();
+        let enough = (ENOUGH_SIDES * points.len() as f32).max(sides.len() as f32).max(1.0);
+        let mut point = bounds.center();
+        (point[a], point[b]) = (center.x, center.y);
+        Self {
+            likeness: round / enough,
+            center: point,
+            axis,
+        }
+    }
+
+    /// Mean depth of the first surfaces around the axis, seen from its end in the direction `up`, in
+    /// extents of the scene.
+    pub fn depth(&self, looker: &Looker, up: Vec3) -> f32 {
+        let bounds = looker.region.bounds;
+        let (axis, extent) = (self.axis, bounds.max - bounds.min);
+        let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+        let radius = CORE * 0.5 * extent[a].min(extent[b]);
+        let height = extent[axis].max(f32::MIN_POSITIVE);
+        let depth = |i: u32| {
+            let offset = radius * uniform_disk(Vec2::new(radical_inverse(2, i), radical_inverse(3, i)));
+            let mut middle = self.center;
+            middle[a] += offset.x;
+            middle[b] += offset.y;
+            // The ray starts half an extent above the top.
+            let seen = looker.look(middle + height * up, -up);
+            seen.map_or(1.0, |seen| (seen.distance / height - 0.5).clamp(0.0, 1.0))
+        };
+        (0..RAYS).map(depth).sum::<f32>() / RAYS as f32
+    }
+}
+
+/// The point with the smallest sum of squared distances from the lines through positions `p`
+/// across unit vectors `t`, both in pairs; lines farther than `near` from `point` count less. `None`
+/// if all lines are parallel.
+fn nearest_to_lines(lines: &[(Vec2, Vec2)], point: Vec2, near: f32) -> Option<Vec2> {
+    let (mut xx, mut xy, mut yy, mut sum) = (0.0, 0.0, 0.0, Vec2::ZERO);
+    for (p, t) in lines {
+        let off = (*p - point).dot(*t) / near;
+        let weight = 1.0 / (1.0 + off * off);
+        xx += weight * t.x * t.x;
+        xy += weight * t.x * t.y;
+        yy += weight * t.y * t.y;
+        sum += weight * p.dot(*t) * *t;
+    }
+    let determinant = xx * yy - xy * xy;
+    let found = Vec2::new(yy * sum.x - xy * sum.y, xx * sum.y - xy * sum.x) / determinant;
+    (determinant > 1e-6 * (xx + yy) * (xx + yy) && found.is_finite()).then_some(found)
+}

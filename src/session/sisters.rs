@@ -1,0 +1,85 @@
+//! Other OBJ files of a scene's folder, as evidence on its upright axis: most files of a folder have
+//! the same one. Which of them are read depends on names, sizes and first lines alone.
+
+use crate::files::memory::Allowance;
+use crate::guess::{Asked, CameraFinder, Sisters};
+use crate::io::load_obj::load_obj;
+use crate::io::obj::{first_comment, usual_up};
+use crate::io::{Findings, LoadOptions};
+use crate::material::Material;
+use crate::options::Backend;
+use crate::scene::{Scene, SceneBuilder};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Files that are read at most, and the size of the largest one in bytes.
+const MAX_FILES: usize = 8;
+const MAX_BYTES: u64 = 1 << 20;
+/// Files whose size and first line are compared at most.
+const MAX_COMPARED: usize = 64;
+
+/// Evidence of files beside `obj` that the same program wrote. Interiors have none, nor have files
+/// that cannot be read.
+pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -> Sisters {
+    let mut sisters = Sisters::default();
+    for path in beside(obj) {
+        let Some(scene) = pool.install(|| shape(&path)) else {
+            continue;
+        };
+        let Ok(accel) = backend.for_guesses().build(&scene, pool) else {
+            continue;
+        };
+        let asked = Asked {
+            usual_up: usual_up(&path),
+            ..Asked::default()
+        };
+        let survey = pool.install(|| *CameraFinder::new(&scene, accel.as_dyn(), asked, 1.0).survey());
+        if let (Some(scores), false) = (survey.up_scores, survey.is_interior) {
+            sisters.add(&scores);
+        }
+    }
+    sisters
+}
+
+/// OBJ files beside `obj` with a first comment like its own, in the order of their names.
+fn beside(obj: &Path) -> Vec<PathBuf> {
+    let folder = obj.parent().filter(|folder| *folder != Path::new(""));
+    let Ok(entries) = fs::read_dir(folder.unwrap_or(Path::new("."))) else {
+        return Vec::new();
+    };
+    let is_obj = |name: &Path| name.extension().is_some_and(|ext| ext.eq_ignore_ascii_case("obj"));
+    let mut paths: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| is_obj(path) && path.file_name() != obj.file_name())
+        .collect();
+    paths.sort();
+    let comment = first_comment(obj);
+    let is_alike = |path: &PathBuf| {
+        let is_small = fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MAX_BYTES);
+        is_small && first_comment(path) == comment
+    };
+    let alike = spread(paths, MAX_COMPARED).into_iter().filter(is_alike).collect();
+    spread(alike, MAX_FILES)
+}
+
+/// At most `max` of `paths`, evenly spread.
+fn spread(paths: Vec<PathBuf>, max: usize) -> Vec<PathBuf> {
+    let stride = paths.len().div_ceil(max).max(1);
+    paths.into_iter().step_by(stride).collect()
+}
+
+/// The shapes of an OBJ file with materials that have names alone.
+fn shape(path: &Path) -> Option<Scene> {
+    let options = LoadOptions::default();
+    let file = load_obj(path, &options, Allowance::of_system(), &(), &mut Findings::default()).ok()?;
+    let mut builder = SceneBuilder::new();
+    for group in file.groups {
+        let material = Material {
+            name: group.material.unwrap_or_default(),
+            ..Material::default()
+        };
+        let material = builder.add_material(material).ok()?;
+        builder.add_mesh(group.mesh, material).ok()?;
+    }
+    Some(builder.build().ok()?.0)
+}

@@ -1,7 +1,7 @@
 //! `[camera]`: its keys.
 
 use super::exact_list::numbers;
-use crate::guess::{Orbit, View};
+use crate::guess::{Orbit, Stand, View};
 use crate::math::excerpt;
 use crate::options::{join_names, name_of};
 use serde::de::{Deserializer, Error};
@@ -17,6 +17,10 @@ pub struct CameraSection {
     pub view: Option<Spanned<NamedView>>,
     /// Azimuth, elevation and distance of the camera, in place of a named view.
     pub orbit: Option<Spanned<OrbitAngles>>,
+    /// Place on the floor on which the camera stands.
+    pub stand: Option<Spanned<StandPlace>>,
+    /// Azimuth towards which a standing camera looks, degrees.
+    pub yaw: Option<Spanned<f32>>,
     /// Centre of the lens.
     #[serde(default, deserialize_with = "numbers")]
     pub position: Option<Spanned<[f32; 3]>>,
@@ -103,24 +107,62 @@ impl Serialize for OrbitAngles {
     }
 }
 
+/// `stand = [X, Z]` or `[X, Z, HEIGHT]`
+#[derive(Clone, Copy, Debug)]
+pub struct StandPlace(pub Stand);
+
+impl<'de> Deserialize<'de> for StandPlace {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let numbers = Vec::<f64>::deserialize(deserializer)?;
+        Stand::of(&numbers)
+            .map(Self)
+            .map_err(|help| Error::custom(format!("stand: {help}")))
+    }
+}
+
+impl Serialize for StandPlace {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Stand { place: [x, z], height } = self.0;
+        let numbers = [Some(x), Some(z), height.map(f64::from)];
+        serializer.collect_seq(numbers.into_iter().flatten())
+    }
+}
+
 impl CameraSection {
     /// Where two keys say the same thing: the bytes of the one that is too much, what is wrong, and how to put it right.
     pub(super) fn contradiction(&self) -> Option<(Range<usize>, &'static str, &'static str)> {
         if let (Some(_), Some(f_stop)) = (&self.lens_radius, &self.f_stop) {
             return Some((f_stop.span(), "both `lens_radius` and `f_stop`", "keep one of them"));
         }
-        let place = self
-            .view
-            .as_ref()
-            .map(Spanned::span)
-            .or_else(|| Some(self.orbit.as_ref()?.span()))?;
-        let message = if self.position.is_some() {
-            "a camera with a `position` has no `view` and no `orbit`"
-        } else if self.view.is_some() && self.orbit.is_some() {
-            "both `view` and `orbit`"
-        } else {
-            return None;
+        let places = [
+            ("view", self.view.as_ref().map(Spanned::span)),
+            ("orbit", self.orbit.as_ref().map(Spanned::span)),
+            ("stand", self.stand.as_ref().map(Spanned::span)),
+        ];
+        let mut places = places.into_iter().filter_map(|(key, span)| Some((key, span?)));
+        let first = places.next();
+        let message = match (&first, places.next()) {
+            (Some(_), _) if self.position.is_some() => {
+                "a camera with a `position` has no `view`, no `orbit` and no `stand`"
+            }
+            (Some(("view", _)), Some(("orbit", _))) => "both `view` and `orbit`",
+            (Some(("view", _)), Some(_)) => "both `view` and `stand`",
+            (Some(_), Some(_)) => "both `orbit` and `stand`",
+            _ => {
+                let yaw = self.yaw.as_ref()?;
+                let message = match (&self.stand, &self.look_at) {
+                    (None, _) => "`yaw` needs `stand`",
+                    (Some(_), Some(_)) => "both `yaw` and `look_at`",
+                    _ => return None,
+                };
+                let help = if self.stand.is_some() {
+                    "keep one of them"
+                } else {
+                    "add stand = [X, Z]"
+                };
+                return Some((yaw.span(), message, help));
+            }
         };
-        Some((place, message, "keep one of them"))
+        Some((first?.1, message, "keep one of them"))
     }
 }

@@ -32,6 +32,8 @@ impl CameraSection {
         Self {
             view: None,
             orbit: None,
+            stand: None,
+            yaw: None,
             position: Some(vector(parameters.position)),
             look_at: Some(vector(parameters.look_at)),
             up: Some(vector(parameters.up)),

@@ -4,8 +4,9 @@ use crate::accel::Accel;
 use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
-use crate::guess::{Asked, CameraFinder, CameraGuess, Orbit, View};
-use crate::io::FileError;
+use crate::guess::{Asked, CameraFinder, CameraGuess, Orbit, Stand, View, near_distance};
+use crate::io::{FileError, Finding};
+use crate::lint::{inspect_place, inspect_view};
 use crate::math::{DVec3, Encode, UVec2, Vec2, Vec3, encode_fields};
 use crate::scene::Scene;
 use toml::Spanned;
@@ -24,6 +25,10 @@ pub struct CameraSettings {
     pub view: Option<View>,
     /// Side from which the scene is seen, by angles.
     pub orbit: Option<Orbit>,
+    /// Place on the floor on which the camera stands, in coordinates of the file.
+    pub stand: Option<Stand>,
+    /// Azimuth towards which a standing camera looks, degrees.
+    pub yaw: Option<f32>,
     /// Centre of the lens.
     pub position: Option<Vec3>,
     /// The point in the middle of the image.
@@ -54,6 +59,8 @@ pub struct CameraSettings {
     pub up_close: Option<Vec3>,
     /// When the shutter opens and closes, from 0 to 1.
     pub shutter: Option<[f32; 2]>,
+    /// Length of the OBJ file's unit in metres, if its comments name it; evidence for guesses.
+    pub unit: Option<f32>,
     /// Axis that is up in most files of the program that wrote the scene; evidence for guesses.
     pub usual_up: Option<Vec3>,
     /// Point of the OBJ file's coordinates that is the scene's origin, for messages.
@@ -63,6 +70,8 @@ pub struct CameraSettings {
 encode_fields!(CameraSettings {
     view,
     orbit,
+    stand,
+    yaw,
     position,
     look_at,
     up,
@@ -78,6 +87,7 @@ encode_fields!(CameraSettings {
     look_at_close,
     up_close,
     shutter,
+    unit,
     usual_up,
     origin,
 });
@@ -87,6 +97,7 @@ impl CameraSettings {
     pub fn of(file: &SceneFile) -> Self {
         let Some(section) = &file.camera else {
             return Self {
+                unit: file.unit(),
                 usual_up: file.usual_up(),
                 origin: file.origin(),
                 ..Self::default()
@@ -97,6 +108,8 @@ impl CameraSettings {
         Self {
             view: section.view.as_ref().map(|view| view.get_ref().0),
             orbit: section.orbit.as_ref().map(|orbit| orbit.get_ref().0),
+            stand: section.stand.as_ref().map(|stand| stand.get_ref().0),
+            yaw: number(&section.yaw),
             position: vector(&section.position),
             look_at: vector(&section.look_at),
             up: vector(&section.up),
@@ -112,6 +125,7 @@ impl CameraSettings {
             look_at_close: vector(&section.look_at_close),
             up_close: vector(&section.up_close),
             shutter: section.shutter.as_ref().map(|s| *s.get_ref()),
+            unit: file.unit(),
             usual_up: file.usual_up(),
             origin: file.origin(),
         }
@@ -148,6 +162,9 @@ impl CameraSettings {
             vertical_fov: self.vertical_fov,
             view: self.view.unwrap_or_default(),
             orbit: self.orbit,
+            stand: self.stand,
+            yaw: self.yaw,
+            unit: self.unit,
             usual_up: self.usual_up,
             origin: self.origin,
         };
@@ -169,7 +186,7 @@ impl CameraSettings {
                 )
             }
             (.., Some(finder)) => {
-                let guess = finder.camera();
+                let guess = finder.camera()?;
                 let CameraGuess {
                     position,
                     look_at,
@@ -290,10 +307,29 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
+/// The warning about what the camera of `settings` sees and where it is, if it is at a position that
+/// these give. Guessed places need none.
+pub(crate) fn inspect_camera(
+    settings: &CameraSettings,
+    (scene, accel): (&Scene, &dyn Accel),
+    (camera, resolution): (&Camera, UVec2),
+    whole: &dyn Fn(String) -> FileError,
+) -> Option<Finding> {
+    let seen = inspect_view(accel, scene, camera, resolution, whole);
+    if seen.is_some() {
+        return seen;
+    }
+    let position = settings.position?;
+    let near = near_distance(accel, position, settings.up.unwrap_or(Vec3::Y), settings.unit);
+    inspect_place(accel, scene, camera, (resolution, near), whole)
+}
+
 /// `error` as one of the key that is to blame, if the scene file has a camera.
 pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> {
     let section = file.camera.as_ref()?;
     let key = match error.parameter {
+        "view" => section.view.as_ref().map(Spanned::span),
+        "stand" => section.stand.as_ref().map(Spanned::span),
         "look_at" => section.look_at.as_ref().map(Spanned::span),
         "up" => section.up.as_ref().map(Spanned::span),
         "vertical_fov" => section.vertical_fov.as_ref().map(Spanned::span),
@@ -311,7 +347,8 @@ pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> 
         _ => None,
     };
     let span = key.or_else(|| Some(section.position.as_ref()?.span()))?;
-    Some(file.error(span, error.to_string()).help("correct the [camera]"))
+    let help = error.help.as_deref().unwrap_or("correct the [camera]");
+    Some(file.error(span, error.to_string()).help(help))
 }
 
 /// Distance along the view axis of the surface that is seen at `at`, in pixels; that of the camera's target where nothing is.

@@ -23,7 +23,7 @@ mod version;
 
 pub use crate::method::{Error, InvalidSetting};
 pub use camera::CameraSettings;
-pub(crate) use camera::FoundCamera;
+pub(crate) use camera::{FoundCamera, inspect_camera};
 pub use guesses::Guesses;
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
@@ -39,7 +39,7 @@ pub(crate) use settings::all_threads;
 use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, Unlit, load_scene_to_light};
 use crate::film::{Aov, Filter, LightPathError, LightPaths};
-use crate::guess::CameraGuess;
+use crate::guess::{CameraGuess, Plan};
 use crate::integrator::{Backdrop, World};
 use crate::io::{Finding, LoadObserver, MemoryLimit, Warning};
 use crate::lint;
@@ -331,6 +331,24 @@ impl Session {
         let camera = &self.said_camera;
         let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
         Ok(self.pool.install(|| finder().candidates()))
+    }
+
+    /// The plan of an interior with `cameras`, `size` pixels along its larger edge, and the
+    /// coordinates of its edges in words; `None` of an object.
+    ///
+    /// # Errors
+    ///
+    /// Those of building an acceleration structure.
+    pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Result<Option<(Plan, String)>, Error> {
+        let accel = self.accel_for_guesses()?;
+        let camera = &self.said_camera;
+        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        Ok(self.pool.install(|| {
+            let finder = finder();
+            let plan = finder.plan(cameras, size)?;
+            let edges = finder.edges_text(&plan);
+            Some((plan, edges))
+        }))
     }
 
     /// Sees the scene by another camera, a pinhole.

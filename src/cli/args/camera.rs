@@ -2,7 +2,7 @@
 
 use super::flags::NameParser;
 use super::values::parse_list;
-use crate::guess::{Orbit, View};
+use crate::guess::{Orbit, Stand, View};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::session::CameraSettings;
 
@@ -10,12 +10,26 @@ use crate::session::CameraSettings;
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct CameraArgs {
     /// View: front, back, left, right, top, iso or inside; auto chooses one [default: auto]
-    #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new(), conflicts_with_all = ["position", "orbit"])]
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new(), conflicts_with_all = ["position", "orbit", "stand"])]
     view: Option<View>,
 
     /// Camera at azimuth AZ and elevation EL, degrees, at distance D [default: the scene fills the image]
-    #[arg(long, value_name = "AZ,EL[,D]", value_parser = parse_orbit, allow_hyphen_values = true, conflicts_with = "position")]
+    #[arg(long, value_name = "AZ,EL[,D]", value_parser = parse_orbit, allow_hyphen_values = true, conflicts_with_all = ["position", "stand"])]
     orbit: Option<Orbit>,
+
+    /// Stand on the floor at X,Z (X,Y if z is up), eyes HEIGHT above it [default: 1.6 m]
+    #[arg(long, value_name = "X,Z[,HEIGHT]", value_parser = parse_stand, allow_hyphen_values = true, conflicts_with = "position")]
+    stand: Option<Stand>,
+
+    /// Azimuth towards which --stand looks, degrees [default: the way that shows most]
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_hyphen_values = true,
+        requires = "stand",
+        conflicts_with = "look_at"
+    )]
+    yaw: Option<f32>,
 
     /// Camera position
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f64, 3>, allow_hyphen_values = true)]
@@ -67,6 +81,14 @@ pub(in crate::cli) struct CameraArgs {
 }
 
 impl CameraArgs {
+    /// The flag `--view` alone.
+    pub fn of_view(view: Option<View>) -> Self {
+        Self {
+            view,
+            ..Self::default()
+        }
+    }
+
     /// The point of `--focus-at`.
     pub fn focus_at(&self) -> Option<Vec2> {
         self.focus_at.map(Vec2::from)
@@ -77,10 +99,12 @@ impl CameraArgs {
     pub fn apply(&self, camera: &mut CameraSettings, origin: DVec3) {
         let near = |position: [f64; 3]| (DVec3::from(position) - origin).as_vec3a();
         // A view replaces the place of the camera, not its lens.
-        if self.view.is_some() || self.orbit.is_some() {
+        if self.view.is_some() || self.orbit.is_some() || self.stand.is_some() {
             *camera = CameraSettings {
                 view: self.view,
                 orbit: self.orbit,
+                stand: self.stand,
+                yaw: self.yaw,
                 position: None,
                 look_at: None,
                 position_close: None,
@@ -89,7 +113,10 @@ impl CameraArgs {
             };
         }
         if self.position.is_some() {
-            (camera.view, camera.orbit) = (None, None);
+            (camera.view, camera.orbit, camera.stand, camera.yaw) = (None, None, None, None);
+        }
+        if self.look_at.is_some() {
+            camera.yaw = None;
         }
         if self.focus_distance.is_some() {
             camera.focus_at = None;
@@ -120,4 +147,10 @@ impl CameraArgs {
 fn parse_orbit(text: &str) -> Result<Orbit, String> {
     let numbers: Result<Vec<f32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     Orbit::of(&numbers.unwrap_or_default()).map_err(String::from)
+}
+
+/// `2,-3` or `2,-3,1.7`.
+fn parse_stand(text: &str) -> Result<Stand, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    Stand::of(&numbers.unwrap_or_default()).map_err(String::from)
 }

@@ -58,6 +58,8 @@ const HEADINGS: [(&str, &[&str]); 7] = [
         &[
             "view",
             "orbit",
+            "stand",
+            "yaw",
             "position",
             "look-at",
             "up",

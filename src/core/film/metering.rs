@@ -12,6 +12,9 @@
 //! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
 //! - Of the blocks 2 % at most reach white in some channel. To that end the median may fall to 0.25, and no further.
 //!
+//! A picture of bright surfaces is meant to be bright: where the picture has their albedo, the
+//! target rises by the mean albedo above 0.4, to 1.8 times at most. White rooms thus stay white.
+//!
 //! The colour of a background that is shown as it was asked for is not metered.
 //!
 //! The light of the studio is known: there a grey card that faces the key lamp needs no exposure.
@@ -32,6 +35,10 @@ const MIDDLE_GREY: f32 = 0.18;
 const BEFORE_BACKGROUND: f32 = 0.28;
 /// Share of the picture at which the background counts in full.
 const BACKGROUND_SHARE: f32 = 0.25;
+/// Mean albedo above which the target rises, the power by which it does, and how far at most.
+const BRIGHT_ALBEDO: f32 = 0.4;
+const BRIGHT_POWER: f32 = 0.85;
+const MAX_BRIGHTER: f32 = 1.8;
 /// Share of the blocks that is left out of the log-average at either end.
 const TRIMMED: f64 = 0.05;
 /// Stops below the brightest blocks beyond which darkness does not count.
@@ -71,6 +78,11 @@ pub fn metered(tone: Tone, image: &Image) -> Tone {
 fn in_studio(metered: f32) -> f32 {
     let shift = SUBJECT * (metered - STUDIO);
     rounded(STUDIO + shift.clamp(-MAX_SHIFT, MAX_SHIFT))
+}
+
+/// The factor of the target for surfaces of this mean albedo.
+fn brighter(albedo: f32) -> f32 {
+    (albedo / BRIGHT_ALBEDO).powf(BRIGHT_POWER).clamp(1.0, MAX_BRIGHTER)
 }
 
 /// `stops` rounded down to hundredths, within the range of exposures.
@@ -113,10 +125,21 @@ impl Meter {
         let depth = image.channel("Z").map(|channel| channel.values.as_slice());
         let is_surface = |i: usize| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND));
         let surfaces = (0..image.crop.area() as usize).filter(|&i| is_surface(i)).count();
-        let covered = Self::of_blocks(
+        let mut covered = Self::of_blocks(
             blocks(image, light, is_surface),
             surfaces as f32 / image.crop.area() as f32,
         );
+        let albedo = channels(["albedo.R", "albedo.G", "albedo.B"]);
+        covered.key *= albedo.map_or(1.0, |albedo| {
+            let luminance = |i: usize| {
+                Spectrum::from(albedo.map(|channel| channel[i]))
+                    .luminance()
+                    .clamp(0.0, 1.0)
+            };
+            let of_surfaces = (0..albedo[0].len()).filter(|&i| is_surface(i)).map(luminance);
+            let sum: f64 = of_surfaces.map(f64::from).sum();
+            brighter((sum / (surfaces as f64).max(1.0)) as f32)
+        });
         match covered.luminances.is_empty() {
             true => Self::of_blocks(blocks(image, light, |_| true), 1.0),
             false => covered,
@@ -261,6 +284,23 @@ mod tests {
         let mut codes: Vec<u8> = pixels.map(|(rgb, _)| tone.encode_u8(rgb)[1]).collect();
         codes.sort_unstable();
         codes
+    }
+
+    #[test]
+    fn white_rooms_stay_bright() {
+        let of_albedo = |albedo: f32| {
+            let mut image = picture([16, 16], |_, _| Some(albedo));
+            for channel in ["albedo.R", "albedo.G", "albedo.B"] {
+                image.channels.push(Channel {
+                    name: channel.into(),
+                    values: vec![albedo; 256],
+                });
+            }
+            shown(&image, Curve::Agx)[128]
+        };
+        let [black, grey, light, white] = [0.05, 0.4, 0.6, 0.8].map(of_albedo);
+        assert_eq!(black, grey);
+        assert!(light > grey + 8 && white > light + 8, "{grey} {light} {white}");
     }
 
     #[test]

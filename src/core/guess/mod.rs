@@ -8,14 +8,19 @@
 
 mod camera;
 mod emitters;
+mod floors;
 mod framing;
 mod interior;
 mod light;
 mod look;
 mod object;
 mod parts;
+mod plan;
 mod region;
+mod rooms;
+mod scale;
 mod spread;
+mod stand;
 mod surfaces;
 mod survey;
 mod triangles;
@@ -23,4 +28,7 @@ mod up;
 
 pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View, position_text};
 pub use light::LightGuess;
+pub use plan::{Plan, PlanCamera};
+pub use scale::near_distance;
+pub use stand::Stand;
 pub use survey::Survey;

@@ -9,7 +9,7 @@ mod tests;
 use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::light_changes::ChangedLight;
-use super::obj::{origin_of, usual_up};
+use super::obj::{named_unit, origin_of, usual_up};
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::source::Source;
@@ -251,6 +251,15 @@ impl SceneFile {
     pub(crate) fn usual_up(&self) -> Option<Vec3> {
         match self.object.as_slice() {
             [object] if object.transform.is_none() => usual_up(&self.resolve(object.obj.get_ref())),
+            _ => None,
+        }
+    }
+
+    /// Length of the unit of the scene's OBJ file in metres; `None` if the file does not name it, or
+    /// if there are several objects.
+    pub(crate) fn unit(&self) -> Option<f32> {
+        match self.object.as_slice() {
+            [object] if object.transform.is_none() => named_unit(&self.resolve(object.obj.get_ref())),
             _ => None,
         }
     }

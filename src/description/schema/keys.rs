@@ -164,11 +164,23 @@ fn orbit() -> Value {
     })
 }
 
+/// Two coordinates, and the height of the eyes.
+fn stand() -> Value {
+    json!({
+        "type": "array",
+        "items": [number(), number(), above(0.0)],
+        "additionalItems": false,
+        "minItems": 2,
+    })
+}
+
 keys! {
     /// `[camera]`
     CAMERA {
         "view": views(), "Side from which the scene is seen";
         "orbit": orbit(), "Azimuth and elevation of the camera in degrees, and its distance; by default the scene fills the image";
+        "stand": stand(), "Place on the floor on which the camera stands, by the two horizontal coordinates of the OBJ file, and the height of the eyes; default 1.6 m";
+        "yaw": number(), "Azimuth towards which a standing camera looks, degrees; default the way that shows most";
         "position": vector(), "Centre of the lens, scene units";
         "look_at": vector(), "Point in the middle of the image";
         "up": vector(), "Direction that is up in the image; default 0 1 0, or guessed with the camera";

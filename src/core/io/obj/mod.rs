@@ -8,6 +8,7 @@
 mod faces;
 mod groups;
 mod libraries;
+mod named_unit;
 mod origin;
 mod outline;
 mod parse;
@@ -29,6 +30,7 @@ pub(super) use libraries::find_libraries;
 use libraries::load_libraries;
 #[cfg(feature = "tobj")]
 pub(super) use libraries::{LibraryName, ObjLibrary};
+pub use named_unit::named_unit;
 pub(super) use origin::chosen_origin;
 pub use origin::origin_of;
 use outline::Outline;

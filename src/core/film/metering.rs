@@ -65,7 +65,7 @@ const MIN_PIXELS: u64 = 128 * 128;
 pub fn metered(tone: Tone, image: &Image) -> Tone {
     let stops = match tone.exposure {
         Exposure::Stops(stops) => stops,
-        Exposure::Auto => Meter::of(image).stops(tone.curve),
+        Exposure::Auto => Meter::of(image).for_albedo(image).stops(tone.curve),
         Exposure::Studio => in_studio(Meter::of(image).stops(tone.curve)),
     };
     Tone {
@@ -92,6 +92,18 @@ fn rounded(stops: f32) -> f32 {
     (rounded as f32).clamp(-MAX_EXPOSURE, MAX_EXPOSURE) + 0.0
 }
 
+/// Values of three channels, if the picture has them.
+fn channels<'a>(image: &'a Image, names: [&str; 3]) -> Option<[&'a [f32]; 3]> {
+    let [r, g, b] = names.map(|name| image.channel(name).map(|channel| channel.values.as_slice()));
+    Some([r?, g?, b?])
+}
+
+/// Returns true for pixels, by their number, that show a surface.
+fn is_surface(image: &Image) -> impl Fn(usize) -> bool {
+    let depth = image.channel("Z").map(|channel| channel.values.as_slice());
+    move |i| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND))
+}
+
 /// The light of a picture, block by block.
 struct Meter {
     /// Luminances in ascending order.
@@ -105,10 +117,7 @@ struct Meter {
 impl Meter {
     /// Of the pixels of `image` that show a surface, or of all pixels if none does. Values that are not finite are left out.
     fn of(image: &Image) -> Self {
-        let channels = |names: [&str; 3]| {
-            let [r, g, b] = names.map(|name| image.channel(name).map(|channel| channel.values.as_slice()));
-            Some([r?, g?, b?])
-        };
+        let channels = |names| channels(image, names);
         let Some(rgb) = channels(["raw.R", "raw.G", "raw.B"]).or_else(|| channels(["R", "G", "B"])) else {
             return Self::of_blocks(Vec::new(), 1.0);
         };
@@ -122,28 +131,34 @@ impl Meter {
                 (Spectrum::from(front(i)) - behind).to_array()
             }
         };
-        let depth = image.channel("Z").map(|channel| channel.values.as_slice());
-        let is_surface = |i: usize| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND));
+        let is_surface = is_surface(image);
         let surfaces = (0..image.crop.area() as usize).filter(|&i| is_surface(i)).count();
-        let mut covered = Self::of_blocks(
+        let covered = Self::of_blocks(
             blocks(image, light, is_surface),
             surfaces as f32 / image.crop.area() as f32,
         );
-        let albedo = channels(["albedo.R", "albedo.G", "albedo.B"]);
-        covered.key *= albedo.map_or(1.0, |albedo| {
-            let luminance = |i: usize| {
-                Spectrum::from(albedo.map(|channel| channel[i]))
-                    .luminance()
-                    .clamp(0.0, 1.0)
-            };
-            let of_surfaces = (0..albedo[0].len()).filter(|&i| is_surface(i)).map(luminance);
-            let sum: f64 = of_surfaces.map(f64::from).sum();
-            brighter((sum / (surfaces as f64).max(1.0)) as f32)
-        });
         match covered.luminances.is_empty() {
             true => Self::of_blocks(blocks(image, light, |_| true), 1.0),
             false => covered,
         }
+    }
+
+    /// The meter with the target that suits the albedo of the surfaces in `image`, if that is known.
+    fn for_albedo(mut self, image: &Image) -> Self {
+        let Some(albedo) = channels(image, ["albedo.R", "albedo.G", "albedo.B"]) else {
+            return self;
+        };
+        let is_surface = is_surface(image);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in (0..image.crop.area() as usize).filter(|&i| is_surface(i)) {
+            let rgb = albedo.map(|channel| channel.get(i).copied().unwrap_or(0.0));
+            sum += f64::from(Spectrum::from(rgb).luminance().clamp(0.0, 1.0));
+            count += 1.0;
+        }
+        if count > 0.0 {
+            self.key *= brighter((sum / count) as f32);
+        }
+        self
     }
 
     /// Meter of blocks that cover this share of the picture; the rest is background.

@@ -307,7 +307,7 @@ impl<'a> CameraFinder<'a> {
     /// it. The scene has no other lights. In a room of a house the light is that of an interior.
     pub fn light(&self, position: Vec3, target: Vec3) -> Option<LightGuess> {
         let mut survey = self.survey;
-        if !survey.is_interior {
+        if self.inside != Inside::Anywhere {
             if let Some(openness) = interior::openness_of_room(&self.looker, self.horizon(), position) {
                 (survey.is_interior, survey.openness) = (true, openness);
             }
@@ -382,10 +382,8 @@ impl<'a> CameraFinder<'a> {
             return None;
         }
         let floors = Floors::new(&self.looker, self.horizon());
-        let floor = match self.views_inside().first() {
-            Some(view) => self.horizon().coordinates(view.position).y - view.height,
-            None => floors.bounds().min.y,
-        };
+        let floor = interior::floor_of_best(self.horizon(), &self.views_inside());
+        let floor = floor.unwrap_or(floors.bounds().min.y);
         let cut = Cut::above(floor, &self.scale(&floors));
         let cameras: Vec<_> = cameras.iter().map(|camera| (camera.position, camera.look_at)).collect();
         Some(plan::plan(&floors, cut, &cameras, size))
@@ -538,10 +536,7 @@ impl<'a> CameraFinder<'a> {
         let scale = self.scale(&floors);
         let height = stand.height.unwrap_or(scale.eyes);
         let usual = match self.inside {
-            Inside::Anywhere => self.views_inside().first().map(|view| {
-                let eye = horizon.coordinates(view.position);
-                eye.y - view.height
-            }),
+            Inside::Anywhere => interior::floor_of_best(horizon, &self.views_inside()),
             _ => None,
         };
         let place = stand.coordinates(&floors, origin);

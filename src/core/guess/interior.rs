@@ -18,6 +18,11 @@ const WINDOW: usize = 12;
 const BUNDLES: u32 = 16;
 /// Share of the directions above the horizon in which a room with a ceiling has a surface.
 const ROOFED: f32 = 0.75;
+/// Heights above the usual floor, in heights of the room, from which on a floor is furniture, and
+/// another storey; and the bits that views from furniture count less.
+const ABOVE_FLOOR: f32 = 0.08;
+const STOREY: f32 = 0.8;
+const ON_FURNITURE: f32 = 2.0;
 /// Share of all directions in which a closed place has a surface.
 const CLOSED: f32 = 0.62;
 /// Eye height as a share of the room's height, and at most of the scene's width.
@@ -43,6 +48,11 @@ pub(super) struct InteriorView {
 }
 
 impl InteriorView {
+    /// Height of the floor below, in coordinates of the horizon.
+    pub fn floor(&self, horizon: &Horizon) -> f32 {
+        horizon.coordinates(self.position).y - self.height
+    }
+
     /// Point in the middle of the image, at the median distance.
     pub fn target(&self) -> Vec3 {
         self.position + self.distance * self.direction
@@ -76,9 +86,55 @@ pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u
             eyes.filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
         })
         .collect();
+    lower_furniture(horizon, &mut views);
     // Stable: of equal ones the first place counts.
     views.sort_by(|a, b| b.score.total_cmp(&a.score));
     views
+}
+
+/// Lowers the scores of views from furniture: from floors that are above the usual one, but not by a
+/// storey.
+fn lower_furniture(horizon: &Horizon, views: &mut [InteriorView]) {
+    let Some(usual) = usual_floor(horizon, views) else {
+        return;
+    };
+    for view in views {
+        let above = (view.floor(horizon) - usual.y) / usual.room;
+        if (ABOVE_FLOOR..STOREY).contains(&above) {
+            view.score -= ON_FURNITURE;
+        }
+    }
+}
+
+/// The floor of a storey.
+#[derive(Clone, Copy, Debug)]
+struct UsualFloor {
+    /// Height in coordinates of the horizon.
+    pub y: f32,
+    /// Height of the room above.
+    room: f32,
+}
+
+/// The floor that is usual among `views`; `None` without views.
+fn usual_floor(horizon: &Horizon, views: &[InteriorView]) -> Option<UsualFloor> {
+    let median = |of: &dyn Fn(&InteriorView) -> f32| {
+        let mut values: Vec<f32> = views.iter().map(of).collect();
+        values.sort_by(f32::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    Some(UsualFloor {
+        y: median(&|view| view.floor(horizon))?,
+        room: median(&|view| view.height / EYE[0])?.max(f32::MIN_POSITIVE),
+    })
+}
+
+/// The usual floor of the storey of the best of `views`, which are sorted.
+pub(super) fn floor_of_best(horizon: &Horizon, views: &[InteriorView]) -> Option<f32> {
+    let room = usual_floor(horizon, views)?.room;
+    let best = views.first()?.floor(horizon);
+    let is_near = |view: &&InteriorView| (view.floor(horizon) - best).abs() < STOREY * room;
+    let storey: Vec<InteriorView> = views.iter().filter(is_near).copied().collect();
+    Some(usual_floor(horizon, &storey)?.y)
 }
 
 fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> bool {

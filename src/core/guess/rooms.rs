@@ -16,7 +16,9 @@ const HULL: f32 = 0.75;
 /// of a body, which is closed on the outside. Hollow bricks and cupboards are bodies.
 const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
 
-/// Openness of a group of parts among others, maximum: courtyards between buildings are open.
+/// Share of the points of a group of parts among others that must be in rooms, and the maximum
+/// openness of these: courtyards of buildings are open, and smaller than the buildings.
+const MIN_ROOM_OF_GROUP: f32 = 0.4;
 const MAX_OPENNESS: f32 = 0.12;
 
 /// What surrounds a point.
@@ -121,7 +123,7 @@ impl Rooms {
     /// Returns true if the region was made for being seen from inside.
     pub fn are_interior(&self) -> bool {
         let rooms = self.points.len() as f32 / POINTS as f32;
-        if self.is_group && self.openness > MAX_OPENNESS {
+        if self.is_group && (rooms < MIN_ROOM_OF_GROUP || self.openness > MAX_OPENNESS) {
             return false;
         }
         let [hull, partly, body] = MORE_INSIDE;

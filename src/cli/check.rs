@@ -9,7 +9,7 @@ use crate::io::{DEFAULT_LIGHT, FileError, Finding, MAX_PLACES, Position, Severit
 use crate::lint;
 use crate::options::CameraOptions;
 use crate::scene::{Scene, SceneBuilder};
-use crate::session::{CameraSettings, FoundCamera, Memory, all_threads, thread_pool};
+use crate::session::{CameraSettings, FoundCamera, Memory, all_threads, inspect_camera, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -135,10 +135,12 @@ impl Report {
             Ok(FoundCamera { camera, .. }) => {
                 let accel = job.settings.backend.build(&scene, &pool)?;
                 let (accel, resolution) = (accel.as_dyn(), job.settings.resolution);
-                self.findings
-                    .extend(lint::inspect_view(accel, &scene, &camera, resolution, &|message| {
-                        job.scene.whole(message)
-                    }));
+                self.findings.extend(inspect_camera(
+                    &job.settings.camera,
+                    (&scene, accel),
+                    (&camera, resolution),
+                    &|message| job.scene.whole(message),
+                ));
             }
         }
         Ok(())

@@ -94,6 +94,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let renderer = session.renderer();
     loading.finish();
     let renderer = renderer?;
+    let of_camera = renderer.camera_warning(&job.scene_path);
+    job.shown_warnings.show(of_camera.as_slice(), &job.scene_path);
+    warnings.extend(of_camera);
     let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {
         let run = Run {
             job: &job,

@@ -1,6 +1,6 @@
 //! `embrasure views`: a contact sheet of candidate cameras, each with the flags to paste.
 
-use super::args::{Flags, RenderArgs, ViewsArgs};
+use super::args::{CameraArgs, Flags, RenderArgs, ViewsArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
@@ -8,8 +8,9 @@ use super::progress::{Heeding, Loading, Progress, TimedProgress, is_interrupted}
 use super::warnings::ShownWarnings;
 use crate::color::srgb;
 use crate::film::{RgbImage, metered};
-use crate::io::{Panel, write_contact_sheet};
-use crate::options::{IntegratorKind, IntegratorOptions, SamplingOptions};
+use crate::guess::CameraGuess;
+use crate::io::{Mark, Panel, edge_of_plan, write_contact_sheet, write_sheet_with_plan};
+use crate::options::{CameraOptions, IntegratorKind, IntegratorOptions, SamplingOptions};
 use crate::render::Outcome;
 use crate::session::Session;
 use serde_json::json;
@@ -27,6 +28,10 @@ const SIZE: u32 = 240;
 pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     let render = RenderArgs {
         scene: args.scene.clone(),
+        camera: CameraArgs(CameraOptions {
+            view: args.view,
+            ..CameraOptions::default()
+        }),
         sampling: Flags(SamplingOptions {
             samples: Some(args.spp.unwrap_or(SAMPLES)),
             backend: args.backend,
@@ -71,6 +76,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
         return Ok(ExitCode::SUCCESS);
     };
 
+    let plan = plan(&session, &candidates)?;
     let _heeding = Heeding::begin();
     let settings = session.settings().clone();
     let samples = settings.crop().area() * u64::from(settings.spp);
@@ -105,9 +111,40 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
         });
     }
     progress.finish();
-    write_contact_sheet(&output, &panels, COLUMNS)?;
+    match plan {
+        Some((plan, marks)) => write_sheet_with_plan(&output, (&plan, &marks), &panels, COLUMNS)?,
+        None => write_contact_sheet(&output, &panels, COLUMNS)?,
+    }
     if !args.quiet {
         errln!("-> {}", output.path().display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The plan of an interior, with the cameras of the candidates that stand in it by their numbers.
+fn plan(session: &Session, candidates: &[(String, CameraGuess)]) -> Result<Option<(Panel, Vec<Mark>)>, CliError> {
+    let cameras: Vec<CameraGuess> = candidates.iter().map(|(_, camera)| camera.clone()).collect();
+    // Cameras from outside are the last ones, and would stand far away from the plan.
+    let is_named = |flags: &str| flags.starts_with("--view") || flags.starts_with("--orbit");
+    let inside = candidates.iter().take_while(|(flags, _)| !is_named(flags)).count();
+    let edge = edge_of_plan(session.settings().resolution.x as usize, COLUMNS);
+    let Some((plan, edges)) = session.plan(&cameras[..inside], edge)? else {
+        return Ok(None);
+    };
+    let marks = (1..).zip(&plan.cameras).map(|(number, camera)| Mark {
+        number,
+        at: camera.at.into(),
+        direction: camera.direction.into(),
+    });
+    let cameras = match inside {
+        1 => "camera 1".into(),
+        _ => format!("cameras 1 to {inside}"),
+    };
+    let marks = marks.collect();
+    let label = vec![
+        format!("plan with {cameras}, cut 1.2 m above the floor"),
+        format!("{edges}; --stand stands at any place"),
+    ];
+    let image = plan.image;
+    Ok(Some((Panel { label, image }, marks)))
 }

@@ -4,8 +4,9 @@ use crate::accel::Accel;
 use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
-use crate::guess::{Asked, CameraFinder, CameraGuess, Sisters};
-use crate::io::FileError;
+use crate::guess::{Asked, CameraFinder, CameraGuess, Sisters, near_distance};
+use crate::io::{FileError, Finding};
+use crate::lint::{inspect_place, inspect_view};
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
 use crate::options::CameraOptions;
 use crate::scene::Scene;
@@ -20,6 +21,8 @@ const DEFAULT_FOV: f32 = 40.0;
 pub struct CameraSettings {
     /// Keys of the scene file and flags.
     pub options: CameraOptions,
+    /// Length of the OBJ file's unit in metres, if its comments name it; evidence for guesses.
+    pub unit: Option<f32>,
     /// Axis that is up in most files of the program that wrote the scene; evidence for guesses.
     pub usual_up: Option<Vec3>,
     /// Point of the OBJ file's coordinates that is the scene's origin, for messages.
@@ -45,6 +48,7 @@ impl CameraSettings {
     pub fn of(file: &SceneFile) -> Self {
         Self {
             options: file.options.camera,
+            unit: file.unit(),
             usual_up: file.usual_up(),
             origin: file.origin(),
         }
@@ -90,6 +94,9 @@ impl CameraSettings {
             vertical_fov: self.vertical_fov,
             view: self.view.unwrap_or_default(),
             orbit: self.orbit,
+            stand: self.stand,
+            yaw: self.yaw,
+            unit: self.unit,
             usual_up: self.usual_up,
             sisters,
             origin: self.origin,
@@ -113,7 +120,7 @@ impl CameraSettings {
                 )
             }
             (.., Some(finder)) => {
-                let guess = finder.camera();
+                let guess = finder.camera()?;
                 let CameraGuess {
                     position,
                     look_at,
@@ -232,6 +239,23 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
+/// The warning about what the camera of `settings` sees and where it is, if it is at a position that
+/// these give. Guessed places need none.
+pub(crate) fn inspect_camera(
+    settings: &CameraSettings,
+    (scene, accel): (&Scene, &dyn Accel),
+    (camera, resolution): (&Camera, UVec2),
+    whole: &dyn Fn(String) -> FileError,
+) -> Option<Finding> {
+    let seen = inspect_view(accel, scene, camera, resolution, whole);
+    if seen.is_some() {
+        return seen;
+    }
+    let position = settings.position?.as_vec3a();
+    let near = near_distance(accel, position, settings.up.unwrap_or(Vec3::Y), settings.unit);
+    inspect_place(accel, scene, camera, (resolution, near), whole)
+}
+
 /// `error` as one of the key that is to blame, if the scene file has it, else of the position.
 pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> {
     let close = ["position_close", "look_at_close", "up_close"];
@@ -244,7 +268,11 @@ pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> 
         .iter()
         .chain(&["position"])
         .filter_map(|key| file.camera_error(key, &message));
-    Some(errors.next()?.help("correct the [camera]"))
+    Some(
+        errors
+            .next()?
+            .help(error.help.as_deref().unwrap_or("correct the [camera]")),
+    )
 }
 
 /// Distance along the view axis of the surface that is seen at `at`, in pixels; that of the camera's target where nothing is.

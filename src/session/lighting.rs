@@ -24,7 +24,7 @@ fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     let mut settings = settings.clone();
     settings.guesses = Guesses::default();
     let camera = &mut settings.camera;
-    (camera.view, camera.orbit) = (None, None);
+    (camera.view, camera.orbit, camera.stand, camera.yaw) = (None, None, None, None);
     camera.position = Some(parameters.position.as_dvec3());
     camera.look_at = Some(parameters.look_at.as_dvec3());
     camera.up = Some(parameters.up);

@@ -24,7 +24,7 @@ mod version;
 
 pub use crate::method::{Error, InvalidSetting};
 pub use camera::CameraSettings;
-pub(crate) use camera::FoundCamera;
+pub(crate) use camera::{FoundCamera, inspect_camera};
 pub use guesses::Guesses;
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
@@ -41,7 +41,7 @@ use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, Unlit, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
-use crate::guess::{CameraGuess, Sisters};
+use crate::guess::{CameraGuess, Plan, Sisters};
 use crate::integrator::{Backdrop, World};
 use crate::io::{Finding, LoadObserver, Warning};
 use crate::light_paths::{LightPathError, LightPaths};
@@ -340,6 +340,24 @@ impl Session {
         let camera = &self.said_camera;
         let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
         Ok(self.pool.install(|| finder().candidates()))
+    }
+
+    /// The plan of an interior with `cameras`, `size` pixels along its larger edge, and the
+    /// coordinates of its edges in words; `None` of an object.
+    ///
+    /// # Errors
+    ///
+    /// Those of building an acceleration structure.
+    pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Result<Option<(Plan, String)>, Error> {
+        let accel = self.accel_for_guesses()?;
+        let camera = &self.said_camera;
+        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
+        Ok(self.pool.install(|| {
+            let finder = finder();
+            let plan = finder.plan(cameras, size)?;
+            let edges = finder.edges_text(&plan);
+            Some((plan, edges))
+        }))
     }
 
     /// Sees the scene by another camera, a pinhole.

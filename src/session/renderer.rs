@@ -5,7 +5,9 @@
 //! `orthogonal`, `--directions perturbed-qmc` and `fibonacci`).
 
 use super::memory::check_pixels;
-use super::{AnyAccel, BUILD, Error, Prepared, RenderContext, RenderState, Session, Settings, thread_pool};
+use super::{
+    AnyAccel, BUILD, Error, Prepared, RenderContext, RenderState, Session, Settings, inspect_camera, thread_pool,
+};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::files::{Output, guarded};
@@ -13,7 +15,7 @@ use crate::film::{Aov, Film, Image};
 #[cfg(feature = "view")]
 use crate::integrator::Picked;
 use crate::integrator::{SampleTracer, Traced};
-use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata};
+use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Warning};
 use crate::lint::reason_for_darkness;
 #[cfg(feature = "view")]
 use crate::math::UVec2;
@@ -288,6 +290,21 @@ impl<'a> Renderer<'a> {
     pub fn develop(&self, state: &RenderState) -> Image {
         let with_error = self.session.settings().noise.is_some();
         state.develop(with_error, self.feature_names().as_ref())
+    }
+
+    /// The warning about the place of a camera whose position is given, and about what it sees, of the
+    /// scene file `name`.
+    pub fn camera_warning(&self, name: &Path) -> Option<Warning> {
+        let (session, settings) = (self.session, self.session.settings());
+        session.said_camera.position?;
+        let accel = self.accel.as_dyn();
+        let finding = inspect_camera(
+            &session.said_camera,
+            (session.scene(), accel),
+            (session.camera(), settings.resolution),
+            &|message| FileError::new(name, message),
+        );
+        finding.map(|finding| finding.warning())
     }
 
     /// Why `image` is black, in words; `None` if it has light, or shows none by intent.

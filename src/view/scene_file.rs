@@ -151,7 +151,7 @@ fn set_camera(document: &mut DocumentMut, camera: &PageCamera) -> Result<(), Str
         .as_table_like_mut()
         .ok_or("`camera` is not a section; correct it first")?;
     // What places the camera otherwise cannot stand beside a position, nor an f-number beside the radius of the lens.
-    for key in ["view", "orbit", "focus_at", "f_stop", "sensor_height"] {
+    for key in ["view", "orbit", "stand", "yaw", "focus_at", "f_stop", "sensor_height"] {
         section.remove(key);
     }
     let values = [

@@ -21,7 +21,7 @@ impl Args for CameraArgs {
             let [first, second] = [first, second].map(|key| flag(key));
             command = command.mut_arg(first, |arg| arg.conflicts_with(second));
         }
-        command
+        command.mut_arg(flag("yaw"), |arg| arg.requires(flag("stand")))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -58,10 +58,12 @@ impl CameraArgs {
             ..self.0
         };
         // A view replaces the place of the camera, not its lens.
-        if flags.view.is_some() || flags.orbit.is_some() {
+        if flags.view.is_some() || flags.orbit.is_some() || flags.stand.is_some() {
             camera.options = CameraOptions {
                 view: None,
                 orbit: None,
+                stand: None,
+                yaw: None,
                 position: None,
                 look_at: None,
                 position_close: None,
@@ -70,7 +72,10 @@ impl CameraArgs {
             };
         }
         if flags.position.is_some() {
-            (camera.view, camera.orbit) = (None, None);
+            (camera.view, camera.orbit, camera.stand, camera.yaw) = (None, None, None, None);
+        }
+        if flags.look_at.is_some() {
+            camera.yaw = None;
         }
         if flags.focus_distance.is_some() {
             camera.focus_at = None;

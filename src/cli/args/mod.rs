@@ -33,6 +33,7 @@ mod views;
 
 pub(super) use audit::AuditArgs;
 pub(super) use bench::BenchArgs;
+pub(super) use camera::CameraArgs;
 pub(super) use compare::{CompareArgs, Map};
 pub(super) use completions::CompletionsArgs;
 pub(super) use develop::{DevelopArgs, Scale};

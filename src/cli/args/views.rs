@@ -3,6 +3,7 @@
 use super::flags::NameParser;
 use super::load::LoadArgs;
 use super::values::parse_size;
+use crate::guess::View;
 use crate::options::Backend;
 use clap::Parser;
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   embrasure views room.obj -o views.png
+  embrasure views house.obj --view inside -o rooms.png
   embrasure render room.obj --orbit 30,20")]
 pub(in crate::cli) struct ViewsArgs {
     /// A .toml scene file or a bare .obj
@@ -19,6 +21,10 @@ pub(in crate::cli) struct ViewsArgs {
     /// Write a contact sheet of the views to this .png [default: print only the flags]
     #[arg(short, long, value_name = "SHEET.png")]
     pub output: Option<PathBuf>,
+
+    /// inside: cameras in the rooms, and a plan; auto decides by the scene [default: auto]
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new())]
+    pub view: Option<View>,
 
     /// Size of each picture in pixels, in the shape of your render [default: 240x240]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]

@@ -22,7 +22,13 @@ impl Aperture {
     /// An error where no diaphragm is such.
     pub(super) fn check(&self) -> Result<(), CameraError> {
         let [min, max] = BLADES;
-        let error = |parameter, message| Err(CameraError { parameter, message });
+        let error = |parameter, message| {
+            Err(CameraError {
+                parameter,
+                message,
+                help: None,
+            })
+        };
         if !(min..=max).contains(&self.blades) {
             let message = format!("must be from {min} to {max}, not {}", self.blades);
             return error("aperture_blades", message);

@@ -143,6 +143,8 @@ pub struct CameraError {
     /// The field of [`CameraParameters`].
     pub parameter: &'static str,
     message: String,
+    /// Remedy, if it is not to correct the parameter.
+    pub help: Option<String>,
 }
 
 impl CameraError {
@@ -151,6 +153,7 @@ impl CameraError {
         Self {
             parameter,
             message: "is not given and cannot be guessed".into(),
+            help: None,
         }
     }
 
@@ -159,6 +162,16 @@ impl CameraError {
         Self {
             parameter,
             message: format!("must be positive, not {value}"),
+            help: None,
+        }
+    }
+
+    /// Error of a `parameter` for which the scene has no place.
+    pub fn no_place(parameter: &'static str, message: String, help: String) -> Self {
+        Self {
+            parameter,
+            message,
+            help: Some(help),
         }
     }
 }
@@ -173,6 +186,7 @@ impl Camera {
             Err(CameraError {
                 parameter,
                 message: message.into(),
+                help: None,
             })
         };
         for (parameter, v) in [("position", c.position), ("look_at", c.look_at), ("up", c.up)] {
@@ -226,6 +240,7 @@ impl Camera {
             return Err(CameraError {
                 parameter: "shutter",
                 message: format!("must open and close between 0 and 1, in this order, not at {open} and {close}"),
+                help: None,
             });
         }
         camera.shutter = motion.shutter;
@@ -245,6 +260,7 @@ impl Camera {
                         message: format!(
                             "position cannot be reached: at time {place} the camera looks along `up`, or has no direction"
                         ),
+                        help: None,
                     });
                 }
             }

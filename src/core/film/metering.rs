@@ -12,6 +12,9 @@
 //! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
 //! - Of the blocks 2 % at most reach white in some channel. To that end the median may fall to 0.25, and no further.
 //!
+//! A picture of bright surfaces is meant to be bright: where the picture has their albedo, the
+//! target rises by the mean albedo above 0.4, to 1.8 times at most. White rooms thus stay white.
+//!
 //! The colour of a background that is shown as it was asked for is not metered.
 //!
 //! The light of the studio is known: there a grey card that faces the key lamp needs no exposure.
@@ -32,6 +35,10 @@ const MIDDLE_GREY: f32 = 0.18;
 const BEFORE_BACKGROUND: f32 = 0.28;
 /// Share of the picture at which the background counts in full.
 const BACKGROUND_SHARE: f32 = 0.25;
+/// Mean albedo above which the target rises, the power by which it does, and how far at most.
+const BRIGHT_ALBEDO: f32 = 0.4;
+const BRIGHT_POWER: f32 = 0.85;
+const MAX_BRIGHTER: f32 = 1.8;
 /// Share of the blocks that is left out of the log-average at either end.
 const TRIMMED: f64 = 0.05;
 /// Stops below the brightest blocks beyond which darkness does not count.
@@ -58,7 +65,7 @@ const MIN_PIXELS: u64 = 128 * 128;
 pub fn metered(tone: Tone, image: &Image) -> Tone {
     let stops = match tone.exposure {
         Exposure::Stops(stops) => stops,
-        Exposure::Auto => Meter::of(image).stops(tone.curve),
+        Exposure::Auto => Meter::of(image).for_albedo(image).stops(tone.curve),
         Exposure::Studio => in_studio(Meter::of(image).stops(tone.curve)),
     };
     Tone {
@@ -73,11 +80,28 @@ fn in_studio(metered: f32) -> f32 {
     rounded(STUDIO + shift.clamp(-MAX_SHIFT, MAX_SHIFT))
 }
 
+/// The factor of the target for surfaces of this mean albedo.
+fn brighter(albedo: f32) -> f32 {
+    (albedo / BRIGHT_ALBEDO).powf(BRIGHT_POWER).clamp(1.0, MAX_BRIGHTER)
+}
+
 /// `stops` rounded down to hundredths, within the range of exposures.
 fn rounded(stops: f32) -> f32 {
     let rounded = (f64::from(stops) * 100.0).floor() / 100.0;
     // Adding 0 turns −0 into 0.
     (rounded as f32).clamp(-MAX_EXPOSURE, MAX_EXPOSURE) + 0.0
+}
+
+/// Values of three channels, if the picture has them.
+fn channels<'a>(image: &'a Image, names: [&str; 3]) -> Option<[&'a [f32]; 3]> {
+    let [r, g, b] = names.map(|name| image.channel(name).map(|channel| channel.values.as_slice()));
+    Some([r?, g?, b?])
+}
+
+/// Returns true for pixels, by their number, that show a surface.
+fn is_surface(image: &Image) -> impl Fn(usize) -> bool {
+    let depth = image.channel("Z").map(|channel| channel.values.as_slice());
+    move |i| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND))
 }
 
 /// The light of a picture, block by block.
@@ -93,10 +117,7 @@ struct Meter {
 impl Meter {
     /// Of the pixels of `image` that show a surface, or of all pixels if none does. Values that are not finite are left out.
     fn of(image: &Image) -> Self {
-        let channels = |names: [&str; 3]| {
-            let [r, g, b] = names.map(|name| image.channel(name).map(|channel| channel.values.as_slice()));
-            Some([r?, g?, b?])
-        };
+        let channels = |names| channels(image, names);
         let Some(rgb) = channels(["raw.R", "raw.G", "raw.B"]).or_else(|| channels(["R", "G", "B"])) else {
             return Self::of_blocks(Vec::new(), 1.0);
         };
@@ -110,8 +131,7 @@ impl Meter {
                 (Spectrum::from(front(i)) - behind).to_array()
             }
         };
-        let depth = image.channel("Z").map(|channel| channel.values.as_slice());
-        let is_surface = |i: usize| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND));
+        let is_surface = is_surface(image);
         let surfaces = (0..image.crop.area() as usize).filter(|&i| is_surface(i)).count();
         let covered = Self::of_blocks(
             blocks(image, light, is_surface),
@@ -122,6 +142,24 @@ impl Meter {
         } else {
             covered
         }
+    }
+
+    /// The meter with the target that suits the albedo of the surfaces in `image`, if that is known.
+    fn for_albedo(mut self, image: &Image) -> Self {
+        let Some(albedo) = channels(image, ["albedo.R", "albedo.G", "albedo.B"]) else {
+            return self;
+        };
+        let is_surface = is_surface(image);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in (0..image.crop.area() as usize).filter(|&i| is_surface(i)) {
+            let rgb = albedo.map(|channel| channel.get(i).copied().unwrap_or(0.0));
+            sum += f64::from(Spectrum::from(rgb).luminance().clamp(0.0, 1.0));
+            count += 1.0;
+        }
+        if count > 0.0 {
+            self.key *= brighter((sum / count) as f32);
+        }
+        self
     }
 
     /// Meter of blocks that cover this share of the picture; the rest is background.
@@ -263,6 +301,23 @@ mod tests {
         let mut codes: Vec<u8> = pixels.map(|(rgb, _)| tone.encode_u8(rgb)[1]).collect();
         codes.sort_unstable();
         codes
+    }
+
+    #[test]
+    fn white_rooms_stay_bright() {
+        let of_albedo = |albedo: f32| {
+            let mut image = picture([16, 16], |_, _| Some(albedo));
+            for channel in ["albedo.R", "albedo.G", "albedo.B"] {
+                image.channels.push(Channel {
+                    name: channel.into(),
+                    values: vec![albedo; 256],
+                });
+            }
+            shown(&image, Curve::Agx)[128]
+        };
+        let [black, grey, light, white] = [0.05, 0.4, 0.6, 0.8].map(of_albedo);
+        assert_eq!(black, grey);
+        assert!(light > grey + 8 && white > light + 8, "{grey} {light} {white}");
     }
 
     #[test]

@@ -1,15 +1,19 @@
 //! The camera where not all of it is said.
 
+use super::floors::{Floors, PLACES};
 use super::framing::Frame;
-use super::interior::{self, upright_bounds};
+use super::interior::{self, Inside, InteriorView, upright_bounds};
 use super::light::LightGuess;
 use super::look::Looker;
 use super::object;
+use super::plan::{self, Cut, Plan};
 use super::region::Region;
+use super::scale::Scale;
+use super::stand::{self, Stand};
 use super::survey::Survey;
 use super::up::Sisters;
 use crate::accel::Accel;
-use crate::camera::CameraParameters;
+use crate::camera::{CameraError, CameraParameters};
 use crate::math::{DVec3, Horizon, Vec3, encode_fields, encode_variants};
 use crate::scene::Scene;
 
@@ -37,6 +41,8 @@ const MAX_MISSING: f32 = 0.5;
 const MAX_CANDIDATES: usize = 12;
 /// Candidates inside of an interior at most; one view from outside fits beside them.
 const INSIDE_CANDIDATES: usize = MAX_CANDIDATES - 1;
+/// Places along each side of the floor where small rooms of a large scene are looked for.
+const MANY_PLACES: u32 = 4 * PLACES;
 
 /// A view by its name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -148,6 +154,12 @@ pub struct Asked {
     pub view: View,
     /// Azimuth and elevation, in place of a named view.
     pub orbit: Option<Orbit>,
+    /// Place on the floor, in place of a position.
+    pub stand: Option<Stand>,
+    /// Azimuth towards which a standing camera looks, degrees.
+    pub yaw: Option<f32>,
+    /// Length of the file's unit in metres, if the file names it.
+    pub unit: Option<f32>,
     /// Axis that is up in most files of the program that wrote the scene.
     pub usual_up: Option<Vec3>,
     /// Evidence of other files of the folder on the upright axis.
@@ -204,6 +216,8 @@ pub struct CameraFinder<'a> {
     survey: Survey,
     /// Whether the upright axis is another one than by the scene alone.
     is_up_of_sisters: bool,
+    /// Places that are inside.
+    inside: Inside,
     asked: Asked,
     /// Width of the image over its height.
     aspect: f32,
@@ -212,16 +226,20 @@ pub struct CameraFinder<'a> {
 impl<'a> CameraFinder<'a> {
     /// Surveys the scene.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accel, asked: Asked, aspect: f32) -> Self {
-        let looker = Looker {
+        let mut looker = Looker {
             scene,
             accel,
             region: Region::of(scene),
         };
-        let survey = Survey::new(&looker, asked.up.or(height_axis(asked.origin)), asked.usual_up);
+        let up = asked.up.or(height_axis(asked.origin));
+        let wants_inside = asked.stand.is_some() || asked.orbit.is_none() && asked.view == View::Inside;
+        let (survey, region, inside) = Survey::new(&looker, up, asked.usual_up, wants_inside);
         let (survey, is_up_of_sisters) = survey.with(&asked.sisters);
+        looker.region = region;
         Self {
             survey,
             is_up_of_sisters,
+            inside,
             looker,
             asked,
             aspect,
@@ -257,20 +275,34 @@ impl<'a> CameraFinder<'a> {
     }
 
     /// The camera: what is said of it, and guesses for the rest.
-    pub fn camera(&self) -> CameraGuess {
+    ///
+    /// # Errors
+    ///
+    /// A place inside that the scene does not have.
+    pub fn camera(&self) -> Result<CameraGuess, CameraError> {
+        let Asked { view, orbit, stand, .. } = self.asked;
+        if let Some(stand) = stand {
+            return self.standing(stand);
+        }
+        let is_inside = orbit.is_none() && view.angles().is_none() && self.survey.is_interior;
+        if is_inside {
+            match self.inside() {
+                Some(inside) => return Ok(inside),
+                None if view == View::Inside => return Err(self.nothing_inside()),
+                None => {}
+            }
+        }
+        Ok(self.from_outside())
+    }
+
+    /// The camera around the scene.
+    fn from_outside(&self) -> CameraGuess {
         let Asked {
             position,
             look_at,
-            view,
             orbit,
             ..
         } = self.asked;
-        let is_inside = orbit.is_none() && view.angles().is_none() && (view == View::Inside || self.survey.is_interior);
-        if is_inside {
-            if let Some(inside) = self.inside() {
-                return inside;
-            }
-        }
         let (azimuth, elevation, words) = self.angles();
         let back = self.horizon().direction(azimuth, elevation);
         let (mut eye, mut target) = self.frame().place(&self.looker, MAX_TRIANGLES, self.horizon(), back);
@@ -289,9 +321,15 @@ impl<'a> CameraFinder<'a> {
     }
 
     /// Light for the scene, seen from `position` towards `target`; `None` if its own emitters light
-    /// it. The scene has no other lights.
+    /// it. The scene has no other lights. In a room of a house the light is that of an interior.
     pub fn light(&self, position: Vec3, target: Vec3) -> Option<LightGuess> {
-        LightGuess::new(&self.looker, &self.survey, position, target)
+        let mut survey = self.survey;
+        if self.inside != Inside::Anywhere {
+            if let Some(openness) = interior::openness_of_room(&self.looker, self.horizon(), position) {
+                (survey.is_interior, survey.openness) = (true, openness);
+            }
+        }
+        LightGuess::new(&self.looker, &survey, position, target)
     }
 
     /// Cameras to choose from, each with the shortest flags that name it.
@@ -306,10 +344,10 @@ impl<'a> CameraFinder<'a> {
                 },
                 ..*self
             }
-            .camera()
+            .from_outside()
         };
         let mut candidates = Vec::new();
-        if self.survey.is_interior || self.asked.view == View::Inside {
+        if self.survey.is_interior {
             for view in self.distinct_views() {
                 let guess = self.inside_guess(view);
                 candidates.push((guess.flags(self.asked.origin), guess));
@@ -343,12 +381,44 @@ impl<'a> CameraFinder<'a> {
                 }),
             ));
         }
+        if inside > 0 && self.survey.is_closed() {
+            // Its light does not leave the room: from outside all is black.
+            candidates.truncate(inside);
+        }
         if inside > 0 {
             // From outside, an interior shows mostly blank walls: the isometric view tells the best how it lies.
             candidates[inside..].sort_by_key(|(flags, _)| flags != "--view iso");
         }
         candidates.truncate(MAX_CANDIDATES);
         candidates
+    }
+
+    /// The plan of an interior with `cameras`, `size` pixels along its larger edge; `None` of an object.
+    pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Option<Plan> {
+        if !self.survey.is_interior {
+            return None;
+        }
+        let floors = Floors::new(&self.looker, self.horizon());
+        let floor = interior::floor_of_best(self.horizon(), &self.views_inside());
+        let floor = floor.unwrap_or(floors.bounds().min.y);
+        let cut = Cut::above(floor, &self.scale(&floors));
+        let cameras: Vec<_> = cameras.iter().map(|camera| (camera.position, camera.look_at)).collect();
+        Some(plan::plan(&floors, cut, &cameras, size))
+    }
+
+    /// The coordinates of the edges of a plan in the file, in words.
+    pub fn edges_text(&self, plan: &Plan) -> String {
+        let text = |from: Vec3, to: Vec3, [from_side, to_side]: [&str; 2]| {
+            let axis = (to - from).abs().max_position();
+            let [from, to] = [from, to].map(|p| position_text(short(p, self.size()), self.asked.origin)[axis].clone());
+            format!("{} from {from} {from_side} to {to} {to_side}", ["x", "y", "z"][axis])
+        };
+        let [top_left, top_right, bottom_left] = plan.corners;
+        format!(
+            "{}, {}",
+            text(top_left, top_right, ["on the left", "on the right"]),
+            text(top_left, bottom_left, ["at the top", "at the bottom"])
+        )
     }
 
     fn horizon(&self) -> &Horizon {
@@ -402,28 +472,34 @@ impl<'a> CameraFinder<'a> {
     }
 
     fn inside(&self) -> Option<CameraGuess> {
-        let Asked { position, look_at, .. } = self.asked;
+        let Asked {
+            position,
+            look_at,
+            view,
+            ..
+        } = self.asked;
         let (horizon, width) = (self.horizon(), self.width());
         let view = match (position, look_at) {
             (Some(position), None) => interior::best_direction(&self.looker, horizon, position, 0.0, width)?,
             (Some(_), Some(_)) => return None,
             (None, None) => {
                 let fov = self.asked.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
-                if let Some(view) = interior::through_open_side(&self.looker, horizon, fov, self.aspect) {
+                let open_side = || interior::through_open_side(&self.looker, horizon, fov, self.aspect);
+                if let Some(view) = (view == View::Auto).then(open_side).flatten() {
                     let words = format!("an interior, through its open side ({OTHERS})");
                     return Some(self.guess(view.position, view.target(), fov, words));
                 }
-                *interior::views(&self.looker, horizon).first()?
+                *self.views_inside().first()?
             }
             (None, Some(target)) => {
-                let sees = |view: &interior::InteriorView| {
+                let sees = |view: &InteriorView| {
                     let way = target - view.position;
                     let seen = way
                         .try_normalize()
                         .and_then(|direction| self.looker.look(view.position, direction));
                     seen.is_none_or(|seen| seen.distance >= 0.99 * way.length())
                 };
-                let view = interior::views(&self.looker, horizon).into_iter().find(sees)?;
+                let view = self.views_inside().into_iter().find(sees)?;
                 return Some(self.guess(
                     view.position,
                     target,
@@ -435,20 +511,116 @@ impl<'a> CameraFinder<'a> {
         Some(self.inside_guess(view))
     }
 
-    fn inside_guess(&self, view: interior::InteriorView) -> CameraGuess {
+    /// Views from inside, the best first. If the scene is not an interior, these are views of its
+    /// rooms, of those with a ceiling if there are any.
+    fn views_inside(&self) -> Vec<InteriorView> {
+        let views = |inside, count| interior::views(&self.looker, self.horizon(), inside, count);
+        if self.inside == Inside::Anywhere {
+            return views(Inside::Anywhere, PLACES);
+        }
+        let kinds = [Inside::RoofedRooms, Inside::Rooms, Inside::Shells];
+        let mut tries = kinds.into_iter().flat_map(|kind| [(kind, PLACES), (kind, MANY_PLACES)]);
+        tries
+            .find_map(|(kind, count)| Some(views(kind, count)).filter(|views| !views.is_empty()))
+            .unwrap_or_default()
+    }
+
+    fn inside_guess(&self, view: InteriorView) -> CameraGuess {
         let words = format!("an interior, from inside at eye height ({OTHERS})");
         self.guess(view.position, view.target(), self.inside_fov(), words)
     }
 
+    /// The error of a scene that has no inside.
+    fn nothing_inside(&self) -> CameraError {
+        let reason = match self.asked.look_at {
+            Some(_) if !self.views_inside().is_empty() => "no place inside sees the point of --look-at",
+            _ => interior::reason_for_none(&self.looker, self.horizon()),
+        };
+        CameraError::no_place(
+            "view",
+            format!("inside: there is nothing to stand in: {reason}"),
+            "leave --view out to see it from outside, or choose a place by --stand X,Z or --position X,Y,Z".into(),
+        )
+    }
+
+    /// The camera that stands on the floor at a place.
+    fn standing(&self, stand: Stand) -> Result<CameraGuess, CameraError> {
+        let Asked {
+            look_at, yaw, origin, ..
+        } = self.asked;
+        let horizon = self.horizon();
+        let floors = Floors::new(&self.looker, horizon);
+        let scale = self.scale(&floors);
+        let height = stand.height.unwrap_or(scale.eyes);
+        let usual = match self.inside {
+            Inside::Anywhere => interior::floor_of_best(horizon, &self.views_inside()),
+            _ => None,
+        };
+        let place = stand.coordinates(&floors, origin);
+        let Some(floor) = stand::floor(&floors, &scale, place, height, usual) else {
+            return Err(self.no_floor(&floors, &stand));
+        };
+        let eye = horizon.point(Vec3::new(place.x, floor + height, place.z));
+        let target = look_at.unwrap_or_else(|| {
+            let view = match yaw {
+                Some(yaw) => interior::view_towards(&self.looker, horizon, eye, yaw, floors.width()),
+                None => interior::best_view(&self.looker, horizon, eye, height, floors.width()),
+            };
+            view.target()
+        });
+        let words = match stand.height {
+            Some(height) => format!("stands on the floor, eyes {height} above it"),
+            None => format!(
+                "stands on the floor, eyes {} above it ({}; --stand {},HEIGHT changes that)",
+                short_number(scale.eyes),
+                scale.words(),
+                stand.place_text()
+            ),
+        };
+        Ok(self.guess(eye, target, self.inside_fov(), words))
+    }
+
+    /// The unit of the file, by what it says and by the height of its rooms.
+    fn scale(&self, floors: &Floors) -> Scale {
+        Scale::new(self.asked.unit, floors.room_height(), floors.height())
+    }
+
+    /// The error of a place without a floor.
+    fn no_floor(&self, floors: &Floors, stand: &Stand) -> CameraError {
+        let bounds = self.looker.region.bounds;
+        let axis = self.horizon().up().abs().max_position();
+        let across: Vec<String> = (0..3)
+            .filter(|&other| other != axis)
+            .map(|other| {
+                let [min, max] = [bounds.min, bounds.max]
+                    .map(|p| position_text(short(p, self.size()), self.asked.origin)[other].clone());
+                format!("{} from {min} to {max}", ["x", "y", "z"][other])
+            })
+            .collect();
+        let is_anywhere = floors.at_any(stand.coordinates(floors, self.asked.origin));
+        let reason = match is_anywhere {
+            true => "has no floor with room for a camera above it",
+            false => "has no floor",
+        };
+        CameraError::no_place(
+            "stand",
+            format!("{}: this place {reason}", stand.place_text()),
+            format!(
+                "choose another place ({}), a lower HEIGHT, or one of `embrasure views SCENE -o views.png`",
+                across.join(", ")
+            ),
+        )
+    }
+
     /// Views of an interior that differ, the best first.
-    fn distinct_views(&self) -> Vec<interior::InteriorView> {
-        let mut distinct: Vec<interior::InteriorView> = Vec::new();
-        for view in interior::views(&self.looker, self.horizon()) {
+    fn distinct_views(&self) -> Vec<InteriorView> {
+        let mut distinct: Vec<InteriorView> = Vec::new();
+        for view in self.views_inside() {
             let best = distinct.first().unwrap_or(&view);
             if view.height < MIN_HEIGHT * best.height || view.missing > MAX_MISSING.max(best.missing) {
                 continue;
             }
-            let is_like = |other: &interior::InteriorView| {
+            let is_like = |other: &InteriorView| {
                 view.position.distance(other.position) < ALIKE.0 * self.width()
                     && view.direction.dot(other.direction) > ALIKE.1
             };
@@ -561,6 +733,11 @@ pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
             }
         }
     })
+}
+
+/// `x` with four digits.
+fn short_number(x: f32) -> String {
+    short(Vec3::splat(x), x).x.to_string()
 }
 
 /// `v` rounded to decimals of a thousandth of `scale`.

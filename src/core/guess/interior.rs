@@ -1,20 +1,30 @@
 //! Views of an interior: at eye height, level, towards what shows most.
 
+use super::floors::{Floors, PLACES, Surface};
 use super::look::{Looker, Seen, Tally};
+use super::rooms::Surroundings;
+use super::spread::directions;
 use crate::math::{Bounds3, Horizon, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
-/// Places along each side of the floor.
-const PLACES: u32 = 16;
 /// Directions of a panorama: all around, and from `-PITCH` to `PITCH`.
 const COLUMNS: usize = 72;
 const ROWS: usize = 16;
 const PITCH: f32 = 32.0_f32;
 /// Columns that the image is wide: 60°.
 const WINDOW: usize = 12;
-/// Surfaces above each other at one place that are looked at.
-const MAX_FLOORS: usize = 24;
+/// Bundles of directions in which the openness of a room is looked for.
+const BUNDLES: u32 = 16;
+/// Share of the directions above the horizon in which a room with a ceiling has a surface.
+const ROOFED: f32 = 0.75;
+/// Heights above the usual floor, in heights of the room, from which on a floor is furniture, and
+/// another storey; and the bits that views from furniture count less.
+const ABOVE_FLOOR: f32 = 0.08;
+const STOREY: f32 = 0.8;
+const ON_FURNITURE: f32 = 2.0;
+/// Share of all directions in which a closed place has a surface.
+const CLOSED: f32 = 0.62;
 /// Eye height as a share of the room's height, and at most of the scene's width.
 const EYE: [f32; 2] = [0.5, 0.2];
 /// Distance to the nearest surface around the eye, as a share of the eye height.
@@ -38,37 +48,140 @@ pub(super) struct InteriorView {
 }
 
 impl InteriorView {
+    /// Height of the floor below, in coordinates of the horizon.
+    pub fn floor(&self, horizon: &Horizon) -> f32 {
+        horizon.coordinates(self.position).y - self.height
+    }
+
     /// Point in the middle of the image, at the median distance.
     pub fn target(&self) -> Vec3 {
         self.position + self.distance * self.direction
     }
 }
 
-/// Views from all places of the floor where one can stand, each the best one of its place, the best first.
-pub(super) fn views(looker: &Looker, horizon: &Horizon) -> Vec<InteriorView> {
-    let box_ = upright_bounds(looker.region.bounds, horizon);
-    let size = box_.max - box_.min;
-    let width = size.x.max(size.z);
-    let places: Vec<(f32, f32)> = (0..PLACES * PLACES)
-        .map(|i| {
-            let share = |i: u32| (i as f32 + 0.5) / PLACES as f32;
-            (
-                box_.min.x + size.x * share(i % PLACES),
-                box_.min.z + size.z * share(i / PLACES),
-            )
-        })
-        .collect();
-    let mut views: Vec<InteriorView> = places
+/// Places inside that are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Inside {
+    /// All: the scene is an interior.
+    Anywhere,
+    /// Places that surfaces enclose with their fronts.
+    Rooms,
+    /// Rooms with a ceiling.
+    RoofedRooms,
+    /// Places in a shell with an opening: its walls show their backs inside.
+    Shells,
+}
+
+/// Views from all places of the floor where one can stand, each the best one of its place, the best
+/// first. The floor has `count` places along each side.
+pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u32) -> Vec<InteriorView> {
+    let floors = Floors::new(looker, horizon);
+    let width = floors.width();
+    let mut views: Vec<InteriorView> = floors
+        .places(count)
         .par_iter()
         .flat_map_iter(|&(x, z)| {
-            eyes(looker, horizon, &box_, x, z, width)
-                .into_iter()
-                .filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
+            let eyes = eyes(&floors, x, z).into_iter();
+            let eyes = eyes.filter(|&(eye, _)| is_inside(looker, horizon, eye, inside));
+            eyes.filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
         })
         .collect();
+    lower_furniture(horizon, &mut views);
     // Stable: of equal ones the first place counts.
     views.sort_by(|a, b| b.score.total_cmp(&a.score));
     views
+}
+
+/// Lowers the scores of views from furniture: from floors that are above the usual one, but not by a
+/// storey.
+fn lower_furniture(horizon: &Horizon, views: &mut [InteriorView]) {
+    let Some(usual) = usual_floor(horizon, views) else {
+        return;
+    };
+    for view in views {
+        let above = (view.floor(horizon) - usual.y) / usual.room;
+        if (ABOVE_FLOOR..STOREY).contains(&above) {
+            view.score -= ON_FURNITURE;
+        }
+    }
+}
+
+/// The floor of a storey.
+#[derive(Clone, Copy, Debug)]
+struct UsualFloor {
+    /// Height in coordinates of the horizon.
+    pub y: f32,
+    /// Height of the room above.
+    room: f32,
+}
+
+/// The floor that is usual among `views`; `None` without views.
+fn usual_floor(horizon: &Horizon, views: &[InteriorView]) -> Option<UsualFloor> {
+    let median = |of: &dyn Fn(&InteriorView) -> f32| {
+        let mut values: Vec<f32> = views.iter().map(of).collect();
+        values.sort_by(f32::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    Some(UsualFloor {
+        y: median(&|view| view.floor(horizon))?,
+        room: median(&|view| view.height / EYE[0])?.max(f32::MIN_POSITIVE),
+    })
+}
+
+/// The usual floor of the storey of the best of `views`, which are sorted.
+pub(super) fn floor_of_best(horizon: &Horizon, views: &[InteriorView]) -> Option<f32> {
+    let room = usual_floor(horizon, views)?.room;
+    let best = views.first()?.floor(horizon);
+    let is_near = |view: &&InteriorView| (view.floor(horizon) - best).abs() < STOREY * room;
+    let storey: Vec<InteriorView> = views.iter().filter(is_near).copied().collect();
+    Some(usual_floor(horizon, &storey)?.y)
+}
+
+fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> bool {
+    let around = || Surroundings::of(looker, eye, horizon.up(), 0);
+    let has = |is: fn(Surroundings) -> bool| is(around());
+    match inside {
+        Inside::Anywhere => true,
+        Inside::Rooms => has(|around| around.is_room()),
+        Inside::RoofedRooms => has(|around| around.is_room() && around.above >= ROOFED),
+        Inside::Shells => has(|around| around.above >= ROOFED && (CLOSED..1.0).contains(&around.closed())),
+    }
+}
+
+/// Share of the rays from a place in a room with a ceiling that leave the scene; `None` of other
+/// places.
+pub(super) fn openness_of_room(looker: &Looker, horizon: &Horizon, position: Vec3) -> Option<f32> {
+    if !is_inside(looker, horizon, position, Inside::RoofedRooms) {
+        return None;
+    }
+    let rays: Vec<bool> = (0..BUNDLES)
+        .flat_map(directions)
+        .map(|direction| looker.escapes(position, direction))
+        .collect();
+    Some(rays.iter().filter(|escapes| **escapes).count() as f32 / rays.len() as f32)
+}
+
+/// The reason why there is no view from inside, in words.
+pub(super) fn reason_for_none(looker: &Looker, horizon: &Horizon) -> &'static str {
+    let floors = Floors::new(looker, horizon);
+    let (mut count, mut closed, mut backs) = (0, 0, 0);
+    for (x, z) in floors.places(PLACES) {
+        for (eye, _) in eyes(&floors, x, z) {
+            let around = Surroundings::of(looker, eye, horizon.up(), 0);
+            count += 1;
+            closed += u32::from(around.closed() >= CLOSED);
+            backs += u32::from(around.backs > around.fronts);
+        }
+    }
+    if count == 0 {
+        "there is no floor with room above it"
+    } else if 2 * backs > count && closed > 0 {
+        "it is a closed body: inside, surfaces show their backs"
+    } else if closed == 0 {
+        "no place on a floor is enclosed by walls"
+    } else {
+        "no place with a floor has room for a camera"
+    }
 }
 
 /// Rays along each edge of a side of the scene's box, through which openings are looked for.
@@ -123,16 +236,29 @@ pub(super) fn best_direction(
     width: f32,
 ) -> Option<InteriorView> {
     let panorama = Panorama::take(looker, horizon, position);
-    if panorama.nearest() < FREE_DISTANCE * height {
-        return None;
+    let has_place = panorama.nearest() >= FREE_DISTANCE * height;
+    has_place.then(|| panorama.best_view(horizon, position, height, width))
+}
+
+/// The best level view at `position`, however near surfaces are.
+pub(super) fn best_view(looker: &Looker, horizon: &Horizon, position: Vec3, height: f32, width: f32) -> InteriorView {
+    Panorama::take(looker, horizon, position).best_view(horizon, position, height, width)
+}
+
+/// The level view at `position` towards an azimuth, degrees.
+pub(super) fn view_towards(
+    looker: &Looker,
+    horizon: &Horizon,
+    position: Vec3,
+    azimuth: f32,
+    width: f32,
+) -> InteriorView {
+    let column = (azimuth / 360.0 * COLUMNS as f32).rem_euclid(COLUMNS as f32).round() as usize % COLUMNS;
+    let view = Panorama::take(looker, horizon, position).view(horizon, position, column, 0.0, width);
+    InteriorView {
+        direction: horizon.direction(azimuth, 0.0),
+        ..view
     }
-    (0..COLUMNS)
-        .step_by(2)
-        .map(|column| panorama.view(horizon, position, column, height, width))
-        .fold(None, |best: Option<InteriorView>, view| match best {
-            Some(best) if best.score >= view.score => Some(best),
-            _ => Some(view),
-        })
 }
 
 /// The scene's box in coordinates of `horizon`.
@@ -149,31 +275,14 @@ pub(super) fn upright_bounds(bounds: Bounds3, horizon: &Horizon) -> Bounds3 {
 }
 
 /// Where eyes can be above (`x`, `z`): on each surface that lies flat with room above it. With the height of each eye above its floor.
-fn eyes(looker: &Looker, horizon: &Horizon, bounds: &Bounds3, x: f32, z: f32, width: f32) -> Vec<(Vec3, f32)> {
-    let height = bounds.max.y - bounds.min.y;
-    let mut surfaces = Vec::new();
-    let top = bounds.max.y + 0.01 * height;
-    let mut y = top;
-    while surfaces.len() < MAX_FLOORS {
-        let Some(seen) = looker.look(horizon.point(Vec3::new(x, y, z)), -horizon.up()) else {
-            break;
-        };
-        y -= seen.distance;
-        surfaces.push((y, seen.normal.dot(horizon.up()).abs() > 0.9));
-        y -= 1e-4 * height;
-    }
-    // From each floor to what is above it
-    let mut eyes = Vec::new();
-    let mut ceiling = bounds.max.y;
-    for (y, is_flat) in surfaces {
-        let room = ceiling - y;
-        ceiling = y;
-        if is_flat && room > 0.04 * height.max(width) {
-            let eye = (EYE[0] * room).min(EYE[1] * width);
-            eyes.push((horizon.point(Vec3::new(x, y + eye, z)), eye));
-        }
-    }
-    eyes
+fn eyes(floors: &Floors, x: f32, z: f32) -> Vec<(Vec3, f32)> {
+    let surfaces = floors.at(x, z).into_iter();
+    let with_room = surfaces.filter(|surface| surface.is_flat() && surface.room > floors.min_room());
+    let eye = |surface: Surface| {
+        let eye = (EYE[0] * surface.room).min(EYE[1] * floors.width());
+        (floors.horizon.point(Vec3::new(x, surface.y + eye, z)), eye)
+    };
+    with_room.map(eye).collect()
 }
 
 /// Surfaces all around a point: columns by azimuth, each with rows from the bottom.
@@ -194,6 +303,13 @@ impl Panorama {
     fn nearest(&self) -> f32 {
         let distances = self.0.iter().flatten().flatten().map(|seen| seen.distance);
         distances.fold(f32::INFINITY, f32::min)
+    }
+
+    /// The view with the largest score.
+    fn best_view(&self, horizon: &Horizon, position: Vec3, height: f32, width: f32) -> InteriorView {
+        let view = |column| self.view(horizon, position, column, height, width);
+        let others = (2..COLUMNS).step_by(2).map(view);
+        others.fold(view(0), |best, view| if best.score >= view.score { best } else { view })
     }
 
     /// The view whose middle is between `column` and the one before it. Its score is what it shows, in bits, and how far it goes; less what stands in the

@@ -2,16 +2,17 @@
 
 use super::emitters::{self, Requirement};
 use super::look::Looker;
+use super::rooms::Surroundings;
 use super::spread::points_inside;
 use super::survey::Survey;
 use crate::light::Light;
 use crate::math::{Horizon, Vec3};
 
-/// Share of the rays from inside that must leave an interior for daylight to come in.
-const MIN_OPENNESS: f32 = 0.003;
 /// Azimuths at which the sun is tried, and its elevations in degrees; the first is taken where all give as much.
 const AZIMUTHS: u32 = 24;
 const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
+/// Points in rooms below which all points count.
+const FEW: usize = 8;
 /// Edge of the lamp of a closed room as a share of the room's height, and its distance from the ceiling.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
@@ -56,7 +57,7 @@ impl LightGuess {
         if !survey.is_interior {
             return Some(Self::Studio);
         }
-        if survey.openness >= MIN_OPENNESS {
+        if !survey.is_closed() {
             return Some(Self::Daylight(sun_through_openings(looker, &survey.horizon)));
         }
         let lamp = lamp(looker, &survey.horizon, position, target);
@@ -85,6 +86,14 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
 /// Azimuth and elevation of the sun from which light reaches the most points inside.
 fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
     let points: Vec<Vec3> = points_inside(looker.region.bounds).collect();
+    let is_room = |(i, p): (u32, &Vec3)| Surroundings::of(looker, *p, horizon.up(), i).is_room();
+    let rooms: Vec<Vec3> = (0..)
+        .zip(&points)
+        .filter(|&point| is_room(point))
+        .map(|(_, p)| *p)
+        .collect();
+    // Points beyond the walls are in the sun anyway.
+    let points = if rooms.len() < FEW { points } else { rooms };
     let mut best = ([-45.0, ELEVATIONS[0]], 0);
     for elevation in ELEVATIONS {
         for i in 0..AZIMUTHS {

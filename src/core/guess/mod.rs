@@ -8,6 +8,7 @@
 
 mod camera;
 mod emitters;
+mod floors;
 mod framing;
 mod interior;
 mod lathe;
@@ -15,8 +16,12 @@ mod light;
 mod look;
 mod object;
 mod parts;
+mod plan;
 mod region;
+mod rooms;
+mod scale;
 mod spread;
+mod stand;
 mod surfaces;
 mod survey;
 mod triangles;
@@ -24,5 +29,8 @@ mod up;
 
 pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View, position_text};
 pub use light::LightGuess;
+pub use plan::{Plan, PlanCamera};
+pub use scale::near_distance;
+pub use stand::Stand;
 pub use survey::Survey;
 pub use up::{Sisters, UpScores};

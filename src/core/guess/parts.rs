@@ -79,6 +79,12 @@ impl<'a> Parts<'a> {
         self.of_triangles = first_vertices.into_iter().map(number).collect();
     }
 
+    /// The box of each part.
+    pub fn bounds(&self) -> Vec<Bounds3> {
+        let boxes = self.parts.iter().map(|part| part.iter().copied().collect());
+        boxes.collect()
+    }
+
     /// Whether a part is a wall, the floor or the like.
     fn is_hull(&self, part: &[Vec3]) -> bool {
         let bounds: Bounds3 = part.iter().copied().collect();

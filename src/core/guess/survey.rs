@@ -1,21 +1,12 @@
 //! Survey of a scene: whether it is an object, seen from outside, or an interior, seen from inside.
 
-use super::look::{Looker, Tally};
-use super::spread::{POINTS, directions, points_inside};
+use super::floors::Floors;
+use super::interior::Inside;
+use super::look::Looker;
+use super::region::Region;
+use super::rooms::Rooms;
 use super::up::{Sisters, UpScores};
 use crate::math::{Bounds3, Horizon, Vec3};
-
-/// Share of the rays from a point that must meet fronts for the point to be inside of a room.
-const ENCLOSED: f32 = 0.62;
-/// Share of the points that must be in an interior, and in one of which much more shows inside.
-const MIN_ROOM: f32 = 0.2;
-const MIN_DETAILED_ROOM: f32 = 0.12;
-/// Share of the hits of rays from outside that meet fronts below which the scene is a hull that was
-/// not made for being seen from there.
-const HULL: f32 = 0.75;
-/// Bits that more must show inside than outside: of a hull; of a hull of which little is room; and
-/// of a body, which is closed on the outside. Hollow bricks and cupboards are bodies.
-const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
 
 /// Properties of a scene on which guesses depend.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,64 +24,80 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Surveys the scene; `up` is not guessed where it is given. `usual_up` is up in most files of
-    /// the program that wrote the scene, if that is known.
-    pub(super) fn new(looker: &Looker, up: Option<Vec3>, usual_up: Option<Vec3>) -> Self {
+    /// Share of the rays from inside that must leave an interior for daylight to come in.
+    const MIN_OPENNESS: f32 = 0.003;
+
+    /// Returns true if too little daylight comes into an interior.
+    pub(super) fn is_closed(&self) -> bool {
+        self.openness < Self::MIN_OPENNESS
+    }
+
+    /// Surveys the scene, and finds the region that guesses are for: that of the looker, or the part
+    /// of it that is an interior, and the places that are inside. `up` is not guessed where it is
+    /// given. `usual_up` is up in most files of the program that wrote the scene, if that is known.
+    /// If `wants_inside`, the camera is inside whatever the scene is.
+    pub(super) fn new(
+        looker: &Looker,
+        up: Option<Vec3>,
+        usual_up: Option<Vec3>,
+        wants_inside: bool,
+    ) -> (Self, Region, Inside) {
         let said_up = up.and_then(Vec3::try_normalize);
-        let scores = |rooms: Option<&[Vec3]>| match said_up {
+        let scores = |looker: &Looker, rooms: Option<&[Vec3]>| match said_up {
             Some(_) => None,
             None => Some(UpScores::new(looker, rooms, usual_up)),
         };
-        let horizon = |scores: Option<UpScores>| {
-            let best = scores.map(|scores| scores.best());
-            Horizon::new(said_up.or(best).unwrap_or(Vec3::Y))
-        };
-        let bounds = looker.region.bounds;
-        if bounds.is_empty() {
-            return Self {
-                horizon: horizon(None),
-                is_interior: false,
-                openness: 1.0,
-                part: None,
-                up_scores: None,
+        let whole = looker.region;
+        let survey = |up_scores: Option<UpScores>, interior: Option<(f32, Region)>| {
+            let best = up_scores.map(|scores| scores.best());
+            let (openness, region) = interior.unwrap_or((1.0, whole));
+            let survey = Self {
+                horizon: Horizon::new(said_up.or(best).unwrap_or(Vec3::Y)),
+                up_scores,
+                is_interior: interior.is_some(),
+                openness,
+                part: (whole.left_out > 0).then_some(whole.bounds),
             };
+            (survey, region)
+        };
+        let of_object = |up_scores| {
+            let (survey, region) = survey(up_scores, None);
+            (survey, region, Inside::RoofedRooms)
+        };
+        if whole.bounds.is_empty() {
+            return of_object(None);
         }
-        // From inside
-        let (mut within, mut rooms, mut escaped) = (Tally::default(), Vec::new(), 0);
-        for (i, p) in (0..).zip(points_inside(bounds)) {
-            let mut around = Tally::default();
-            let seen: Vec<_> = directions(i).map(|direction| looker.look(p, direction)).collect();
-            seen.iter().for_each(|seen| around.add(seen.as_ref()));
-            if around.fronts as f32 >= ENCLOSED * around.rays as f32 {
-                rooms.push(p);
-                escaped += directions(i).filter(|&direction| looker.escapes(p, direction)).count();
-                seen.iter().for_each(|seen| within.add(seen.as_ref()));
+        let mut found = (*looker, Rooms::of(looker));
+        if !found.1.are_interior() {
+            for region in Region::groups(looker) {
+                let group = Looker { region, ..*looker };
+                let rooms = Rooms::of(&group);
+                if rooms.are_interior() {
+                    found = (group, rooms);
+                    break;
+                }
+                if wants_inside && rooms.points.len() > found.1.points.len() {
+                    found = (group, rooms);
+                }
             }
         }
-
-        // From outside, at random points of it
-        let mut without = Tally::default();
-        let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
-        for (i, p) in (0..).zip(points_inside(bounds)) {
-            for direction in directions(i) {
-                without.add(looker.look(p - reach * direction, direction).as_ref());
+        let (place, rooms) = found;
+        if rooms.are_interior() {
+            let up_scores = scores(&place, Some(&rooms.points));
+            let (survey, region) = survey(up_scores, Some((rooms.openness, place.region)));
+            if Floors::new(&place, &survey.horizon).has_wide_floor() {
+                return (survey, region, Inside::Anywhere);
             }
         }
-        let share = rooms.len() as f32 / POINTS as f32;
-        let detail = |tally: &Tally| tally.entropies().iter().sum::<f32>();
-        let is_interior = is_made_for_inside(share, without.front_share(), detail(&within) - detail(&without));
-        let up_scores = scores(is_interior.then_some(&rooms));
-        Self {
-            horizon: horizon(up_scores),
-            up_scores,
-            is_interior,
-            openness: escaped as f32 / within.rays.max(1) as f32,
-            part: (looker.region.left_out > 0).then_some(bounds),
+        let up_scores = scores(looker, None);
+        if !wants_inside {
+            return of_object(up_scores);
         }
+        let openness = if rooms.points.is_empty() { 1.0 } else { rooms.openness };
+        let (survey, region) = survey(up_scores, Some((openness, place.region)));
+        (survey, region, Inside::RoofedRooms)
     }
-}
 
-impl Survey {
     /// Returns true if other files of the folder can change the upright axis of an object.
     pub(super) fn is_unsure_of_up(&self) -> bool {
         !self.is_interior && self.up_scores.is_some_and(|scores| scores.are_close())
@@ -108,15 +115,5 @@ impl Survey {
             false => Horizon::new(up),
         };
         (Self { horizon, ..self }, up != alone)
-    }
-}
-
-/// Returns true if a scene was made for being seen from inside: of its points this share lies in
-/// rooms, of the hits from outside this share meets fronts, and inside these more bits show.
-fn is_made_for_inside(rooms: f32, fronts: f32, more: f32) -> bool {
-    let [hull, partly, body] = MORE_INSIDE;
-    match fronts < HULL {
-        true => rooms >= MIN_ROOM && more > hull || rooms >= MIN_DETAILED_ROOM && more > partly,
-        false => rooms >= MIN_ROOM && more > body,
     }
 }

@@ -4,10 +4,12 @@ use super::{FileError, png};
 use crate::color::srgb;
 use crate::files::Output;
 use crate::film::RgbImage;
-use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1::FONT_8X13};
+use embedded_graphics::mono_font::MonoTextStyle;
+use embedded_graphics::mono_font::iso_8859_1::{FONT_6X13_BOLD, FONT_8X13};
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
-use embedded_graphics::text::{Baseline, Text};
+use embedded_graphics::primitives::{Circle, PrimitiveStyle, Triangle};
+use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 use std::convert::Infallible;
 
 /// One picture of a sheet.
@@ -25,12 +27,41 @@ const MARGIN: usize = 12;
 const LINE: usize = 15;
 const BACKGROUND: Rgb888 = Rgb888::new(24, 24, 26);
 const TEXT: Rgb888 = Rgb888::new(225, 225, 220);
+const MARK: Rgb888 = Rgb888::new(200, 50, 30);
+/// Length of a mark's wedge and diameter of its disk, pixels.
+const WEDGE: f32 = 26.0;
+const DISK: u32 = 19;
 
 /// Writes `panels` in rows of `columns` as an sRGB PNG.
 pub fn write_contact_sheet(output: &Output, panels: &[Panel], columns: usize) -> Result<(), FileError> {
-    let sheet = Sheet::draw(panels, columns.max(1));
-    let size = [sheet.width as u32, sheet.height as u32];
-    output.write(|writer| png::encode(writer, size, &sheet.bytes, &[]))
+    Sheet::draw(panels, columns.max(1)).write(output)
+}
+
+/// Writes `panels` in rows of `columns` below `plan`, on which numbers mark places.
+pub fn write_sheet_with_plan(
+    output: &Output,
+    plan: (&Panel, &[Mark]),
+    panels: &[Panel],
+    columns: usize,
+) -> Result<(), FileError> {
+    let below = Sheet::draw(panels, columns.max(1));
+    Sheet::with_plan(plan, &below).write(output)
+}
+
+/// Edge of the plan that [`write_sheet_with_plan`] draws, for panels of a width and their columns.
+pub fn edge_of_plan(width: usize, columns: usize) -> usize {
+    (columns.min(2) * (cell_width(width) + MARGIN)).saturating_sub(MARGIN)
+}
+
+/// A numbered place on a plan, with a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Number beside it.
+    pub number: usize,
+    /// Pixels from the left and from the top.
+    pub at: [f32; 2],
+    /// A vector of length 1 at most, x to the right and y down.
+    pub direction: [f32; 2],
 }
 
 /// A picture to draw on.
@@ -41,9 +72,65 @@ struct Sheet {
 }
 
 impl Sheet {
+    fn empty(width: usize, height: usize) -> Self {
+        let background = [BACKGROUND.r(), BACKGROUND.g(), BACKGROUND.b()];
+        Self {
+            width,
+            height,
+            bytes: background.repeat(width * height),
+        }
+    }
+
+    fn write(&self, output: &Output) -> Result<(), FileError> {
+        let size = [self.width as u32, self.height as u32];
+        output.write(|writer| png::encode(writer, size, &self.bytes, &[]))
+    }
+
+    fn with_plan((plan, marks): (&Panel, &[Mark]), below: &Self) -> Self {
+        let width = below.width.max(plan.image.width + 2 * MARGIN);
+        let fits = (width - 2 * MARGIN) / FONT_8X13.character_size.width as usize;
+        let lines: Vec<String> = plan.label.iter().flat_map(|line| wrapped(line, fits)).collect();
+        let top = 2 * MARGIN + plan.image.height + LINE * lines.len();
+        let mut sheet = Self::empty(width, top + below.height);
+        sheet.picture(&plan.image, MARGIN, MARGIN);
+        marks.iter().for_each(|mark| sheet.mark(mark, [MARGIN as f32; 2]));
+        for (k, line) in lines.iter().enumerate() {
+            sheet.text(line, MARGIN, MARGIN + plan.image.height + 4 + k * LINE);
+        }
+        for (row, bytes) in below.bytes.chunks(3 * below.width.max(1)).enumerate() {
+            let start = 3 * (top + row) * width;
+            sheet.bytes[start..start + bytes.len()].copy_from_slice(bytes);
+        }
+        sheet
+    }
+
+    /// Draws a mark on a picture at `corner`: a wedge towards its direction, and a disk with its number.
+    fn mark(&mut self, mark: &Mark, corner: [f32; 2]) {
+        let place = |along: f32, across: f32| {
+            let [x, y] = mark.direction;
+            let p = [x * along - y * across, y * along + x * across];
+            let at = |i: usize| (mark.at[i] + corner[i] + p[i]).round() as i32;
+            Point::new(at(0), at(1))
+        };
+        let fill = PrimitiveStyle::with_fill(MARK);
+        let wedge = Triangle::new(place(0.0, 0.0), place(WEDGE, -0.4 * WEDGE), place(WEDGE, 0.4 * WEDGE));
+        let disk = Circle::with_center(place(0.0, 0.0), DISK);
+        let style = MonoTextStyle::new(&FONT_6X13_BOLD, TEXT);
+        let centered = TextStyleBuilder::new()
+            .alignment(Alignment::Center)
+            .baseline(Baseline::Middle)
+            .build();
+        let number = mark.number.to_string();
+        let text = Text::with_text_style(&number, place(0.0, 0.0), style, centered);
+        // Drawing into memory cannot fail.
+        let Ok(()) = wedge.into_styled(fill).draw(self);
+        let Ok(()) = disk.into_styled(fill).draw(self);
+        let Ok(_) = text.draw(self);
+    }
+
     fn draw(panels: &[Panel], columns: usize) -> Self {
         let shown: Vec<RgbImage> = panels.iter().map(|p| reduced(&p.image)).collect();
-        let cell_width = shown.iter().map(|i| i.width).max().unwrap_or(0).max(220);
+        let cell_width = cell_width(shown.iter().map(|i| i.width).max().unwrap_or(0));
         let fits = cell_width / FONT_8X13.character_size.width as usize;
         let labels: Vec<Vec<String>> = panels
             .iter()
@@ -57,12 +144,7 @@ impl Sheet {
             MARGIN + columns * (cell_width + MARGIN),
             MARGIN + rows * (cell_height + MARGIN),
         );
-        let background = [BACKGROUND.r(), BACKGROUND.g(), BACKGROUND.b()];
-        let mut sheet = Self {
-            width,
-            height,
-            bytes: background.repeat(width * height),
-        };
+        let mut sheet = Self::empty(width, height);
         for (i, (label, image)) in labels.iter().zip(&shown).enumerate() {
             let x = MARGIN + (i % columns) * (cell_width + MARGIN);
             let y = MARGIN + (i / columns) * (cell_height + MARGIN);
@@ -91,6 +173,11 @@ impl Sheet {
         // Drawing into memory cannot fail.
         let Ok(_) = Text::with_baseline(line, place, style, Baseline::Top).draw(self);
     }
+}
+
+/// Width of a cell whose pictures have a width: a few words fit into the narrowest one.
+fn cell_width(picture: usize) -> usize {
+    picture.clamp(220, LARGEST)
 }
 
 /// `line` in lines of `fits` letters at most, which end between words; longer words are cut into parts.
@@ -164,6 +251,30 @@ mod tests {
         // There is text under the first picture and none in the empty fourth place.
         let lit = |x: usize, y: usize| (x..x + 320).any(|x| (y..y + 15).any(|y| at(x, y) == [225, 225, 220]));
         assert!(lit(MARGIN, MARGIN + 164) && !lit(2 * MARGIN + 320, 2 * MARGIN + 209 + 164));
+    }
+
+    #[test]
+    fn plan_stands_above_the_panels_with_its_marks() {
+        let panels = vec![panel(240, 240, "a"); 4];
+        assert_eq!(edge_of_plan(240, 4), 2 * 240 + MARGIN);
+        let mark = Mark {
+            number: 3,
+            at: [100.0, 50.0],
+            direction: [1.0, 0.0],
+        };
+        let below = Sheet::draw(&panels, 4);
+        let sheet = Sheet::with_plan((&panel(492, 200, "plan"), &[mark]), &below);
+        assert_eq!(
+            (sheet.width, sheet.height),
+            (below.width, below.height + 2 * MARGIN + 200 + 2 * LINE)
+        );
+        let at = |x: usize, y: usize| &sheet.bytes[3 * (y * sheet.width + x)..][..3];
+        let red = [MARK.r(), MARK.g(), MARK.b()];
+        // The wedge points to the right of the disk.
+        assert_eq!(at(MARGIN + 100 + 20, MARGIN + 50), red);
+        assert_ne!(at(MARGIN + 100 - 20, MARGIN + 50), red);
+        // The first picture below
+        assert_eq!(at(MARGIN + 5, 2 * MARGIN + 200 + 2 * LINE + MARGIN + 5), [255, 0, 0]);
     }
 
     #[test]

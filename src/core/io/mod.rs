@@ -37,7 +37,7 @@ mod write_picture;
 
 pub use crate::files::{FileError, FileErrorKind, LoadObserver, Position};
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
-pub use contact_sheet::{Panel, write_contact_sheet};
+pub use contact_sheet::{Mark, Panel, edge_of_plan, write_contact_sheet, write_sheet_with_plan};
 pub use cryptomatte::cryptomattes;
 pub use developed::Developed;
 pub use exr::{Compression, ExrFormat};

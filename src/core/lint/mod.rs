@@ -19,7 +19,7 @@ pub use darkness::reason_for_darkness;
 pub use inspection::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};
 pub use profile::{DeltaDirection, LobeProfile, Profile, direction_at};
-pub use view::{inspect_extent, inspect_view};
+pub use view::{inspect_extent, inspect_place, inspect_view};
 
 use crate::io::{FileError, Finding, ObjFaces};
 use crate::material::Material;

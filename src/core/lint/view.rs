@@ -132,3 +132,113 @@ pub fn inspect_view(
     }
     None
 }
+
+/// Share of the surfaces in the picture that show their backs, from which on the camera is behind.
+const BEHIND: f32 = 0.8;
+/// Distance of a plane from the points that lie on it, in radii of the scene, maximum.
+const ON_PLANE: f32 = 1e-4;
+/// Cosine between normals of one flat surface, minimum.
+const SAME_WAY: f32 = 0.9999;
+
+/// Warns of a camera that is behind surfaces or nearer to one than `near`, and of a picture of one
+/// flat surface in a scene that has others.
+pub fn inspect_place(
+    accel: &dyn Accel,
+    scene: &Scene,
+    camera: &Camera,
+    (resolution, near): (UVec2, Option<f32>),
+    whole: Whole,
+) -> Option<Finding> {
+    let finding = |code, message: String| {
+        let help = "`embrasure views SCENE -o views.png` shows cameras to choose from; --stand X,Z stands on the floor";
+        let error = whole(message).help(help);
+        Some(Finding::new(Severity::Warning, code, error))
+    };
+    let rays: Vec<Ray> = camera_rays(camera, resolution).collect();
+    let origin = rays.first()?.origin;
+    let seen: Vec<Seen> = rays.iter().filter_map(|ray| Seen::by(accel, scene, ray)).collect();
+    let is_opaque = |seen: &&Seen| !seen.is_clear;
+    let opaque = seen.iter().filter(is_opaque).count();
+    let backs = seen.iter().filter(is_opaque).filter(|seen| seen.is_back).count();
+    if opaque > 0 && backs as f32 >= BEHIND * seen.len() as f32 {
+        let share = 100 * backs / seen.len();
+        return finding(
+            "camera-behind",
+            format!(
+                "the camera is behind surfaces: {share} % of them show their backs; it is outside of a room, or inside of a body"
+            ),
+        );
+    }
+    if let Some(near) = near {
+        let around = cells().map(|cell| Ray::new(origin, uniform_sphere(cell)));
+        let distances = around.filter_map(|ray| accel.intersect(&ray)).map(|hit| hit.t);
+        let nearest = distances.fold(f32::INFINITY, f32::min);
+        if nearest < near {
+            return finding(
+                "camera-near",
+                format!(
+                    "the camera is {} from a surface, which is less than 5 cm ({})",
+                    two_digits(nearest),
+                    two_digits(near)
+                ),
+            );
+        }
+    }
+    let first = seen.first().filter(|_| seen.len() == rays.len())?;
+    let margin = ON_PLANE * scene.bounds().radius();
+    let is_on = |p: Vec3| (p - first.point).dot(first.normal).abs() <= margin;
+    let is_like = |other: &Seen| {
+        let is_same_way = other.normal.dot(first.normal).abs() >= SAME_WAY;
+        other.material == first.material && is_same_way && is_on(other.point)
+    };
+    let bounds = scene.bounds();
+    let corner = |i: u32| {
+        let pick = |axis: usize| {
+            if i >> axis & 1 == 0 {
+                bounds.min[axis]
+            } else {
+                bounds.max[axis]
+            }
+        };
+        Vec3::new(pick(0), pick(1), pick(2))
+    };
+    let has_others = !(0..8).all(|i| is_on(corner(i)));
+    if has_others && seen.iter().all(is_like) {
+        return finding(
+            "single-surface",
+            "the picture shows one flat surface and nothing else".into(),
+        );
+    }
+    None
+}
+
+/// A number above 0 with two digits.
+fn two_digits(x: f32) -> String {
+    let decimals = (1.0 - x.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// A surface in the picture.
+struct Seen {
+    point: Vec3,
+    normal: Vec3,
+    material: u32,
+    is_back: bool,
+    /// True if most light passes: the backs of glass are seen by intent.
+    is_clear: bool,
+}
+
+impl Seen {
+    fn by(accel: &dyn Accel, scene: &Scene, ray: &Ray) -> Option<Self> {
+        let hit = accel.intersect(ray)?;
+        let normal = scene.surface_point(&hit, 0.0).ng;
+        let is_clear = scene.material(&hit).transmission.luminance() > 0.5 || scene.opacity(&hit) < 0.5;
+        Some(Self {
+            point: ray.at(hit.t),
+            normal,
+            material: scene.shape(hit.geom).material.0,
+            is_back: normal.dot(ray.direction) > 0.0,
+            is_clear,
+        })
+    }
+}

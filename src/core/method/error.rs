@@ -78,8 +78,8 @@ impl From<DenoiseError> for Error {
 
 impl From<CameraError> for Error {
     fn from(error: CameraError) -> Self {
-        Self::Refused(format!(
-            "{error}\n  help: correct --position, --look-at, --up, --fov or --shutter"
-        ))
+        let help = error.help.as_deref();
+        let help = help.unwrap_or("correct --position, --look-at, --up, --fov or --shutter");
+        Self::Refused(format!("{error}\n  help: {help}"))
     }
 }

@@ -1,7 +1,7 @@
 //! The camera: keys of `[camera]`, and flags.
 
 use crate::camera::{Aperture, BLADES, CameraDescription};
-use crate::guess::{Orbit, View};
+use crate::guess::{Orbit, Stand, View};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::parameter::{Range, Value, numbers, parameters};
 use serde_json::json;
@@ -17,6 +17,15 @@ parameters! {
         ///
         /// It looks at `look_at`, or at the middle of the scene's box; not with `position` or `view`.
         orbit: Orbit, default "guessed; the scene fills the image";
+        /// Stand on the floor at X,Z (X,Y if z is up), with the eyes HEIGHT above it
+        ///
+        /// The two horizontal coordinates of the OBJ file; eyes are 1.6 m above the floor. Not with
+        /// `position`, `view` or `orbit`.
+        stand: Stand, default "off";
+        /// Azimuth towards which a standing camera looks, degrees
+        ///
+        /// It needs `stand`; not with `look_at`.
+        yaw: f32, default "the way that shows most", in Range::Any;
         /// Camera position: the centre of the lens
         ///
         /// See [Camera](guesses.md#camera).
@@ -75,6 +84,10 @@ impl CameraOptions {
         ["position", "view"],
         ["position", "orbit"],
         ["orbit", "view"],
+        ["position", "stand"],
+        ["view", "stand"],
+        ["orbit", "stand"],
+        ["look_at", "yaw"],
         ["lens_radius", "f_stop"],
     ];
 
@@ -123,6 +136,28 @@ impl Value for Shutter {
     fn schema() -> serde_json::Value {
         let time = json!({ "type": "number", "minimum": 0, "maximum": 1 });
         json!({ "type": "array", "items": time, "minItems": 2, "maxItems": 2 })
+    }
+}
+
+impl Value for Stand {
+    const PLACEHOLDER: &'static str = "X,Z[,HEIGHT]";
+    const KIND: &'static str = "the two horizontal coordinates of the file, with an optional height of the eyes above 0, as in 2,-3 or 2,-3,1.7";
+    const IS_NUMBER: bool = false;
+    const IS_LIST: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        Self::of(&numbers::<f64>(text)?).ok()
+    }
+
+    fn text(&self) -> String {
+        let height = self.height.map(|height| format!(",{height}"));
+        self.place_text() + &height.unwrap_or_default()
+    }
+
+    fn schema() -> serde_json::Value {
+        let coordinate = json!({ "type": "number" });
+        let height = json!({ "type": "number", "exclusiveMinimum": 0 });
+        json!({ "type": "array", "items": [coordinate, coordinate, height], "additionalItems": false, "minItems": 2 })
     }
 }
 

@@ -9,7 +9,7 @@ mod tests;
 use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::light_changes::ChangedLight;
-use super::obj::{origin_of, usual_up};
+use super::obj::{named_unit, origin_of, usual_up};
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::source::Source;
@@ -265,6 +265,10 @@ impl SceneFile {
 
     /// An error where two keys of the camera exclude each other.
     fn check_camera(&self) -> Result<(), FileError> {
+        if let (Some(span), None) = (self.camera.span_of("yaw"), self.camera.span_of("stand")) {
+            let error = self.error(span, "`yaw` needs `stand`");
+            return Err(error.help("add stand = [X, Z]"));
+        }
         for [first, second] in CameraOptions::EXCLUSIVE {
             if let (Some(_), Some(span)) = (self.camera.span_of(first), self.camera.span_of(second)) {
                 let error = self.error(span, format!("both `{first}` and `{second}`"));
@@ -272,6 +276,15 @@ impl SceneFile {
             }
         }
         Ok(())
+    }
+
+    /// Length of the unit of the scene's OBJ file in metres; `None` if the file does not name it, or
+    /// if there are several objects.
+    pub(crate) fn unit(&self) -> Option<f32> {
+        match self.object.as_slice() {
+            [object] if object.transform.is_none() => named_unit(&self.resolve(object.obj.get_ref())),
+            _ => None,
+        }
     }
 
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {

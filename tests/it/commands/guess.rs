@@ -8,18 +8,18 @@ use std::path::Path;
 
 /// Boxes from corner to corner as an OBJ; `inwards` ones face inwards, without the sides that `open` names by the index of the axis.
 #[derive(Default)]
-struct Boxes {
-    text: String,
-    corners: usize,
+pub(super) struct Boxes {
+    pub(super) text: String,
+    pub(super) corners: usize,
 }
 
 impl Boxes {
-    fn add(mut self, min: [f32; 3], max: [f32; 3]) -> Self {
+    pub(super) fn add(mut self, min: [f32; 3], max: [f32; 3]) -> Self {
         self.push(min, max, false, &[]);
         self
     }
 
-    fn room(mut self, min: [f32; 3], max: [f32; 3], open: &[&str]) -> Self {
+    pub(super) fn room(mut self, min: [f32; 3], max: [f32; 3], open: &[&str]) -> Self {
         self.push(min, max, true, open);
         self
     }
@@ -48,13 +48,13 @@ impl Boxes {
     }
 
     /// The model with +z up.
-    fn upended(self) -> String {
+    pub(super) fn upended(self) -> String {
         turned(&self.text, |[x, y, z]| [x, -z, y])
     }
 }
 
 /// The OBJ `text` with its vertices turned.
-fn turned(text: &str, turn: impl Fn([f32; 3]) -> [f32; 3]) -> String {
+pub(super) fn turned(text: &str, turn: impl Fn([f32; 3]) -> [f32; 3]) -> String {
     let line = |line: &str| match line.strip_prefix("v ") {
         Some(v) => {
             let v: Vec<f32> = v.split(' ').map(|x| x.parse().unwrap()).collect();
@@ -81,7 +81,7 @@ fn statue() -> Boxes {
 }
 
 /// A room with a table and a cupboard.
-fn room(open: &[&str]) -> String {
+pub(super) fn room(open: &[&str]) -> String {
     Boxes::default()
         .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], open)
         .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6])
@@ -90,11 +90,11 @@ fn room(open: &[&str]) -> String {
         .text
 }
 
-fn camera(folder: &Path, scene: &str) -> Value {
+pub(super) fn camera(folder: &Path, scene: &str) -> Value {
     json(&done(folder, &["info", scene, "--json"]))["camera"].clone()
 }
 
-fn vector(value: &Value) -> [f64; 3] {
+pub(super) fn vector(value: &Value) -> [f64; 3] {
     [0, 1, 2].map(|i| value[i].as_f64().unwrap())
 }
 

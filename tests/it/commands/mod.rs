@@ -4,6 +4,7 @@ mod check;
 mod command_line;
 mod first_picture;
 mod guess;
+mod inside;
 mod lab;
 mod library;
 mod plots;

@@ -1,0 +1,160 @@
+//! Floors of a scene: flat surfaces with room above them.
+
+use super::interior::upright_bounds;
+use super::look::Looker;
+use crate::math::{Bounds3, Horizon, Vec3};
+use rayon::prelude::*;
+
+/// Places along each side of the scene's box at which floors are looked for.
+pub(super) const PLACES: u32 = 16;
+/// Surfaces above each other at one place that are looked at.
+const MAX_SURFACES: usize = 24;
+/// Cosine between up and the normal of a floor, minimum.
+const FLAT: f32 = 0.9;
+/// The same for a floor that makes a scene an interior: the bottom of a pipe is steeper.
+const LEVEL: f32 = 0.985;
+/// Half the width of a floor as a share of the room above it, minimum.
+const HALF_WIDTH: f32 = 0.12;
+/// Height of a room as a share of the scene, minimum.
+const MIN_ROOM: f32 = 0.04;
+/// Share of the room above a floor by which its height may differ near by.
+const EVEN: f32 = 0.01;
+
+/// A surface above a place, and the room above it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    /// Height in coordinates of the horizon.
+    pub y: f32,
+    /// Cosine between up and its normal, of either sign.
+    pub slope: f32,
+    /// Distance to the surface above, or to the top of the scene.
+    pub room: f32,
+    /// True if there is a surface above.
+    pub is_covered: bool,
+}
+
+impl Surface {
+    /// Returns true if one can stand there, as far as its slope decides.
+    pub fn is_flat(&self) -> bool {
+        self.slope > FLAT
+    }
+}
+
+/// Heights of the scene along the vertical lines through its places.
+pub(super) struct Floors<'a> {
+    pub looker: &'a Looker<'a>,
+    pub horizon: &'a Horizon,
+    bounds: Bounds3,
+}
+
+impl<'a> Floors<'a> {
+    pub fn new(looker: &'a Looker, horizon: &'a Horizon) -> Self {
+        Self {
+            looker,
+            horizon,
+            bounds: upright_bounds(looker.region.bounds, horizon),
+        }
+    }
+
+    /// The box of the region, in coordinates of the horizon.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    fn size(&self) -> Vec3 {
+        self.bounds.max - self.bounds.min
+    }
+
+    /// The larger of both horizontal extents of the scene.
+    pub fn width(&self) -> f32 {
+        self.size().x.max(self.size().z)
+    }
+
+    /// Height of the scene.
+    pub fn height(&self) -> f32 {
+        self.size().y
+    }
+
+    /// Minimum height of a room.
+    pub fn min_room(&self) -> f32 {
+        MIN_ROOM * self.height().max(self.width())
+    }
+
+    /// A grid of places with `count` along each side.
+    pub fn places(&self, count: u32) -> Vec<(f32, f32)> {
+        let share = |i: u32| (i as f32 + 0.5) / count as f32;
+        let (min, size) = (self.bounds.min, self.size());
+        let place = |i: u32| (min.x + size.x * share(i % count), min.z + size.z * share(i / count));
+        (0..count * count).map(place).collect()
+    }
+
+    /// The surfaces at a place, from the top.
+    pub fn at(&self, x: f32, z: f32) -> Vec<Surface> {
+        let top = self.bounds.max.y;
+        let mut surfaces: Vec<Surface> = Vec::new();
+        let mut y = top + 0.01 * self.height();
+        while surfaces.len() < MAX_SURFACES {
+            let origin = self.horizon.point(Vec3::new(x, y, z));
+            let Some(seen) = self.looker.look(origin, -self.horizon.up()) else {
+                break;
+            };
+            y -= seen.distance;
+            let above = surfaces.last().map(|surface| surface.y);
+            surfaces.push(Surface {
+                y,
+                slope: seen.normal.dot(self.horizon.up()).abs(),
+                room: above.unwrap_or(top) - y,
+                is_covered: above.is_some(),
+            });
+            y -= 1e-4 * self.height();
+        }
+        surfaces
+    }
+
+    /// Returns true if there is a flat surface at the place of `p`.
+    pub fn at_any(&self, p: Vec3) -> bool {
+        self.at(p.x, p.z).iter().any(Surface::is_flat)
+    }
+
+    /// Height below a point of the nearest surface there; `None` if there is none.
+    pub fn below(&self, p: Vec3) -> Option<f32> {
+        let seen = self.looker.look(self.horizon.point(p), -self.horizon.up())?;
+        Some(p.y - seen.distance)
+    }
+
+    /// Returns true if there is a floor that is wide against the room above it.
+    pub fn has_wide_floor(&self) -> bool {
+        self.places(PLACES).par_iter().any(|&(x, z)| {
+            let surfaces = self.at(x, z);
+            let mut surfaces = surfaces.iter();
+            surfaces
+                .any(|surface| surface.slope > LEVEL && surface.room > self.min_room() && self.is_wide(x, z, surface))
+        })
+    }
+
+    fn is_wide(&self, x: f32, z: f32, surface: &Surface) -> bool {
+        let half = HALF_WIDTH * surface.room;
+        let knee = Vec3::new(x, surface.y + 0.25 * surface.room, z);
+        [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z].into_iter().all(|side| {
+            let wall = self.looker.look(self.horizon.point(knee), self.horizon.point(side));
+            let floor = self.below(knee + half * side);
+            wall.is_none_or(|wall| wall.distance > half)
+                && floor.is_some_and(|y| (y - surface.y).abs() < EVEN * surface.room)
+        })
+    }
+
+    /// Typical height of the rooms: the median over all places with a ceiling of their highest
+    /// room; `None` if there are no ceilings.
+    pub fn room_height(&self) -> Option<f32> {
+        let places = self.places(PLACES);
+        let highest = |&(x, z): &(f32, f32)| {
+            let rooms = self.at(x, z).into_iter();
+            let rooms =
+                rooms.filter(|surface| surface.is_covered && surface.is_flat() && surface.room > self.min_room());
+            rooms.map(|surface| surface.room).max_by(f32::total_cmp)
+        };
+        let mut heights: Vec<f32> = places.par_iter().filter_map(highest).collect();
+        heights.sort_by(f32::total_cmp);
+        heights.get(heights.len() / 2).copied()
+    }
+}

@@ -1,0 +1,212 @@
+//! The plan of an interior: what is below a horizontal cut through it, seen from above.
+
+use super::floors::Floors;
+use super::look::Looker;
+use super::scale::Scale;
+use super::triangles::for_each_triangle;
+use crate::film::RgbImage;
+use crate::math::{Bounds3, Horizon, Vec2, Vec3};
+use rayon::prelude::*;
+
+/// Height of the cut above the floor, metres.
+const CUT: f32 = 1.2;
+/// Margin around the plan, as a share of its larger extent.
+const MARGIN: f32 = 0.04;
+/// Triangles whose section is drawn at most.
+const MAX_TRIANGLES: u64 = 1 << 23;
+/// Colours, linear: no floor, cut bodies, and the section of surfaces.
+const EMPTY: [f32; 3] = [0.75, 0.77, 0.8];
+const BODY: [f32; 3] = [0.035, 0.035, 0.04];
+const SECTION: [f32; 3] = [0.0, 0.0, 0.0];
+/// Brightness of a surface that is `x` of the way from the floor to the cut.
+const LOWEST: f32 = 0.65;
+/// Reflectance of what has a texture.
+const TEXTURED: [f32; 3] = [0.45, 0.42, 0.38];
+
+/// A plan with places of cameras.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The picture, linear; azimuth 0 is at the bottom, azimuth 90° on the right.
+    pub image: RgbImage,
+    /// Cameras, in the order in which they were given.
+    pub cameras: Vec<PlanCamera>,
+    /// The corners at the top left, the top right and the bottom left, in the scene.
+    pub corners: [Vec3; 3],
+}
+
+/// A camera on a plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanCamera {
+    /// Where it stands, in pixels from the top left corner.
+    pub at: Vec2,
+    /// Where it looks: a vector of length 1 at most, which is shorter if the camera looks up or down.
+    pub direction: Vec2,
+}
+
+/// Where a plan is cut, in coordinates of the horizon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cut {
+    floor: f32,
+    height: f32,
+}
+
+impl Cut {
+    /// The cut above a floor.
+    pub fn above(floor: f32, scale: &Scale) -> Self {
+        Self {
+            floor,
+            height: scale.length(CUT),
+        }
+    }
+
+    fn y(&self) -> f32 {
+        self.floor + self.height
+    }
+}
+
+/// The part of the scene that a plan shows, and its pixels.
+struct Sheet {
+    /// Left and top end.
+    corner: Vec2,
+    /// Length of a pixel's edge.
+    pixel: f32,
+    width: usize,
+    height: usize,
+}
+
+impl Sheet {
+    /// A sheet that shows a box, `size` pixels along its larger edge.
+    fn of(bounds: &Bounds3, size: usize) -> Self {
+        let [min, max] = [bounds.min, bounds.max].map(|p| Vec2::new(p.x, p.z));
+        let margin = MARGIN * (max - min).max_element().max(f32::MIN_POSITIVE);
+        let extent = max - min + Vec2::splat(2.0 * margin);
+        let pixel = extent.max_element() / size.max(1) as f32;
+        let count = |x: f32| ((x / pixel).ceil() as usize).clamp(1, size.max(1));
+        Self {
+            corner: min - Vec2::splat(margin),
+            pixel,
+            width: count(extent.x),
+            height: count(extent.y),
+        }
+    }
+
+    /// Pixels of a point of the scene.
+    fn at(&self, p: Vec3) -> Vec2 {
+        (Vec2::new(p.x, p.z) - self.corner) / self.pixel
+    }
+
+    /// The point in the middle of a pixel, at a height.
+    fn point(&self, i: usize, y: f32) -> Vec3 {
+        let (column, row) = ((i % self.width) as f32, (i / self.width) as f32);
+        let p = self.corner + self.pixel * Vec2::new(column + 0.5, row + 0.5);
+        Vec3::new(p.x, y, p.y)
+    }
+}
+
+/// The plan of the looker's region at `cut`, `size` pixels along its larger edge. `cameras` are
+/// positions and targets.
+pub(super) fn plan(floors: &Floors, cut: Cut, cameras: &[(Vec3, Vec3)], size: usize) -> Plan {
+    let (looker, horizon) = (floors.looker, floors.horizon);
+    let mut bounds = floors.bounds();
+    let cameras: Vec<[Vec3; 2]> = cameras
+        .iter()
+        .map(|&(position, target)| [position, target].map(|p| horizon.coordinates(p)))
+        .collect();
+    cameras.iter().for_each(|&[position, _]| bounds.extend(position));
+    let sheet = Sheet::of(&bounds, size);
+    let shade = |i: usize| shade(looker, horizon, cut, sheet.point(i, cut.y()));
+    let mut image = RgbImage {
+        width: sheet.width,
+        height: sheet.height,
+        pixels: (0..sheet.width * sheet.height).into_par_iter().map(shade).collect(),
+    };
+    for_each_triangle(looker.scene, MAX_TRIANGLES, |triangle| {
+        let corners = triangle.corners.map(|p| horizon.coordinates(p));
+        if let Some([a, b]) = section(corners, cut.y()) {
+            draw_line(&mut image, sheet.at(a), sheet.at(b));
+        }
+    });
+    let cameras = cameras.iter().map(|&[position, target]| {
+        let way = (target - position).normalize_or_zero();
+        PlanCamera {
+            at: sheet.at(position),
+            direction: Vec2::new(way.x, way.z),
+        }
+    });
+    let far = sheet.corner + sheet.pixel * Vec2::new(sheet.width as f32, sheet.height as f32);
+    let corners = [
+        sheet.corner,
+        Vec2::new(far.x, sheet.corner.y),
+        Vec2::new(sheet.corner.x, far.y),
+    ];
+    Plan {
+        cameras: cameras.collect(),
+        image,
+        corners: corners.map(|p| horizon.point(Vec3::new(p.x, cut.y(), p.y))),
+    }
+}
+
+/// The colour below a point of the cut.
+fn shade(looker: &Looker, horizon: &Horizon, cut: Cut, p: Vec3) -> [f32; 3] {
+    let Some(seen) = looker.look(horizon.point(p), -horizon.up()) else {
+        return EMPTY;
+    };
+    if !seen.is_front {
+        return BODY;
+    }
+    let material = looker.material(&seen);
+    let color = match material.maps.diffuse {
+        Some(_) => TEXTURED,
+        None => material.diffuse.to_array().map(|v| v.clamp(0.05, 0.9)),
+    };
+    let height = 1.0 - (seen.distance / cut.height).clamp(0.0, 1.0);
+    let facing = 0.4 + 0.6 * seen.normal.dot(horizon.up()).max(0.0);
+    color.map(|v| v * facing * (LOWEST + (1.0 - LOWEST) * height))
+}
+
+/// The line in which a triangle meets the plane at height `y`.
+fn section(corners: [Vec3; 3], y: f32) -> Option<[Vec3; 2]> {
+    let crossing = |a: Vec3, b: Vec3| ((a.y > y) != (b.y > y)).then(|| a.lerp(b, (y - a.y) / (b.y - a.y)));
+    let [a, b, c] = corners;
+    let mut points = [crossing(a, b), crossing(b, c), crossing(c, a)].into_iter().flatten();
+    Some([points.next()?, points.next()?])
+}
+
+/// Draws a line by points half a pixel apart.
+fn draw_line(image: &mut RgbImage, a: Vec2, b: Vec2) {
+    let size = Vec2::new(image.width as f32, image.height as f32);
+    let steps = (2.0 * a.distance(b)).ceil().clamp(1.0, 4.0 * size.max_element());
+    for i in 0..=steps as u32 {
+        let p = a.lerp(b, i as f32 / steps);
+        if p.cmpge(Vec2::ZERO).all() && p.cmplt(size).all() {
+            image.pixels[p.y as usize * image.width + p.x as usize] = SECTION;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_are_cut_at_a_height() {
+        let [a, b, c] = [Vec3::ZERO, Vec3::new(2.0, 2.0, 0.0), Vec3::new(0.0, 2.0, 4.0)];
+        let [p, q] = section([a, b, c], 1.0).unwrap();
+        assert_eq!([p, q], [Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 2.0)]);
+        assert!(section([a, b, c], 3.0).is_none());
+        // A triangle in the plane has no line of its own: its neighbours have.
+        assert!(section([Vec3::Y, Vec3::X + Vec3::Y, Vec3::Y + Vec3::Z], 1.0).is_none());
+    }
+
+    #[test]
+    fn lines_end_at_the_edge() {
+        let mut image = RgbImage {
+            width: 4,
+            height: 3,
+            pixels: vec![EMPTY; 12],
+        };
+        draw_line(&mut image, Vec2::new(1.5, -10.0), Vec2::new(1.5, 10.0));
+        let dark: Vec<usize> = (0..12).filter(|&i| image.pixels[i] == SECTION).collect();
+        assert_eq!(dark, [1, 5, 9]);
+    }
+}

@@ -1,0 +1,149 @@
+//! Rooms: points of a scene that surfaces enclose with their fronts.
+
+use super::look::{Looker, Tally};
+use super::spread::{POINTS, directions, points_inside};
+use crate::math::Vec3;
+
+/// Share of the rays from a point that must meet fronts for the point to be inside of a room.
+const ENCLOSED: f32 = 0.62;
+/// Share of the points that must be in an interior, and in one of which much more shows inside.
+const MIN_ROOM: f32 = 0.2;
+const MIN_DETAILED_ROOM: f32 = 0.12;
+/// Share of the hits of rays from outside that meet fronts below which the scene is a hull that was
+/// not made for being seen from there.
+const HULL: f32 = 0.75;
+/// Bits that more must show inside than outside: of a hull; of a hull of which little is room; and
+/// of a body, which is closed on the outside. Hollow bricks and cupboards are bodies.
+const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
+
+/// Share of the points of a group of parts among others that must be in rooms, and the maximum
+/// openness of these: courtyards of buildings are open, and smaller than the buildings.
+const MIN_ROOM_OF_GROUP: f32 = 0.4;
+const MAX_OPENNESS: f32 = 0.12;
+
+/// What surrounds a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings {
+    /// Share of all directions in which there is a front.
+    pub fronts: f32,
+    /// Share of all directions in which there is a back.
+    pub backs: f32,
+    /// Share of the directions above the horizon in which there is a surface.
+    pub above: f32,
+}
+
+impl Surroundings {
+    /// Surroundings of `p` along the directions of number `i`, where `up` is up.
+    pub fn of(looker: &Looker, p: Vec3, up: Vec3, i: u32) -> Self {
+        let (mut fronts, mut backs, mut above) = (0.0, 0.0, [0.0, 0.0f32]);
+        let mut count = 0.0f32;
+        for direction in directions(i) {
+            let seen = looker.look(p, direction);
+            count += 1.0;
+            if direction.dot(up) > 0.0 {
+                above[1] += 1.0;
+                above[0] += f32::from(u8::from(seen.is_some()));
+            }
+            match seen {
+                Some(seen) if seen.is_front => fronts += 1.0,
+                Some(_) => backs += 1.0,
+                None => {}
+            }
+        }
+        Self {
+            fronts: fronts / count,
+            backs: backs / count,
+            above: above[0] / above[1].max(1.0),
+        }
+    }
+
+    /// Share of all directions in which there is a surface.
+    pub fn closed(&self) -> f32 {
+        self.fronts + self.backs
+    }
+
+    /// Returns true if fronts enclose the point.
+    pub fn is_room(&self) -> bool {
+        self.fronts >= ENCLOSED
+    }
+}
+
+/// The rooms in the looker's region, and how much shows from inside and from outside.
+pub(super) struct Rooms {
+    /// Points in rooms.
+    pub points: Vec<Vec3>,
+    /// Share of the rays from these that leave the scene.
+    pub openness: f32,
+    /// Share of the hits from outside that meet fronts.
+    fronts: f32,
+    /// Bits that more show inside than outside.
+    more: f32,
+    /// True if the region is a group of parts among others.
+    is_group: bool,
+}
+
+impl Rooms {
+    pub fn of(looker: &Looker) -> Self {
+        let bounds = looker.region.bounds;
+        // From inside
+        let (mut within, mut points, mut escaped) = (Tally::default(), Vec::new(), 0);
+        for (i, p) in (0..).zip(points_inside(bounds)) {
+            let mut around = Tally::default();
+            let seen: Vec<_> = directions(i).map(|direction| looker.look(p, direction)).collect();
+            seen.iter().for_each(|seen| around.add(seen.as_ref()));
+            if around.fronts as f32 >= ENCLOSED * around.rays as f32 {
+                points.push(p);
+                escaped += directions(i).filter(|&direction| looker.escapes(p, direction)).count();
+                seen.iter().for_each(|seen| within.add(seen.as_ref()));
+            }
+        }
+
+        // From outside, at random points of it
+        let mut without = Tally::default();
+        let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
+        for (i, p) in (0..).zip(points_inside(bounds)) {
+            for direction in directions(i) {
+                let reach = match looker.region.is_group {
+                    true => distance_to_surface(looker, p, -direction),
+                    false => reach,
+                };
+                without.add(looker.look(p - reach * direction, direction).as_ref());
+            }
+        }
+        let detail = |tally: &Tally| tally.entropies().iter().sum::<f32>();
+        Self {
+            points,
+            openness: escaped as f32 / within.rays.max(1) as f32,
+            fronts: without.front_share(),
+            more: detail(&within) - detail(&without),
+            is_group: looker.region.is_group,
+        }
+    }
+
+    /// Returns true if the region was made for being seen from inside.
+    pub fn are_interior(&self) -> bool {
+        let rooms = self.points.len() as f32 / POINTS as f32;
+        if self.is_group && (rooms < MIN_ROOM_OF_GROUP || self.openness > MAX_OPENNESS) {
+            return false;
+        }
+        let [hull, partly, body] = MORE_INSIDE;
+        match self.fronts < HULL {
+            true => rooms >= MIN_ROOM && self.more > hull || rooms >= MIN_DETAILED_ROOM && self.more > partly,
+            false => rooms >= MIN_ROOM && self.more > body,
+        }
+    }
+}
+
+/// Distance from a point inside to the surface of the region's box, a little beyond.
+fn distance_to_surface(looker: &Looker, p: Vec3, direction: Vec3) -> f32 {
+    let bounds = looker.region.bounds;
+    let margin = 1e-3 * bounds.radius();
+    let way = |axis: usize| {
+        let end = if direction[axis] > 0.0 { bounds.max } else { bounds.min };
+        match direction[axis] == 0.0 {
+            true => f32::INFINITY,
+            false => (end[axis] - p[axis]) / direction[axis],
+        }
+    };
+    way(0).min(way(1)).min(way(2)).max(0.0) + margin
+}

@@ -1,0 +1,428 @@
+//! Cameras inside: which scenes are interiors, `--view inside`, `--stand`, the plan of `views`, and
+//! warnings about cameras behind walls.
+
+use super::guess::{Boxes, camera, room, turned, vector};
+use crate::support::program::{done, folder, json, printed, refused, split, words};
+use serde_json::Value;
+use std::fmt::Write;
+use std::path::Path;
+
+/// A house of thick walls with two rooms, a door, windows and furniture.
+fn house() -> Boxes {
+    Boxes::default()
+        .add([-5.0, 0.0, -4.0], [5.0, 0.2, 4.0])
+        .add([-5.0, 0.2, -4.0], [5.0, 2.9, -3.75])
+        .add([-5.0, 0.2, 3.75], [-3.5, 2.9, 4.0])
+        .add([-3.5, 0.2, 3.75], [-1.5, 1.1, 4.0])
+        .add([-3.5, 2.2, 3.75], [-1.5, 2.9, 4.0])
+        .add([-1.5, 0.2, 3.75], [1.0, 2.9, 4.0])
+        .add([1.0, 2.3, 3.75], [2.0, 2.9, 4.0])
+        .add([2.0, 0.2, 3.75], [5.0, 2.9, 4.0])
+        .add([-5.0, 0.2, -3.75], [-4.75, 2.9, 3.75])
+        .add([4.75, 0.2, -3.75], [5.0, 2.9, 3.75])
+        .add([0.0, 0.2, -3.75], [0.15, 2.9, 1.0])
+        .add([0.0, 2.2, 1.0], [0.15, 2.9, 2.0])
+        .add([0.0, 0.2, 2.0], [0.15, 2.9, 3.75])
+        .add([-5.3, 2.9, -4.3], [5.3, 3.1, 4.3])
+        .add([-3.2, 0.9, -0.4], [-1.8, 0.95, 0.4])
+}
+
+fn on_a_lawn(scene: Boxes) -> String {
+    scene.add([-40.0, -0.2, -40.0], [40.0, 0.0, 40.0]).text
+}
+
+/// The lines of a small render that say what was guessed, with the words of warnings.
+fn said(folder: &Path, args: &str) -> String {
+    let args = split(args);
+    let small = ["--size", "8x8", "--spp", "1", "-o", "x.png"];
+    words(&done(folder, &[&["render"][..], &args, &small].concat()))
+}
+
+/// Position of the camera that a render says.
+fn position(words: &str) -> [f64; 3] {
+    numbers(words, "--position ")
+}
+
+fn numbers(words: &str, flag: &str) -> [f64; 3] {
+    let list = words.split(flag).nth(1).unwrap().split(' ').next().unwrap();
+    let numbers: Vec<f64> = list.trim().split(',').map(|x| x.parse().unwrap()).collect();
+    numbers.try_into().unwrap()
+}
+
+fn assert_near(found: [f64; 3], expected: [f64; 3]) {
+    let is_near = found
+        .iter()
+        .zip(expected)
+        .all(|(a, b)| (a - b).abs() < 2e-3 * b.abs().max(1.0));
+    assert!(is_near, "{found:?} instead of {expected:?}");
+}
+
+#[test]
+fn rooms_of_a_house_are_seen_from_inside_if_asked() {
+    let folder = folder(&[("house.obj", &house().text), ("lawn.obj", &on_a_lawn(house()))]);
+    for scene in ["house.obj", "lawn.obj"] {
+        let at = folder.path();
+        assert!(said(at, scene).contains("camera: an object"), "{scene}");
+        let words = said(at, &format!("{scene} --view inside"));
+        let [x, y, z] = position(&words);
+        assert!(
+            x.abs() < 4.75 && (0.5..2.9).contains(&y) && z.abs() < 3.75,
+            "{scene}: {words}"
+        );
+        assert!(words.contains("an interior, from inside"), "{words}");
+        assert!(words.contains("sky and sun through the openings"), "{words}");
+        // The same place by its numbers has the same light.
+        let words = said(at, &format!("{scene} --position {x},{y},{z} --look-at 0,1,0"));
+        assert!(words.contains("sky and sun through the openings"), "{words}");
+    }
+}
+
+#[test]
+fn view_inside_of_nothing_is_refused_with_the_reason() {
+    let sheet = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
+    let cube = Boxes::default().add([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]).text;
+    let folder = folder(&[("sheet.obj", sheet), ("cube.obj", &cube)]);
+    for (scene, reason) in [
+        ("sheet.obj", "there is no floor with room above it"),
+        ("cube.obj", "it is a closed body: inside, surfaces show their backs"),
+    ] {
+        let words = refused(folder.path(), &["render", scene, "--view", "inside"], 2);
+        let expected =
+            format!("error: camera view inside: there is nothing to stand in: {reason}\n  help: leave --view out");
+        assert!(words.starts_with(&expected), "{words}");
+    }
+    // Scene files are blamed at the key.
+    let toml = "version = 1\n[[object]]\nobj = \"cube.obj\"\n[camera]\nview = \"inside\"\n";
+    std::fs::write(folder.path().join("s.toml"), toml).unwrap();
+    let words = refused(folder.path(), &["render", "s.toml"], 1);
+    assert!(words.contains("s.toml:5:8: camera view inside: "), "{words}");
+}
+
+#[test]
+fn rooms_on_a_ground_and_with_outliers_are_interiors() {
+    let with = |more: &str| {
+        let mut text = room(&[]);
+        let corners = text.lines().filter(|line| line.starts_with("v ")).count();
+        for line in more.lines() {
+            match line.strip_prefix("f ") {
+                Some(face) => {
+                    let face: Vec<String> = face
+                        .split(' ')
+                        .map(|i| (i.parse::<usize>().unwrap() + corners).to_string())
+                        .collect();
+                    writeln!(text, "f {}", face.join(" ")).unwrap();
+                }
+                None => writeln!(text, "{line}").unwrap(),
+            }
+        }
+        text
+    };
+    let ground = Boxes::default().add([-60.0, -0.5, -60.0], [60.0, -0.1, 60.0]).text;
+    let sheet = "v -60 -0.1 -60\nv -60 -0.1 60\nv 60 -0.1 60\nv 60 -0.1 -60\nf 1 2 3 4\n";
+    let posts = Boxes::default()
+        .add([20.0, 0.0, 20.0], [20.4, 3.0, 20.4])
+        .add([-18.0, 0.0, 8.0], [-17.6, 1.0, 8.4])
+        .text;
+    let faces = "v 14 1 1\nv 14 1 2\nv 14 2 2\nf 1 2 3\nv 0 30 0\nv 0 30 1\nv 1 30 1\nf 4 5 6\n";
+    for (name, more) in [
+        ("ground", &*ground),
+        ("sheet", sheet),
+        ("posts", &posts),
+        ("faces", faces),
+    ] {
+        let folder = folder(&[("room.obj", &with(more))]);
+        let camera = camera(folder.path(), "room.obj");
+        let guess = camera["guess"].as_str().unwrap();
+        assert!(guess.starts_with("an interior, from inside"), "{name}: {guess}");
+        let [x, y, z] = vector(&camera["position"]);
+        assert!(
+            x.abs() < 2.0 && (0.0..2.6).contains(&y) && z.abs() < 3.0,
+            "{name}: {x} {y} {z}"
+        );
+    }
+}
+
+/// A pipe along x that faces inwards.
+fn pipe() -> String {
+    let mut text = String::new();
+    for i in 0..32 {
+        let (sin, cos) = (f64::from(i) / 32.0 * std::f64::consts::TAU).sin_cos();
+        writeln!(text, "v -2 {sin:.5} {cos:.5}\nv 2 {sin:.5} {cos:.5}").unwrap();
+    }
+    for i in 0..32 {
+        let [a, b] = [2 * i + 1, 2 * ((i + 1) % 32) + 1];
+        writeln!(text, "f {a} {b} {} {}", b + 1, a + 1).unwrap();
+    }
+    text
+}
+
+#[test]
+fn places_without_a_wide_floor_are_no_interiors() {
+    let shaft = Boxes::default().room([-0.1, 0.0, -0.1], [0.1, 5.0, 0.1], &[]).text;
+    let bottomless = Boxes::default().room([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0], &["-y"]).text;
+    let inwards = pipe();
+    let outwards = turned(&inwards, |[x, y, z]| [x, z, y]);
+    for (name, text) in [
+        ("shaft", shaft),
+        ("bottomless", bottomless),
+        ("pipe", inwards),
+        ("hose", outwards),
+    ] {
+        let folder = folder(&[("a.obj", &text)]);
+        let guess = camera(folder.path(), "a.obj")["guess"].to_string();
+        assert!(guess.contains("an object"), "{name}: {guess}");
+    }
+}
+
+/// Doubled faces show fronts on both sides, which is no sign of a room.
+#[test]
+fn doubled_faces_make_no_interior() {
+    let doubled = |scene: Boxes| {
+        let text = scene.text;
+        let backs = text.lines().filter_map(|line| {
+            let mut corners: Vec<&str> = line.strip_prefix("f ")?.split(' ').collect();
+            corners.reverse();
+            Some(format!("f {}\n", corners.join(" ")))
+        });
+        let backs: String = backs.collect();
+        text + &backs
+    };
+    let open = |side| doubled(Boxes::default().room([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0], &[side]));
+    let pipe = doubled(Boxes {
+        text: pipe(),
+        ..Boxes::default()
+    });
+    for (name, text) in [("side", open("+z")), ("top", open("+y")), ("pipe", pipe)] {
+        let folder = folder(&[("a.obj", &text)]);
+        let guess = camera(folder.path(), "a.obj")["guess"].to_string();
+        assert!(guess.contains("an object"), "{name}: {guess}");
+    }
+}
+
+#[test]
+fn a_standing_camera_has_its_eyes_above_the_floor() {
+    let metres = room(&[]);
+    let scaled = |scale: f32| turned(&metres, |p| p.map(|x| x * scale));
+    let files = [
+        ("m.obj", metres.clone()),
+        ("cm.obj", scaled(100.0)),
+        ("mm.obj", scaled(1000.0)),
+        ("in.obj", format!("# File units = inches\n{}", scaled(39.37))),
+        ("any.obj", scaled(0.1)),
+        ("up.obj", turned(&metres, |[x, y, z]| [x, -z, y])),
+    ];
+    let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    let folder = folder(&files);
+    for (args, expected, unit) in [
+        (
+            "m.obj --stand 0.5,1.5",
+            [0.5, 1.6, 1.5],
+            "(1.6 m; the unit is the metre",
+        ),
+        ("m.obj --stand 0.5,1.5,0.9", [0.5, 0.9, 1.5], "eyes 0.9 above it"),
+        // Behind a box of the height of a table the floor counts.
+        ("m.obj --stand 0,-1.1", [0.0, 1.6, -1.1], "metre"),
+        (
+            "cm.obj --stand 50,150",
+            [50.0, 160.0, 150.0],
+            "the unit is the centimetre, by the height",
+        ),
+        ("mm.obj --stand 500,-2500", [500.0, 1600.0, -2500.0], "millimetre"),
+        (
+            "in.obj --stand 20,60",
+            [20.0, 62.99, 60.0],
+            "the unit is the inch, which the file names",
+        ),
+        ("any.obj --stand 0.05,0.15", [0.05, 0.156, 0.15], "no unit is known"),
+        ("up.obj --up 0,0,1 --stand 0.5,-1.5", [0.5, -1.5, 1.6], "metre"),
+    ] {
+        let words = said(folder.path(), args);
+        assert_near(position(&words), expected);
+        assert!(
+            words.contains("camera: stands on the floor") && words.contains(unit),
+            "{words}"
+        );
+    }
+    // It looks the long way, or where it is told to.
+    let at = folder.path();
+    let target = |args: &str| numbers(&said(at, &format!("m.obj --stand 0.5,2 {args}")), "--look-at ");
+    let [_, y, z] = target("");
+    assert!((y - 1.6).abs() < 1e-3 && z < 0.0, "{y} {z}");
+    let [x, y, z] = target("--yaw 90");
+    assert!(
+        (y - 1.6).abs() < 1e-3 && (z - 2.0).abs() < 1e-3 && x > 1.0,
+        "{x} {y} {z}"
+    );
+    assert_near(target("--look-at 0,0.5,-1"), [0.0, 0.5, -1.0]);
+}
+
+#[test]
+fn storeys_and_far_places_are_stood_in() {
+    let house = Boxes::default()
+        .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])
+        .room([-4.0, 3.0, -3.0], [4.0, 5.7, 3.0], &[])
+        .add([1.0, 0.0, 1.0], [2.0, 1.0, 2.0])
+        .add([-2.0, 0.0, -2.0], [-1.0, 1.5, -1.0])
+        .text;
+    let far = house.lines().map(|line| match line.strip_prefix("v ") {
+        Some(v) => {
+            let v: Vec<f64> = v.split(' ').map(|x| x.parse().unwrap()).collect();
+            format!("v {} {} {}\n", v[0] + 350_000.0, v[2] + 5_600_000.0, v[1])
+        }
+        None => format!("{line}\n"),
+    });
+    // The axes change places, and so do the sides of faces.
+    let far: String = far
+        .map(|line| match line.strip_prefix("f ") {
+            Some(face) => {
+                let corners: Vec<&str> = face.trim().split(' ').rev().collect();
+                format!("f {}\n", corners.join(" "))
+            }
+            None => line,
+        })
+        .collect();
+    let folder = folder(&[("house.obj", &house), ("far.obj", &far)]);
+    let at = folder.path();
+    let [x, y, z] = position(&said(at, "house.obj --stand 0,0"));
+    assert_near([x, 0.0, z], [0.0, 0.0, 0.0]);
+    assert!((y - 1.6).abs() < 1e-3 || (y - 4.6).abs() < 1e-3, "{y}");
+    let [x, y, z] = position(&said(at, "far.obj --stand 350000.5,5600001"));
+    assert_near([x - 350_000.0, y - 5_600_000.0, 0.0], [0.5, 1.0, 0.0]);
+    assert!((z - 1.6).abs() < 1e-3 || (z - 4.6).abs() < 1e-3, "{z}");
+}
+
+#[test]
+fn places_without_a_floor_are_refused() {
+    let folder = folder(&[("room.obj", &room(&[]))]);
+    let at = folder.path();
+    let refused = |args: &str| refused(at, &[&["render", "room.obj"][..], &split(args)].concat(), 2);
+    let words = refused("--stand 9,0");
+    assert!(
+        words.starts_with("error: camera stand 9,0: this place has no floor\n"),
+        "{words}"
+    );
+    assert!(words.contains("x from -2 to 2, z from -3 to 3"), "{words}");
+    let words = refused("--stand 0,0,2.59");
+    assert!(words.contains("no floor with room for a camera"), "{words}");
+    for (args, expected) in [
+        ("--stand 0,0 --view top", "error: --stand cannot be used with --view\n"),
+        (
+            "--stand 0,0 --orbit 1,2",
+            "error: --stand cannot be used with --orbit\n",
+        ),
+        (
+            "--stand 0,0 --position 1,1,1",
+            "error: --stand cannot be used with --position\n",
+        ),
+        (
+            "--stand 0,0 --yaw 9 --look-at 1,1,1",
+            "error: --yaw cannot be used with --look-at\n",
+        ),
+        ("--yaw 9", "error: render needs --stand X,Z[,HEIGHT]\n"),
+        ("--stand 1", "error: --stand 1\n  help: the two horizontal coordinates"),
+        (
+            "--stand 0,0,-1",
+            "error: --stand 0,0,-1\n  help: the height of the eyes must be above 0",
+        ),
+    ] {
+        let words = refused(args);
+        assert!(words.starts_with(expected), "{args}: {words}");
+    }
+}
+
+#[test]
+fn scene_files_stand_too() {
+    let scene = |camera: &str| format!("version = 1\n[[object]]\nobj = \"room.obj\"\n[camera]\n{camera}\n");
+    let folder = folder(&[
+        ("room.obj", &room(&[])),
+        ("a.toml", &scene("stand = [0.5, 1.5]\nyaw = 180")),
+        ("b.toml", &scene("stand = [0.5, 1.5, 1.2]\nlook_at = [0, 1, 0]")),
+        ("both.toml", &scene("stand = [0, 0]\nview = \"top\"")),
+        ("placed.toml", &scene("stand = [0, 0]\nposition = [0, 1, 0]")),
+        ("turned.toml", &scene("yaw = 9")),
+        ("short.toml", &scene("stand = [0]")),
+    ]);
+    let at = folder.path();
+    let words = said(at, "a.toml --dump-scene dumped.toml");
+    assert_near(position(&words), [0.5, 1.6, 1.5]);
+    let dumped = std::fs::read_to_string(at.join("dumped.toml")).unwrap();
+    assert!(
+        dumped.contains("position = [0.5, 1.6, 1.5]") && !dumped.contains("stand"),
+        "{dumped}"
+    );
+    assert_near(position(&said(at, "b.toml")), [0.5, 1.2, 1.5]);
+    // A flag replaces the place of the file.
+    assert_near(position(&said(at, "b.toml --stand 1,0 --yaw 0")), [1.0, 1.6, 0.0]);
+    for (scene, expected) in [
+        ("both.toml", "both `view` and `stand`"),
+        (
+            "placed.toml",
+            "a camera with a `position` has no `view`, no `orbit` and no `stand`",
+        ),
+        ("turned.toml", "`yaw` needs `stand`"),
+        ("short.toml", "stand: the two horizontal coordinates"),
+    ] {
+        let words = refused(at, &["render", scene], 1);
+        assert!(words.contains(expected), "{scene}: {words}");
+    }
+}
+
+/// Width and height of a PNG file.
+fn size_of(png: &Path) -> [u32; 2] {
+    let bytes = std::fs::read(png).unwrap();
+    [16, 20].map(|at| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap()))
+}
+
+#[test]
+fn views_of_an_interior_have_a_plan() {
+    let statue = Boxes::default().add([-1.0, 0.0, -1.0], [1.0, 3.0, 1.0]).text;
+    let folder = folder(&[
+        ("room.obj", &room(&["-x"])),
+        ("house.obj", &house().text),
+        ("statue.obj", &statue),
+    ]);
+    let at = folder.path();
+    let sheet = |args: &str| {
+        let small = ["-o", "sheet.png", "--size", "16x16", "--spp", "1"];
+        let listed = printed(&done(at, &[&["views"][..], &split(args), &small].concat()));
+        (listed, size_of(&at.join("sheet.png")))
+    };
+    let (listed, [_, high]) = sheet("room.obj");
+    assert!(listed.contains("--position"), "{listed}");
+    let (listed, [_, low]) = sheet("statue.obj");
+    assert!(!listed.contains("--position") && high > low + 300, "{high} {low}");
+    let (listed, [_, in_house]) = sheet("house.obj --view inside");
+    assert!(listed.starts_with(" 1  --position") && in_house > low + 300, "{listed}");
+}
+
+#[test]
+fn cameras_behind_walls_and_near_them_are_told() {
+    let folder = folder(&[("room.obj", &room(&[]))]);
+    let at = folder.path();
+    let warned = |camera: &str| said(at, &format!("room.obj {camera}"));
+    for (camera, code) in [
+        ("--position 0,1.5,6 --look-at 0,1,0", "camera-behind"),
+        ("--position 1.5,1,-2.2 --look-at 1.6,1,-2.3", "camera-"),
+        ("--position 0,1.5,2.97 --look-at 0,1,0", "camera-near"),
+        ("--position 0,1.5,2 --look-at 0,1.5,3 --fov 20", "single-surface"),
+    ] {
+        let words = warned(camera);
+        assert!(
+            words.contains(&format!("[{code}")) && words.contains("`embrasure views SCENE"),
+            "{camera}: {words}"
+        );
+    }
+    let words = warned("--position 0,1.5,2.5 --look-at 0,1,0");
+    assert!(!words.contains("warning"), "{words}");
+    // Check tells the same of a scene file.
+    let toml = "version = 1\n[[object]]\nobj = \"room.obj\"\n[camera]\nposition = [0, 1.5, 6]\nlook_at = [0, 1, 0]\n";
+    std::fs::write(at.join("s.toml"), toml).unwrap();
+    let report: Value = json(&done(at, &["check", "s.toml", "--json"]));
+    let codes: Vec<&str> = report["findings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|f| f["code"].as_str())
+        .collect();
+    assert!(codes.contains(&"camera-behind"), "{codes:?}");
+}

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Files:
   PREFIX.png              pictures; several values of --spp or --time give a row per estimator
-  PREFIX.csv, PREFIX.md   relMSE, seconds, and efficiency = 1 / (relMSE x seconds)
+  PREFIX.csv, PREFIX.md   relMSE, seconds, efficiency = 1 / (relMSE x seconds); block_relmse: of means of 16x16
   PREFIX-curves.csv, .svg relMSE at 1, 4, 16, 64, ... samples
 Without --reference, the last unbiased estimator that finds all light (path, naive, one-sample,
 bdpt, pssmlt or mlt) renders the reference. This takes 64 times its time: with --time 10s about

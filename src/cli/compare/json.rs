@@ -1,5 +1,5 @@
 use super::{CHANNELS, Comparison, left_out, scale_name};
-use crate::compare::{CommonErrors, Extreme};
+use crate::compare::{CommonErrors, Errors, Extreme};
 use crate::film::Rect;
 use crate::options::name_of;
 use serde_json::{Value, json};
@@ -26,6 +26,9 @@ impl Comparison<'_> {
                 json!({ "limit": limit, "value": value, "passed": value <= limit }),
             )
         });
+        let blocks = Errors::BLOCKS.iter().zip(errors.block_rel_mse);
+        let block_rel_mse: serde_json::Map<String, Value> =
+            blocks.map(|(edge, error)| (edge.to_string(), json!(error))).collect();
         json!({
             "reference": args.reference.display().to_string(),
             "image": args.image.display().to_string(),
@@ -39,6 +42,7 @@ impl Comparison<'_> {
             "relative_bias": errors.relative_bias(),
             "mse": errors.mse,
             "rel_mse": errors.rel_mse,
+            "block_rel_mse": block_rel_mse,
             "psnr_db": errors.psnr(),
             "max_levels": self.levels,
             "flip": {

@@ -49,6 +49,11 @@ impl Comparison<'_> {
             "  relMSE  {:<12.6}mean of (x - ref)² / (ref² + 0.01), without the worst 0.1 % of the pixels",
             errors.rel_mse
         );
+        let blocks: Vec<String> = errors.block_rel_mse.iter().map(|error| number(*error)).collect();
+        outln!(
+            "  blocks  {}: the same of means of 4x4, 16x16 and 64x64 pixels, which no denoiser removes",
+            blocks.join(", ")
+        );
         outln!(
             "  PSNR    {:<12}of sRGB values in [0, 1]; the peak is 1",
             decibels(errors.psnr())

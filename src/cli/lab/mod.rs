@@ -304,6 +304,7 @@ impl Comparison {
             let errors = Errors::new(&snapshot.image, &reference.image);
             let errors = errors.map_err(|e| CliError::Failed(format!("--reference: {e}")))?;
             snapshot.rel_mse = Some(errors.rel_mse);
+            snapshot.block_rel_mse = Some(errors.block_rel_mse[1]);
         }
         Ok(())
     }

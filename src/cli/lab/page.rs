@@ -155,6 +155,7 @@ impl Pictures<'_> {
             "samples": snapshot.samples,
             "seconds": snapshot.seconds,
             "relmse": snapshot.rel_mse,
+            "block_relmse": snapshot.block_rel_mse,
             "efficiency": snapshot.efficiency(),
             "is_budget": !snapshot.budgets.is_empty(),
             "picture": self.picture(&snapshot.image)?,

@@ -29,6 +29,8 @@ pub(super) struct Snapshot {
     pub budgets: Vec<usize>,
     /// Error against the reference; `None` where there is none.
     pub rel_mse: Option<f64>,
+    /// Error of the means of 16 × 16 pixels, in the same measure.
+    pub block_rel_mse: Option<f64>,
 }
 
 impl Snapshot {
@@ -239,6 +241,7 @@ impl<'a> Estimate<'a> {
             image: RgbImage::from(&image),
             budgets: Vec::new(),
             rel_mse: None,
+            block_rel_mse: None,
         }))
     }
 

@@ -7,7 +7,7 @@ use crate::cli::words::measured;
 use std::fmt::Write;
 
 /// Head of both CSV files.
-const HEAD: &str = "estimator,samples,seconds,relmse,efficiency\n";
+const HEAD: &str = "estimator,samples,seconds,relmse,efficiency,block_relmse\n";
 
 impl Comparison {
     /// A row for each estimator and budget.
@@ -67,11 +67,14 @@ impl Comparison {
 fn write_csv(text: &mut String, name: &str, snapshot: &Snapshot) {
     let _ = writeln!(
         text,
-        "\"{}\",{},{:.4},{},{}",
+        "\"{}\",{},{:.4},{},{},{}",
         name.replace('"', "\"\""),
         snapshot.samples,
         snapshot.seconds,
         snapshot.rel_mse.map_or(String::new(), |error| format!("{error:.6e}")),
-        snapshot.efficiency().map_or(String::new(), |e| format!("{e:.6e}"))
+        snapshot.efficiency().map_or(String::new(), |e| format!("{e:.6e}")),
+        snapshot
+            .block_rel_mse
+            .map_or(String::new(), |error| format!("{error:.6e}"))
     );
 }

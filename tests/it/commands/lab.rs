@@ -21,7 +21,10 @@ fn replace(folder: &Path, from: &str, to: &str) {
 fn rows(path: &Path) -> Vec<(String, Vec<String>)> {
     let text = fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("estimator,samples,seconds,relmse,efficiency"));
+    assert_eq!(
+        lines.next(),
+        Some("estimator,samples,seconds,relmse,efficiency,block_relmse")
+    );
     let row = |line: &str| {
         let (name, numbers) = line[1..].split_once("\",").unwrap();
         (name.to_string(), numbers.split(',').map(String::from).collect())
@@ -147,11 +150,12 @@ fn curves_have_the_figures_of_the_table() {
         let name = estimator["name"].as_str().unwrap();
         estimator["points"].as_array().unwrap().iter().map(move |point| {
             let number = |key: &str| point[key].as_f64().unwrap();
-            let [error, efficiency] = ["relmse", "efficiency"].map(|key| format!("{:.6e}", number(key)));
+            let [error, efficiency, blocks] =
+                ["relmse", "efficiency", "block_relmse"].map(|key| format!("{:.6e}", number(key)));
             let seconds = format!("{:.4}", number("seconds"));
             (
                 name.to_string(),
-                vec![point["samples"].to_string(), seconds, error, efficiency],
+                vec![point["samples"].to_string(), seconds, error, efficiency, blocks],
             )
         })
     });

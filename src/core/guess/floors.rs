@@ -11,7 +11,7 @@ pub(super) const PLACES: u32 = 16;
 const MAX_SURFACES: usize = 24;
 /// Cosine between up and the normal of a floor, minimum.
 const FLAT: f32 = 0.9;
-/// The same for a floor that makes a scene an interior: the bottom of a pipe is steeper.
+/// Cosine for a floor that makes a scene an interior, minimum: the bottom of a pipe is steeper.
 const LEVEL: f32 = 0.985;
 /// Half the width of a floor as a share of the room above it, minimum.
 const HALF_WIDTH: f32 = 0.12;

@@ -68,8 +68,8 @@ pub(super) enum Inside {
     Rooms,
     /// Rooms with a ceiling.
     RoofedRooms,
-    /// Places in a shell with an opening: its walls show their backs inside.
-    Shells,
+    /// Places in a hull with an opening: its walls show their backs inside.
+    OpenHulls,
 }
 
 /// Views from all places of the floor where one can stand, each the best one of its place, the best
@@ -144,7 +144,7 @@ fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> b
         Inside::Anywhere => true,
         Inside::Rooms => has(|around| around.is_room()),
         Inside::RoofedRooms => has(|around| around.is_room() && around.above >= ROOFED),
-        Inside::Shells => has(|around| around.above >= ROOFED && (CLOSED..1.0).contains(&around.closed())),
+        Inside::OpenHulls => has(|around| around.above >= ROOFED && (CLOSED..1.0).contains(&around.closed())),
     }
 }
 

@@ -2,7 +2,7 @@
 //! The finest level of the first layer is read, by the crates ddsfile and image_dds.
 
 use super::FileError;
-use super::read_picture::{Picture, PictureHeader, Samples, damaged};
+use super::picture::{Picture, PictureHeader, Samples, damaged};
 use crate::files::guarded;
 use crate::files::input::ReadFailure;
 use ddsfile::Dds;

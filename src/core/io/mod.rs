@@ -24,6 +24,7 @@ mod normals;
 pub mod obj;
 mod origin;
 pub mod packed;
+mod picture;
 mod png;
 mod read_image;
 mod read_layers;

@@ -1,6 +1,6 @@
 //! Recognition of normal maps and of pictures of heights: libraries name both in `map_Bump`.
 
-use super::read_picture::{Picture, Samples};
+use super::picture::{Picture, Samples};
 use crate::color::srgb;
 
 /// Content of a picture for bumps.

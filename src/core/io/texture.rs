@@ -2,7 +2,8 @@
 //! has.
 
 use super::normal_map::BumpContent;
-use super::read_picture::{Picture, PictureHeader, Samples, Wanted, picture_size, png_gamma, read_picture};
+use super::picture::{Picture, PictureHeader, Samples};
+use super::read_picture::{Wanted, picture_size, png_gamma, read_picture};
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
 use crate::files::memory::Allowance;

@@ -243,7 +243,7 @@ fn an_interrupt_of_no_sample_writes_nothing() {
     let folder = scene();
     let path = folder.path().join("keep.png");
     fs::write(&path, "good").unwrap();
-    let args = split("render s.toml --integrator sppm --photons 60000000 -q -o keep.png");
+    let args = split("render s.toml --integrator sppm --photons 20000000 -q -o keep.png");
     let child = crate::support::program::command(folder.path(), &args).spawn().unwrap();
     crate::support::program::wait_for_work(&child, std::time::Duration::from_millis(500));
     crate::support::program::signal(&child, "INT");

@@ -375,6 +375,8 @@ impl<'a> Chunk<'a> {
             // Parts of curves and surfaces
             "vp" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end" | "con"
             | "ctech" | "stech" | "res" => {}
+            // Blocks that are filled up with zeros
+            _ if keyword.bytes().all(|byte| byte == 0) => {}
             _ => self.remarks.add_unknown(&excerpt(keyword), line),
         }
         Ok(())

@@ -109,30 +109,52 @@ impl Remarks {
 
     /// All remarks as findings.
     pub fn findings(&self, path: &Path) -> Vec<Finding> {
+        // Words on one and on several
+        let long = format!("of more than {MAX_CLIPPED} corners");
+        let keywords = self.keywords.join(", ");
         let words = [
-            ("short-face", "faces of fewer than 3 corners are skipped".to_string()),
+            (
+                "short-face",
+                [
+                    "face of fewer than 3 corners is skipped",
+                    "faces of fewer than 3 corners are skipped",
+                ]
+                .map(String::from),
+            ),
             (
                 "long-face",
-                format!("faces of more than {MAX_CLIPPED} corners are triangulated as if they were convex"),
+                [
+                    format!("face {long} is triangulated as if it were convex"),
+                    format!("faces {long} are triangulated as if they were convex"),
+                ],
             ),
             (
                 "bad-normal",
-                "normals are zero or not finite, and count as missing".to_string(),
+                [
+                    "normal is zero or not finite, and counts as missing",
+                    "normals are zero or not finite, and count as missing",
+                ]
+                .map(String::from),
             ),
             (
                 "bad-texture-coordinate",
-                "texture coordinates are not finite, and count as 0".to_string(),
+                [
+                    "texture coordinate is not finite, and counts as 0",
+                    "texture coordinates are not finite, and count as 0",
+                ]
+                .map(String::from),
             ),
             (
                 "bad-smoothing-group",
-                "smoothing groups are neither a number nor `off`, and count as `off`".to_string(),
+                [
+                    "smoothing group is neither a number nor `off`, and counts as `off`",
+                    "smoothing groups are neither a number nor `off`, and count as `off`",
+                ]
+                .map(String::from),
             ),
             (
                 "left-out-face",
-                match self.tallies[Remark::LeftOutFace as usize].count {
-                    1 => "face is left out, since a vertex has wrong coordinates".to_string(),
-                    _ => "faces are left out, since a vertex has wrong coordinates".to_string(),
-                },
+                ["face is", "faces are"].map(|faces| format!("{faces} left out, since a vertex has wrong coordinates")),
             ),
             (
                 "bad-vertex-color",
@@ -140,14 +162,20 @@ impl Remarks {
             ),
             (
                 "unknown-statement",
-                format!("statements have no effect ({})", self.keywords.join(", ")),
+                ["statement has", "statements have"].map(|statements| format!("{statements} no effect ({keywords})")),
             ),
         ];
         let tallies = self.tallies.iter().chain([&self.unknown]);
-        let warnings = words.into_iter().zip(tallies).filter_map(|((code, words), tally)| {
-            let message = format!("{} {words}, the first is here", tally.count);
-            tally.finding(path, Severity::Warning, code, message)
-        });
+        let warnings = words
+            .into_iter()
+            .zip(tallies)
+            .filter_map(|((code, [one, several]), tally)| {
+                let message = match tally.count {
+                    1 => format!("1 {one}"),
+                    count => format!("{count} {several}, the first is here"),
+                };
+                tally.finding(path, Severity::Warning, code, message)
+            });
         let skipped = self.skipped().and_then(|elements| {
             let verb = if self.skipped.count == 1 {
                 "is skipped"

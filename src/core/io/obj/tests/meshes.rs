@@ -65,7 +65,7 @@ fn faces_without_normals_stay_flat_among_others() {
         file.warnings
     );
     assert!(
-        file.warnings[1].contains("t.obj:11: 1 texture coordinates"),
+        file.warnings[1].contains("t.obj:11: 1 texture coordinate is"),
         "{:?}",
         file.warnings
     );
@@ -152,7 +152,7 @@ fn long_faces_are_cut_as_fans() {
     let file = load(format!("{text}f{corners}\n")).unwrap();
     assert_eq!(file.groups[0].mesh.triangles.len(), n - 2);
     assert!(
-        file.warnings[0].contains("t.obj:10002: 1 faces of more than 10000 corners"),
+        file.warnings[0].contains("t.obj:10002: 1 face of more than 10000 corners"),
         "{:?}",
         file.warnings
     );

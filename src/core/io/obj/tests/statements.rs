@@ -9,7 +9,7 @@ fn dialects_are_read() {
         assert_eq!(file.groups[0].material.as_deref(), Some("a"));
         assert_eq!(file.groups[0].mesh.triangles.len(), 3);
         let warning = &file.warnings[0];
-        assert!(warning.contains("t.obj:9: 1 faces of fewer than 3"), "{warning}");
+        assert!(warning.contains("t.obj:9: 1 face of fewer than 3"), "{warning}");
     }
 }
 
@@ -61,6 +61,18 @@ fn what_is_not_read_is_said_once() {
     assert!(file.warnings[1].contains(unread), "{:?}", file.warnings);
     let skipped = "t.obj:10: 1 curve (`curv`) and 1 surface (`surf`) are skipped, the first is here";
     assert!(file.warnings[2].contains(skipped), "{:?}", file.warnings);
+}
+
+#[test]
+fn zeros_at_the_end_are_no_statement() {
+    let file = load(format!("{SQUARE}f 1 2 3\n\0\0\0\n")).unwrap();
+    assert_eq!(file.warnings, Vec::<String>::new());
+    let file = load(format!("{SQUARE}f 1 2 3\ncall a.obj\n")).unwrap();
+    assert!(
+        file.warnings[0].contains("t.obj:6: 1 statement has no effect (call)"),
+        "{:?}",
+        file.warnings
+    );
 }
 
 #[test]

@@ -6,13 +6,15 @@
 //! one may have, and [`Named`] a choice by name. The lists of parameters stand beside the code that
 //! they belong to, most of them in `options`.
 
+mod entry;
 mod names;
 mod range;
 mod table;
 mod value;
 
+pub use entry::{Entry, EntryKind, Input, InvalidOption};
 pub use names::{Named, join_names, name_of, named, nearest};
 pub use range::Range;
-pub use table::{Entry, EntryKind, Input, InvalidOption, OptionGroup, Parameter};
+pub use table::{OptionGroup, Parameter};
 pub(crate) use table::{bounded, check, parameters, read};
 pub use value::{Value, numbers};

@@ -43,7 +43,7 @@ impl MaterialSection {
         let (material, has) = (&found.material, |slot| found.has_map(slot));
         let reflects = !material.specular.is_black() || has(MapSlot::Specular);
         let refracts = !material.transmission.is_black();
-        // Fields that differ from those of a black surface, and all colours
+        // Fields that differ from those of a black surface, and both colours
         let (mut section, black) = (Self::default(), Material::default());
         macro_rules! say {
             ($($key:ident),+) => {

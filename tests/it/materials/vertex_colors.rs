@@ -138,10 +138,7 @@ fn wrong_colors_are_told() {
     for wrong in ["nan 0 0", "x 0 0", "1 inf 0 1"] {
         let (picture, words) = picture(&triangle(["1 0 0", wrong, "1 1 1"]), "");
         assert!(words.contains("a.obj:2"), "{words}");
-        assert!(
-            words.contains("colours are not three or four finite numbers"),
-            "{words}"
-        );
+        assert!(words.contains("colour is not three or four finite numbers"), "{words}");
         assert!(picture == white);
     }
     let plain = picture(&triangle([""; 3]), "").0;

@@ -158,7 +158,11 @@ impl Remarks {
             ),
             (
                 "bad-vertex-color",
-                "colours are not three or four finite numbers, and count as none".to_string(),
+                [
+                    "colour is not three or four finite numbers, and counts as none",
+                    "colours are not three or four finite numbers, and count as none",
+                ]
+                .map(String::from),
             ),
             (
                 "unknown-statement",

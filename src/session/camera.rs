@@ -1,7 +1,9 @@
 //! Settings of the camera, and the camera made of them and of a guess.
 
 use crate::accel::Accel;
-use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
+use crate::camera::{
+    Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose, Projection, ProjectionKind,
+};
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
 use crate::guess::{Asked, CameraFinder, CameraGuess, Sisters, near_distance};
@@ -9,6 +11,7 @@ use crate::io::{FileError, Finding};
 use crate::lint::{inspect_place, inspect_view};
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
 use crate::options::CameraOptions;
+use crate::parameter::Value;
 use crate::scene::Scene;
 use std::ops::{Deref, DerefMut};
 
@@ -153,8 +156,46 @@ impl CameraSettings {
             parameters,
             motion,
             aperture,
+            projection: self.described_projection(&parameters)?,
         };
         Ok((description, guess))
+    }
+
+    /// Projection of the camera of `parameters`. A key of another projection is an error.
+    fn described_projection(&self, parameters: &CameraParameters) -> Result<Projection, CameraError> {
+        use ProjectionKind::{Fisheye, Orthographic, Panorama, Perspective};
+        let kind = self.projection();
+        let keys = [
+            ("ortho_height", self.ortho_height.is_some(), kind == Orthographic),
+            (
+                "shift",
+                self.shift.is_some(),
+                matches!(kind, Perspective | Orthographic),
+            ),
+            ("fisheye_fov", self.fisheye_fov.is_some(), kind == Fisheye),
+            ("fisheye_mapping", self.fisheye_mapping.is_some(), kind == Fisheye),
+        ];
+        if let Some((key, ..)) = keys.into_iter().find(|(_, is_given, fits)| *is_given && !fits) {
+            let message = format!("has no meaning in the projection `{}`", kind.text());
+            return Err(CameraError::wrong(key, message));
+        }
+        let shift = self.shift.unwrap_or(Vec2::ZERO);
+        Ok(match kind {
+            Perspective => Projection::Perspective { shift },
+            Orthographic => {
+                let distance = parameters.position.distance(parameters.look_at);
+                let height = 2.0 * distance * (0.5 * parameters.vertical_fov.to_radians()).tan();
+                Projection::Orthographic {
+                    height: self.ortho_height.unwrap_or(height),
+                    shift,
+                }
+            }
+            Panorama => Projection::Panorama,
+            Fisheye => Projection::Fisheye {
+                mapping: self.fisheye_mapping(),
+                fov: self.fisheye_fov(),
+            },
+        })
     }
 
     /// Radius of the lens, scene units. By an f-number N it is `f / 2N`, where the focal length f is the distance at which a sensor of that height has

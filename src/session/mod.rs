@@ -495,6 +495,7 @@ const METHOD_WARNINGS: [&str; 3] = ["unmet-light", "motion", "many-lamps"];
 /// What of the scene the method does not find, or takes otherwise.
 fn method_warnings(method: &Method, scene: &Scene, camera: &Camera) -> Result<Vec<Warning>, Error> {
     method.check_dispersion(scene)?;
+    method.check_projection(camera)?;
     let lights = method.check_lights(scene)?;
     let motion = method.check_motion(scene, camera);
     let lamps = method.check_lamps(scene);

@@ -1,6 +1,7 @@
 //! Importance of pixels along rays from the lens, for paths from lights.
 
 use super::Camera;
+use super::projection::Film;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -43,7 +44,7 @@ impl Camera {
     }
 
     /// How a pixel sees along the ray from the lens point `p` in the unit direction `w` out into the scene, at `time`: the inverse of
-    /// [`Camera::ray`]. `None` behind the camera.
+    /// [`Camera::ray`]. `None` behind the camera, and for other projections than a perspective.
     pub fn importance(&self, p: Vec3, w: Vec3, time: f32) -> Option<Importance> {
         let camera = self.at(time);
         let cos = w.dot(camera.forward);
@@ -53,11 +54,16 @@ impl Camera {
             let lens = p - camera.position;
             image += Vec2::new(lens.dot(camera.right), -lens.dot(camera.up)) / camera.focus_distance;
         }
-        let pdf = 1.0 / (camera.scale * camera.scale * cos * cos * cos);
-        let film = (image + camera.offset) / camera.scale;
+        let Film { scale, offset, .. } = camera.film;
+        let pdf = 1.0 / (scale * scale * cos * cos * cos);
+        let film = (image + offset) / scale;
         let we = pdf / (cos * self.lens_area());
         // Along the lens, both are beyond what numbers hold.
-        (cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance { film, we, pdf })
+        (self.is_perspective() && cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance {
+            film,
+            we,
+            pdf,
+        })
     }
 }
 

@@ -2,24 +2,26 @@
 
 mod aperture;
 mod importance;
+mod projection;
 
 pub use aperture::{Aperture, BLADES};
 pub use importance::Importance;
+pub use projection::{FisheyeMapping, Projection, ProjectionKind};
 
 use crate::math::{Ray, UVec2, Vec2, Vec3, encode_fields};
 use crate::sampling::warp::uniform_disk;
+use projection::Film;
 use thiserror::Error;
 
-/// A perspective camera: a pinhole, or an ideal thin lens when its radius is positive.
+/// A camera of any projection. Its rays go through a pinhole, or through an ideal thin lens if its radius
+/// is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     position: Vec3,
     right: Vec3,
     up: Vec3,
     forward: Vec3,
-    /// From pixel coordinates to the plane at distance 1: `(x, y) → x · scale − offset`, y downwards.
-    scale: f32,
-    offset: Vec2,
+    film: Film,
     resolution: UVec2,
     lens_radius: f32,
     /// Shape of the lens's opening; `None` for a disk.
@@ -95,6 +97,8 @@ pub struct CameraDescription {
     pub motion: Option<CameraMotion>,
     /// Shape of the lens's opening; `None` for a disk.
     pub aperture: Option<Aperture>,
+    /// Projection. Only a perspective has the `vertical_fov` of the parameters.
+    pub projection: Projection,
 }
 
 impl CameraDescription {
@@ -104,6 +108,7 @@ impl CameraDescription {
             parameters,
             motion: None,
             aperture: None,
+            projection: Projection::default(),
         }
     }
 
@@ -113,9 +118,10 @@ impl CameraDescription {
             None => Camera::new(self.parameters, resolution),
             Some(motion) => Camera::moving(self.parameters, motion, resolution),
         };
+        let camera = camera?.with_projection(self.projection, self.parameters.vertical_fov)?;
         match self.aperture {
-            None => camera,
-            Some(aperture) => camera?.with_aperture(aperture),
+            None => Ok(camera),
+            Some(aperture) => camera.with_aperture(aperture),
         }
     }
 }
@@ -134,6 +140,7 @@ encode_fields!(CameraDescription {
     parameters,
     motion,
     aperture,
+    projection,
 });
 
 /// A camera parameter that no camera can have.
@@ -162,6 +169,15 @@ impl CameraError {
         Self {
             parameter,
             message: format!("must be positive, not {value}"),
+            help: None,
+        }
+    }
+
+    /// Error of a `parameter`, with this message.
+    pub fn wrong(parameter: &'static str, message: impl Into<String>) -> Self {
+        Self {
+            parameter,
+            message: message.into(),
             help: None,
         }
     }
@@ -213,16 +229,12 @@ impl Camera {
         };
         let up = right.cross(forward);
 
-        // The image plane at distance 1 is 2 tan(fov/2) high.
-        let (width, height) = (resolution.x as f32, resolution.y as f32);
-        let scale = 2.0 * (0.5 * c.vertical_fov.to_radians()).tan() / height;
         Ok(Self {
             position: c.position,
             right,
             up,
             forward,
-            scale,
-            offset: 0.5 * scale * Vec2::new(width, height),
+            film: Film::new(Projection::default(), c.vertical_fov, resolution)?,
             resolution,
             lens_radius: c.lens_radius,
             aperture: None,
@@ -276,6 +288,28 @@ impl Camera {
             aperture: Some(aperture),
             ..self
         })
+    }
+
+    /// The camera with another projection. One that cannot be is an error.
+    pub fn with_projection(self, projection: Projection, vertical_fov: f32) -> Result<Self, CameraError> {
+        let film = Film::new(projection, vertical_fov, self.resolution)?;
+        if film.is_curved() && self.lens_radius > 0.0 {
+            let message = "must be 0: panoramas and fisheyes have no lens";
+            return Err(CameraError::wrong("lens_radius", message));
+        }
+        Ok(Self { film, ..self })
+    }
+
+    /// Returns true for a central projection onto a plane. Paths of light can be connected to its lens.
+    pub fn is_perspective(&self) -> bool {
+        self.film.is_perspective()
+    }
+
+    /// Returns true if the point `film` belongs to the picture; points outside of the circle of a fisheye
+    /// do not.
+    #[inline]
+    pub fn sees(&self, film: Vec2) -> bool {
+        self.film.sees(film)
     }
 
     /// Columns and rows of its image.
@@ -332,16 +366,15 @@ impl Camera {
 
     #[inline]
     fn ray_of_still(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
-        // Direction through the centre of the lens, with depth 1 along the axis.
-        let image = film * self.scale - self.offset;
-        let through_center = image.x * self.right - image.y * self.up + self.forward;
+        // Direction through the centre of the lens. Planes have a depth of 1 along the axis.
+        let (place, through_center) = self.film.ray(film, [self.right, self.up, self.forward]);
         if self.lens_radius == 0.0 {
-            return Ray::new(self.position, through_center.normalize()).when(time);
+            return Ray::new(self.position + place, through_center.normalize()).when(time);
         }
         // The point in focus is common to all lens points.
         let lens = self.on_lens(u_lens);
         let to_focus = self.focus_distance * through_center - lens;
-        Ray::new(self.position + lens, to_focus.normalize()).when(time)
+        Ray::new(self.position + place + lens, to_focus.normalize()).when(time)
     }
     // ANCHOR_END: ray
 
@@ -362,12 +395,15 @@ impl Camera {
 
     /// Width of a pixel at the distance of `p`, scene units, at `time`.
     pub fn pixel_width(&self, p: Vec3, time: f32) -> f32 {
-        self.scale * p.distance(self.at(time).position)
+        if self.film.is_parallel() {
+            return self.film.scale;
+        }
+        self.film.scale * p.distance(self.at(time).position)
     }
 
-    /// Increase of a pixel's width per scene unit of distance.
+    /// Increase of a pixel's width per scene unit of distance; 0 for parallel rays.
     pub fn pixel_width_by_distance(&self) -> f32 {
-        self.scale
+        if self.film.is_parallel() { 0.0 } else { self.film.scale }
     }
 
     /// Whether rays start from more than a single point.
@@ -379,9 +415,8 @@ impl Camera {
     pub fn film_of(&self, p: Vec3, time: f32) -> Option<Vec2> {
         let camera = self.at(time);
         let to = p - camera.position;
-        let depth = to.dot(camera.forward);
-        let image = Vec2::new(to.dot(camera.right), -to.dot(camera.up)) / depth;
-        (depth > 0.0).then(|| (image + camera.offset) / camera.scale)
+        let to = Vec3::new(to.dot(camera.right), to.dot(camera.up), to.dot(camera.forward));
+        camera.film.place(to)
     }
 
     /// When the shutter opens and when it closes.
@@ -389,9 +424,13 @@ impl Camera {
         self.shutter
     }
 
-    /// Distance of `p` from the camera along the view axis, at `time`.
+    /// Distance of `p` from the camera at `time`: along the view axis, or along the ray of a panorama or
+    /// a fisheye.
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);
+        if camera.film.is_curved() {
+            return p.distance(camera.position);
+        }
         (p - camera.position).dot(camera.forward)
     }
 }

@@ -62,6 +62,8 @@ pub struct Radii<'a> {
     /// Width by distance, where it is not fixed.
     slope: f32,
     fixed: Option<f32>,
+    /// Pixels, for parallel rays.
+    pixels: f32,
     min: f32,
     max: f32,
 }
@@ -78,6 +80,7 @@ impl<'a> Radii<'a> {
             camera,
             slope: factor * (pixels * camera.pixel_width_by_distance()).min(MAX_SLOPE),
             fixed,
+            pixels: factor * pixels,
             min: MIN_SHARE * size,
             max: size,
         }
@@ -91,6 +94,9 @@ impl<'a> Radii<'a> {
     /// The radius at `p` at `time`.
     pub fn at(&self, p: Vec3, time: f32) -> f32 {
         let radius = self.fixed.unwrap_or_else(|| {
+            if self.camera.pixel_width_by_distance() == 0.0 {
+                return self.pixels * self.camera.pixel_width(p, time);
+            }
             let distance = self.camera.pixel_width(p, time) / self.camera.pixel_width_by_distance();
             self.slope * distance
         });

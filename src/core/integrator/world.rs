@@ -114,8 +114,9 @@ impl<'a, A: Accel> World<'a, A> {
     ) -> Ray {
         sampler.start(key);
         let (place, weight) = self.filter.sample(sampler.get_2d(Dimension::PIXEL));
-        out.weight(weight);
         let film = key.pixel().as_vec2() + place;
+        let is_seen = self.camera.sees(film);
+        out.weight(if is_seen { weight } else { 0.0 });
         let ray = self.ray_through(film, time.unwrap_or_else(|| self.time(sampler)), sampler);
         path_record::start(&ray, None, Spectrum::ONE, out);
         ray

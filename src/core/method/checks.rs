@@ -53,12 +53,13 @@ fn tells_paths(kind: IntegratorKind) -> bool {
     matches!(kind, Path | Naive | Direct | Bidirectional)
 }
 
-/// Whether paths of the integrator have a wavelength where glass disperses light, or no glass is refracted.
-fn knows_wavelengths(kind: IntegratorKind) -> bool {
+/// Returns true if all paths start at the camera, sample by sample. They have a wavelength where glass
+/// disperses light, and any projection.
+fn starts_at_camera(kind: IntegratorKind) -> bool {
     use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Distributed, Naive, OneSample, Path, Whitted};
     matches!(
         kind,
-        Path | Naive | OneSample | Area | Whitted | Distributed | Direct | AmbientOcclusion | Debug
+        AmbientOcclusion | Area | Debug | Direct | Distributed | Naive | OneSample | Path | Whitted
     )
 }
 
@@ -185,6 +186,18 @@ impl Method {
         }
     }
 
+    /// An error if the method cannot render the projection of `camera`.
+    pub fn check_projection(&self, camera: &Camera) -> Result<(), Error> {
+        if camera.is_perspective() || starts_at_camera(self.kind()) {
+            return Ok(());
+        }
+        let words = format!("--integrator {} knows perspective cameras only", self.name());
+        let names = names_of(starts_at_camera);
+        Err(Error::Refused(format!(
+            "{words}\n  help: use one of {names}, or --projection perspective"
+        )))
+    }
+
     /// Says so where what is made once, before all samples, knows nothing of time.
     pub fn check_motion(&self, scene: &Scene, camera: &Camera) -> Option<String> {
         let [open, close] = camera.shutter();
@@ -202,14 +215,14 @@ impl Method {
 
     /// An error where glass disperses light and the method does not know of wavelengths.
     pub fn check_dispersion(&self, scene: &Scene) -> Result<(), Error> {
-        if !scene.is_dispersive() || knows_wavelengths(self.kind()) {
+        if !scene.is_dispersive() || starts_at_camera(self.kind()) {
             return Ok(());
         }
         let words = format!(
             "--integrator {} does not disperse light, and a material has an `abbe` number",
             self.name()
         );
-        let names = names_of(knows_wavelengths);
+        let names = names_of(starts_at_camera);
         Err(Error::Refused(format!(
             "{words}\n  help: use one of {names}, or leave `abbe` out"
         )))

@@ -1,6 +1,6 @@
 //! The camera: keys of `[camera]`, and flags.
 
-use crate::camera::{Aperture, BLADES, CameraDescription};
+use crate::camera::{Aperture, BLADES, CameraDescription, FisheyeMapping, Projection, ProjectionKind};
 use crate::guess::{Orbit, Stand, View};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::parameter::{Range, Value, numbers, parameters};
@@ -26,6 +26,20 @@ parameters! {
         ///
         /// It needs `stand`; not with `look_at`.
         yaw: f32, default "the way that shows most", in Range::Any;
+        /// Projection of the camera
+        ///
+        /// `panorama` shows all directions, twice as wide as high. `fisheye` shows a circle.
+        projection: ProjectionKind = ProjectionKind::Perspective;
+        /// Height of an orthographic picture in scene units
+        ortho_height: f32, default "that of a perspective at look_at", in Range::Above(0.0);
+        /// Shift of the picture in its heights, y up
+        ///
+        /// Of perspective and orthographic pictures: verticals stay upright.
+        shift: Vec2, default "0,0";
+        /// Angle in degrees across the circle of a fisheye
+        fisheye_fov: f32 = 180.0, in Range::FromTo(1.0, 360.0);
+        /// Mapping of a fisheye: equidistant, equisolid, stereographic or orthographic
+        fisheye_mapping: FisheyeMapping = FisheyeMapping::Equidistant;
         /// Camera position: the centre of the lens
         ///
         /// See [Camera](guesses.md#camera).
@@ -95,6 +109,28 @@ impl CameraOptions {
     pub fn of(description: &CameraDescription) -> Self {
         let (parameters, motion) = (&description.parameters, description.motion);
         let (aperture, close) = (description.aperture, motion.and_then(|motion| motion.close));
+        let of_projection = match description.projection {
+            Projection::Perspective { shift } => Self {
+                shift: (shift != Vec2::ZERO).then_some(shift),
+                ..Self::default()
+            },
+            Projection::Orthographic { height, shift } => Self {
+                projection: Some(ProjectionKind::Orthographic),
+                ortho_height: Some(height),
+                shift: (shift != Vec2::ZERO).then_some(shift),
+                ..Self::default()
+            },
+            Projection::Panorama => Self {
+                projection: Some(ProjectionKind::Panorama),
+                ..Self::default()
+            },
+            Projection::Fisheye { mapping, fov } => Self {
+                projection: Some(ProjectionKind::Fisheye),
+                fisheye_fov: Some(fov),
+                fisheye_mapping: Some(mapping),
+                ..Self::default()
+            },
+        };
         Self {
             position: Some(parameters.position.as_dvec3()),
             look_at: Some(parameters.look_at.as_dvec3()),
@@ -108,7 +144,7 @@ impl CameraOptions {
             position_close: close.map(|pose| pose.position),
             look_at_close: close.map(|pose| pose.look_at),
             up_close: close.map(|pose| pose.up),
-            ..Self::default()
+            ..of_projection
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Names of values that users choose.
 
+use crate::camera::{FisheyeMapping, ProjectionKind};
 use crate::color::tone::Curve;
 use crate::compare::CommonErrors;
 use crate::film::FilterKind;
@@ -36,4 +37,13 @@ macro_rules! named_elsewhere {
         })*
     };
 }
-named_elsewhere!(CommonErrors, FilterKind, SamplerKind, Curve, TextureFilter, View);
+named_elsewhere!(
+    CommonErrors,
+    FilterKind,
+    FisheyeMapping,
+    ProjectionKind,
+    SamplerKind,
+    Curve,
+    TextureFilter,
+    View
+);

@@ -1,3 +1,4 @@
 //! Backends of ray queries.
 
 mod backends;
+mod projections;

@@ -1,0 +1,336 @@
+//! Projections: the ray that a point of the film stands for.
+//!
+//! Film coordinates are pixels from the top left corner. The axes of the camera are right, up and
+//! forward.
+
+use super::CameraError;
+use crate::math::{UVec2, Vec2, Vec3, encode_variants};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+
+/// Projection of a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Central projection onto a plane.
+    Perspective {
+        /// Shift of the plane in heights of the picture, y up: verticals stay upright.
+        shift: Vec2,
+    },
+    /// Parallel projection: all rays have the direction of the view axis.
+    Orthographic {
+        /// Height of the picture, scene units.
+        height: f32,
+        /// Shift of the picture in its heights, y up.
+        shift: Vec2,
+    },
+    /// All directions: longitude across, latitude down (equirectangular). The view axis is in the middle.
+    Panorama,
+    /// A circle around the view axis. Pixels outside of it are black.
+    Fisheye {
+        /// Distance from the middle by the angle from the axis.
+        mapping: FisheyeMapping,
+        /// Angle across the circle, whose diameter is the height of the picture, degrees.
+        fov: f32,
+    },
+}
+
+encode_variants!(Projection {
+    0 => Perspective { shift },
+    1 => Orthographic { height, shift },
+    2 => Panorama,
+    3 => Fisheye { mapping, fov },
+});
+
+impl Default for Projection {
+    fn default() -> Self {
+        Self::Perspective { shift: Vec2::ZERO }
+    }
+}
+
+/// A [`Projection`] by its name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ProjectionKind {
+    /// [`Projection::Perspective`].
+    #[default]
+    Perspective,
+    /// [`Projection::Orthographic`].
+    Orthographic,
+    /// [`Projection::Panorama`].
+    Panorama,
+    /// [`Projection::Fisheye`].
+    Fisheye,
+}
+
+impl ProjectionKind {
+    /// Each by the name that users type.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("perspective", Self::Perspective),
+        ("orthographic", Self::Orthographic),
+        ("panorama", Self::Panorama),
+        ("fisheye", Self::Fisheye),
+    ];
+}
+
+/// Distance r from the middle of a fisheye picture by the angle θ from the axis, in focal lengths.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FisheyeMapping {
+    /// r = θ.
+    #[default]
+    Equidistant,
+    /// r = 2 sin(θ/2): areas are solid angles.
+    Equisolid,
+    /// r = 2 tan(θ/2): small circles stay circles.
+    Stereographic,
+    /// r = sin θ; up to 180°.
+    Orthographic,
+}
+
+encode_variants!(FisheyeMapping {
+    0 => Equidistant,
+    1 => Equisolid,
+    2 => Stereographic,
+    3 => Orthographic,
+});
+
+impl FisheyeMapping {
+    /// Each by the name that users type.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("equidistant", Self::Equidistant),
+        ("equisolid", Self::Equisolid),
+        ("stereographic", Self::Stereographic),
+        ("orthographic", Self::Orthographic),
+    ];
+
+    fn radius(self, angle: f32) -> f32 {
+        match self {
+            Self::Equidistant => angle,
+            Self::Equisolid => 2.0 * (0.5 * angle).sin(),
+            Self::Stereographic => 2.0 * (0.5 * angle).tan(),
+            Self::Orthographic => angle.sin(),
+        }
+    }
+
+    fn angle(self, radius: f32) -> f32 {
+        match self {
+            Self::Equidistant => radius,
+            Self::Equisolid => 2.0 * (0.5 * radius).min(1.0).asin(),
+            Self::Stereographic => 2.0 * (0.5 * radius).atan(),
+            Self::Orthographic => radius.min(1.0).asin(),
+        }
+    }
+
+    /// Angle across the circle, maximum, degrees.
+    fn max_fov(self) -> f32 {
+        match self {
+            Self::Equidistant | Self::Equisolid => 360.0,
+            Self::Stereographic => 350.0,
+            Self::Orthographic => 180.0,
+        }
+    }
+}
+
+/// A projection for an image of a size.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Film {
+    projection: Projection,
+    /// Factor of pixels: of a perspective, lengths on the plane at distance 1; of parallel rays, scene
+    /// units; else radians in the middle.
+    pub scale: f32,
+    /// Middle of the projection in these units: `(x, y) → x · scale − offset`, y downwards.
+    pub offset: Vec2,
+    /// Size of the image in pixels.
+    size: Vec2,
+}
+
+impl Film {
+    /// A perspective with this `vertical_fov`, in degrees, or another projection.
+    pub fn new(projection: Projection, vertical_fov: f32, resolution: UVec2) -> Result<Self, CameraError> {
+        let size = resolution.as_vec2();
+        let scale = match projection {
+            // The image plane at distance 1 is 2 tan(fov/2) high.
+            Projection::Perspective { .. } => 2.0 * (0.5 * vertical_fov.to_radians()).tan() / size.y,
+            Projection::Orthographic { height, .. } => {
+                if !(height > 0.0 && height.is_finite()) {
+                    return Err(CameraError::not_positive("ortho_height", height));
+                }
+                height / size.y
+            }
+            Projection::Panorama => TAU / size.x,
+            Projection::Fisheye { mapping, fov } => {
+                if !(fov > 0.0 && fov <= mapping.max_fov()) {
+                    let message = format!("must lie above 0 and be {} at most, not {fov}", mapping.max_fov());
+                    return Err(CameraError::wrong("fisheye_fov", message));
+                }
+                2.0 * mapping.radius(0.5 * fov.to_radians()) / size.y
+            }
+        };
+        let shift = match projection {
+            Projection::Perspective { shift } | Projection::Orthographic { shift, .. } => shift,
+            Projection::Panorama | Projection::Fisheye { .. } => Vec2::ZERO,
+        };
+        if !shift.is_finite() {
+            return Err(CameraError::wrong(
+                "shift",
+                format!("must be finite numbers, not {shift}"),
+            ));
+        }
+        let shift = Vec2::new(-shift.x, shift.y) * size.y;
+        Ok(Self {
+            projection,
+            scale,
+            offset: scale * (0.5 * size + shift),
+            size,
+        })
+    }
+
+    /// Returns true for central projections onto a plane, of which light paths find the lens.
+    pub fn is_perspective(&self) -> bool {
+        matches!(self.projection, Projection::Perspective { .. })
+    }
+
+    /// Returns true if all rays have one direction.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self.projection, Projection::Orthographic { .. })
+    }
+
+    /// Returns true if the picture has no plane: depths are distances.
+    pub fn is_curved(&self) -> bool {
+        matches!(self.projection, Projection::Panorama | Projection::Fisheye { .. })
+    }
+
+    /// Returns true if the point `film` belongs to the picture.
+    pub fn sees(&self, film: Vec2) -> bool {
+        match self.projection {
+            Projection::Fisheye { mapping, fov } => {
+                (film * self.scale - self.offset).length() <= mapping.radius(0.5 * fov.to_radians())
+            }
+            _ => true,
+        }
+    }
+
+    /// Place, in the plane through the camera, and unit direction of the ray through `film`, along the
+    /// axes right, up and forward. Of a projection onto a plane, the depth of the direction is 1.
+    #[inline]
+    pub fn ray(&self, film: Vec2, [right, up, forward]: [Vec3; 3]) -> (Vec3, Vec3) {
+        let image = film * self.scale - self.offset;
+        match self.projection {
+            Projection::Perspective { .. } => (Vec3::ZERO, image.x * right - image.y * up + forward),
+            Projection::Orthographic { .. } => (image.x * right - image.y * up, forward),
+            Projection::Panorama => {
+                let latitude = (0.5 - film.y / self.size.y) * PI;
+                let (sin, cos) = image.x.sin_cos();
+                let level = sin * right + cos * forward;
+                (Vec3::ZERO, latitude.cos() * level + latitude.sin() * up)
+            }
+            Projection::Fisheye { mapping, .. } => {
+                let radius = image.length();
+                if radius == 0.0 {
+                    return (Vec3::ZERO, forward);
+                }
+                let (sin, cos) = mapping.angle(radius).sin_cos();
+                let across = (image.x * right - image.y * up) / radius;
+                (Vec3::ZERO, sin * across + cos * forward)
+            }
+        }
+    }
+
+    /// Place on the film of a point `to` the camera, given by its lengths along right, up and forward;
+    /// `None` if it has none.
+    pub fn place(&self, to: Vec3) -> Option<Vec2> {
+        let plane = Vec2::new(to.x, -to.y);
+        let image = match self.projection {
+            Projection::Perspective { .. } => (to.z > 0.0).then(|| plane / to.z)?,
+            Projection::Orthographic { .. } => (to.z > 0.0).then_some(plane)?,
+            Projection::Panorama => {
+                let latitude = to.y.atan2(to.x.hypot(to.z));
+                let film = Vec2::new(to.x.atan2(to.z) / self.scale, (0.5 - latitude / PI) * self.size.y);
+                return (to != Vec3::ZERO).then_some(film + Vec2::new(0.5 * self.size.x, 0.0));
+            }
+            Projection::Fisheye { mapping, .. } => {
+                let across = plane.length();
+                let angle = across.atan2(to.z);
+                let is_beyond = mapping == FisheyeMapping::Orthographic && angle > FRAC_PI_2;
+                if to == Vec3::ZERO || is_beyond {
+                    return None;
+                }
+                let radius = mapping.radius(angle);
+                if across > 0.0 {
+                    plane * (radius / across)
+                } else {
+                    Vec2::ZERO
+                }
+            }
+        };
+        Some((image + self.offset) / self.scale)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
+
+    fn all() -> Vec<Film> {
+        let shift = Vec2::new(0.25, -0.5);
+        let mut all = vec![
+            Projection::Perspective { shift },
+            Projection::Orthographic { height: 3.0, shift },
+            Projection::Panorama,
+        ];
+        for &(_, mapping) in FisheyeMapping::NAMES {
+            all.push(Projection::Fisheye {
+                mapping,
+                fov: mapping.max_fov().min(300.0),
+            });
+        }
+        let film = |projection| Film::new(projection, 70.0, UVec2::new(64, 48)).unwrap();
+        all.into_iter().map(film).collect()
+    }
+
+    /// Rays of points on the film lead back to these points.
+    #[test]
+    fn places_are_those_of_rays() {
+        for film in all() {
+            for point in [[0.5, 0.5], [31.0, 17.0], [32.0, 24.0], [63.5, 47.5], [20.0, 40.0]].map(Vec2::from) {
+                if !film.sees(point) {
+                    continue;
+                }
+                let (origin, direction) = film.ray(point, AXES);
+                let back = film.place(origin + 2.5 * direction).unwrap();
+                assert!(back.distance(point) < 2e-3, "{film:?}: {point} becomes {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn directions_worked_out_by_hand() {
+        let film = |projection| Film::new(projection, 90.0, UVec2::new(200, 100)).unwrap();
+        let towards = |film: &Film, x, y| film.ray(Vec2::new(x, y), AXES).1;
+        let panorama = film(Projection::Panorama);
+        assert!(towards(&panorama, 100.0, 50.0).distance(Vec3::Z) < 1e-6);
+        assert!(towards(&panorama, 150.0, 50.0).distance(Vec3::X) < 1e-6);
+        assert!(towards(&panorama, 0.0, 50.0).distance(Vec3::NEG_Z) < 1e-6);
+        assert!(towards(&panorama, 30.0, 0.0).distance(Vec3::Y) < 1e-6);
+        let fisheye = film(Projection::Fisheye {
+            mapping: FisheyeMapping::Equidistant,
+            fov: 360.0,
+        });
+        // A quarter of the height is 90° from the axis.
+        assert!(towards(&fisheye, 125.0, 50.0).distance(Vec3::X) < 1e-6);
+        assert!(towards(&fisheye, 100.0, 25.0).distance(Vec3::Y) < 1e-6);
+        assert!(fisheye.sees(Vec2::new(149.0, 50.0)) && !fisheye.sees(Vec2::new(151.0, 50.0)));
+        // Half a picture to the right, and up
+        let shifted = film(Projection::Perspective {
+            shift: Vec2::new(0.5, 0.5),
+        });
+        assert!(towards(&shifted, 100.0, 50.0).distance(Vec3::new(1.0, 1.0, 1.0)) < 1e-6);
+        let parallel = film(Projection::Orthographic {
+            height: 4.0,
+            shift: Vec2::ZERO,
+        });
+        assert_eq!(
+            parallel.ray(Vec2::new(150.0, 25.0), AXES),
+            (Vec3::new(2.0, 1.0, 0.0), Vec3::Z)
+        );
+    }
+}

@@ -1,0 +1,213 @@
+//! Projections of the camera: sizes and directions that are known, and constant light in all of them.
+
+use crate::support::program::*;
+use crate::support::{read_channel, read_rgb};
+use std::fs;
+use tempfile::TempDir;
+
+const HEAD: &str =
+    "version = 1\n[image]\nwidth = 60\nheight = 60\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n";
+const CONSTANT: &str = "[[light]]\ntype = \"constant\"\nradiance = 1\n";
+
+fn scene(obj: &str, mtl: &str, more: &str) -> TempDir {
+    folder(&[
+        ("a.obj", &format!("mtllib a.mtl\nusemtl m\n{obj}")),
+        ("a.mtl", &format!("newmtl m\n{mtl}\n")),
+        ("s.toml", &format!("{HEAD}{more}")),
+    ])
+}
+
+fn picture(folder: &TempDir, flags: &str) -> [Vec<f32>; 3] {
+    let args = format!("render s.toml -q -o t.exr {flags}");
+    done(folder.path(), &split(&args));
+    read_rgb(&folder.path().join("t.exr"))
+}
+
+/// A lamp of 2 × 3 units covers 20 × 30 pixels of a picture whose pixels are 0.1 units wide, near and
+/// far.
+#[test]
+fn rectangle_in_a_parallel_projection_has_its_size() {
+    let corners = "v -1 -1.5 0\nv 1 -1.5 0\nv 1 1.5 0\nv -1 1.5 0\nf 1 2 3 4\n";
+    let folder = scene(corners, "Kd 0 0 0\nKe 1 1 1", "[camera]\nlook_at = [0, 0, 0]\n");
+    for position in ["0,0,3", "0,0,50"] {
+        let flags = format!("--projection orthographic --ortho-height 6 --position {position}");
+        let [red, ..] = picture(&folder, &flags);
+        for (i, value) in red.iter().enumerate() {
+            let (x, y) = (i % 60, i / 60);
+            let is_inside = (20..40).contains(&x) && (15..45).contains(&y);
+            assert_eq!(*value, if is_inside { 1.0 } else { 0.0 }, "pixel {x},{y}");
+        }
+    }
+    // A shift of a quarter of the height moves the picture plane up, and the lamp down.
+    let flags = "--projection orthographic --ortho-height 6 --position 0,0,3 --shift 0,0.25";
+    let [red, ..] = picture(&folder, flags);
+    assert_eq!(
+        (red[44 * 60 + 30], red[29 * 60 + 30], red[59 * 60 + 30]),
+        (1.0, 0.0, 1.0)
+    );
+}
+
+#[test]
+fn constant_light_is_constant_in_every_projection() {
+    let ball = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -1\n\
+        f 1 5 3\nf 1 3 6\nf 1 6 4\nf 1 4 5\nf 2 3 5\nf 2 6 3\nf 2 4 6\nf 2 5 4\n";
+    let camera = "[camera]\nposition = [0.3, 0.5, 4]\nlook_at = [0, 0, 0]\n";
+    let folder = scene(ball, "Kd 1 1 1", &format!("{camera}{CONSTANT}"));
+    for projection in [
+        "perspective --shift 0.3,-0.2",
+        "orthographic",
+        "panorama --size 64x32",
+        "fisheye",
+        "fisheye --fisheye-fov 360 --fisheye-mapping equisolid",
+        "fisheye --fisheye-fov 250 --fisheye-mapping stereographic",
+        "fisheye --fisheye-mapping orthographic",
+    ] {
+        for backend in ["embree", "brute"] {
+            let [red, ..] = picture(&folder, &format!("--projection {projection} --backend {backend}"));
+            let width = if projection.starts_with("panorama") { 64 } else { 60 };
+            for (i, value) in red.iter().enumerate() {
+                let (x, y) = ((i % width) as f32 + 0.5 - 30.0, (i / width) as f32 + 0.5 - 30.0);
+                let radius = x.hypot(y);
+                if projection.starts_with("fisheye") && radius > 29.2 {
+                    // Pixels on the rim are partly black.
+                    assert!(radius < 30.8 || *value == 0.0, "{projection}, pixel {i}: {value}");
+                    continue;
+                }
+                assert!(
+                    (value - 1.0).abs() < 1e-4,
+                    "{projection} by {backend}, pixel {i}: {value}"
+                );
+            }
+        }
+    }
+}
+
+/// The environment comes back through the panorama: the brightest pixel is the brightest texel.
+#[test]
+fn panorama_gives_the_environment_back() {
+    let folder = scene("v 0 0 0\nv 1e-3 0 0\nv 0 1e-3 0\nf 1 2 3\n", "Kd 0 0 0", "");
+    let mut texels = vec![image::Rgb([0.5f32; 3]); 32 * 16];
+    texels[5 * 32 + 21] = image::Rgb([40.0; 3]);
+    let file = fs::File::create(folder.path().join("sky.hdr")).unwrap();
+    image::codecs::hdr::HdrEncoder::new(file)
+        .encode(&texels, 32, 16)
+        .unwrap();
+    let text = format!(
+        "{HEAD}[camera]\nposition = [0, 5, 0]\nlook_at = [0, 5, -1]\nprojection = \"panorama\"\n\
+         [[light]]\ntype = \"environment\"\nimage = \"sky.hdr\"\n"
+    );
+    fs::write(folder.path().join("s.toml"), text).unwrap();
+    let brightest = |pixels: &[f32]| pixels.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).unwrap().0;
+    let columns: Vec<usize> = ["0,5,-1", "1,5,0", "0,5,1", "-1,5,0"]
+        .iter()
+        .map(|look_at| {
+            let [red, ..] = picture(&folder, &format!("--size 32x16 --spp 64 --look-at {look_at}"));
+            let i = brightest(&red);
+            assert_eq!(i / 32, 5, "row of the brightest pixel");
+            assert!((red.iter().sum::<f32>() - (511.0 * 0.5 + 40.0)).abs() < 3.0);
+            i % 32
+        })
+        .collect();
+    // A quarter of the picture to the left for each quarter turn to the right
+    for pair in columns.windows(2) {
+        assert_eq!((pair[0] + 32 - 8) % 32, pair[1], "{columns:?}");
+    }
+    assert!(columns.contains(&21), "{columns:?}");
+}
+
+#[test]
+fn depth_is_along_the_axis_or_along_the_ray() {
+    let wall = "v -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\nf 1 2 3 4\n";
+    let camera = "[camera]\nposition = [0, 0, 4]\nlook_at = [0, 0, 0]\n";
+    let folder = scene(wall, "Kd 1 1 1", &format!("{camera}{CONSTANT}"));
+    for (projection, corner) in [
+        ("perspective --fov 90", 4.0),
+        ("orthographic --ortho-height 8", 4.0),
+        // 45° from the axis to the left
+        ("fisheye", 4.0 * 2f32.sqrt()),
+    ] {
+        picture(&folder, &format!("--projection {projection} --size 61x61 --spp 16"));
+        let depth = read_channel(&folder.path().join("t.exr"), "Z");
+        assert!((depth[30 * 61 + 30] - 4.0).abs() < 0.01, "{projection}");
+        assert!(
+            (depth[30 * 61 + 15] - corner).abs() < 0.12,
+            "{projection}: {}",
+            depth[30 * 61 + 15]
+        );
+    }
+}
+
+#[test]
+fn scene_files_keep_the_projection() {
+    let ball = "v 0 1 0\nv -1 -1 0\nv 1 -1 0\nf 1 2 3\n";
+    let folder = scene(
+        ball,
+        "Kd 0.5 0.5 0.5",
+        &format!("[camera]\nposition = [1, 2, 4]\nlook_at = [0, 0, 0]\n{CONSTANT}"),
+    );
+    for projection in [
+        "perspective --shift 0.1,0.2",
+        "orthographic --shift 0.1,0.2",
+        "panorama",
+        "fisheye --fisheye-fov 200 --fisheye-mapping equisolid",
+    ] {
+        let at = |name: &str| folder.path().join(name);
+        picture(&folder, &format!("--projection {projection} --dump-scene d.toml"));
+        done(folder.path(), &split("render d.toml -q -o d.exr"));
+        assert_same_bits(&at("t.exr"), &at("d.exr"));
+    }
+}
+
+#[test]
+fn bare_objects_are_framed_by_parallel_rays() {
+    let folder = scene(
+        "v -3 -2 -1\nv 3 -2 -1\nv 0 2 1\nf 1 2 3\nf 3 2 1\n",
+        "Kd 0.5 0.5 0.5",
+        "",
+    );
+    let flags = "render a.obj --view front --projection orthographic --no-ground --background transparent --size 48x48 --spp 4 -q -o t.exr --denoise=off";
+    done(folder.path(), &split(flags));
+    let alpha = read_channel(&folder.path().join("t.exr"), "A");
+    let border = (0..48).flat_map(|i| [i, 47 * 48 + i, 48 * i, 48 * i + 47]);
+    assert!(border.into_iter().all(|i| alpha[i] == 0.0));
+    let seen: f32 = alpha.iter().sum();
+    assert!(seen > 0.15 * 48.0 * 48.0, "{seen}");
+}
+
+#[test]
+fn impossible_projections_are_errors() {
+    let folder = scene(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "Kd 1 1 1",
+        &format!("[camera]\nposition = [0, 0, 4]\nlook_at = [0, 0, 0]\n{CONSTANT}"),
+    );
+    for (flags, words) in [
+        (
+            "--projection panorama --integrator bdpt",
+            "--integrator bdpt knows perspective cameras only",
+        ),
+        (
+            "--projection orthographic --integrator sppm",
+            "--integrator sppm knows perspective cameras only",
+        ),
+        ("--ortho-height 3", "has no meaning in the projection `perspective`"),
+        (
+            "--projection panorama --shift 0,1",
+            "has no meaning in the projection `panorama`",
+        ),
+        (
+            "--projection panorama --lens-radius 0.1",
+            "panoramas and fisheyes have no lens",
+        ),
+        (
+            "--projection fisheye --fisheye-fov 200 --fisheye-mapping orthographic",
+            "180",
+        ),
+        ("--projection fisch", "fisheye"),
+    ] {
+        let output = run(folder.path(), &split(&format!("render s.toml -q -o t.png {flags}")));
+        assert_ne!(code(&output), 0, "{flags}");
+        let said = crate::support::program::words(&output);
+        assert!(said.contains(words), "{flags}: {said}");
+    }
+}

@@ -65,7 +65,7 @@ mod tests {
         let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
-            "f0b9fb95f06f3c677803173954f0a2911c44765713cb7e026ff03c912ebeb3aa"
+            "39a306de792d222721718df32ba8cf65f890c629c0b90d763ae6b961f18e9d64"
         );
     }
 

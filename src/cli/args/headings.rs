@@ -180,21 +180,30 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scenes that `--help` leaves out.
-const RARE: [&str; 14] = [
+const RARE: [&str; 23] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
     "checkpoint-interval",
     "denoise-radius",
     "filter-radius",
+    "fisheye-fov",
+    "fisheye-mapping",
     "half",
+    "maps-by-name",
+    "mtl-dialect",
     "obj-reader",
     "origin",
     "panes",
     "sensor-height",
+    "shift",
     "shutter",
     "tev",
     "texture-filter",
+    "vertex-color-space",
+    "vertex-colors",
+    "warnings",
+    "yaw",
 ];
 
 /// Parameters of integrators that `--help` shows; it leaves out the others.

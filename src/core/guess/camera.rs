@@ -518,7 +518,7 @@ impl<'a> CameraFinder<'a> {
         if self.inside == Inside::Anywhere {
             return views(Inside::Anywhere, PLACES);
         }
-        let kinds = [Inside::RoofedRooms, Inside::Rooms, Inside::OpenHulls];
+        let kinds = [Inside::RoofedRooms, Inside::Rooms, Inside::Hulls];
         let mut tries = kinds.into_iter().flat_map(|kind| [(kind, PLACES), (kind, MANY_PLACES)]);
         tries
             .find_map(|(kind, count)| Some(views(kind, count)).filter(|views| !views.is_empty()))

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 pub(super) const PLACES: u32 = 16;
 /// Surfaces above each other at one place that are looked at.
 const MAX_SURFACES: usize = 24;
-/// Cosine between up and the normal of a floor, minimum.
+/// Minimum cosine between up and the normal of a floor.
 const FLAT: f32 = 0.9;
-/// Cosine for a floor that makes a scene an interior, minimum: the bottom of a pipe is steeper.
+/// Minimum cosine of a floor that makes a scene an interior: the bottom of a pipe is steeper.
 const LEVEL: f32 = 0.985;
 /// Half the width of a floor as a share of the room above it, minimum.
 const HALF_WIDTH: f32 = 0.12;
@@ -31,6 +31,8 @@ pub(super) struct Surface {
     pub room: f32,
     /// True if there is a surface above.
     pub is_covered: bool,
+    /// True if its front is above.
+    pub is_front: bool,
 }
 
 impl Surface {
@@ -105,6 +107,7 @@ impl<'a> Floors<'a> {
                 slope: seen.normal.dot(self.horizon.up()).abs(),
                 room: above.unwrap_or(top) - y,
                 is_covered: above.is_some(),
+                is_front: seen.is_front,
             });
             y -= 1e-4 * self.height();
         }

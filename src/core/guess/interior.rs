@@ -14,8 +14,6 @@ const ROWS: usize = 16;
 const PITCH: f32 = 32.0_f32;
 /// Columns that the image is wide: 60°.
 const WINDOW: usize = 12;
-/// Bundles of directions in which the openness of a room is looked for.
-const BUNDLES: u32 = 16;
 /// Share of the directions above the horizon in which a room with a ceiling has a surface.
 const ROOFED: f32 = 0.75;
 /// Heights above the usual floor, in heights of the room, from which on a floor is furniture, and
@@ -68,8 +66,8 @@ pub(super) enum Inside {
     Rooms,
     /// Rooms with a ceiling.
     RoofedRooms,
-    /// Places in a hull with an opening: its walls show their backs inside.
-    OpenHulls,
+    /// Places in a hull with an opening, whose walls show their backs inside.
+    Hulls,
 }
 
 /// Views from all places of the floor where one can stand, each the best one of its place, the best
@@ -144,21 +142,30 @@ fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> b
         Inside::Anywhere => true,
         Inside::Rooms => has(|around| around.is_room()),
         Inside::RoofedRooms => has(|around| around.is_room() && around.above >= ROOFED),
-        Inside::OpenHulls => has(|around| around.above >= ROOFED && (CLOSED..1.0).contains(&around.closed())),
+        Inside::Hulls => has(|around| around.above >= ROOFED && (CLOSED..1.0).contains(&around.closed())),
     }
 }
 
-/// Share of the rays from a place in a room with a ceiling that leave the scene; `None` of other
-/// places.
+/// Share of the rays from around a place in a room with a ceiling that leave the scene; `None` of
+/// other places. Windows may be out of sight of the place itself.
 pub(super) fn openness_of_room(looker: &Looker, horizon: &Horizon, position: Vec3) -> Option<f32> {
     if !is_inside(looker, horizon, position, Inside::RoofedRooms) {
         return None;
     }
-    let rays: Vec<bool> = (0..BUNDLES)
-        .flat_map(directions)
-        .map(|direction| looker.escapes(position, direction))
-        .collect();
-    Some(rays.iter().filter(|escapes| **escapes).count() as f32 / rays.len() as f32)
+    let (mut escaped, mut count) = (0.0, 0.0f32);
+    for (i, way) in (1..).zip(directions(0)) {
+        let Some(seen) = looker.look(position, way) else {
+            escaped += 1.0;
+            count += 1.0;
+            continue;
+        };
+        let p = position + 0.5 * seen.distance * way;
+        for direction in directions(i) {
+            count += 1.0;
+            escaped += f32::from(u8::from(looker.escapes(p, direction)));
+        }
+    }
+    Some(escaped / count.max(1.0))
 }
 
 /// The reason why there is no view from inside, in words.

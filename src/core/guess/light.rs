@@ -11,8 +11,6 @@ use crate::math::{Horizon, Vec3};
 /// Azimuths at which the sun is tried, and its elevations in degrees; the first is taken where all give as much.
 const AZIMUTHS: u32 = 24;
 const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
-/// Points in rooms below which all points count.
-const FEW: usize = 8;
 /// Edge of the lamp of a closed room as a share of the room's height, and its distance from the ceiling.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
@@ -83,18 +81,22 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
     emitters::light(looker, position, (direction, half_angle), requirement)
 }
 
-/// Azimuth and elevation of the sun from which light reaches the most points inside.
+/// Azimuth and elevation of the sun from which light reaches the most points in rooms, or else the
+/// most points of the region: those beyond the walls are in the sun anyway.
 fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
     let points: Vec<Vec3> = points_inside(looker.region.bounds).collect();
-    let is_room = |(i, p): (u32, &Vec3)| Surroundings::of(looker, *p, horizon.up(), i).is_room();
-    let rooms: Vec<Vec3> = (0..)
-        .zip(&points)
-        .filter(|&point| is_room(point))
-        .map(|(_, p)| *p)
-        .collect();
-    // Points beyond the walls are in the sun anyway.
-    let points = if rooms.len() < FEW { points } else { rooms };
-    let mut best = ([-45.0, ELEVATIONS[0]], 0);
+    let is_room = |&(i, p): &(u32, Vec3)| Surroundings::of(looker, p, horizon.up(), i).is_room();
+    let rooms = (0..).zip(points.iter().copied()).filter(is_room);
+    let rooms: Vec<Vec3> = rooms.map(|(_, p)| p).collect();
+    let in_rooms = best_sun(looker, horizon, &rooms);
+    in_rooms
+        .or_else(|| best_sun(looker, horizon, &points))
+        .unwrap_or([-45.0, ELEVATIONS[0]])
+}
+
+/// The sun that lights the most of `points`; `None` if no sun reaches any.
+fn best_sun(looker: &Looker, horizon: &Horizon, points: &[Vec3]) -> Option<[f32; 2]> {
+    let mut best = (None, 0);
     for elevation in ELEVATIONS {
         for i in 0..AZIMUTHS {
             // A few degrees off the walls, which mostly stand along the axes
@@ -103,7 +105,7 @@ fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
             let lit = points.iter().filter(|&&p| looker.escapes(p, direction)).count();
             // A tenth more is needed to prefer another one, so that roundings do not decide.
             if lit * 10 > best.1 * 11 {
-                best = ([azimuth, elevation], lit);
+                best = (Some([azimuth, elevation]), lit);
             }
         }
     }

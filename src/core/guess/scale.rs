@@ -35,7 +35,7 @@ pub fn near_distance(accel: &dyn Accel, position: Vec3, up: Vec3, unit: Option<f
     Some(Scale::new(unit, room, height).length(NEAR))
 }
 
-/// Length of a person, and of a metre, in the units of a file.
+/// Length of a metre in the units of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
     /// Height of the eyes of a person who stands, in the file's units.
@@ -81,7 +81,7 @@ impl Scale {
         metres * self.eyes / EYES
     }
 
-    /// How high the eyes are, in words.
+    /// The height of the eyes, in words.
     pub fn words(&self) -> String {
         match self.unit {
             Some((name, why)) => format!("{EYES} m; the unit is the {name}, {why}"),

@@ -69,7 +69,10 @@ impl Stand {
 /// height of the floor that a guess stands on, or else the nearest one.
 pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, usual: Option<f32>) -> Option<f32> {
     let surfaces = floors.at(place.x, place.z);
-    let flat = || surfaces.iter().filter(|surface| surface.is_flat());
+    // A ceiling shows its back to what is above it.
+    let has_fronts = surfaces.iter().any(|surface| surface.is_flat() && surface.is_front);
+    let is_floor = |surface: &&Surface| surface.is_flat() && (surface.is_front || !has_fronts);
+    let flat = || surfaces.iter().filter(is_floor);
     let has_room = |surface: &&Surface| has_free_eyes(floors, scale, place, (surface.y, height));
     let is_outside = |surface: &&Surface| !is_in_body(floors, place, surface.y + height);
     let mut levels: Vec<&Surface> = flat().filter(has_room).filter(is_outside).collect();

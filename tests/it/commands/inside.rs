@@ -71,7 +71,7 @@ fn rooms_of_a_house_are_seen_from_inside_if_asked() {
         );
         assert!(words.contains("an interior, from inside"), "{words}");
         assert!(words.contains("sky and sun through the openings"), "{words}");
-        // Numbers of this place give the same light.
+        // The place by its numbers has this light too.
         let words = said(at, &format!("{scene} --position {x},{y},{z} --look-at 0,1,0"));
         assert!(words.contains("sky and sun through the openings"), "{words}");
     }

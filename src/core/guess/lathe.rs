@@ -103,3 +103,58 @@ fn nearest_to_lines(lines: &[(Vec2, Vec2)], point: Vec2, near: f32) -> Option<Ve
     let found = Vec2::new(yy * sum.x - xy * sum.y, xx * sum.y - xy * sum.x) / determinant;
     (determinant > 1e-6 * (xx + yy) * (xx + yy) && found.is_finite()).then_some(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f32::consts::TAU;
+
+    /// Likenesses around the three axes of `points` in a box as large as they are, and `more`.
+    fn likenesses(points: &[(Vec3, Vec3)], more: Option<Vec3>) -> [f32; 3] {
+        let bounds: Bounds3 = points.iter().map(|(p, _)| *p).chain(more).collect();
+        [0, 1, 2].map(|axis| Lathe::new(points, bounds, axis).likeness)
+    }
+
+    /// Points of a cylinder of radius 1 around y, with a cap at the bottom.
+    fn cylinder(center: Vec3) -> Vec<(Vec3, Vec3)> {
+        let mut points = Vec::new();
+        for i in 0..600 {
+            let (u, v) = (radical_inverse(2, i), radical_inverse(3, i));
+            let (sin, cos) = (TAU * u).sin_cos();
+            let outwards = Vec3::new(cos, 0.0, sin);
+            points.push((center + outwards + 2.0 * v * Vec3::Y, outwards));
+            if i % 3 == 0 {
+                points.push((center + v.sqrt() * outwards, Vec3::NEG_Y));
+            }
+        }
+        points
+    }
+
+    #[test]
+    fn cylinders_revolve_around_their_axis() {
+        let handle = Vec3::new(6.5, 1.0, 3.0);
+        for more in [None, Some(handle)] {
+            let [x, y, z] = likenesses(&cylinder(Vec3::new(4.0, 0.0, 3.0)), more);
+            assert!(y > 0.95 && x < 0.4 && z < 0.4, "{x} {y} {z}");
+        }
+    }
+
+    #[test]
+    fn cubes_revolve_around_no_axis_and_spheres_around_all() {
+        let (mut cube, mut sphere) = (Vec::new(), Vec::new());
+        for i in 0..600 {
+            let [u, v, side] = [2, 3, 5].map(|base| radical_inverse(base, i));
+            let axis = (6.0 * side) as usize;
+            let mut p = Vec3::ZERO;
+            p[axis % 3] = if axis < 3 { 1.0 } else { -1.0 };
+            p[(axis + 1) % 3] = 2.0 * u - 1.0;
+            p[(axis + 2) % 3] = 2.0 * v - 1.0;
+            cube.push((p, p[axis % 3] * Vec3::AXES[axis % 3]));
+            let n = crate::sampling::warp::uniform_sphere(Vec2::new(u, v));
+            sphere.push((n, n));
+        }
+        assert!(likenesses(&cube, None).iter().all(|likeness| *likeness < 0.35));
+        assert!(likenesses(&sphere, None).iter().all(|likeness| *likeness > 0.95));
+        assert_eq!(likenesses(&[], None), [0.0; 3]);
+    }
+}

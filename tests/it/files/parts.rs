@@ -90,7 +90,8 @@ fn patterns_without_a_part_are_errors() {
     let words = error("--only * --hide *");
     assert!(words.contains("all parts of the scene are hidden"), "{words}");
     assert!(words.contains("`Table`"), "{words}");
-    let words = error("--hide wood --obj-reader tobj");
+    let args = split("render s.toml -o t.png --hide wood --obj-reader tobj");
+    let words = refused(folder.path(), &args, 2);
     assert!(words.contains("--obj-reader own"), "{words}");
     let words = error("--set render.hide=3");
     assert!(words.contains("hide is not the name of a part"), "{words}");

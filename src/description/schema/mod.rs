@@ -149,7 +149,12 @@ fn camera() -> Value {
     camera["allOf"] = json!([
         not_both("position", "view"),
         not_both("position", "orbit"),
-        not_both("view", "orbit")
+        not_both("position", "stand"),
+        not_both("view", "orbit"),
+        not_both("view", "stand"),
+        not_both("orbit", "stand"),
+        not_both("yaw", "look_at"),
+        { "anyOf": [{ "required": ["stand"] }, { "not": { "required": ["yaw"] } }] }
     ]);
     camera
 }

@@ -146,26 +146,31 @@ fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> b
     }
 }
 
-/// Share of the rays from around a place in a room with a ceiling that leave the scene; `None` of
-/// other places. Windows may be out of sight of the place itself.
+/// Share of the rays from around a place in a room with a ceiling that see daylight; `None` of other
+/// places. Windows may be out of sight of the place itself.
 pub(super) fn openness_of_room(looker: &Looker, horizon: &Horizon, position: Vec3) -> Option<f32> {
     if !is_inside(looker, horizon, position, Inside::RoofedRooms) {
         return None;
     }
-    let (mut escaped, mut count) = (0.0, 0.0f32);
+    let (mut open, mut count) = (0.0, 0.0f32);
     for (i, way) in (1..).zip(directions(0)) {
-        let Some(seen) = looker.look(position, way) else {
-            escaped += 1.0;
-            count += 1.0;
-            continue;
-        };
-        let p = position + 0.5 * seen.distance * way;
+        let distance = looker.look(position, way).map_or(0.0, |seen| seen.distance);
+        let p = position + 0.5 * distance * way;
         for direction in directions(i) {
             count += 1.0;
-            escaped += f32::from(u8::from(looker.escapes(p, direction)));
+            open += f32::from(u8::from(sees_daylight(looker, horizon, p, direction)));
         }
     }
-    Some(escaped / count.max(1.0))
+    Some(open / count.max(1.0))
+}
+
+/// Returns true if a ray leaves the scene, or meets a surface below the open sky.
+fn sees_daylight(looker: &Looker, horizon: &Horizon, p: Vec3, direction: Vec3) -> bool {
+    let is_below_sky = || {
+        let seen = looker.look(p, direction);
+        seen.is_some_and(|seen| looker.escapes(p + 0.999 * seen.distance * direction, horizon.up()))
+    };
+    looker.escapes(p, direction) || is_below_sky()
 }
 
 /// The reason why there is no view from inside, in words.

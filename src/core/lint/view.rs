@@ -89,7 +89,12 @@ fn bounds_of(scene: &Scene, meshes: Range<u32>) -> Bounds3 {
 
 /// Centres of the cells of a grid over a unit square.
 fn cells() -> impl Iterator<Item = Vec2> {
-    (0..RAYS * RAYS).map(|i| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5) / RAYS as f32)
+    grid(RAYS)
+}
+
+/// Centres of the cells of a grid with `count` along each side of a unit square.
+fn grid(count: u32) -> impl Iterator<Item = Vec2> {
+    (0..count * count).map(move |i| Vec2::new((i % count) as f32 + 0.5, (i / count) as f32 + 0.5) / count as f32)
 }
 
 /// Rays all over the picture, when the camera starts to look.
@@ -135,6 +140,8 @@ pub fn inspect_view(
 
 /// Share of the surfaces in the picture that show their backs, from which on the camera is behind.
 const BEHIND: f32 = 0.8;
+/// Camera rays along a side of the image that show small things.
+const FINE_RAYS: u32 = 96;
 /// Distance of a plane from the points that lie on it, in radii of the scene, maximum.
 const ON_PLANE: f32 = 1e-4;
 /// Cosine between normals of one flat surface, minimum.
@@ -184,7 +191,9 @@ pub fn inspect_place(
             );
         }
     }
-    let first = seen.first().filter(|_| seen.len() == rays.len())?;
+    let first = seen
+        .first()
+        .filter(|first| seen.len() == rays.len() && first.is_plain)?;
     let margin = ON_PLANE * scene.bounds().radius();
     let is_on = |p: Vec3| (p - first.point).dot(first.normal).abs() <= margin;
     let is_like = |other: &Seen| {
@@ -203,7 +212,12 @@ pub fn inspect_place(
         Vec3::new(pick(0), pick(1), pick(2))
     };
     let has_others = !(0..8).all(|i| is_on(corner(i)));
-    if has_others && seen.iter().all(is_like) {
+    // Small things pass between the rays of a coarse grid.
+    let is_alone = || {
+        let mut fine = grid(FINE_RAYS).map(|cell| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0));
+        fine.all(|ray| Seen::by(accel, scene, &ray).is_some_and(|seen| is_like(&seen)))
+    };
+    if has_others && seen.iter().all(is_like) && is_alone() {
         return finding(
             "single-surface",
             "the picture shows one flat surface and nothing else".into(),
@@ -224,6 +238,8 @@ struct Seen {
     normal: Vec3,
     material: u32,
     is_back: bool,
+    /// True if the surface has no texture.
+    is_plain: bool,
     /// True if most light passes: the backs of glass are seen by intent.
     is_clear: bool,
 }
@@ -232,12 +248,14 @@ impl Seen {
     fn by(accel: &dyn Accel, scene: &Scene, ray: &Ray) -> Option<Self> {
         let hit = accel.intersect(ray)?;
         let normal = scene.surface_point(&hit, 0.0).ng;
-        let is_clear = scene.material(&hit).transmission.luminance() > 0.5 || scene.opacity(&hit) < 0.5;
+        let material = scene.material(&hit);
+        let is_clear = material.transmission.luminance() > 0.5 || scene.opacity(&hit) < 0.5;
         Some(Self {
             point: ray.at(hit.t),
             normal,
             material: scene.shape(hit.geom).material.0,
             is_back: normal.dot(ray.direction) > 0.0,
+            is_plain: !material.maps.varies_bsdf(),
             is_clear,
         })
     }

@@ -11,6 +11,7 @@ use embrasure::io::{
     FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_layers,
     read_rendering, read_text,
 };
+use embrasure::light::LightChoice;
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::render;
 use embrasure::sampler::Independent;
@@ -335,8 +336,9 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
         return;
     };
     let accel = BruteForce::new(scene);
+    let selection = scene.light_selection(LightChoice::default());
     let path = PathIntegrator {
-        world: World::new(scene, &accel, &camera, &Filter::BOX),
+        world: World::new(scene, &accel, &selection, &camera, &Filter::BOX),
         strategy: Strategy::default(),
         max_depth: Some(3),
         roulette: Roulette::default(),

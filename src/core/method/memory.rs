@@ -57,7 +57,9 @@ impl Method {
         let pixels = picture.resolution.x as u64 * picture.resolution.y as u64;
         let mut memory = self.own_memory(picture, scene, pixels);
         if self.weighs_lights() {
-            memory.prepared = memory.prepared.saturating_add(visibility_bytes(scene, pixels));
+            memory.prepared = memory
+                .prepared
+                .saturating_add(visibility_bytes(scene, self.light_choice().mode, pixels));
         }
         memory
     }

@@ -27,11 +27,12 @@ impl Session {
         }
     }
 
-    /// Whether the scene as it was loaded serves a render of `settings`: backend, threads, and how lights are sampled, belong to it.
+    /// Returns true if the scene as it was loaded serves a render of `settings`: backend, threads, and how
+    /// triangles are sampled, belong to it.
     pub(crate) fn serves(&self, settings: &Settings) -> bool {
         let made_for = |settings: &Settings| {
             (
-                settings.method().light_sampling(),
+                settings.method().triangle_sampling(),
                 settings.backend,
                 settings.threads,
                 settings.compact,
@@ -81,12 +82,17 @@ impl Session {
         }
         method.check_ground(&self.scene)?;
         let paths = light_paths(&settings)?;
-        let of_method = method_warnings(&method, &self.scene, &camera)?;
+        let choice = method.light_choice();
+        let new = (choice != self.settings.method().light_choice()).then(|| self.scene.light_selection(choice));
+        let selection = new.as_ref().unwrap_or(&self.light_selection);
+        let of_method = method_warnings(&method, (&self.scene, selection), &camera)?;
         // Warnings of the scene stay; those of the method are the new one's.
         self.warnings.retain(|warning| !METHOD_WARNINGS.contains(&warning.kind));
         self.warnings.extend(of_method);
-        if !keeps_visibility {
-            self.scene.forget_visibility();
+        match new {
+            Some(new) => self.light_selection = new,
+            None if !keeps_visibility => self.light_selection.forget(),
+            None => {}
         }
         self.backdrop = backdrop(&settings, &description.parameters);
         self.filter = settings.filter();

@@ -44,6 +44,7 @@ use crate::film::{Aov, Filter};
 use crate::guess::{CameraGuess, Plan, Sisters};
 use crate::integrator::{Backdrop, World};
 use crate::io::{Finding, LoadObserver, Warning};
+use crate::light::LightSelection;
 use crate::light_paths::{LightPathError, LightPaths};
 use crate::lint;
 use crate::math::Vec3;
@@ -84,6 +85,8 @@ pub struct Session {
     /// Bytes that the render takes at most, about.
     memory: u64,
     pool: rayon::ThreadPool,
+    /// Choice of lights of the scene, and what it has learned.
+    light_selection: LightSelection,
     /// The acceleration structure, where it outlives a renderer.
     kept: Option<AnyAccel<'static>>,
     /// Seconds in which camera and light were guessed.
@@ -160,9 +163,10 @@ impl Session {
             });
         }
         method.check_ground(&scene)?;
+        let light_selection = scene.light_selection(method.light_choice());
         let extent = lint::inspect_extent(&scene, &|message| file.whole(message));
         warnings.extend(extent.iter().map(Finding::warning));
-        warnings.extend(method_warnings(&method, &scene, &camera)?);
+        warnings.extend(method_warnings(&method, (&scene, &light_selection), &camera)?);
         Ok(Self {
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
@@ -171,6 +175,7 @@ impl Session {
             paths: light_paths(&settings)?,
             settings,
             scene,
+            light_selection,
             camera,
             description,
             warnings,
@@ -216,15 +221,14 @@ impl Session {
         settings.check()?;
         check_pixels(&settings, settings.parts_of_light(&scene), MemoryLimit::of(None))?;
         check_groups(&settings, &scene)?;
-        let mut scene = if settings.compact { scene.into_compact() } else { scene };
-        // Another session may have learned it.
-        scene.forget_visibility();
+        let scene = if settings.compact { scene.into_compact() } else { scene };
         let memory = Memory::new(&scene, &settings).peak();
         let description = CameraDescription::still(camera);
         let camera = description.camera(settings.resolution)?;
         let method = settings.method();
         method.check_ground(&scene)?;
-        let warnings = method_warnings(&method, &scene, &camera)?;
+        let light_selection = scene.light_selection(method.light_choice());
+        let warnings = method_warnings(&method, (&scene, &light_selection), &camera)?;
         Ok(Self {
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
@@ -243,6 +247,7 @@ impl Session {
             paths: light_paths(&settings)?,
             settings,
             scene,
+            light_selection,
             kept: None,
             guess_seconds: 0.0,
         })
@@ -368,7 +373,7 @@ impl Session {
     pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
         let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
-        self.scene.forget_visibility();
+        self.light_selection.forget();
         self.scene_hash = OnceLock::new();
         self.backdrop = backdrop(&self.settings, &description.parameters);
         self.description = description;
@@ -409,6 +414,7 @@ impl Session {
         World {
             scene: &self.scene,
             accel,
+            light_selection: &self.light_selection,
             camera: &self.camera,
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
@@ -493,12 +499,16 @@ pub(crate) fn camera_and_lit(
 const METHOD_WARNINGS: [&str; 3] = ["unmet-light", "motion", "many-lamps"];
 
 /// What of the scene the method does not find, or takes otherwise.
-fn method_warnings(method: &Method, scene: &Scene, camera: &Camera) -> Result<Vec<Warning>, Error> {
+fn method_warnings(
+    method: &Method,
+    (scene, selection): (&Scene, &LightSelection),
+    camera: &Camera,
+) -> Result<Vec<Warning>, Error> {
     method.check_dispersion(scene)?;
     method.check_projection(camera)?;
     let lights = method.check_lights(scene)?;
     let motion = method.check_motion(scene, camera);
-    let lamps = method.check_lamps(scene);
+    let lamps = method.check_lamps(selection);
     let warnings = METHOD_WARNINGS.into_iter().zip([lights, motion, lamps]);
     let warnings = warnings.map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
     Ok(warnings.flatten().collect())

@@ -11,6 +11,7 @@ use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Str
 use embrasure::io::{
     FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_layers, read_rendering,
 };
+use embrasure::light::LightChoice;
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::options::CameraOptions;
 use embrasure::render::render;
@@ -331,8 +332,9 @@ fn check_render(scene: &Scene, camera: &CameraOptions) {
         return;
     };
     let accel = BruteForce::new(scene);
+    let selection = scene.light_selection(LightChoice::default());
     let path = PathIntegrator {
-        world: World::new(scene, &accel, &camera, &Filter::BOX),
+        world: World::new(scene, &accel, &selection, &camera, &Filter::BOX),
         strategy: Strategy::default(),
         max_depth: Some(3),
         roulette: Roulette::default(),

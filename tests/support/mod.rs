@@ -17,6 +17,7 @@ use embrasure::integrator::{
     Heuristic, ImportanceImage, ImportanceImageMaker, IterationIntegrator, PathIntegrator, ReusingPathIntegrator,
     Roulette, Strategy, World,
 };
+use embrasure::light::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::method::CompiledIntegrator;
@@ -66,9 +67,37 @@ pub fn backend(scene: &Scene) -> Built<'_> {
     return Built::new(scene);
 }
 
-/// Shows `scene` to `look`, as `camera` sees it.
-pub fn with_world<T>(
-    scene: &Scene,
+/// A scene with a choice of its lights.
+pub struct Lit<'a> {
+    scene: &'a Scene,
+    choice: LightChoice,
+}
+
+impl<'a> From<&'a Scene> for Lit<'a> {
+    fn from(scene: &'a Scene) -> Self {
+        (scene, LightChoice::default()).into()
+    }
+}
+
+impl<'a> From<(&'a Scene, SelectionMode)> for Lit<'a> {
+    fn from((scene, mode): (&'a Scene, SelectionMode)) -> Self {
+        let choice = LightChoice {
+            mode,
+            ..LightChoice::default()
+        };
+        (scene, choice).into()
+    }
+}
+
+impl<'a> From<(&'a Scene, LightChoice)> for Lit<'a> {
+    fn from((scene, choice): (&'a Scene, LightChoice)) -> Self {
+        Self { scene, choice }
+    }
+}
+
+/// Shows a scene to `look`, as `camera` sees it.
+pub fn with_world<'a, T>(
+    scene: impl Into<Lit<'a>>,
     camera: CameraParameters,
     resolution: UVec2,
     look: impl FnOnce(World<Backend>) -> T,
@@ -76,11 +105,13 @@ pub fn with_world<T>(
     with_camera(scene, Camera::new(camera, resolution).unwrap(), look)
 }
 
-/// Shows `scene` to `look`, as `camera` sees it.
-pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
+/// Shows a scene to `look`, as `camera` sees it.
+pub fn with_camera<'a, T>(scene: impl Into<Lit<'a>>, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
+    let Lit { scene, choice } = scene.into();
     let accel = backend(scene);
     let accel: Backend = &accel;
-    look(World::new(scene, &accel, &camera, &Filter::BOX))
+    let selection = scene.light_selection(choice);
+    look(World::new(scene, &accel, &selection, &camera, &Filter::BOX))
 }
 
 /// The path tracer without shared paths and with one light sample. A test changes what it needs.
@@ -118,7 +149,13 @@ impl CompiledIntegrator for MaybeReusing<'_> {
 }
 
 /// Renders `scene` by the default path tracer, with seed 0.
-pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp: u32, max_depth: Option<u32>) -> Film {
+pub fn render_film<'a>(
+    scene: impl Into<Lit<'a>>,
+    camera: CameraParameters,
+    size: [u32; 2],
+    spp: u32,
+    max_depth: Option<u32>,
+) -> Film {
     let resolution = UVec2::from(size);
     with_world(scene, camera, resolution, |world| {
         film_of(&path_tracer(world, max_depth), resolution, spp, 0)

@@ -4,7 +4,6 @@ use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;
 use crate::integrator::{DirectLight, Directions, Heuristic};
 use crate::options::{IntegratorKind, IntegratorOptions, Method, OptionGroup, PathReuse, SamplingOptions};
-use crate::scene::Scene;
 use crate::session::{Session, Settings};
 
 /// An estimator with all its settings.
@@ -61,16 +60,12 @@ impl Contender {
         self.refused = lights.or_else(shown);
     }
 
-    /// Whether the scene that was made for `other` serves it too: lights are sampled alike, and rays are answered by one backend.
+    /// Returns true if the scene that was made for `other` serves it too: triangles are sampled alike, and
+    /// one backend traces the rays.
     pub fn shares_scene(&self, other: &Settings) -> bool {
-        let made_for = |settings: &Settings| (settings.method().light_sampling(), settings.backend);
+        let made_for = |settings: &Settings| (settings.method().triangle_sampling(), settings.backend);
         made_for(&self.settings) == made_for(other)
     }
-}
-
-/// Whether the session's scene has learned something from a render, which the next one would not pay for.
-pub(super) fn is_used(scene: &Scene) -> bool {
-    scene.light_selection().is_learned()
 }
 
 /// The steps of the ladder, each with one idea more than the one before; the last is `best`.

@@ -1,7 +1,7 @@
 //! The order of the renders: which contenders share a scene in memory, and what makes the reference.
 
 use super::budget::Budget;
-use super::contenders::{Contender, is_used};
+use super::contenders::Contender;
 use super::runs::{self, Run, Snapshot};
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
@@ -73,9 +73,7 @@ impl Laboratory<'_> {
             let Some(first) = rest.peek() else { return Ok(runs) };
             let session = self.session_for(first)?;
             let renderer = session.renderer()?;
-            while let Some(contender) =
-                rest.next_if(|next| next.shares_scene(session.settings()) && !is_used(session.scene()))
-            {
+            while let Some(contender) = rest.next_if(|next| next.shares_scene(session.settings())) {
                 let run = if contender.refused.is_some() || is_interrupted() {
                     Run::default()
                 } else {
@@ -88,9 +86,9 @@ impl Laboratory<'_> {
         }
     }
 
-    /// A session whose scene serves `contender`, and has learned nothing from other renders.
+    /// A session whose scene serves `contender`.
     fn session_for(&mut self, contender: &Contender) -> Result<Session, CliError> {
-        let serves = |session: &Session| contender.shares_scene(session.settings()) && !is_used(session.scene());
+        let serves = |session: &Session| contender.shares_scene(session.settings());
         match self.session.take().filter(serves) {
             Some(session) => Ok(session),
             None => Ok(Session::load(&self.job.scene, contender.settings.clone(), &())?),

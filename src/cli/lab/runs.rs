@@ -11,6 +11,7 @@ use crate::cli::progress::{Progress, is_interrupted};
 use crate::color::Tone;
 use crate::film::{Film, Filter, RgbImage, metered};
 use crate::integrator::World;
+use crate::light::LightSelection;
 use crate::method::AnyAccel;
 use crate::options::Method;
 use crate::render::{Outcome, StopCondition, last_cut};
@@ -108,6 +109,8 @@ struct Estimate<'a> {
     prepared: Prepared,
     /// Pixel filter of the contender.
     filter: Filter,
+    /// Choice of lights of the contender: each pays for what it learns.
+    light_selection: LightSelection,
     progress: &'a Progress,
     /// Seconds of what is made before the first sample.
     preparing: f64,
@@ -127,6 +130,10 @@ impl<'a> Estimate<'a> {
             method: contender.method(),
             prepared: Prepared::new(settings.resolution, settings.seed),
             filter: settings.filter(),
+            light_selection: renderer
+                .session()
+                .scene()
+                .light_selection(contender.method().light_choice()),
             progress,
             preparing: 0.0,
             film: Film::new(settings.resolution, settings.crop()),
@@ -249,6 +256,7 @@ impl<'a> Estimate<'a> {
     fn world(&self) -> World<'_, AnyAccel<'a>> {
         World {
             filter: &self.filter,
+            light_selection: &self.light_selection,
             ..self.session().world(self.renderer.accel())
         }
     }

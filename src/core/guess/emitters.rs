@@ -10,7 +10,7 @@
 use super::look::{Looker, Seen};
 use super::spread::radical_inverse;
 use crate::geometry::segment;
-use crate::light::LightSampleContext;
+use crate::light::{LightChoice, LightSampleContext, LightSelection};
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_cone};
@@ -47,12 +47,13 @@ pub(super) fn light(
     requirement: Requirement,
 ) -> bool {
     let frame = Frame::from_z(direction);
+    let selection = looker.scene.light_selection(LightChoice::default());
     let point = |i: u32| {
         let u = Vec2::new(radical_inverse(2, i), radical_inverse(3, i));
         let w = frame.to_world(uniform_cone(u, half_angle.cos()));
         let seen = looker.look(eye, w)?;
         let emits = !looker.material(&seen).emission_factor().is_black();
-        (!emits).then(|| irradiance(looker, eye + seen.distance * w, &seen, w, i))
+        (!emits).then(|| irradiance((looker, &selection), eye + seen.distance * w, &seen, w, i))
     };
     let mut points: Vec<f32> = (0..POINTS).into_par_iter().filter_map(point).collect();
     points.sort_by(f32::total_cmp);
@@ -63,7 +64,7 @@ pub(super) fn light(
 
 /// Estimate of the irradiance at the point `p` that a ray in the direction `w` sees; `i` is its
 /// number among the points.
-fn irradiance(looker: &Looker, p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
+fn irradiance((looker, selection): (&Looker, &LightSelection), p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
     let offset = OFFSET * looker.region.bounds.radius();
     let paths = (0..PATHS).map(|k| {
         let (mut p, mut seen, mut w) = (p, *seen, w);
@@ -79,7 +80,7 @@ fn irradiance(looker: &Looker, p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
                 seen.normal
             };
             let origin = p + offset * n;
-            sum += beta * direct(looker, origin, n, [u(0), u(1), u(2)]);
+            sum += beta * direct((looker, selection), origin, n, [u(0), u(1), u(2)]);
             w = Frame::from_z(n).to_world(cosine_hemisphere(Vec2::new(u(3), u(4))));
             let Some(next) = looker.look(origin, w) else { break };
             (p, beta) = (origin + next.distance * w, beta * looker.reflectance(&next));
@@ -91,9 +92,9 @@ fn irradiance(looker: &Looker, p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
 }
 
 /// Estimate of the direct irradiance at `p`, where the normal is `n`.
-fn direct(looker: &Looker, p: Vec3, n: Vec3, [choice, u, v]: [f32; 3]) -> f32 {
+fn direct((looker, selection): (&Looker, &LightSelection), p: Vec3, n: Vec3, [choice, u, v]: [f32; 3]) -> f32 {
     let scene = looker.scene;
-    let (selection, lights) = (scene.light_selection(), scene.lights());
+    let lights = scene.lights();
     let context = LightSampleContext { p, n };
     let Some((id, pmf)) = selection.sample(lights, &context, choice) else {
         return 0.0;

@@ -58,9 +58,11 @@ impl<A: Accel> World<'_, A> {
         if let Some(radiance) = background.radiance(ray.direction, up) {
             return Some(BackgroundLight::Plain(radiance));
         }
-        let lights = self
-            .scene
-            .escaped(LightSampleContext::any_side(ray.origin), ray.direction);
+        let lights = self.scene.escaped(
+            self.light_selection,
+            LightSampleContext::any_side(ray.origin),
+            ray.direction,
+        );
         let lights = lights.map(|light| (light.radiance, LightSource::of(light.id, self.scene)));
         Some(BackgroundLight::Lights(lights.collect()))
     }
@@ -112,7 +114,9 @@ impl<A: Accel> World<'_, A> {
         let (p, to_camera) = (vertex.point.p, vertex.frame.to_world(vertex.wo));
         // Sphere lamps need a place on the ray; only the density depends on its distance.
         let context = LightSampleContext::any_side(p + to_camera * hit.t);
-        let light = self.scene.emitted(hit, &context, p, -to_camera, vertex.point.time);
+        let light = self
+            .scene
+            .emitted(self.light_selection, hit, &context, (p, -to_camera), vertex.point.time);
         light.map_or(0.0, |light| light.radiance.luminance())
     }
 }

@@ -323,8 +323,9 @@ mod tests {
             focus_distance: 1.0,
         };
         let camera = Camera::new(camera, UVec2::ONE).unwrap();
+        let selection = scene.light_selection(crate::light::LightChoice::default());
         let mut show = |accel: &dyn Accel| {
-            look(World::new(scene, &accel, &camera, &Filter::BOX));
+            look(World::new(scene, &accel, &selection, &camera, &Filter::BOX));
         };
         show(&BruteForce::new(scene));
         #[cfg(feature = "embree")]

@@ -89,10 +89,10 @@ impl SitesByCell {
     }
 }
 
-/// Whether the visibility of the lights of `scene` is learned, where an integrator samples lights.
-fn learns_visibility(scene: &Scene) -> bool {
+/// Returns true if a choice of lights of `scene` by `mode` learns visibility.
+fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
-    let is_asked = match scene.light_selection().mode() {
+    let is_asked = match mode {
         SelectionMode::Visibility => true,
         // Of lamps alone nothing is gained (docs/benchmarks.md).
         SelectionMode::Auto => scene.lights().iter().any(is_sky),
@@ -105,7 +105,8 @@ fn learns_visibility(scene: &Scene) -> bool {
 impl<A: Accel> VisibilityLearner<'_, A> {
     /// Whether visibility is to be learned, and has not been yet.
     pub fn is_wanted(&self) -> bool {
-        learns_visibility(self.world.scene) && !self.world.scene.light_selection().is_learned()
+        let selection = self.world.light_selection;
+        learns_visibility(self.world.scene, selection.mode()) && !selection.is_learned()
     }
 
     fn pixels(&self) -> u64 {
@@ -186,12 +187,14 @@ impl<A: Accel> VisibilityLearner<'_, A> {
     pub fn grid(&self, found: &Sites) -> Option<VisibilityGrid> {
         let scene = self.world.scene;
         let is_open = found.escaped as f64 >= OPEN * found.rays as f64;
-        if is_open && scene.light_selection().mode() != SelectionMode::Visibility {
+        if is_open && self.world.light_selection.mode() != SelectionMode::Visibility {
             return None;
         }
         let rays = (self.pixels() * RAYS_A_PIXEL).clamp(RAYS[0], RAYS[1]) as usize;
         let points: Vec<Vec3> = found.sites.iter().map(|site| site.point.p).collect();
-        scene.light_selection().visibility_grid(scene.lights(), &points, rays)
+        self.world
+            .light_selection
+            .visibility_grid(scene.lights(), &points, rays)
     }
 
     /// The sites of each cell of `grid`, and those of each group of cells, in their order: evenly some of all where there are many. Then the number of sites

@@ -18,7 +18,7 @@ use crate::camera::Camera;
 use crate::color::Spectrum;
 use crate::film::{Filter, LightPaths};
 use crate::geometry::{Hit, Side, SurfacePoint, offset_to, segment};
-use crate::light::{Emission, LightId};
+use crate::light::{Emission, LightId, LightSelection};
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Dimension, SampleKey, Sampler};
@@ -32,13 +32,15 @@ use crate::scene::{HullHit, Scene};
 /// see more noise of textures than need be, which is far below that of light (docs/benchmarks.md).
 const SAMPLE_WIDTH: f32 = 0.125;
 
-/// The scene, its backend and its camera: shared by all integrators.
+/// The scene, its backend, its camera, and the choice of its lights: shared by all integrators.
 #[derive(Debug)]
 pub struct World<'a, A> {
     /// Scene.
     pub scene: &'a Scene,
     /// Backend of ray queries over `scene`.
     pub accel: &'a A,
+    /// Choice of lights of `scene`, and what it has learned.
+    pub light_selection: &'a LightSelection,
     /// Camera.
     pub camera: &'a Camera,
     /// Pixel filter.
@@ -66,6 +68,7 @@ impl<'a, A> World<'a, A> {
     pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
         let Self {
             scene,
+            light_selection,
             camera,
             filter,
             features,
@@ -77,6 +80,7 @@ impl<'a, A> World<'a, A> {
         World {
             scene,
             accel,
+            light_selection,
             camera,
             filter,
             features,
@@ -89,10 +93,17 @@ impl<'a, A> World<'a, A> {
 
 impl<'a, A: Accel> World<'a, A> {
     /// A world that is seen against its lights, and of which nothing but the picture is wanted.
-    pub fn new(scene: &'a Scene, accel: &'a A, camera: &'a Camera, filter: &'a Filter) -> Self {
+    pub fn new(
+        scene: &'a Scene,
+        accel: &'a A,
+        light_selection: &'a LightSelection,
+        camera: &'a Camera,
+        filter: &'a Filter,
+    ) -> Self {
         Self {
             scene,
             accel,
+            light_selection,
             camera,
             filter,
             features: false,
@@ -339,15 +350,12 @@ impl<'a, A: Accel> World<'a, A> {
         wavelength: Option<&Wavelength>,
         slot: &'v BsdfSlot<'v>,
     ) -> Vertex<'v> {
-        let vertex = self.undispersed_vertex(hit, ray, slot);
-        match wavelength.and_then(|wavelength| self.dispersed(hit, slot, wavelength)) {
-            Some(bsdf) => Vertex {
-                bsdf,
-                is_dispersing: true,
-                ..vertex
-            },
-            None => vertex,
+        let mut vertex = self.undispersed_vertex(hit, ray, slot);
+        if let Some(bsdf) = wavelength.and_then(|wavelength| self.dispersed(hit, slot, wavelength)) {
+            vertex.bsdf = bsdf;
+            vertex.is_dispersing = true;
         }
+        vertex
     }
 
     #[inline(always)]

@@ -52,7 +52,7 @@ pub use groups::{LightGroupId, LightGroups};
 pub use lamps::Lamps;
 pub use point::PointLight;
 pub use rectangle::RectangleLight;
-pub use selection::{LightSelection, SelectionMode};
+pub use selection::{LightChoice, LightSelection, SelectionMode};
 pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};

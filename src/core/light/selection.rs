@@ -37,6 +37,24 @@ impl SelectionMode {
     }
 }
 
+/// Settings of the choice of a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightChoice {
+    /// How a light is chosen.
+    pub mode: SelectionMode,
+    /// Samples of the widest lamp at a vertex if all lamps are sampled, from 1.
+    pub lamp_samples: u32,
+}
+
+impl Default for LightChoice {
+    fn default() -> Self {
+        Self {
+            mode: SelectionMode::default(),
+            lamp_samples: 1,
+        }
+    }
+}
+
 /// Chooses one light for next-event estimation, or all. A light without power is never chosen.
 #[derive(Clone, Debug)]
 pub struct LightSelection {

@@ -3,7 +3,7 @@
 use super::{Error, InvalidSetting};
 use crate::camera::Camera;
 use crate::integrator::{Background, DirectLight, strategies};
-use crate::light::{Light, SelectionMode};
+use crate::light::{Light, LightSelection, SelectionMode};
 use crate::light_paths::PathPart;
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
@@ -229,9 +229,9 @@ impl Method {
     }
 
     /// Says so where all lamps are sampled at each vertex, and they are many.
-    pub fn check_lamps(&self, scene: &Scene) -> Option<String> {
+    pub fn check_lamps(&self, selection: &LightSelection) -> Option<String> {
         self.value::<SelectionMode>("light_selection")?;
-        let lamps = scene.light_selection().all()?;
+        let lamps = selection.all()?;
         let (rays, count) = (lamps.samples(), lamps.len());
         (rays > MANY_SAMPLES).then(|| {
             format!(

@@ -24,18 +24,10 @@ pub use error::{Error, InvalidSetting};
 pub use run::{Prepared, RenderContext};
 
 use crate::integrator::{DirectLight, Directions, strategies};
-use crate::light::{SelectionMode, TriangleSampling};
+use crate::light::{LightChoice, SelectionMode, TriangleSampling};
 use crate::options::{IntegratorKind, MaxDepth, Method};
 use crate::sampler::{Fibonacci, Perturbation, PerturbedQmc, RenderSampler, SamplerKind};
 use crate::scene::SceneBuilder;
-
-/// How lights are sampled, which is decided when a scene is built.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSampling {
-    selection: SelectionMode,
-    lamp_samples: u32,
-    triangles: TriangleSampling,
-}
 
 impl Method {
     /// Maximum number of scattering events, if the method has one.
@@ -62,22 +54,24 @@ impl Method {
         has_choice && !samples_alone && self.direct().is_none_or(|direct| direct == DirectLight::Mis)
     }
 
-    /// How the lights of a scene for the method are sampled. A scene serves another method if this is the same.
-    pub fn light_sampling(&self) -> LightSampling {
-        LightSampling {
-            selection: self.value("light_selection").unwrap_or_default(),
+    /// How the method chooses lights.
+    pub fn light_choice(&self) -> LightChoice {
+        LightChoice {
+            mode: self.value("light_selection").unwrap_or_default(),
             lamp_samples: self.value("lamp_samples").unwrap_or(1),
-            triangles: self.value("triangle_sampling").unwrap_or_default(),
         }
     }
 
-    /// A builder for scenes whose lights are sampled as the method wants it.
+    /// How emitting triangles are sampled. It decides which triangles are joined to rectangles, and so
+    /// it belongs to the scene.
+    pub fn triangle_sampling(&self) -> TriangleSampling {
+        self.value("triangle_sampling").unwrap_or_default()
+    }
+
+    /// A builder for scenes whose triangles are sampled as the method needs it.
     pub fn scene_builder(&self) -> SceneBuilder {
-        let sampling = self.light_sampling();
         let mut builder = SceneBuilder::new();
-        builder.light_selection(sampling.selection);
-        builder.lamp_samples(sampling.lamp_samples);
-        builder.triangle_sampling(sampling.triangles);
+        builder.triangle_sampling(self.triangle_sampling());
         builder
     }
 

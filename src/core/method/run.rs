@@ -195,7 +195,7 @@ impl Method {
                 return (Outcome::Stopped, statistics);
             };
             statistics.rays = rays;
-            world.scene.light_selection().learn(visibility);
+            world.light_selection.learn(visibility);
         }
         let (outcome, others) = self.prepare_method(RenderContext { world, prepared }, sampler, observer);
         (outcome, statistics.merge(others))

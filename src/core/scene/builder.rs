@@ -11,7 +11,7 @@ use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement};
 use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
-    SelectionMode, SpotLight, TriangleSampling,
+    SpotLight, TriangleSampling,
 };
 use crate::material::{Map, Material, MaterialId};
 use crate::math::{Bounds3, Quat, Vec3};
@@ -78,8 +78,6 @@ pub struct SceneBuilder {
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
     /// Lights that are whole meshes of a material of their own.
     pub(super) lamps: HashMap<MaterialId, Light>,
-    pub(super) selection: SelectionMode,
-    pub(super) lamp_samples: u32,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
     pub(super) panes: Panes,
@@ -108,8 +106,6 @@ impl SceneBuilder {
             light_group: self.light_group,
             material_groups: self.material_groups.clone(),
             lamps: self.lamps.clone(),
-            selection: self.selection,
-            lamp_samples: self.lamp_samples,
             triangle_sampling: self.triangle_sampling,
             ground: self.ground,
             panes: self.panes,
@@ -224,16 +220,6 @@ impl SceneBuilder {
         plane.check()?;
         self.ground = Some(plane);
         Ok(())
-    }
-
-    /// How lights are chosen; by power if this is not called.
-    pub fn light_selection(&mut self, mode: SelectionMode) {
-        self.selection = mode;
-    }
-
-    /// Samples of the widest lamp at a vertex where all are sampled, from 1; 1 if this is not called.
-    pub fn lamp_samples(&mut self, samples: u32) {
-        self.lamp_samples = samples.max(1);
     }
 
     /// How emitting triangles are sampled; by area if this is not called.
@@ -503,8 +489,9 @@ mod tests {
         assert_eq!(first, [Some(0), None, Some(2)]);
         assert_eq!(scene.lights().len(), 4);
         let context = crate::light::LightSampleContext::any_side(Vec3::ONE);
+        let selection = scene.light_selection(crate::light::LightChoice::default());
         let total: f32 = (0..4)
-            .map(|i| scene.light_selection().pmf(scene.lights(), &context, LightId(i)))
+            .map(|i| selection.pmf(scene.lights(), &context, LightId(i)))
             .sum();
         assert!((total - 1.0).abs() < 1e-6);
     }

@@ -9,8 +9,8 @@ use super::{Instance, LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
-    ConstantLight, Lamps, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, RectangleLight,
-    TriangleLight, TriangleSampling, Variation,
+    ConstantLight, Light, LightGroupId, LightGroups, LightId, MovingTriangle, RectangleLight, TriangleLight,
+    TriangleSampling, Variation,
 };
 use crate::material::{Map, Material, MaterialId, ThinSurface};
 use crate::math::{Affine3A, Bounds3};
@@ -101,7 +101,6 @@ impl SceneBuilder {
             lights: Vec::new(),
             light_numbers: Vec::new(),
             infinite_lights: Vec::new(),
-            light_selection: LightSelection::new(self.selection, &[], Bounds3::EMPTY, 0.0),
             emission_selection: OnceLock::new(),
             light_groups: LightGroups::new(self.light_groups),
         };
@@ -180,18 +179,6 @@ impl SceneBuilder {
                 matches!(light, Light::Constant(_) | Light::Sun(_) | Light::Environment(_))
             })
             .collect();
-        // A scene without extent still has a sky of some power.
-        let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
-        let selection = LightSelection::new(self.selection, &scene.lights, scene.bounds, radius);
-        let lamps = || {
-            Lamps::new(
-                scene.lamps().into_iter(),
-                &scene.lights,
-                radius,
-                self.lamp_samples.max(1),
-            )
-        };
-        scene.light_selection = selection.with_lamps(lamps);
         let merged = scene.light_numbers.iter();
         self.report.rectangles = merged
             .map(|numbers| numbers.windows(2).filter(|n| n[0] == n[1]).count() as u64)
@@ -351,7 +338,7 @@ impl Scene {
     }
 
     /// The lights of each lamp: of a connected component of an emitting mesh, wherever it stands, or a light that is part of no mesh.
-    fn lamps(&self) -> Vec<Vec<LightId>> {
+    pub(super) fn lamps(&self) -> Vec<Vec<LightId>> {
         let mut lamps = Vec::new();
         let mut end = 0;
         let placed = (self.instances.iter()).flat_map(|i| {

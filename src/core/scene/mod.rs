@@ -32,7 +32,8 @@ use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, PrimId, SurfacePoint};
 use crate::light::{
-    EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle, TriangleLight,
+    EmissionSelection, Lamps, Light, LightChoice, LightGroups, LightId, LightSampleContext, LightSelection,
+    TexturedTriangle, TriangleLight,
 };
 use crate::material::{Material, MaterialId, Spot, ThinSurface};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
@@ -118,7 +119,6 @@ pub struct Scene {
     /// For shapes of [`LightNumbering::Listed`], the number of each triangle's light among those of the shape.
     light_numbers: Vec<Vec<u32>>,
     infinite_lights: Vec<LightId>,
-    light_selection: LightSelection,
     /// Made when it is first asked for.
     emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
@@ -174,14 +174,15 @@ impl Scene {
         &self.lights
     }
 
-    /// How next-event estimation chooses a light.
-    pub fn light_selection(&self) -> &LightSelection {
-        &self.light_selection
-    }
-
-    /// Takes back what was learned of visible lights: another camera sees another part of the scene.
-    pub fn forget_visibility(&mut self) {
-        self.light_selection.forget();
+    /// Makes the choice of a light for next-event estimation.
+    pub fn light_selection(&self, choice: LightChoice) -> LightSelection {
+        // A scene without extent still has a sky of some power.
+        let radius = Some(self.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
+        let selection = LightSelection::new(choice.mode, &self.lights, self.bounds, radius);
+        selection.with_lamps(|| {
+            let lamps = self.lamps().into_iter();
+            Lamps::new(lamps, &self.lights, radius, choice.lamp_samples.max(1))
+        })
     }
 
     /// How the light is chosen that a path starts from. It is made when this is first called.
@@ -292,7 +293,7 @@ impl Scene {
         let selection = self.emission_selection.get().map_or(0, EmissionSelection::bytes);
         let numbers: usize = self.light_numbers.iter().map(|n| size_of_val(n.as_slice())).sum();
         let lights = size_of_val(self.lights.as_slice()) + numbers + self.light_groups.bytes();
-        let lights = lights + selection + self.light_selection.bytes();
+        let lights = lights + selection;
         (meshes + facets + instances + maps + textures + lights) as u64
     }
 
@@ -489,20 +490,28 @@ impl Scene {
 
     /// What the surface at `hit`, whose point is `q`, sends to `context` against the unit direction `wi` from there, all at `time`.
     ///
-    /// The density is that of sampling this direction by its light, choice of the light included.
-    pub fn emitted(&self, hit: &Hit, context: &LightSampleContext, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
+    /// The density is that of sampling this direction by its light, choice of the light by `selection`
+    /// included.
+    pub fn emitted(
+        &self,
+        selection: &LightSelection,
+        hit: &Hit,
+        context: &LightSampleContext,
+        (q, wi): (Vec3, Vec3),
+        time: f32,
+    ) -> Option<Incident> {
         let shape = self.shape(hit.geom);
         let first = shape.first_light?;
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
         let of_shape = self.number_of_light(shape, hit.prim);
         let id = LightId(before + first.0 + of_shape);
         let Light::Triangle(light) = &self.lights[id.0 as usize] else {
-            return self.emitted_otherwise(id, hit, context, q, wi, time);
+            return self.emitted_otherwise(selection, id, hit, context, (q, wi), time);
         };
         Some(Incident {
             id,
             radiance: light.emitted(-wi),
-            pdf: self.light_selection.pmf(&self.lights, context, id) * light.pdf(context.p, q, wi),
+            pdf: selection.pmf(&self.lights, context, id) * light.pdf(context.p, q, wi),
         })
     }
 
@@ -510,11 +519,11 @@ impl Scene {
     #[inline(never)]
     fn emitted_otherwise(
         &self,
+        selection: &LightSelection,
         id: LightId,
         hit: &Hit,
         context: &LightSampleContext,
-        q: Vec3,
-        wi: Vec3,
+        (q, wi): (Vec3, Vec3),
         time: f32,
     ) -> Option<Incident> {
         let of_triangle = |light: TriangleLight, factor| (light.emitted(-wi) * factor, light.pdf(context.p, q, wi));
@@ -536,7 +545,7 @@ impl Scene {
         Some(Incident {
             id,
             radiance,
-            pdf: self.light_selection.pmf(&self.lights, context, id) * pdf,
+            pdf: selection.pmf(&self.lights, context, id) * pdf,
         })
     }
 
@@ -546,7 +555,12 @@ impl Scene {
     }
 
     /// What infinitely distant lights send to `context` against the unit direction `wi` of a ray that leaves the scene, light by light.
-    pub fn escaped(&self, context: LightSampleContext, wi: Vec3) -> impl Iterator<Item = Incident> {
+    pub fn escaped(
+        &self,
+        selection: &LightSelection,
+        context: LightSampleContext,
+        wi: Vec3,
+    ) -> impl Iterator<Item = Incident> {
         self.infinite_lights.iter().filter_map(move |&id| {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
@@ -564,7 +578,6 @@ impl Scene {
                 | Light::Point(_)
                 | Light::Spot(_) => return None,
             };
-            let selection = &self.light_selection;
             let factor = selection.pdf_factor(&self.lights, id, &context, wi);
             let pdf = selection.pmf(&self.lights, &context, id) * pdf * factor;
             Some(Incident { id, radiance, pdf })

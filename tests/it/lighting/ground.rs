@@ -57,7 +57,13 @@ fn map() -> LatLongImage {
 }
 
 /// Renders what `background` and the ground of `scene` show, by path tracing with path reuse or without.
-fn film_over(scene: &Scene, camera: CameraParameters, background: Background, reuse: bool, spp: u32) -> Film {
+fn film_over<'a>(
+    scene: impl Into<Lit<'a>>,
+    camera: CameraParameters,
+    background: Background,
+    reuse: bool,
+    spp: u32,
+) -> Film {
     with_world(scene, camera, SIZE, |world| {
         let world = World {
             backdrop: Backdrop {
@@ -109,13 +115,16 @@ fn a_ground_without_objects_is_the_background() {
     for (name, light) in lights {
         // The light that is missing is counted, and, where all lights are sampled, that which arrives.
         for selection in [SelectionMode::Auto, SelectionMode::All] {
-            let scene = empty_stage(|b| {
-                b.light_selection(selection);
-                light(b);
-            });
+            let scene = empty_stage(light);
             for (i, camera) in cameras().into_iter().enumerate() {
                 for reuse in [false, true] {
-                    let film = film_over(&scene, camera, Background::Color(Spectrum::splat(0.75)), reuse, 256);
+                    let film = film_over(
+                        (&scene, selection),
+                        camera,
+                        Background::Color(Spectrum::splat(0.75)),
+                        reuse,
+                        256,
+                    );
                     let what = format!("{name}, {selection:?}, camera {i}, reuse {reuse}");
                     // Points of which all are sampled have no noise but roundings.
                     let (mean, noise) = (film_mean(&film, 0), film_error(&film, 0));
@@ -163,9 +172,8 @@ fn all_estimators_agree_on_the_ground() {
 /// Counting what is missing and counting what arrives have one mean, in the shadow of a ball too, with light that the ball scatters.
 #[test]
 fn missing_light_is_what_does_not_arrive() {
-    let stage = |selection| {
+    let scene = {
         let mut b = SceneBuilder::new();
-        b.light_selection(selection);
         add(&mut b, sphere(1.0, Vec3::new(0.0, 1.0, 0.0), 3), material(0.8, 0.0));
         b.set_ground(GroundPlane::default()).unwrap();
         b.add_environment(map(), 1.0, Quat::IDENTITY).unwrap();
@@ -177,7 +185,7 @@ fn missing_light_is_what_does_not_arrive() {
     for background in [Background::Color(Spectrum::rgb(0.3, 0.5, 1.0)), Background::Transparent] {
         for reuse in [false, true] {
             let [missing, arriving] = [SelectionMode::Auto, SelectionMode::All]
-                .map(|selection| film_over(&stage(selection), camera, background, reuse, 512));
+                .map(|selection| film_over((&scene, selection), camera, background, reuse, 512));
             if background == Background::Transparent {
                 // Shares before they are clamped
                 let mean = |film: &Film| {

@@ -26,10 +26,9 @@ const RESOLUTION: UVec2 = UVec2::new(21, 18);
 const NAMES: [&str; 4] = ["lamp", "key", "sky", "default"];
 
 /// A matte corner with a mirror and a glass ball, lit by two lamps that reflect too, a point and a sky, of which only some shine.
-fn stage(shining: [bool; 4], selection: SelectionMode) -> Scene {
+fn stage(shining: [bool; 4]) -> Scene {
     let [lamp, key, sky, other] = shining;
     let mut b = SceneBuilder::new();
-    b.light_selection(selection);
     let quad = |at: [[f32; 3]; 4]| polygon(&at.map(Vec3::from));
     let ceiling = |x: f32| quad([[x, 1.0, 0.0], [x, 1.0, 0.6], [x - 0.6, 1.0, 0.6], [x - 0.6, 1.0, 0.0]]);
     let emission = |shines: bool, color: Spectrum| if shines { color } else { Spectrum::ZERO };
@@ -160,9 +159,9 @@ fn means(film: &Film, group: Option<usize>) -> [Vec<f64>; 3] {
 #[test]
 fn groups_add_up_and_the_picture_keeps_its_bits() {
     for selection in [SelectionMode::Auto, SelectionMode::All] {
-        let scene = stage([true; 4], selection);
+        let scene = stage([true; 4]);
         assert_eq!(scene.light_groups().names(), NAMES);
-        with_world(&scene, view(), RESOLUTION, |world| {
+        with_world((&scene, selection), view(), RESOLUTION, |world| {
             with_each(world, &mut |what, film| {
                 let together = film(3, 24, NAMES.len());
                 let picture = means(&together, None);
@@ -188,16 +187,16 @@ fn groups_add_up_and_the_picture_keeps_its_bits() {
 /// without the others to the bit.
 #[test]
 fn a_group_is_the_picture_without_the_others() {
-    let all = stage([true; 4], SelectionMode::All);
+    let all = stage([true; 4]);
     for (group, shining) in [(0, [true, false, false, false]), (1, [false, true, false, false])] {
-        let alone = stage(shining, SelectionMode::All);
+        let alone = stage(shining);
         let mut pictures = BTreeMap::new();
-        with_world(&alone, view(), RESOLUTION, |world| {
+        with_world((&alone, SelectionMode::All), view(), RESOLUTION, |world| {
             with_each(world, &mut |what, film| {
                 pictures.insert(what.to_string(), means(&film(5, 16, 0), None));
             });
         });
-        with_world(&all, view(), RESOLUTION, |world| {
+        with_world((&all, SelectionMode::All), view(), RESOLUTION, |world| {
             with_each(world, &mut |what, film| {
                 // Which of emission and reflection a coin chooses depends on what emits.
                 if what != "naive" {
@@ -231,7 +230,7 @@ fn groups_have_the_means_of_scenes_without_the_others() {
         sums
     };
     let mut together: BTreeMap<String, Vec<Vec<Vec<f64>>>> = BTreeMap::new();
-    let all = stage([true; 4], SelectionMode::Auto);
+    let all = stage([true; 4]);
     with_world(&all, view(), RESOLUTION, |world| {
         with_each(world, &mut |what, film| {
             let by_seed = (0..SEEDS).map(|seed| {
@@ -245,7 +244,7 @@ fn groups_have_the_means_of_scenes_without_the_others() {
     for group in 0..NAMES.len() {
         let mut shining = [false; 4];
         shining[group] = true;
-        let alone = stage(shining, SelectionMode::Auto);
+        let alone = stage(shining);
         with_world(&alone, view(), RESOLUTION, |world| {
             with_each(world, &mut |what, film| {
                 let by_seed = (0..SEEDS).map(|seed| regions(means(&film(1000 + seed, SPP, 0), None)));

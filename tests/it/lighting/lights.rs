@@ -286,7 +286,6 @@ fn irradiance_is_what_formulas_say() {
 fn every_choice_of_lights_gives_the_same_picture() {
     let render = |mode| {
         let mut b = SceneBuilder::new();
-        b.light_selection(mode);
         add(&mut b, room(), material(0.5, 0.0));
         for (i, power) in [1.0, 3.0, 0.2, 8.0].into_iter().enumerate() {
             let x = -0.6 + 0.4 * i as f32;
@@ -301,7 +300,7 @@ fn every_choice_of_lights_gives_the_same_picture() {
             .unwrap();
         let scene = b.build().unwrap().0;
         let film = render_film(
-            &scene,
+            (&scene, mode),
             pinhole(Vec3::ZERO, Vec3::new(0.3, -1.0, 0.2), 70.0),
             [16, 16],
             1024,
@@ -375,8 +374,6 @@ fn choices_by_place_follow_their_probabilities() {
 fn all_lamps_give_the_picture_by_power() {
     let render = |mode, samples, direct, seed| {
         let mut b = SceneBuilder::new();
-        b.light_selection(mode);
-        b.lamp_samples(samples);
         add(&mut b, room(), material(0.5, 0.0));
         for (radius, x, radiance) in [(0.25, -0.5, 1.0), (0.05, 0.1, 9.0)] {
             add(
@@ -390,14 +387,18 @@ fn all_lamps_give_the_picture_by_power() {
         b.add_point_light(Vec3::new(0.3, -0.5, 0.2), Spectrum::splat(0.1))
             .unwrap();
         let scene = b.build().unwrap().0;
-        if let Some(lamps) = scene.light_selection().all() {
+        let choice = LightChoice {
+            mode,
+            lamp_samples: samples,
+        };
+        if let Some(lamps) = scene.light_selection(choice).all() {
             // Two balls, a quad and a point
             assert_eq!(lamps.len(), 4);
             assert_eq!(lamps.samples(), if samples == 1 { 4 } else { 3 + 1 + 2 + 1 });
         }
         let camera = pinhole(Vec3::ZERO, Vec3::new(0.3, -1.0, 0.2), 70.0);
         let resolution = UVec2::splat(16);
-        let film = with_world(&scene, camera, resolution, |world| {
+        let film = with_world((&scene, choice), camera, resolution, |world| {
             let integrator = PathIntegrator {
                 strategy: Strategy {
                     direct,
@@ -424,9 +425,8 @@ fn all_lamps_give_the_picture_by_power() {
 fn pictures_by_place_are_those_by_power() {
     use embrasure::integrator::DistributedIntegrator;
     use embrasure::material::Gloss;
-    let scene = |mode| {
+    let scene = {
         let mut b = SceneBuilder::new();
-        b.light_selection(mode);
         // A room whose roof is open
         let mut walls = room();
         walls
@@ -467,13 +467,12 @@ fn pictures_by_place_are_those_by_power() {
         b.add_constant_light(Spectrum::splat(0.3)).unwrap();
         b.build().unwrap().0
     };
-    let scenes = [SelectionMode::Power, SelectionMode::Place].map(scene);
     let resolution = UVec2::splat(16);
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.95), Vec3::new(0.0, -0.4, 0.0), 80.0);
     for what in ["alone", "shared", "branching"] {
         // By the same seed cameras look at the same points: differences say more than means, and of means of groups only seeds tell the error.
-        let means = scenes.each_ref().map(|scene| {
-            with_world(scene, camera, resolution, |world| -> Vec<f64> {
+        let means = [SelectionMode::Power, SelectionMode::Place].map(|mode| {
+            with_world((&scene, mode), camera, resolution, |world| -> Vec<f64> {
                 let path = PathIntegrator {
                     light_samples: 2,
                     ..path_tracer(world, Some(5))

@@ -271,9 +271,8 @@ fn every_integrator_finds_shaped_lamps() {
 }
 
 /// A room with all three lamps, whose hulls overlap other things, a glossy block and a ball of glass.
-fn lamp_room(mode: SelectionMode) -> Scene {
+fn lamp_room() -> Scene {
     let mut b = SceneBuilder::new();
-    b.light_selection(mode);
     add(&mut b, room(), material(0.5, 0.0));
     let glossy = Material {
         specular: Spectrum::splat(0.5),
@@ -321,7 +320,7 @@ fn lamp_room(mode: SelectionMode) -> Scene {
 fn estimators_agree_on_shaped_lamps() {
     let resolution = UVec2::splat(8);
     let camera = pinhole(Vec3::new(0.1, 0.2, 0.95), Vec3::new(0.0, -0.2, 0.0), 80.0);
-    let scene = lamp_room(SelectionMode::Auto);
+    let scene = lamp_room();
     assert_eq!(scene.lights().len(), 3);
     with_world(&scene, camera, resolution, |world| {
         let path = |direct| PathIntegrator {
@@ -344,8 +343,7 @@ fn estimators_agree_on_shaped_lamps() {
         let films = renders(|seed| film_of_iterations(&bidirectional(world, 4), resolution, budget(192), 150 + seed));
         assert_same_means("bdpt", &films, &expected);
     });
-    let all = lamp_room(SelectionMode::All);
-    let of_all = with_world(&all, camera, resolution, |world| {
+    let of_all = with_world((&scene, SelectionMode::All), camera, resolution, |world| {
         renders(|seed| film_of(&path_tracer(world, Some(4)), resolution, budget(256), 200 + seed))
     });
     let expected = with_world(&scene, camera, resolution, |world| {

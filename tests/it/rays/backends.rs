@@ -5,6 +5,7 @@ use crate::support::*;
 use embrasure::accel::brute::BruteForce;
 use embrasure::accel::{Accel, BackendInfo, Cause, Crossing, Disagreement, Query, QueryKind, compare};
 use embrasure::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, offset_origin, ray_between, ray_towards};
+use embrasure::light::LightChoice;
 use embrasure::math::{Affine3A, Ray, Vec2, Vec3, Vec3Swizzles, affine_from_trs};
 use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use embrasure::sampling::warp::{uniform_sphere, uniform_triangle};
@@ -1084,7 +1085,9 @@ mod together {
     }
 
     fn picture(scene: &Scene, accel: &dyn Accel, camera: &Camera) -> Vec<[f64; 3]> {
-        let integrator = path_tracer(World::new(scene, &accel, camera, &Filter::BOX), Some(16));
+        let selection = scene.light_selection(LightChoice::default());
+        let world = World::new(scene, &accel, &selection, camera, &Filter::BOX);
+        let integrator = path_tracer(world, Some(16));
         let film: Film = film_of(&integrator, UVec2::new(128, 128), 4, 0);
         let tiles = film.pixels();
         tiles.map(|(_, sums)| [0, 1, 2].map(|c| sums.mean(c))).collect()

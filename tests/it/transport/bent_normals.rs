@@ -12,6 +12,7 @@ use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::film::{Film, Filter};
 use embrasure::integrator::*;
+use embrasure::light::LightChoice;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::Scene;
 use std::fmt::Write as _;
@@ -203,7 +204,8 @@ fn largest_t(reference: &Blocks, other: &Blocks, allowed: Allowed) -> f64 {
 pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters) -> Vec<(&'static str, f64)> {
     let size = UVec2::splat(SIZE);
     let camera = Camera::new(camera, size).unwrap();
-    let world = World::new(scene, &accel, &camera, &Filter::BOX);
+    let selection = scene.light_selection(LightChoice::default());
+    let world = World::new(scene, &accel, &selection, &camera, &Filter::BOX);
     let (depth, roulette) = (Some(MAX_DEPTH), Roulette::after(3));
     let spp = budget(64);
     let path = |reuse: bool, directions: Directions| {

@@ -8,7 +8,7 @@ use embrasure::color::Spectrum;
 use embrasure::film::{Film, Filter, FilterKind, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::*;
-use embrasure::light::SelectionMode;
+use embrasure::light::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
 use embrasure::method::CompiledIntegrator;
@@ -177,9 +177,8 @@ fn every_strategy_alone_gives_the_light_of_its_length() {
 
 /// A corner with a lamp and a sky; matte, glossy and rough surfaces, rough glass, a hole, normals that are not those of the facets. Either with glass and a
 /// mirror, or with a point of light and parallel light, whose light in mirrors and glass paths from the camera never find.
-fn stage(selection: SelectionMode, has_mirrors: bool) -> Scene {
+fn stage(has_mirrors: bool) -> Scene {
     let mut b = SceneBuilder::new();
-    b.light_selection(selection);
     let quad = |at: [[f32; 3]; 4]| polygon(&at.map(Vec3::from));
     let grey = Spectrum::splat;
     let floor = quad([[-2., -1., 2.], [2., -1., 2.], [2., -1., -1.5], [-2., -1., -1.5]]);
@@ -267,8 +266,8 @@ fn bidirectional_paths_agree_with_paths() {
         (SelectionMode::Auto, false),
         (SelectionMode::All, false),
     ] {
-        let scene = stage(selection, has_mirrors);
-        with_world(&scene, stage_camera(), RESOLUTION, |world| {
+        let scene = stage(has_mirrors);
+        with_world((&scene, selection), stage_camera(), RESOLUTION, |world| {
             let expected = renders(|seed| film_of(&path_tracer(world, Some(6)), RESOLUTION, budget(256), seed));
             let heuristics = if selection == SelectionMode::All {
                 vec![Heuristic::Balance]
@@ -347,9 +346,10 @@ fn filters_weigh_splats() {
     let accel = backend(&scene);
     let accel: Backend = &accel;
     let camera = Camera::new(camera, RESOLUTION).unwrap();
+    let selection = scene.light_selection(LightChoice::default());
     for kind in [FilterKind::Tent, FilterKind::Gaussian, FilterKind::Mitchell] {
         let filter = Filter::new(kind, kind.usual_radius());
-        let world = World::new(&scene, &accel, &camera, &filter);
+        let world = World::new(&scene, &accel, &selection, &camera, &filter);
         let by_iterations = |integrator: &dyn Fn(&mut Film, u64)| {
             renders(|seed| {
                 let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION));

@@ -6,6 +6,7 @@ use embrasure::camera::{Aperture, Camera};
 use embrasure::color::Spectrum;
 use embrasure::film::{Film, Filter, FilterKind, Rect};
 use embrasure::integrator::{AmbientOcclusion, DirectLight, PathIntegrator, Roulette, Strategy, Survival, World};
+use embrasure::light::LightChoice;
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
@@ -404,7 +405,9 @@ fn filters_blur_an_edge_by_their_integral() {
     ];
     for (kind, radius, f) in shapes {
         let filter = Filter::new(kind, radius as f32);
-        let integrator = path_tracer(World::new(&scene, &accel, &camera, &filter), Some(0));
+        let selection = scene.light_selection(LightChoice::default());
+        let world = World::new(&scene, &accel, &selection, &camera, &filter);
+        let integrator = path_tracer(world, Some(0));
         let film = film_of(&integrator, resolution, 4096, 0);
         let integral = |to: f64| {
             let steps = 20_000;

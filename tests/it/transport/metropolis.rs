@@ -9,7 +9,7 @@ use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Accumulator, Film, Filter, FilterKind, Rect};
 use embrasure::integrator::{Heuristic, ImportanceImage, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World};
-use embrasure::light::SelectionMode;
+use embrasure::light::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
 use embrasure::method::CompiledIntegrator;
@@ -188,6 +188,23 @@ fn single_iterations_are_unbiased() {
 pub(super) fn assert_agrees_with_paths(
     what: &str,
     (scene, camera, filter): (&Scene, CameraParameters, &Filter),
+    depth_and_iterations: (u32, u32),
+    set: impl Fn(&mut Metropolis),
+) {
+    assert_choosing_agrees_with_paths(
+        what,
+        (scene, camera, filter),
+        LightChoice::default(),
+        depth_and_iterations,
+        set,
+    );
+}
+
+/// [`assert_agrees_with_paths`] with a choice of lights.
+fn assert_choosing_agrees_with_paths(
+    what: &str,
+    (scene, camera, filter): (&Scene, CameraParameters, &Filter),
+    choice: LightChoice,
     (max_depth, iterations): (u32, u32),
     set: impl Fn(&mut Metropolis),
 ) {
@@ -195,7 +212,8 @@ pub(super) fn assert_agrees_with_paths(
     let camera = Camera::new(camera, resolution).unwrap();
     let accel = backend(scene);
     let accel: Backend = &accel;
-    let world = World::new(scene, &accel, &camera, filter);
+    let selection = scene.light_selection(choice);
+    let world = World::new(scene, &accel, &selection, &camera, filter);
     let region = |x: u32, y: u32| Rect {
         min: UVec2::new(x, y) * 4,
         max: UVec2::new(x + 1, y + 1) * 4,
@@ -282,7 +300,6 @@ fn pictures_through_glass_agree_with_path_tracing() {
 #[test]
 fn pictures_through_a_lens_agree_with_path_tracing() {
     let mut b = SceneBuilder::new();
-    b.light_selection(SelectionMode::All);
     let blinn = Material {
         specular: Spectrum::splat(0.5),
         gloss: Gloss::Blinn(20.0, Fresnel::Dielectric { eta: 1.5 }),
@@ -300,7 +317,11 @@ fn pictures_through_a_lens_agree_with_path_tracing() {
         focus_distance: 4.0,
         ..pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0)
     };
-    assert_agrees_with_paths("lens", (&scene, camera, &Filter::BOX), (3, 800), |_| {});
+    let all = LightChoice {
+        mode: SelectionMode::All,
+        ..LightChoice::default()
+    };
+    assert_choosing_agrees_with_paths("lens", (&scene, camera, &Filter::BOX), all, (3, 800), |_| {});
 }
 
 /// A scene with two groups of lights.

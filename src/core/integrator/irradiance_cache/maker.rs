@@ -134,7 +134,16 @@ impl<A: Accel> RecordMaker<'_, A> {
             let direction = frame.to_world(strata.direction(index, u));
             let origin = self.path.world.origin_on(&place.point, side, direction);
             let ray = Ray::new(origin, direction).when(place.point.time);
-            let mut seen = self.look(PathNumbers { key, sampler }, &ray, place.depth + 1, out);
+            let mut seen = self.look(
+                PathNumbers {
+                    key,
+                    sampler,
+                    wavelength: None,
+                },
+                &ray,
+                place.depth + 1,
+                out,
+            );
             // Surfaces nearer than that change within the pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
@@ -178,12 +187,11 @@ impl<A: Accel> RecordMaker<'_, A> {
         // Emission that the ray finds is direct light.
         let path = PathState {
             depth,
-            traced: Some(traced),
             skips_emission: true,
             ..PathState::new(*ray)
         };
         let mut light = Summed::new(depth, out);
-        self.path.li(path, numbers, &mut light);
+        self.path.li(path, Some(traced), numbers, &mut light);
         Seen {
             radiance: light.sum.radiance,
             distance: hit.t,

@@ -61,13 +61,17 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let PathIntegrator { world, strategy, .. } = &self.path;
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
-        let numbers = PathNumbers { key, sampler };
+        let numbers = PathNumbers {
+            key,
+            sampler,
+            wavelength: None,
+        };
         let mut only_mirrors = true;
         loop {
             // Find the next surface, and add emitted light
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, &slot, out);
+            let vertex = path.next_vertex(world, None, None, &slot, out);
             strategy.add_emission(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if depth == 0 && world.features {
@@ -95,16 +99,17 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
                     out.record(PathEvent::Cached);
                 }
                 out.light(FoundLight::sum(indirect * path.beta, depth + 2));
-                if let Some(mut next) = next.filter(|_| strategy.direct != DirectLight::Light) {
+                if let Some(next) = next.filter(|_| strategy.direct != DirectLight::Light) {
+                    let mut next = path.after(next);
                     let slot = BsdfSlot::new();
-                    let vertex = next.next_vertex(world, &slot, out);
+                    let vertex = next.next_vertex(world, None, None, &slot, out);
                     strategy.add_emission(world, &next, vertex.as_ref(), out);
                 }
                 return;
             }
             let Some(next) = next else { return };
-            only_mirrors &= next.is_delta();
-            path = next;
+            path.go_on(next);
+            only_mirrors &= path.is_delta();
         }
     }
 }

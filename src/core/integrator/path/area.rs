@@ -40,13 +40,13 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
             ..Strategy::default()
         };
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
-        path.wavelength = world.wavelength(sampler);
+        let wavelength = world.wavelength(sampler);
         let mut target = None;
 
         loop {
             // Find the next surface, and add light that no light sample has counted
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, &slot, out);
+            let vertex = path.next_vertex(world, None, wavelength.as_ref(), &slot, out);
             strategy.add_emission(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
 
@@ -83,7 +83,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         if u_lobe >= smooth {
             let sample = vertex.sample(u_lobe, u)?;
             return Some(Next {
-                path: path.scattered(&self.world, vertex, &sample, (1.0, 1), out),
+                path: path.after(path.scatter(&self.world, vertex, &sample, (1.0, 1), out)),
                 target: None,
             });
         }
@@ -126,7 +126,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         let next = PathState {
             depth: depth + 1,
             beta: path.beta * weight,
-            wavelength: path.wavelength,
+            is_dispersed: path.is_dispersed,
             prev: Some(PrevVertex {
                 from: vertex.light_context(),
                 pdf: 0.0,

@@ -100,7 +100,7 @@ impl Strategy {
         let Some(vertex) = vertex else {
             return self.add_sky(world, path, out);
         };
-        if let Some(light) = emitted(world.scene, path, vertex) {
+        if let Some(light) = emitted(world, path, vertex) {
             self.add_weighted(world.scene, path, light, out);
         }
     }
@@ -111,7 +111,10 @@ impl Strategy {
         if path.depth == 0 && world.see_background(&path.ray, path.beta, out) {
             return;
         }
-        for light in world.scene.escaped(context(path), path.ray.direction) {
+        for light in world
+            .scene
+            .escaped(world.light_selection, context(path), path.ray.direction)
+        {
             self.add_weighted(world.scene, path, light, out);
         }
     }
@@ -138,18 +141,31 @@ impl Strategy {
 
 /// Calls `find` for the light that the ray of `path` finds: emitted by the surface `vertex`, or by
 /// infinitely distant lights if there is none.
-pub(super) fn each_emission(scene: &Scene, path: &PathState, vertex: Option<&Vertex>, find: impl FnMut(Incident)) {
+pub(super) fn each_emission<A: Accel>(
+    world: &World<A>,
+    path: &PathState,
+    vertex: Option<&Vertex>,
+    find: impl FnMut(Incident),
+) {
     match vertex {
-        Some(vertex) => emitted(scene, path, vertex).into_iter().for_each(find),
-        None => scene.escaped(context(path), path.ray.direction).for_each(find),
+        Some(vertex) => emitted(world, path, vertex).into_iter().for_each(find),
+        None => {
+            let lights = world
+                .scene
+                .escaped(world.light_selection, context(path), path.ray.direction);
+            lights.for_each(find);
+        }
     }
 }
 
 /// Light that the surface of `vertex` emits against the ray of `path`.
 #[inline(always)]
-pub(super) fn emitted(scene: &Scene, path: &PathState, vertex: &Vertex) -> Option<Incident> {
+pub(super) fn emitted<A: Accel>(world: &World<A>, path: &PathState, vertex: &Vertex) -> Option<Incident> {
     let ray = &path.ray;
-    scene.emitted(&vertex.hit, &context(path), vertex.point.p, ray.direction, ray.time)
+    let segment = (vertex.point.p, ray.direction);
+    world
+        .scene
+        .emitted(world.light_selection, &vertex.hit, &context(path), segment, ray.time)
 }
 
 /// The point from which the light that the ray of `path` finds could have been sampled.
@@ -193,7 +209,7 @@ impl Direct {
         if !strategy.samples_lights() || vertex.bsdf.is_delta() {
             return None;
         }
-        let selection = world.scene.light_selection();
+        let selection = world.light_selection;
         if let Some(lamps) = selection.all() {
             for index in 0..lamps.samples() {
                 if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
@@ -225,7 +241,7 @@ impl Direct {
         if !strategy.samples_lights() || vertex.bsdf.is_delta() {
             return;
         }
-        let (scene, selection) = (world.scene, world.scene.light_selection());
+        let (scene, selection) = (world.scene, world.light_selection);
         if selection.all().is_some() {
             for u in numbers {
                 add(Self::sample(world, (path, vertex), strategy, count, u, out), out);
@@ -264,8 +280,8 @@ impl Direct {
         let scene = world.scene;
         // A direction towards the light
         let to = (&vertex.light_context(), vertex.point.time);
-        let light = scene
-            .light_selection()
+        let light = world
+            .light_selection
             .sample_light(scene.lights(), id, to, u, scene.textures())?;
         Self::of_sample(world, vertex, strategy, (id, expected), &light, out)
     }

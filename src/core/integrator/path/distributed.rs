@@ -20,8 +20,7 @@ pub struct DistributedIntegrator<'a, A> {
 impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let ray = self.world.camera_ray(key, None, sampler, out);
-        let root = Branch::from_camera(&self.world, ray, sampler);
-        self.follow(root, sampler, out);
+        self.follow(Branch::from_camera(ray), sampler, out);
     }
 }
 
@@ -44,7 +43,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                     let Some(sample) = sample.filter(|sample| !(path.beta * sample.weight).is_black()) else {
                         continue;
                     };
-                    let path = path.scattered(world, vertex, &sample, (1.0 / self.branching as f32, 1), out);
+                    let path = path.after(path.scatter(world, vertex, &sample, (1.0 / self.branching as f32, 1), out));
                     self.follow(Branch { path, node }, sampler, out);
                 }
             },

@@ -11,7 +11,7 @@
 //! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
 
 use super::direct::{Direct, LightNumbers, trace};
-use super::state::PathState;
+use super::state::{Onward, PathState, Traced};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
@@ -22,6 +22,7 @@ use crate::integrator::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, St
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use crate::sampling::Wavelength;
 use std::array::from_fn;
 
 /// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
@@ -77,48 +78,55 @@ impl<A: Accel> PathIntegrator<'_, A> {
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
             for (i, out) in out.iter_mut().enumerate() {
-                let (path, numbers) = packet.start(&self.world, i, keys);
-                self.li(path, numbers, out);
-                self.catch_shadow(path, numbers, out);
+                let (path, traced, numbers) = packet.start(&self.world, i, keys);
+                self.li(path, Some(traced), numbers, out);
+                self.catch_shadow(path, traced, numbers, out);
             }
         }
     }
 
-    /// Adds the light that arrives along the ray of `path`, by following one path.
+    /// Adds the light that arrives along the ray of `path`, by following one path. `traced` is the
+    /// result of its first ray query, if it has been made.
     #[inline(never)]
-    pub(crate) fn li<S: Sampler>(&self, mut path: PathState, numbers: PathNumbers<S>, out: &mut impl Sink) {
+    pub(crate) fn li<S: Sampler>(
+        &self,
+        mut path: PathState,
+        mut traced: Option<Traced>,
+        numbers: PathNumbers<S>,
+        out: &mut impl Sink,
+    ) {
         loop {
             // Random numbers do not depend on the hit: the processor draws them while it traces the ray
             let u = numbers.vertex(path.depth, self.roulette);
 
             // Find the next surface
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(&self.world, &slot, out);
+            let vertex = path.next_vertex(&self.world, traced.take(), numbers.wavelength.as_ref(), &slot, out);
 
             // Add emitted light, weighted against the light samples of the previous vertex
             self.strategy.add_emission(&self.world, &path, vertex.as_ref(), out);
-            let Some(vertex) = vertex else { return };
+            let Some(vertex) = &vertex else { return };
             if Some(path.depth) == self.max_depth {
                 return;
             }
 
             // Sample a light (next-event estimation). Its shadow ray is traced below
-            let direct = self.sample_light(&path, &vertex, &u, out);
+            let direct = self.sample_light(&path, vertex, &u, out);
 
             // Sample the BSDF and play Russian roulette
-            let next = self.scatter(&path, &vertex, &u, out);
+            let next = self.scatter(&path, vertex, &u, out);
 
             // Add direct light. Its ray is traced last, so that the next ray follows without delay
-            trace(direct, &self.world, (&path, &vertex), out);
+            trace(direct, &self.world, (&path, vertex), out);
             match next {
-                Some(next) => path = next,
+                Some(next) => path.go_on(next),
                 None => return,
             }
         }
     }
 
-    /// Samples the BSDF at `vertex` and plays Russian roulette: the path after the vertex, or `None` if
-    /// it ends there.
+    /// Samples the BSDF at `vertex` and plays Russian roulette: the way on, or `None` if the path ends
+    /// there.
     #[inline(always)]
     pub(crate) fn scatter<S: Sampler>(
         &self,
@@ -126,14 +134,14 @@ impl<A: Accel> PathIntegrator<'_, A> {
         vertex: &Vertex,
         u: &VertexNumbers<S>,
         out: &mut impl Sink,
-    ) -> Option<PathState> {
+    ) -> Option<Onward> {
         let directions = self.strategy.directions;
         let sample = directions.sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
         // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
         let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
         let factor = self.roulette.play(path.depth, judged, u.roulette)?;
         let light_samples = if path.depth == 0 { self.light_samples } else { 1 };
-        Some(path.scattered(&self.world, vertex, &sample, (factor, light_samples), out))
+        Some(path.scatter(&self.world, vertex, &sample, (factor, light_samples), out))
     }
 
     /// Samples lights for `vertex`. All shadow rays but that of the last sample are traced here.
@@ -152,7 +160,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         if let Some(u) = &u.light {
             return Direct::sample(world, (path, vertex), strategy, 1, u, out);
         }
-        let PathNumbers { key, sampler } = u.numbers;
+        let PathNumbers { key, sampler, .. } = u.numbers;
         if count == 1 {
             // A single sample is the path's own.
             let u = LightNumbers::draw(sampler, 0);
@@ -224,18 +232,19 @@ impl<S: Sampler> CameraPacket<S> {
         packet
     }
 
-    /// The path of the sample `i`, and its random numbers.
-    pub fn start<A: Accel>(&self, world: &World<A>, i: usize, keys: &[SampleKey]) -> (PathState, PathNumbers<'_, S>) {
+    /// The path of the sample `i`, the result of its first ray query, and its random numbers.
+    pub fn start<A: Accel>(
+        &self,
+        world: &World<A>,
+        i: usize,
+        keys: &[SampleKey],
+    ) -> (PathState, Traced, PathNumbers<'_, S>) {
         let numbers = PathNumbers {
             key: keys[i],
             sampler: &self.samplers[i],
+            wavelength: world.wavelength(&self.samplers[i]),
         };
-        let path = PathState {
-            traced: Some((self.hits[i], self.tints[i])),
-            wavelength: world.wavelength(numbers.sampler),
-            ..PathState::new(self.rays[i])
-        };
-        (path, numbers)
+        (PathState::new(self.rays[i]), (self.hits[i], self.tints[i]), numbers)
     }
 }
 
@@ -244,6 +253,8 @@ pub(crate) struct PathNumbers<'s, S> {
     pub key: SampleKey,
     /// Started with `key`.
     pub sampler: &'s S,
+    /// Wavelength of the light, if the scene disperses light.
+    pub wavelength: Option<Wavelength>,
 }
 
 // Derived impls would require `S: Clone`, though `S` is only behind a reference.

@@ -68,18 +68,18 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
         // No light is sampled: what a ray finds counts in full.
         let (world, strategy) = (&self.world, Strategy::default());
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
-        path.wavelength = world.wavelength(sampler);
+        let wavelength = world.wavelength(sampler);
 
         loop {
             let depth = path.depth;
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             let slot = BsdfSlot::new();
-            let Some(vertex) = path.next_vertex(world, &slot, out) else {
+            let Some(vertex) = path.next_vertex(world, None, wavelength.as_ref(), &slot, out) else {
                 return strategy.add_emission(world, &path, None, out);
             };
 
             // Emit or reflect, by the flip of a coin
-            let emitted = emitted(world.scene, &path, &vertex).filter(|light| !light.radiance.is_black());
+            let emitted = emitted(world, &path, &vertex).filter(|light| !light.radiance.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let probability = match (reflects, self.emission_coin, emitted) {
                 (false, ..) => 1.0,
@@ -116,7 +116,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             };
             path = PathState {
                 prev: None,
-                ..path.scattered(world, &vertex, &sample, (factor, 0), out)
+                ..path.after(path.scatter(world, &vertex, &sample, (factor, 0), out))
             };
             // ANCHOR_END: reflect
         }

@@ -27,13 +27,13 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             ..Strategy::default()
         };
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
-        path.wavelength = world.wavelength(sampler);
+        let wavelength = world.wavelength(sampler);
 
         loop {
             // Find the next surface, and add light that no light sample has counted
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, &slot, out);
+            let vertex = path.next_vertex(world, None, wavelength.as_ref(), &slot, out);
             strategy.add_emission(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if self.max_depth.is_some_and(|max| depth >= max) {
@@ -60,7 +60,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(&vertex, u_lobe, direction) else {
                 return;
             };
-            path = path.scattered(world, &vertex, &sample, (1.0 / (1.0 - probability), 1), out);
+            path.go_on(path.scatter(world, &vertex, &sample, (1.0 / (1.0 - probability), 1), out));
         }
     }
 }

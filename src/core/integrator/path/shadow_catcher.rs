@@ -11,7 +11,7 @@
 //! Where nothing stands on the ground both estimates have equal bits, and the ground has no noise.
 
 use super::integrator::{PathIntegrator, PathNumbers};
-use super::state::PathState;
+use super::state::{PathState, Traced};
 use crate::accel::{Accel, Empty};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
@@ -24,18 +24,30 @@ impl<A: Accel> PathIntegrator<'_, A> {
     /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. The path has given
     /// its light to `out`.
     #[inline(always)]
-    pub(super) fn catch_shadow<S: Sampler>(&self, path: PathState, numbers: PathNumbers<S>, out: &mut impl Sink) {
+    pub(super) fn catch_shadow<S: Sampler>(
+        &self,
+        path: PathState,
+        traced: Traced,
+        numbers: PathNumbers<S>,
+        out: &mut impl Sink,
+    ) {
         if self.world.scene.ground().is_some() {
-            self.subtract_unshadowed(path, numbers, out);
+            self.subtract_unshadowed(path, traced, numbers, out);
         }
     }
 
     #[inline(never)]
-    fn subtract_unshadowed<S: Sampler>(&self, path: PathState, numbers: PathNumbers<S>, out: &mut impl Sink) {
+    fn subtract_unshadowed<S: Sampler>(
+        &self,
+        path: PathState,
+        traced: Traced,
+        numbers: PathNumbers<S>,
+        out: &mut impl Sink,
+    ) {
         let world = &self.world;
         // Light of lamps behind a surface is unknown: a ray that hits the surface does not find it.
         let ground = world.scene.ground().filter(|ground| ground.knows_missing_light());
-        let (hit, transmittance) = path.traced.unwrap_or((None, Spectrum::ONE));
+        let (hit, transmittance) = traced;
         let Some((ground, hit)) = ground.zip(hit).filter(|(ground, hit)| ground.is_at(hit)) else {
             return;
         };
@@ -53,7 +65,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             tells_parts: out.tells_parts(),
             tells_paths: out.tells_paths(),
         };
-        open.li(path, numbers, &mut unshadowed);
+        open.li(path, Some(traced), numbers, &mut unshadowed);
         unshadowed.sum.tell(Spectrum::splat(-1.0), 1, out);
         let slot = BsdfSlot::new();
         let vertex = world.vertex(&hit, &path.ray, None, &slot);

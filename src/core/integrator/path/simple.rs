@@ -39,7 +39,7 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
         loop {
             // Le: the light that the next surface emits, or the sky
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, &slot, out);
+            let vertex = path.next_vertex(world, None, None, &slot, out);
             SAMPLED.add_emission(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if path.depth == self.max_depth {
@@ -55,7 +55,7 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
             let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));
             let Some(sample) = vertex.sample(u_lobe, u) else { return };
-            path = path.scattered(world, &vertex, &sample, (1.0, 1), out);
+            path.go_on(path.scatter(world, &vertex, &sample, (1.0, 1), out));
         }
     }
 }

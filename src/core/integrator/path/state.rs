@@ -12,6 +12,9 @@ use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampling::Wavelength;
 
+/// Closest hit of a ray, and the transmittance before it.
+pub(crate) type Traced = (Option<Hit>, Spectrum);
+
 /// State of a path between two vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
@@ -23,15 +26,12 @@ pub(crate) struct PathState {
     /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been
     /// divided by, and the throughput before the start of the path.
     pub roulette_scale: Spectrum,
-    /// Wavelength of the light, if the scene disperses light. Its weight is 1 once glass has
-    /// dispersed the path.
-    pub wavelength: Option<Wavelength>,
     /// The scattering that `ray` comes from; `None` at the camera.
     pub prev: Option<PrevVertex>,
-    /// Closest hit of `ray` and transmittance before it, if the ray has been traced.
-    pub traced: Option<(Option<Hit>, Spectrum)>,
     /// True if the light that `ray` finds is estimated elsewhere.
     pub skips_emission: bool,
+    /// True once glass has dispersed the light: it is of one wavelength since then.
+    pub is_dispersed: bool,
 }
 
 impl PathState {
@@ -43,10 +43,9 @@ impl PathState {
             depth: 0,
             beta: Spectrum::ONE,
             roulette_scale: Spectrum::ONE,
-            wavelength: None,
             prev: None,
-            traced: None,
             skips_emission: false,
+            is_dispersed: false,
         }
     }
 
@@ -55,58 +54,82 @@ impl PathState {
         self.prev.is_some_and(|prev| prev.is_delta)
     }
 
-    /// Follows the ray to its first surface. `None` if it leaves the scene.
+    /// Follows the ray to its first surface. `None` if it leaves the scene. `traced` is the result of
+    /// the ray query, if it has been made.
     ///
     /// A camera ray tells `out` what it sees. From the first glass on that disperses light, the path
-    /// is of one wavelength, and its throughput gets the weight of the wavelength.
+    /// is of `wavelength`, and its throughput gets the weight of the wavelength.
     #[inline(always)]
     pub fn next_vertex<'v, A: Accel>(
         &mut self,
         world: &'v World<A>,
+        traced: Option<Traced>,
+        wavelength: Option<&Wavelength>,
         slot: &'v BsdfSlot<'v>,
         out: &mut impl Sink,
     ) -> Option<Vertex<'v>> {
-        let (hit, transmittance) = self.traced.take().unwrap_or_else(|| {
-            let kind = if self.depth == 0 {
-                RayKind::Camera
-            } else {
-                RayKind::Bounce
-            };
-            world.intersect(&self.ray, kind, out)
-        });
+        let (hit, transmittance) = match traced {
+            Some(traced) => traced,
+            None if self.depth == 0 => world.intersect(&self.ray, RayKind::Camera, out),
+            None => world.intersect(&self.ray, RayKind::Bounce, out),
+        };
         self.beta *= transmittance;
-        let vertex = world.vertex(&hit?, &self.ray, self.wavelength.as_ref(), slot);
+        let vertex = world.vertex(&hit?, &self.ray, wavelength, slot);
         path_record::vertex(self.depth, &vertex, self.beta, out);
         if self.depth == 0 {
             world.see(&vertex, (&self.ray, self.beta), out);
         }
-        if let Some(wavelength) = self.wavelength.as_mut().filter(|_| vertex.is_dispersing) {
-            self.beta *= Spectrum::from(std::mem::replace(&mut wavelength.weight, [1.0; 3]));
+        if let Some(wavelength) = wavelength.filter(|_| vertex.is_dispersing && !self.is_dispersed) {
+            self.beta *= Spectrum::from(wavelength.weight);
+            self.is_dispersed = true;
         }
         Some(vertex)
     }
 
-    /// State after `vertex` has scattered the path by `sample`. `light_samples` were taken there;
+    /// The way on after `vertex` has scattered the path by `sample`. `light_samples` were taken there;
     /// `factor` makes up for paths that end there.
     #[inline(always)]
-    pub fn scattered<A: Accel>(
+    pub fn scatter<A: Accel>(
         &self,
         world: &World<A>,
         vertex: &Vertex,
         sample: &BsdfSample,
         (factor, light_samples): (f32, u32),
         out: &mut impl Sink,
-    ) -> Self {
+    ) -> Onward {
         path_record::scatter(self.depth, vertex, sample, factor, out);
-        Self {
+        Onward {
             ray: world.ray_along(vertex, sample.wi),
-            depth: self.depth + 1,
             beta: self.beta * sample.weight * factor,
             roulette_scale: self.roulette_scale * (sample.eta * sample.eta),
-            wavelength: self.wavelength,
-            prev: Some(PrevVertex::new(vertex, sample, light_samples)),
-            traced: None,
-            skips_emission: false,
+            prev: PrevVertex::new(vertex, sample, light_samples),
         }
     }
+
+    /// Goes on to the next vertex.
+    #[inline(always)]
+    pub fn go_on(&mut self, next: Onward) {
+        self.ray = next.ray;
+        self.depth += 1;
+        self.beta = next.beta;
+        self.roulette_scale = next.roulette_scale;
+        self.prev = Some(next.prev);
+        self.skips_emission = false;
+    }
+
+    /// State after a scattering event.
+    pub fn after(mut self, next: Onward) -> Self {
+        self.go_on(next);
+        self
+    }
 }
+
+/// The way on from a vertex. It has 128 bytes, which compilers move without a call.
+pub(crate) struct Onward {
+    pub ray: Ray,
+    pub beta: Spectrum,
+    pub roulette_scale: Spectrum,
+    pub prev: PrevVertex,
+}
+
+const _: () = assert!(size_of::<Option<Onward>>() <= 128);

@@ -19,12 +19,11 @@ pub(super) struct Branch {
 
 impl Branch {
     /// The root: a ray from the camera.
-    pub fn from_camera<A: Accel>(world: &World<A>, ray: Ray, sampler: &impl Sampler) -> Self {
-        let path = PathState {
-            wavelength: world.wavelength(sampler),
-            ..PathState::new(ray)
-        };
-        Self { path, node: 0 }
+    pub fn from_camera(ray: Ray) -> Self {
+        Self {
+            path: PathState::new(ray),
+            node: 0,
+        }
     }
 
     /// Adds emission and direct light at the end of the branch, as along a path, and lets `go_on`
@@ -42,7 +41,8 @@ impl Branch {
             return;
         }
         let (slot, mut path) = (BsdfSlot::new(), self.path);
-        let vertex = path.next_vertex(world, &slot, out);
+        let wavelength = world.wavelength(sampler);
+        let vertex = path.next_vertex(world, None, wavelength.as_ref(), &slot, out);
         strategy.add_emission(world, &path, vertex.as_ref(), out);
         let Some(vertex) = vertex else { return };
         if max_depth.is_some_and(|max| path.depth >= max) {

@@ -22,8 +22,7 @@ pub struct WhittedIntegrator<'a, A> {
 impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let ray = self.world.camera_ray(key, None, sampler, out);
-        let root = Branch::from_camera(&self.world, ray, sampler);
-        self.follow(root, sampler, out);
+        self.follow(Branch::from_camera(ray), sampler, out);
     }
 }
 
@@ -47,7 +46,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
                 }
                 let next = PathState {
                     beta: path.beta * weight,
-                    ..path.scattered(world, vertex, &sample, (sample.pdf, 1), out)
+                    ..path.after(path.scatter(world, vertex, &sample, (sample.pdf, 1), out))
                 };
                 let branch = Branch {
                     path: next,

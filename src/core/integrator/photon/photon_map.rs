@@ -164,7 +164,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let mut path = queued.path;
         let depth = path.depth;
         let slot = BsdfSlot::new();
-        let vertex = path.next_vertex(world, &slot, out);
+        let vertex = path.next_vertex(world, None, None, &slot, out);
         strategy.add_emission(world, &path, vertex.as_ref(), out);
         let Some(vertex) = vertex else { return };
         if depth == 0 && world.features {
@@ -242,7 +242,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 continue;
             };
-            let next = path.scattered(world, &vertex, &sample, (factor / rays as f32, 1), out);
+            let next = path.after(path.scatter(world, &vertex, &sample, (factor / rays as f32, 1), out));
             queue.push(QueuedPath {
                 path: PathState {
                     roulette_scale: next.roulette_scale * rays as f32,

@@ -143,7 +143,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             // Find the next surface, and add emitted light
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, &slot, out);
+            let vertex = path.next_vertex(world, None, None, &slot, out);
             strategy.add_emission(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if self.max_depth.is_some_and(|max| depth >= max) {
@@ -169,9 +169,9 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             if is_last && !sample.is_delta() && !vertex.is_one_way(direction) {
                 // The other half of the estimate of direct light
                 if strategy.meets_lights() && !(path.beta * sample.weight).is_black() {
-                    let mut next = path.scattered(world, &vertex, &sample, (1.0, 1), out);
+                    let mut next = path.after(path.scatter(world, &vertex, &sample, (1.0, 1), out));
                     let slot = BsdfSlot::new();
-                    let vertex = next.next_vertex(world, &slot, out);
+                    let vertex = next.next_vertex(world, None, None, &slot, out);
                     strategy.add_emission(world, &next, vertex.as_ref(), out);
                 }
                 return;
@@ -181,7 +181,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 return;
             };
-            path = path.scattered(world, &vertex, &sample, (factor, 1), out);
+            path.go_on(path.scatter(world, &vertex, &sample, (factor, 1), out));
         }
     }
 }

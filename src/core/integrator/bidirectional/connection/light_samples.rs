@@ -2,7 +2,7 @@
 
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{LightEnd, PathVertex, VertexKind, emission_pdfs};
-use crate::light::{LightId, LightSample, LightSampleContext};
+use crate::light::{LightId, LightSample, LightSampleContext, LightSelection};
 use crate::math::Vec3;
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::Scene;
@@ -60,16 +60,15 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// Samples of lights of `scene`, of one light or of all lamps, for `context`.
+/// Samples of lights of `scene`, which `selection` chooses: of one light, or of all lamps, for `context`.
 pub(super) fn sample_lights<'a>(
-    scene: &'a Scene,
+    (scene, selection): (&'a Scene, &LightSelection),
     context: &LightSampleContext,
     time: f32,
     numbers: &LightDimensions,
     sampler: &impl Sampler,
     mut found: impl FnMut(Sampled<'a>),
 ) {
-    let selection = scene.light_selection();
     let mut of = |id: LightId, pmf: f32, point: Dimension| {
         let (lights, u) = (scene.lights(), sampler.get_2d(point));
         let sample = selection.sample_light(lights, id, (context, time), u, scene.textures());

@@ -287,7 +287,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let [.., before, last] = camera else { return };
         let Some(surface) = last.surface() else { return };
         let from = self.light_context(before);
-        let Some(light) = surface.emitted(self.world.scene, &from) else {
+        let Some(light) = surface.emitted(self.world, &from) else {
             return;
         };
         let met = Met {
@@ -311,7 +311,11 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             return;
         };
         let from = self.light_context(last);
-        for light in self.world.scene.escaped(from, ray.direction) {
+        for light in self
+            .world
+            .scene
+            .escaped(self.world.light_selection, from, ray.direction)
+        {
             if light.radiance.is_black() {
                 continue;
             }
@@ -350,7 +354,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             point: number(Bounce::LightPoint),
         };
         sample_lights(
-            self.world.scene,
+            (self.world.scene, self.world.light_selection),
             &self.light_context(last),
             time,
             &numbers,
@@ -396,7 +400,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             point: number(Bounce::LightPoint),
         };
         sample_lights(
-            self.world.scene,
+            (self.world.scene, self.world.light_selection),
             &LightSampleContext::any_side(lens.p),
             time,
             &numbers,

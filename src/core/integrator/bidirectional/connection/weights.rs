@@ -275,12 +275,15 @@ impl<A: Accel> Connector<'_, '_, A> {
             (Some(surface), Some(wo)) => surface.light_context(scene, wo),
             _ => LightSampleContext::any_side(at.p),
         };
-        let pmf = scene.light_selection().pmf(scene.lights(), &context, end.id);
+        let pmf = self.world.light_selection.pmf(scene.lights(), &context, end.id);
         if end.is_delta {
             return pmf;
         }
         let wi = at.direction_to(light);
-        let factor = scene.light_selection().pdf_factor(scene.lights(), end.id, &context, wi);
+        let factor = self
+            .world
+            .light_selection
+            .pdf_factor(scene.lights(), end.id, &context, wi);
         let pdf = scene.lights()[end.id.0 as usize].pdf(context.p, light.p, wi, time) * factor;
         pmf * at.density_at(pdf, light)
     }

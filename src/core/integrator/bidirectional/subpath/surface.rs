@@ -288,9 +288,15 @@ impl<'a> Surface<'a> {
     }
 
     /// The light that the surface itself sends back along the ray that has met it, as `from` sees it.
-    pub fn emitted(&self, scene: &Scene, from: &LightSampleContext) -> Option<Incident> {
+    pub fn emitted<A: Accel>(&self, world: &World<A>, from: &LightSampleContext) -> Option<Incident> {
         let point = &self.point;
-        let light = scene.emitted(&self.hit, from, point.p, -self.back, point.time)?;
+        let light = world.scene.emitted(
+            world.light_selection,
+            &self.hit,
+            from,
+            (point.p, -self.back),
+            point.time,
+        )?;
         (!light.radiance.is_black()).then_some(light)
     }
 

@@ -50,7 +50,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             film: FilmArea::of(world),
             far_lights: world
                 .scene
-                .escaped(LightSampleContext::any_side(Vec3::ZERO), Vec3::Z)
+                .escaped(world.light_selection, LightSampleContext::any_side(Vec3::ZERO), Vec3::Z)
                 .count(),
         }
     }
@@ -77,11 +77,13 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let from = LightSampleContext::any_side(ray.origin);
         let Some(vertex) = met else {
             let index = ((u * self.far_lights as f32) as usize).min(self.far_lights.checked_sub(1)?);
-            let light = scene.escaped(from, ray.direction).nth(index)?;
+            let light = scene
+                .escaped(self.world.light_selection, from, ray.direction)
+                .nth(index)?;
             return Some(self.far_away(light.id, light.radiance, ray.direction));
         };
         let surface = vertex.surface()?;
-        let light = surface.emitted(scene, &from)?;
+        let light = surface.emitted(self.world, &from)?;
         let ng = scene.lights()[light.id.0 as usize].normal(vertex.p, ray.time)?;
         let source = LightSource {
             id: light.id,

@@ -114,7 +114,8 @@ fn look<T>(
         direct: MetropolisDirect::Metropolis,
         ..Metropolis::default()
     };
-    let world = World::new(&scene, &accel, &camera, &Filter::BOX);
+    let selection = scene.light_selection(crate::light::LightChoice::default());
+    let world = World::new(&scene, &accel, &selection, &camera, &Filter::BOX);
     let maker = ImportanceImageMaker {
         world,
         heuristic: Heuristic::Power,

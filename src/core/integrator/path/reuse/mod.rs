@@ -18,8 +18,9 @@
 //! - Visibility is transmittance where surfaces have alpha or are thin glass, also for the path's owner.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex whose shading normal was bent is not shared, and a pixel for
 //!   which the normal would be bent does not connect (`geometry/mesh.rs`).
-//! - Roulette ends no path between first and second vertex. From there on it assumes a minimum throughput: that the surface of one pixel is dark says
-//!   nothing of the other pixels, and the paths that survive would reach these as fireflies.
+//! - Roulette ends no path between first and second vertex, and no path without an end. Behind an end it
+//!   assumes a minimum throughput: the surface of one pixel may be dark, and that of the other
+//!   pixels bright, which the few paths that survive would reach as fireflies.
 //!
 //! Pixels of a group have errors in common; `render/groups.rs` chooses groups so that no pattern shows. The samples of one pixel stay independent, so
 //! its variance is right. The mean over a tile has the error that it has without reuse.
@@ -31,7 +32,7 @@ mod viewers;
 
 use super::direct::trace;
 use super::integrator::{CameraPacket, PathIntegrator, PathNumbers, with_clamped};
-use super::state::PathState;
+use super::state::{PathState, Traced};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::integrator::found_light::Summed;
@@ -93,16 +94,16 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
             let slots = slots.chunks_exact(LOOKED_AT);
             for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
-                let (path, numbers) = packet.start(&integrator.world, i, keys);
-                ends[i] = integrator.find_end(path, numbers, slots, &mut firsts[i], out);
-                integrator.catch_shadow(path, numbers, out);
+                let (path, traced, numbers) = packet.start(&integrator.world, i, keys);
+                ends[i] = integrator.find_end((path, traced), numbers, slots, &mut firsts[i], out);
+                integrator.catch_shadow(path, traced, numbers, out);
             }
 
             // All first vertices look at all ends.
             let mut work = Workspace::new(Firsts::new(&firsts, integrator.strategy.directions));
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
-                    let (_, numbers) = packet.start(&integrator.world, owner, keys);
+                    let (_, _, numbers) = packet.start(&integrator.world, owner, keys);
                     end.light_all(&integrator, numbers, &mut work, owner, out);
                 }
             }
@@ -111,34 +112,35 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> PathIntegrator<'a, A> {
-    /// Follows `path` to its end, and adds the light that it finds on the way. `first` is set to its
-    /// first vertex, and vertices are made in `slots`. A path without an end is followed as far as it
-    /// goes.
+    /// Follows `path` to its end, and adds the light that it finds on the way. `traced` is the result of
+    /// its first ray query. `first` is set to its first vertex, and vertices are made in `slots`. A path
+    /// without an end is followed as far as it goes.
     #[inline(always)]
     fn find_end<'v, S: Sampler>(
         &'v self,
-        mut path: PathState,
+        (mut path, traced): (PathState, Traced),
         numbers: PathNumbers<S>,
         slots: &'v [BsdfSlot<'v>],
         first: &mut Option<First<'v>>,
         out: &mut impl Sink,
     ) -> Option<End<'v>> {
         // A path that ends between first and second vertex would end for all pixels that could have
-        // found its end.
+        // found its end. Paths without an end are few, and go on without roulette too.
         let without_roulette = PathIntegrator {
             roulette: Roulette::after(u32::MAX),
             ..*self
         };
+        let mut traced = Some(traced);
         for (i, slot) in slots.iter().enumerate() {
-            let vertex = path.next_vertex(&self.world, slot, out);
+            let vertex = path.next_vertex(&self.world, traced.take(), numbers.wavelength.as_ref(), slot, out);
             self.strategy.add_emission(&self.world, &path, vertex.as_ref(), out);
-            let vertex = vertex?;
+            let vertex = vertex.as_ref()?;
             if Some(path.depth) == self.max_depth {
                 return None;
             }
             let is_second = first.as_ref().is_some_and(|first| path.depth == first.depth + 1);
-            if is_second && !path.is_delta() && End::can_be(&vertex) {
-                return Some(End::new(vertex, &path));
+            if is_second && !path.is_delta() && End::can_be(vertex) {
+                return Some(End::new(*vertex, &path));
             }
             // All surfaces before the first vertex are mirrors or smooth glass. With a maximum depth the
             // first vertex lies at depth 0, so that paths through an end have the same number of events
@@ -146,23 +148,22 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
             let is_late = i > 0 && (self.max_depth.is_some() || i + 1 >= slots.len());
             let is_first = first.is_none() && !vertex.bsdf.is_delta() && !is_late;
             if is_first {
-                *first = Some(First::new(vertex, &path));
+                *first = Some(First::new(*vertex, &path));
             }
 
             let u = numbers.vertex(path.depth, self.roulette);
-            let direct = self.sample_light(&path, &vertex, &u, out);
-            let next = match is_first {
-                true => without_roulette.scatter(&path, &vertex, &u, out),
-                false => self.scatter(&path, &vertex, &u, out),
-            };
-            trace(direct, &self.world, (&path, &vertex), out);
-            path = next?;
+            let direct = self.sample_light(&path, vertex, &u, out);
+            let integrator = if first.is_some() { &without_roulette } else { self };
+            let next = integrator.scatter(&path, vertex, &u, out);
+            trace(direct, &self.world, (&path, vertex), out);
+            path.go_on(next?);
             if first.is_some() && !is_first {
                 break;
             }
         }
         let mut rest = Summed::new(path.depth, out);
-        self.li(path, numbers, &mut rest);
+        let integrator = if first.is_some() { &without_roulette } else { self };
+        integrator.li(path, None, numbers, &mut rest);
         let sum = rest.sum;
         sum.tell(Spectrum::ONE, path.depth + 1, out);
         None

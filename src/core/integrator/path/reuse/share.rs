@@ -5,10 +5,11 @@ use super::viewers::{ForViewers, Scattered, Viewers, Workspace};
 use crate::accel::Accel;
 use crate::bsdf::{BsdfSample, ScatteringEvent};
 use crate::color::Spectrum;
+use crate::geometry::Hit;
 use crate::integrator::found_light::{LightSum, Summed};
 use crate::integrator::path::direct::{LIGHTS_A_LOOK, each_emission};
 use crate::integrator::path::integrator::{PathIntegrator, PathNumbers, VertexNumbers};
-use crate::integrator::path::state::PathState;
+use crate::integrator::path::state::{PathState, Traced};
 use crate::integrator::path::strategy::PrevVertex;
 use crate::integrator::{FoundLight, PathEvent, RayKind, RaySink, SAMPLES_AT_ONCE, Sink, World, path_record};
 use crate::light::{LightId, LightSample};
@@ -86,7 +87,7 @@ impl<'v> End<'v> {
                     self.tell_part(light, (&scattered, wi), viewers, work, out);
                 }
             };
-            let selection = world.scene.light_selection();
+            let selection = world.light_selection;
             match selection.all() {
                 Some(lamps) => {
                     for index in 0..lamps.samples() {
@@ -106,26 +107,26 @@ impl<'v> End<'v> {
         // Sample the BSDF, and follow the path
         let u_lobe = u.lobe(self.vertex.bsdf);
         let sample = strategy.directions.sample(&self.vertex, u_lobe, u.direction);
-        if let Some((sample, factor, mut next)) = sample.and_then(|sample| self.play(path, &sample, &u)) {
+        if let Some((sample, factor, next)) = sample.and_then(|sample| self.play(path, &sample, &u)) {
             let own = &mut out[owner];
             path_record::scatter(self.depth, &self.vertex, &sample, factor, own);
             if own.records() {
                 own.record(PathEvent::SharedPath);
             }
-            next.traced = Some(world.intersect(&next.ray, RayKind::Bounce, own));
+            let traced = world.intersect(&next.ray, RayKind::Bounce, own);
             let mut rest = Summed::new(next.depth, own);
-            path.li(next, numbers, &mut rest);
+            path.li(next, Some(traced), numbers, &mut rest);
             // Light that is scattered behind the end, and light that is emitted where the ray ends
             let mut light = rest.sum;
             if sample.is_delta() {
                 // No other path finds it.
-                light = path.add_emitted(&next, sample.pdf, light, own);
+                light = path.add_emitted((&next, traced), sample.pdf, light, own);
                 self.record_share(numbers.key, own);
                 light.tell(self.beta * sample.weight * factor, self.depth + 2, own);
-            } else if !light.radiance.is_black() || path.finds_emission(&next) {
+            } else if !light.radiance.is_black() || path.finds_emission(&next, traced) {
                 let viewers = viewers.get_or_insert_with(|| Viewers::find(self, owner, world, work, out));
                 let scattered = viewers.scattered(self, work, sample.wi);
-                light = path.add_emitted(&next, scattered.pdf, light, &mut out[owner]);
+                light = path.add_emitted((&next, traced), scattered.pdf, light, &mut out[owner]);
                 if scattered.pdf > 0.0 {
                     let factor = factor / scattered.pdf;
                     shares.add(light.radiance * factor, &scattered);
@@ -203,10 +204,7 @@ impl<'v> End<'v> {
         let vertex = &self.vertex;
         let (lights, textures) = (world.scene.lights(), world.scene.textures());
         let to = (&vertex.light_context(), vertex.point.time);
-        let light = world
-            .scene
-            .light_selection()
-            .sample_light(lights, id, to, u, textures)?;
+        let light = world.light_selection.sample_light(lights, id, to, u, textures)?;
         let wi = vertex.frame.to_local(light.wi);
         if light.radiance.is_black() || (wi.z * vertex.wo.z <= 0.0 && !vertex.bsdf.is_transmitting()) {
             return None;
@@ -247,42 +245,52 @@ impl<'v> End<'v> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Returns true if the ray of `path`, which has been traced, finds emitted light.
+    /// Returns true if the ray of `path`, whose query gave `traced`, finds emitted light.
     #[inline(always)]
-    fn finds_emission(&self, path: &PathState) -> bool {
+    fn finds_emission(&self, path: &PathState, (hit, _): Traced) -> bool {
         let scene = self.world.scene;
-        match path.traced {
-            Some((Some(hit), _)) => scene.shape(hit.geom).first_light.is_some() && self.emission(path),
-            _ => scene.has_infinite_lights() && self.emission(path),
+        match hit {
+            Some(hit) => scene.shape(hit.geom).first_light.is_some() && self.is_emitting(path, Some(hit)),
+            None => scene.has_infinite_lights() && self.is_emitting(path, None),
         }
     }
 
     #[inline(never)]
-    fn emission(&self, path: &PathState) -> bool {
+    fn is_emitting(&self, path: &PathState, hit: Option<Hit>) -> bool {
         let slot = BsdfSlot::new();
         let mut is_found = false;
-        let hit = path.traced.and_then(|(hit, _)| hit);
         let vertex = hit.map(|hit| self.world.vertex(&hit, &path.ray, None, &slot));
-        each_emission(self.world.scene, path, vertex.as_ref(), |light| {
-            is_found |= !light.radiance.is_black()
+        each_emission(&self.world, path, vertex.as_ref(), |light| {
+            is_found |= !light.radiance.is_black();
         });
         is_found
     }
 
-    /// `light` and the light that the ray of `path` finds, if its direction was drawn with the density
-    /// `pdf`.
+    /// `light` and the light that the ray of `path`, whose query gave `traced`, finds, if its direction
+    /// was drawn with the density `pdf`.
     #[inline(always)]
-    fn add_emitted(&self, path: &PathState, pdf: f32, light: LightSum, out: &mut impl Sink) -> LightSum {
-        match self.finds_emission(path) {
-            true => self.with_emission(path, pdf, light, out),
+    fn add_emitted(
+        &self,
+        (path, traced): (&PathState, Traced),
+        pdf: f32,
+        light: LightSum,
+        out: &mut impl Sink,
+    ) -> LightSum {
+        match self.finds_emission(path, traced) {
+            true => self.with_emission((path, traced), pdf, light, out),
             false => light,
         }
     }
 
     #[inline(never)]
-    fn with_emission(&self, path: &PathState, pdf: f32, light: LightSum, out: &mut impl Sink) -> LightSum {
+    fn with_emission(
+        &self,
+        (path, (hit, transmittance)): (&PathState, Traced),
+        pdf: f32,
+        light: LightSum,
+        out: &mut impl Sink,
+    ) -> LightSum {
         let slot = BsdfSlot::new();
-        let (hit, transmittance) = path.traced.unwrap_or((None, Spectrum::ONE));
         let vertex = hit.map(|hit| self.world.vertex(&hit, &path.ray, None, &slot));
         let path = PathState {
             beta: transmittance,

@@ -80,7 +80,8 @@ fn in_room(mut look: impl FnMut(&Connector<BruteForce>)) {
         focus_distance: 1.0,
     };
     let camera = Camera::new(parameters, UVec2::splat(16)).unwrap();
-    let world = World::new(&scene, &accel, &camera, &Filter::BOX);
+    let selection = scene.light_selection(crate::light::LightChoice::default());
+    let world = World::new(&scene, &accel, &selection, &camera, &Filter::BOX);
     let ball = scene.ball();
     let radii = Radii::new(SearchRadius::Fixed(0.05), 1.0, &camera, &ball);
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
@@ -198,7 +199,7 @@ fn one_pass_gives_the_sum_over_all_strategies() {
                 let end = paths.camera[t - 1].surface();
                 if let Some(light) = end.and_then(|surface| {
                     let before = LightSampleContext::any_side(paths.camera[t - 2].p);
-                    surface.emitted(connector.world.scene, &before)
+                    surface.emitted(connector.world, &before)
                 }) {
                     let direct = paths.camera[t - 2].density_at(light.pdf, &paths.camera[t - 1]);
                     assert_same(

@@ -51,7 +51,10 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
         for (integrator, value) in IntegratorOptions::other_defaults(parameter.key) {
             default += &format!("; {integrator}: {value}");
         }
-        format!("| `{section}{}` | {meaning} | {default} |", parameter.key)
+        // Scene files may use the name of the flag too.
+        let others = parameter.keys().skip(1).filter(|_| !section.is_empty());
+        let others: String = others.map(|key| format!(", `.{key}`")).collect();
+        format!("| `{section}{}`{others} | {meaning} | {default} |", parameter.key)
     };
     parameters.iter().map(row).collect()
 }

@@ -355,12 +355,9 @@ fn scene_files_stand_too() {
     assert_near(position(&said(at, "b.toml --stand 1,0 --yaw 0")), [1.0, 1.6, 0.0]);
     for (scene, expected) in [
         ("both.toml", "both `view` and `stand`"),
-        (
-            "placed.toml",
-            "a camera with a `position` has no `view`, no `orbit` and no `stand`",
-        ),
+        ("placed.toml", "both `position` and `stand`"),
         ("turned.toml", "`yaw` needs `stand`"),
-        ("short.toml", "stand: the two horizontal coordinates"),
+        ("short.toml", "use the two horizontal coordinates"),
     ] {
         let words = refused(at, &["render", scene], 1);
         assert!(words.contains(expected), "{scene}: {words}");

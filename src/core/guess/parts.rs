@@ -79,9 +79,12 @@ impl<'a> Parts<'a> {
         self.of_triangles = first_vertices.into_iter().map(number).collect();
     }
 
-    /// The box of each part.
-    pub fn bounds(&self) -> Vec<Bounds3> {
-        let boxes = self.parts.iter().map(|part| part.iter().copied().collect());
+    /// The box of each part, and the number of its corners.
+    pub fn boxes(&self) -> Vec<(Bounds3, usize)> {
+        let boxes = self
+            .parts
+            .iter()
+            .map(|part| (part.iter().copied().collect(), part.len()));
         boxes.collect()
     }
 

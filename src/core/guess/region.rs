@@ -52,8 +52,8 @@ pub(super) struct Region {
     pub left_out: u64,
     /// Middle of those corners.
     pub left_out_at: Vec3,
-    /// True if this is a group of parts, with others around.
-    pub is_group: bool,
+    /// Share of the corners of all groups, if this is a group of parts with others around.
+    pub group: Option<f32>,
 }
 
 impl Region {
@@ -67,7 +67,7 @@ impl Region {
             },
             left_out: 0,
             left_out_at: Vec3::ZERO,
-            is_group: false,
+            group: None,
         };
         let mut corners: Vec<Vec3> = Vec::new();
         for_each_triangle(scene, SAMPLES, |triangle| corners.extend(triangle.corners));
@@ -84,27 +84,31 @@ impl Region {
     /// of its own, and lamps and trees stand around. Sheets around all others belong to no group.
     pub fn groups(looker: &Looker) -> Vec<Self> {
         let whole = looker.region;
-        let mut boxes = Parts::of(looker).bounds();
-        boxes.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
+        let mut boxes = Parts::of(looker).boxes();
+        boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
         boxes.truncate(MAX_PARTS);
         while let [first, others @ ..] = boxes.as_slice() {
-            if others.is_empty() || !is_around(first, others) {
+            if others.is_empty() || !is_around(&first.0, others) {
                 break;
             }
             boxes.remove(0);
         }
-        let mut groups: Vec<Bounds3> = Vec::new();
+        let mut groups: Vec<(Bounds3, usize)> = Vec::new();
         for part in boxes {
-            let (near, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| are_near(group, &part));
+            let (near, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| are_near(&group.0, &part.0));
             groups = apart;
-            groups.push(near.iter().fold(part, union));
+            groups.push(
+                near.iter()
+                    .fold(part, |all, group| (union(all.0, &group.0), all.1 + group.1)),
+            );
         }
-        groups.sort_by(|a, b| volume(b).total_cmp(&volume(a)));
-        groups.retain(|group| volume(group) > 0.0 && volume(group) < SMALLER * volume(&whole.bounds));
+        let corners: usize = groups.iter().map(|(_, corners)| corners).sum();
+        groups.sort_by(|a, b| volume(&b.0).total_cmp(&volume(&a.0)));
+        groups.retain(|(group, _)| volume(group) > 0.0 && volume(group) < SMALLER * volume(&whole.bounds));
         groups.truncate(MAX_GROUPS);
-        let region = |bounds| Self {
+        let region = |(bounds, count): (Bounds3, usize)| Self {
             bounds,
-            is_group: true,
+            group: Some(count as f32 / corners as f32),
             ..whole
         };
         groups.into_iter().map(region).collect()
@@ -234,8 +238,8 @@ fn middle_bounds(corners: &[Vec3]) -> Bounds3 {
 }
 
 /// Returns true if `sheet` is flat, and reaches far beyond `others` along it.
-fn is_around(sheet: &Bounds3, others: &[Bounds3]) -> bool {
-    let rest = others[1..].iter().fold(others[0], union);
+fn is_around(sheet: &Bounds3, others: &[(Bounds3, usize)]) -> bool {
+    let rest = others.iter().fold(others[0].0, |all, (part, _)| union(all, part));
     let (size, rest) = (sheet.max - sheet.min, rest.max - rest.min);
     let thin = (-size).max_position();
     let is_wider = |axis: usize| rest[axis] < COVERED * size[axis];

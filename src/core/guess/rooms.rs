@@ -16,8 +16,10 @@ const HULL: f32 = 0.75;
 /// of a body, which is closed on the outside. Hollow bricks and cupboards are bodies.
 const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
 
-/// Share of the points of a group of parts among others that must be in rooms, and the maximum
-/// openness of these: courtyards of buildings are open, and smaller than the buildings.
+/// Minimum share of the scene's corners in a group of parts that is a room among others, minimum
+/// share of its points that must be in rooms, and maximum openness of these: courtyards of
+/// buildings are open, and smaller than the buildings.
+const MIN_GROUP: f32 = 0.5;
 const MIN_ROOM_OF_GROUP: f32 = 0.4;
 const MAX_OPENNESS: f32 = 0.12;
 
@@ -78,8 +80,8 @@ pub(super) struct Rooms {
     fronts: f32,
     /// Bits that more show inside than outside.
     more: f32,
-    /// True if the region is a group of parts among others.
-    is_group: bool,
+    /// Share of the corners, if the region is a group of parts among others.
+    group: Option<f32>,
 }
 
 impl Rooms {
@@ -103,7 +105,7 @@ impl Rooms {
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
         for (i, p) in (0..).zip(points_inside(bounds)) {
             for direction in directions(i) {
-                let reach = match looker.region.is_group {
+                let reach = match looker.region.group.is_some() {
                     true => distance_to_surface(looker, p, -direction),
                     false => reach,
                 };
@@ -116,14 +118,15 @@ impl Rooms {
             openness: escaped as f32 / within.rays.max(1) as f32,
             fronts: without.front_share(),
             more: detail(&within) - detail(&without),
-            is_group: looker.region.is_group,
+            group: looker.region.group,
         }
     }
 
     /// Returns true if the region was made for being seen from inside.
     pub fn are_interior(&self) -> bool {
         let rooms = self.points.len() as f32 / POINTS as f32;
-        if self.is_group && (rooms < MIN_ROOM_OF_GROUP || self.openness > MAX_OPENNESS) {
+        let is_open = || rooms < MIN_ROOM_OF_GROUP || self.openness > MAX_OPENNESS;
+        if self.group.is_some_and(|share| share < MIN_GROUP || is_open()) {
             return false;
         }
         let [hull, partly, body] = MORE_INSIDE;

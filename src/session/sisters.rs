@@ -58,14 +58,14 @@ fn beside(obj: &Path) -> Vec<PathBuf> {
         let is_small = fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MAX_BYTES);
         is_small && first_comment(path) == comment
     };
-    let alike = spread(paths, MAX_COMPARED).into_iter().filter(is_alike).collect();
-    spread(alike, MAX_FILES)
+    let alike: Vec<PathBuf> = spread(&paths, MAX_COMPARED).into_iter().filter(is_alike).collect();
+    spread(&alike, MAX_FILES)
 }
 
 /// At most `max` of `paths`, evenly spread.
-fn spread(paths: Vec<PathBuf>, max: usize) -> Vec<PathBuf> {
-    let stride = paths.len().div_ceil(max).max(1);
-    paths.into_iter().step_by(stride).collect()
+fn spread(paths: &[PathBuf], max: usize) -> Vec<PathBuf> {
+    let (len, count) = (paths.len(), paths.len().min(max));
+    (0..count).map(|i| paths[i * len / count].clone()).collect()
 }
 
 /// The shapes of an OBJ file with materials that have names alone.
@@ -82,4 +82,18 @@ fn shape(path: &Path) -> Option<Scene> {
         builder.add_mesh(group.mesh, material).ok()?;
     }
     Some(builder.build().ok()?.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_spread_evenly() {
+        let paths: Vec<PathBuf> = (0..11).map(|i| PathBuf::from(i.to_string())).collect();
+        let chosen = |max| spread(&paths, max).len();
+        assert_eq!([0, 1, 8, 11, 20].map(chosen), [0, 1, 8, 11, 11]);
+        assert_eq!(spread(&paths, 3), ["0", "3", "7"].map(PathBuf::from));
+        assert!(spread(&[], 3).is_empty());
+    }
 }

@@ -95,7 +95,8 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             let slots = slots.chunks_exact(LOOKED_AT);
             for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
                 let (path, traced, numbers) = packet.start(&integrator.world, i, keys);
-                ends[i] = integrator.find_end((path, traced), numbers, slots, &mut firsts[i], out);
+                let found = (&mut firsts[i], &mut ends[i]);
+                integrator.find_end((path, traced), numbers, slots, found, out);
                 integrator.catch_shadow(path, traced, numbers, out);
             }
 
@@ -113,17 +114,17 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
 
 impl<'a, A: Accel> PathIntegrator<'a, A> {
     /// Follows `path` to its end, and adds the light that it finds on the way. `traced` is the result of
-    /// its first ray query. `first` is set to its first vertex, and vertices are made in `slots`. A path
-    /// without an end is followed as far as it goes.
+    /// its first ray query. `first` and `end` are set if they are found, and vertices are made in `slots`.
+    /// A path without an end is followed as far as it goes.
     #[inline(always)]
     fn find_end<'v, S: Sampler>(
         &'v self,
         (mut path, traced): (PathState, Traced),
         numbers: PathNumbers<S>,
         slots: &'v [BsdfSlot<'v>],
-        first: &mut Option<First<'v>>,
+        (first, end): (&mut Option<First<'v>>, &mut Option<End<'v>>),
         out: &mut impl Sink,
-    ) -> Option<End<'v>> {
+    ) {
         // A path that ends between first and second vertex would end for all pixels that could have
         // found its end. Paths without an end are few, and go on without roulette too.
         let without_roulette = PathIntegrator {
@@ -134,13 +135,14 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
         for (i, slot) in slots.iter().enumerate() {
             let vertex = path.next_vertex(&self.world, traced.take(), numbers.wavelength.as_ref(), slot, out);
             self.strategy.add_emission(&self.world, &path, vertex.as_ref(), out);
-            let vertex = vertex.as_ref()?;
+            let Some(vertex) = &vertex else { return };
             if Some(path.depth) == self.max_depth {
-                return None;
+                return;
             }
             let is_second = first.as_ref().is_some_and(|first| path.depth == first.depth + 1);
             if is_second && !path.is_delta() && End::can_be(vertex) {
-                return Some(End::new(*vertex, &path));
+                *end = Some(End::new(*vertex, &path));
+                return;
             }
             // All surfaces before the first vertex are mirrors or smooth glass. With a maximum depth the
             // first vertex lies at depth 0, so that paths through an end have the same number of events
@@ -156,7 +158,8 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
             let integrator = if first.is_some() { &without_roulette } else { self };
             let next = integrator.scatter(&path, vertex, &u, out);
             trace(direct, &self.world, (&path, vertex), out);
-            path.go_on(next?);
+            let Some(next) = next else { return };
+            path.go_on(next);
             if first.is_some() && !is_first {
                 break;
             }
@@ -166,6 +169,5 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
         integrator.li(path, None, numbers, &mut rest);
         let sum = rest.sum;
         sum.tell(Spectrum::ONE, path.depth + 1, out);
-        None
     }
 }

@@ -689,7 +689,7 @@ fn single_keys_of_the_camera_are_enough() {
         ),
         ("orbit = [0, 100]", "an elevation between -90 and 90"),
         ("orbit = [0, 10, 0]", "a distance above 0"),
-        ("view = \"top\"\norbit = [0, 10]", "both `view` and `orbit`"),
+        ("view = \"top\"\norbit = [0, 10]", "both `orbit` and `view`"),
         ("view = \"top\"\nposition = [0, 1, 2]", "both `position` and `view`"),
     ] {
         std::fs::write(folder.path().join("s.toml"), scene(keys)).unwrap();

@@ -486,7 +486,7 @@ fn a_scene_file_is_read_to_its_end() {
     assert_eq!(code, 1);
     // What render says first is among them.
     let out = run(folder.path(), &["render", "s.toml", "--spp", "1"]);
-    assert!(words(&out).contains("s.toml:6:1: unknown key `focus` in [camera]"));
+    assert!(words(&out).contains("s.toml:11:2: unknown key `rendr`"));
 }
 
 #[test]

@@ -254,12 +254,13 @@ impl LightSection {
                 radius: number(&self.radius),
                 radiance: color(&self.radiance),
             }),
-            _ => builder.add_disk(&DiskParameters {
+            "disk" => builder.add_disk(&DiskParameters {
                 position: vector(&self.position),
                 direction: vector(&self.direction),
                 radius: number(&self.radius),
                 radiance: color(&self.radiance),
             }),
+            _ => return Err(self.unknown_type(file)),
         };
         added.map_err(|error| {
             let span = self.place_of(&error).unwrap_or(self.kind.span());
@@ -327,12 +328,7 @@ impl LightSection {
     /// Checks that the light has a type, all keys that the type requires, and no key of other types.
     fn check_keys(&self, file: &Source) -> Result<(), FileError> {
         let name = self.kind.get_ref();
-        let Some(kind) = LightType::of_name(name) else {
-            let error = file.error(self.kind.span(), format!("unknown type of light `{}`", excerpt(name)));
-            let names = LightType::names();
-            let (last, others) = names.split_last().unwrap_or((&"", &[]));
-            return Err(error.help(format!("choose from {} and {last}", others.join(", "))));
-        };
+        let kind = LightType::of_name(name).ok_or_else(|| self.unknown_type(file))?;
         let given = self.given();
         let is_common = |key: &str| ["type", "group"].contains(&key);
         if let Some(other) = given
@@ -358,6 +354,15 @@ impl LightSection {
             Some(key) => Err(self.missing(file, key)),
             None => Ok(()),
         }
+    }
+
+    /// The error of a type that does not exist.
+    fn unknown_type(&self, file: &Source) -> FileError {
+        let message = format!("unknown type of light `{}`", excerpt(self.kind.get_ref()));
+        let names = LightType::names();
+        let (last, others) = names.split_last().unwrap_or((&"", &[]));
+        let error = file.error(self.kind.span(), message);
+        error.help(format!("choose from {} and {last}", others.join(", ")))
     }
 
     /// The error of a key that the type requires.

@@ -457,7 +457,7 @@ fn folder_of(obj: &str, mtl: &str) -> TempDir {
 
 #[test]
 fn a_scene_file_is_read_to_its_end() {
-    let scene = "version = 1\n[camera]\nposition = [0, 0, 4]\nlook_at = [\n  0, 0, 0]\nfoc = [\n 3,\n 4]\n[image]\nwidth = \"a\"\n\
+    let scene = "version = 1\n[camera]\nposition = [0, 0, 4]\nlook_at = [\n  0, 0, 0]\nfocus = [\n 3,\n 4]\n[image]\nwidth = \"a\"\n\
                  [rendr]\nsamples = 3\n[render]\nintegrator = \"paths\"\n[[object]]\nobj = \"a.obj\"\n[material.unknown]\n\
                  diffuse = [0, 0, 0]\n[[light]]\ntype = \"point\"\n[[light]]\ntype = \"sun\"\n";
     let folder = folder(&[
@@ -486,7 +486,7 @@ fn a_scene_file_is_read_to_its_end() {
     assert_eq!(code, 1);
     // What render says first is among them.
     let out = run(folder.path(), &["render", "s.toml", "--spp", "1"]);
-    assert!(words(&out).contains("s.toml:6:1: unknown key `foc`"));
+    assert!(words(&out).contains("s.toml:11:2: unknown key `rendr`"));
 }
 
 #[test]

@@ -308,7 +308,7 @@ fn init_takes_the_camera_flags_of_render() {
     for (flags, expected) in [
         (
             "--position 3,2,4 --look-at 0.5,0,0 --up 0,0,1 --fov 33",
-            "position = [3.0, 2.0, 4.0]\nlook_at = [0.5, 0.0, 0.0]\nup = [0.0, 0.0, 1.0]\nvertical_fov = 33.0\n",
+            "position = [3, 2, 4]\nlook_at = [0.5, 0, 0]\nup = [0, 0, 1]\nvertical_fov = 33\n",
         ),
         ("--orbit 40,20 --f-stop 2 --sensor-height 0.5", "\nlens_radius = "),
         (

@@ -15,7 +15,7 @@
 //! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
 //! - An emitting surface of opacity α emits α Le on average: a ray that stops there finds Le, a sampled
 //!   point counts α Le (`light/textured.rs`). Beside a round lamp, rays pass its hull
-//!   (`scene/recognise/lamp_hulls.rs`).
+//!   (`scene/lamp_hulls.rs`).
 //!
 //! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Alpha", has the cost of alpha, and "Window panes" that of glass.
 

@@ -5,7 +5,7 @@
 //! has less variance there (docs/benchmarks.md, "Disks"). The disk itself is a spherical ellipse on the sphere of directions, whose uniform sampling takes
 //! elliptic integrals or their inversion in each sample (Guillén et al. 2017, "Area-Preserving Parameterizations for Spherical Ellipses").
 //!
-//! In the world a disk is a square around it, which lets rays pass beside the disk (`scene/recognise/lamp_hulls.rs`).
+//! In the world a disk is a square around it, which lets rays pass beside the disk (`scene/lamp_hulls.rs`).
 
 use super::tree::LightBounds;
 use super::{Emission, LightSample, area_pdf};

@@ -10,7 +10,7 @@
 //!
 //! A new light takes a variant of [`Light`] with its module, its encoding for the scene hash (`encode_fields!`), an `add_…` function of
 //! `scene/builder.rs`, and a section in `description/light_section.rs`; the compiler asks for all arms of a `match`. A light that rays can meet also
-//! needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round one a hull (`scene/recognise/lamp_hulls.rs`). The ground needs its irradiance
+//! needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round one a hull (`scene/lamp_hulls.rs`). The ground needs its irradiance
 //! (`irradiance`). A light that can be a picture of latitude and longitude needs no variant: as `sky` and `studio` do, its module makes a
 //! [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] of an [`EnvironmentKind`] of it.
 //!

@@ -3,7 +3,7 @@
 //! Directions are uniform in the cone that the sphere fills (PBR4 §6.2.4; Shirley and Wang 1991). The cone is kept by its depth, which has all its digits
 //! from afar, where the cosine has lost them, and next to the surface, where the cone is a half-space.
 //!
-//! In the world a sphere is a polyhedron around it, whose faces let rays pass that miss the sphere (`scene/recognise/lamp_hulls.rs`).
+//! In the world a sphere is a polyhedron around it, whose faces let rays pass that miss the sphere (`scene/lamp_hulls.rs`).
 
 use super::tree::LightBounds;
 use super::{Emission, LightSample};

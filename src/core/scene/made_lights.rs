@@ -1,8 +1,8 @@
 //! Lights that the builder makes of a few numbers: skies, studios, suns with a size, spheres, disks and rectangles.
 
 use super::SceneBuilder;
+use super::lamp_hulls::{around_disk, around_sphere};
 use super::light_checks::{bad_light, check_angle, check_environment, check_light, check_number, unit, unit_of};
-use super::recognise::{around_disk, around_sphere};
 use super::validate::{BuildError, MAX_COORDINATE};
 use crate::color::Spectrum;
 use crate::geometry::{Mesh, triangle_area};

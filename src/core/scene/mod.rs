@@ -9,6 +9,7 @@ mod builder;
 mod duplicates;
 mod freeze;
 mod ground;
+mod lamp_hulls;
 mod light_checks;
 mod made_lights;
 mod passing;
@@ -19,12 +20,12 @@ mod validate;
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
 pub use duplicates::{CoincidentEmitters, MANY_COINCIDENT};
 pub use ground::{Ground, GroundPlane};
+pub(crate) use lamp_hulls::HullHit;
 pub use made_lights::{
     DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
     StudioParameters,
 };
 pub use rebuilt::UnlitBuilder;
-pub(crate) use recognise::HullHit;
 pub use recognise::Panes;
 pub use validate::BuildError;
 

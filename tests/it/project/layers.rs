@@ -384,6 +384,7 @@ fn the_command_line_stands_on_the_library() {
         "accel::BackendInfo",
         "session",
         "io",
+        "files",
         "render",
         "compare",
         "film",

@@ -22,11 +22,12 @@
 //! Rays that start between the hull and a sphere hit the hull behind the sphere. A surface in that
 //! gap hides the sphere. The gap is 2 % of the radius, and the margin.
 
+use super::builder::SceneBuilder;
+use super::{LightNumbering, Scene};
 use crate::geometry::{Hit, Mesh, SurfacePoint};
 use crate::light::{DiskLight, Light, LightId, SphereLight};
 use crate::math::float::gamma;
 use crate::math::{DVec3, Frame, Ray, Vec3};
-use crate::scene::{LightNumbering, Scene, SceneBuilder};
 use std::collections::HashMap;
 
 /// Margin of a disk's square, per largest coordinate.
@@ -40,7 +41,7 @@ fn margin(size: f64, reach: f32) -> f64 {
 
 impl SceneBuilder {
     /// Widens the hulls of lamps for rays that start anywhere in the scene.
-    pub(in crate::scene) fn widen_hulls(&mut self) {
+    pub(super) fn widen_hulls(&mut self) {
         if self.lamps.is_empty() {
             return;
         }
@@ -124,7 +125,7 @@ impl Scene {
 
 /// A polyhedron of 320 faces around a sphere: an icosahedron whose faces are split into four twice.
 /// Scenes have coordinates up to `reach`.
-pub(in crate::scene) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
+pub(super) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
     let (center, radius) = (light.center().as_dvec3(), f64::from(light.radius()));
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let mut corners = Vec::new();
@@ -175,7 +176,7 @@ pub(in crate::scene) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
 }
 
 /// A square around a disk, in its plane. Scenes have coordinates up to `reach`.
-pub(in crate::scene) fn around_disk(light: &DiskLight, reach: f32) -> Mesh {
+pub(super) fn around_disk(light: &DiskLight, reach: f32) -> Mesh {
     let (center, radius) = (light.center().as_dvec3(), f64::from(light.radius()));
     let farthest = center.abs().max_element() + radius;
     let size = radius + margin(farthest, reach) + TILT_MARGIN * farthest;
@@ -268,7 +269,7 @@ mod tests {
             let [position, radiance] = [lamp.0.into(), Vec3::ONE];
             let radiance = Spectrum::from(radiance.to_array());
             builder
-                .add_sphere(&crate::scene::SphereParameters {
+                .add_sphere(&super::super::SphereParameters {
                     position,
                     radius: lamp.1,
                     radiance,

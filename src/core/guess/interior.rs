@@ -1,10 +1,11 @@
 //! Views of an interior: at eye height, level, towards what shows most.
 
+pub(super) use super::floors::upright_bounds;
 use super::floors::{Floors, PLACES, Surface};
 use super::look::{Looker, Seen, Tally};
 use super::rooms::Surroundings;
 use super::spread::directions;
-use crate::math::{Bounds3, Horizon, Vec3};
+use crate::math::{Horizon, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
@@ -253,19 +254,6 @@ pub(super) fn view_towards(
         direction: horizon.direction(azimuth, 0.0),
         ..view
     }
-}
-
-/// The scene's box in coordinates of `horizon`.
-pub(super) fn upright_bounds(bounds: Bounds3, horizon: &Horizon) -> Bounds3 {
-    let corner = |i: u32| {
-        let pick = |bit: u32, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };
-        Vec3::new(
-            pick(0, bounds.min.x, bounds.max.x),
-            pick(1, bounds.min.y, bounds.max.y),
-            pick(2, bounds.min.z, bounds.max.z),
-        )
-    };
-    (0..8).map(|i| horizon.coordinates(corner(i))).collect()
 }
 
 /// Where eyes can be above (`x`, `z`): on each surface that lies flat with room above it. With the height of each eye above its floor.

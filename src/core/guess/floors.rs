@@ -1,6 +1,5 @@
 //! Floors of a scene: flat surfaces with room above them.
 
-use super::interior::upright_bounds;
 use super::look::Looker;
 use crate::math::{Bounds3, Horizon, Vec3};
 use rayon::prelude::*;
@@ -160,4 +159,17 @@ impl<'a> Floors<'a> {
         heights.sort_by(f32::total_cmp);
         heights.get(heights.len() / 2).copied()
     }
+}
+
+/// The scene's box in coordinates of `horizon`.
+pub(super) fn upright_bounds(bounds: Bounds3, horizon: &Horizon) -> Bounds3 {
+    let corner = |i: u32| {
+        let pick = |bit: u32, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };
+        Vec3::new(
+            pick(0, bounds.min.x, bounds.max.x),
+            pick(1, bounds.min.y, bounds.max.y),
+            pick(2, bounds.min.z, bounds.max.z),
+        )
+    };
+    (0..8).map(|i| horizon.coordinates(corner(i))).collect()
 }

@@ -1,10 +1,11 @@
 //! Views of an interior: at eye height, level, towards what shows most.
 
+pub(super) use super::floors::upright_bounds;
 use super::floors::{Floors, PLACES, Surface};
 use super::look::{Looker, Seen, Tally};
 use super::rooms::Surroundings;
 use super::spread::directions;
-use crate::math::{Bounds3, Horizon, Vec3};
+use crate::math::{Horizon, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
@@ -16,11 +17,8 @@ const PITCH: f32 = 32.0_f32;
 const WINDOW: usize = 12;
 /// Share of the directions above the horizon in which a room with a ceiling has a surface.
 const ROOFED: f32 = 0.75;
-/// Heights above the usual floor, in heights of the room, from which on a floor is furniture, and
-/// another storey; and the bits that views from furniture count less.
-const ABOVE_FLOOR: f32 = 0.08;
+/// Height above a floor, in heights of the room, from which on another floor is another storey.
 const STOREY: f32 = 0.8;
-const ON_FURNITURE: f32 = 2.0;
 /// Share of all directions in which a closed place has a surface.
 const CLOSED: f32 = 0.62;
 /// Eye height as a share of the room's height, and at most of the scene's width.
@@ -84,24 +82,9 @@ pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u
             eyes.filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
         })
         .collect();
-    lower_furniture(horizon, &mut views);
     // Stable: of equal ones the first place counts.
     views.sort_by(|a, b| b.score.total_cmp(&a.score));
     views
-}
-
-/// Lowers the scores of views from furniture: from floors that are above the usual one, but not by a
-/// storey.
-fn lower_furniture(horizon: &Horizon, views: &mut [InteriorView]) {
-    let Some(usual) = usual_floor(horizon, views) else {
-        return;
-    };
-    for view in views {
-        let above = (view.floor(horizon) - usual.y) / usual.room;
-        if (ABOVE_FLOOR..STOREY).contains(&above) {
-            view.score -= ON_FURNITURE;
-        }
-    }
 }
 
 /// The floor of a storey.
@@ -271,19 +254,6 @@ pub(super) fn view_towards(
         direction: horizon.direction(azimuth, 0.0),
         ..view
     }
-}
-
-/// The scene's box in coordinates of `horizon`.
-pub(super) fn upright_bounds(bounds: Bounds3, horizon: &Horizon) -> Bounds3 {
-    let corner = |i: u32| {
-        let pick = |bit: u32, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };
-        Vec3::new(
-            pick(0, bounds.min.x, bounds.max.x),
-            pick(1, bounds.min.y, bounds.max.y),
-            pick(2, bounds.min.z, bounds.max.z),
-        )
-    };
-    (0..8).map(|i| horizon.coordinates(corner(i))).collect()
 }
 
 /// Where eyes can be above (`x`, `z`): on each surface that lies flat with room above it. With the height of each eye above its floor.

@@ -11,6 +11,8 @@ use crate::math::{Horizon, Vec3};
 /// Azimuths at which the sun is tried, and its elevations in degrees; the first is taken where all give as much.
 const AZIMUTHS: u32 = 24;
 const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
+/// Share of the points that are in rooms below which only these count.
+const FEW: f32 = 0.2;
 /// Edge of the lamp of a closed room as a share of the room's height, and its distance from the ceiling.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
@@ -81,14 +83,15 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
     emitters::light(looker, position, (direction, half_angle), requirement)
 }
 
-/// Azimuth and elevation of the sun from which light reaches the most points in rooms, or else the
-/// most points of the region: those beyond the walls are in the sun anyway.
+/// Azimuth and elevation of the sun from which light reaches the most points; if few of them are in
+/// rooms, the most of those: points beyond the walls are in the sun anyway.
 fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
     let points: Vec<Vec3> = points_inside(looker.region.bounds).collect();
     let is_room = |&(i, p): &(u32, Vec3)| Surroundings::of(looker, p, horizon.up(), i).is_room();
     let rooms = (0..).zip(points.iter().copied()).filter(is_room);
     let rooms: Vec<Vec3> = rooms.map(|(_, p)| p).collect();
-    let in_rooms = best_sun(looker, horizon, &rooms);
+    let are_few = (rooms.len() as f32) < FEW * points.len() as f32;
+    let in_rooms = are_few.then(|| best_sun(looker, horizon, &rooms)).flatten();
     in_rooms
         .or_else(|| best_sun(looker, horizon, &points))
         .unwrap_or([-45.0, ELEVATIONS[0]])

@@ -10,6 +10,7 @@ mod camera;
 mod emitters;
 mod floors;
 mod framing;
+mod groups;
 mod interior;
 mod lathe;
 mod light;

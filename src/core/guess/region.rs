@@ -5,8 +5,6 @@
 //! against the extent of the corners on one side separate the rest from them. Extents are those of
 //! the middle 90 % of the corners. A scene without wide gaps is one region, whatever its shape.
 
-use super::look::Looker;
-use super::parts::Parts;
 use super::triangles::for_each_triangle;
 use crate::math::{Bounds3, Vec3};
 use crate::scene::Scene;
@@ -29,18 +27,6 @@ const MIN_GAP: f32 = 0.05;
 const STRAY_GAP: f32 = 8.0;
 /// Width of the gaps on both sides of a region that is surrounded: by a ground, or by a dome.
 const SURROUNDING_GAP: f32 = 100.0;
-/// Thickness of a sheet, such as a ground, as a share of its extent, at most.
-const SHEET: f32 = 0.02;
-/// Share of a sheet's extents that the rest of the scene covers at most, if the sheet is around it.
-const COVERED: f32 = 0.8;
-/// Distance of parts that belong together, as a share of the smaller one's extent.
-const NEAR: f32 = 0.1;
-/// Share of the region's volume that a group of parts fills at most, to differ from it.
-const SMALLER: f32 = 0.7;
-/// Parts that are grouped at most, the largest ones, and groups.
-const MAX_PARTS: usize = 2048;
-const MAX_GROUPS: usize = 3;
-
 /// What a scene is looked at for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Region {
@@ -80,38 +66,13 @@ impl Region {
         region
     }
 
-    /// Groups of connected parts of the looker's region, the largest first: a room stands on a ground
-    /// of its own, and lamps and trees stand around. Sheets around all others belong to no group.
-    pub fn groups(looker: &Looker) -> Vec<Self> {
-        let whole = looker.region;
-        let mut boxes = Parts::of(looker).boxes();
-        boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
-        boxes.truncate(MAX_PARTS);
-        while let [first, others @ ..] = boxes.as_slice() {
-            if others.is_empty() || !is_around(&first.0, others) {
-                break;
-            }
-            boxes.remove(0);
-        }
-        let mut groups: Vec<(Bounds3, usize)> = Vec::new();
-        for part in boxes {
-            let (near, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| are_near(&group.0, &part.0));
-            groups = apart;
-            groups.push(
-                near.iter()
-                    .fold(part, |all, group| (union(all.0, &group.0), all.1 + group.1)),
-            );
-        }
-        let corners: usize = groups.iter().map(|(_, corners)| corners).sum();
-        groups.sort_by(|a, b| volume(&b.0).total_cmp(&volume(&a.0)));
-        groups.retain(|(group, _)| volume(group) > 0.0 && volume(group) < SMALLER * volume(&whole.bounds));
-        groups.truncate(MAX_GROUPS);
-        let region = |(bounds, count): (Bounds3, usize)| Self {
+    /// A group of parts in `bounds` with this share of the corners.
+    pub fn with_group(self, bounds: Bounds3, share: f32) -> Self {
+        Self {
             bounds,
-            group: Some(count as f32 / corners as f32),
-            ..whole
-        };
-        groups.into_iter().map(region).collect()
+            group: Some(share),
+            ..self
+        }
     }
 
     /// Returns true if all corners of a triangle lie in the region.
@@ -237,34 +198,8 @@ fn middle_bounds(corners: &[Vec3]) -> Bounds3 {
     bounds
 }
 
-/// Returns true if `sheet` is flat, and reaches far beyond `others` along it.
-fn is_around(sheet: &Bounds3, others: &[(Bounds3, usize)]) -> bool {
-    let rest = others.iter().fold(others[0].0, |all, (part, _)| union(all, part));
-    let (size, rest) = (sheet.max - sheet.min, rest.max - rest.min);
-    let thin = (-size).max_position();
-    let is_wider = |axis: usize| rest[axis] < COVERED * size[axis];
-    size[thin] <= SHEET * extent(sheet) && (0..3).filter(|&axis| axis != thin).all(is_wider)
-}
-
-/// Returns true if two boxes touch, or nearly so.
-fn are_near(a: &Bounds3, b: &Bounds3) -> bool {
-    let margin = Vec3::splat(NEAR * extent(a).min(extent(b)));
-    a.min.cmple(b.max + margin).all() && b.min.cmple(a.max + margin).all()
-}
-
-/// The box around two boxes.
-fn union(mut a: Bounds3, b: &Bounds3) -> Bounds3 {
-    a.extend(b.min);
-    a.extend(b.max);
-    a
-}
-
-fn volume(bounds: &Bounds3) -> f32 {
-    (bounds.max - bounds.min).to_array().iter().product()
-}
-
 /// Largest extent along an axis.
-fn extent(bounds: &Bounds3) -> f32 {
+pub(super) fn extent(bounds: &Bounds3) -> f32 {
     (bounds.max - bounds.min).max_element().max(f32::MIN_POSITIVE)
 }
 

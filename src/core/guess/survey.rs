@@ -1,6 +1,7 @@
 //! Survey of a scene: whether it is an object, seen from outside, or an interior, seen from inside.
 
 use super::floors::Floors;
+use super::groups::groups;
 use super::interior::Inside;
 use super::look::Looker;
 use super::region::Region;
@@ -69,7 +70,7 @@ impl Survey {
         }
         let mut found = (*looker, Rooms::of(looker));
         if !found.1.are_interior() {
-            for region in Region::groups(looker) {
+            for region in groups(looker) {
                 let group = Looker { region, ..*looker };
                 let rooms = Rooms::of(&group);
                 if rooms.are_interior() {

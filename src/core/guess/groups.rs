@@ -1,0 +1,74 @@
+//! Groups of connected parts of a scene that stand apart.
+
+use super::look::Looker;
+use super::parts::Parts;
+use super::region::{Region, extent};
+use crate::math::{Bounds3, Vec3};
+
+/// Thickness of a sheet, such as a ground, as a share of its extent, at most.
+const SHEET: f32 = 0.02;
+/// Share of a sheet's extents that the rest of the scene covers at most, if the sheet is around it.
+const COVERED: f32 = 0.8;
+/// Distance of parts that belong together, as a share of the smaller one's extent.
+const NEAR: f32 = 0.1;
+/// Share of the region's volume that a group of parts fills at most, to differ from it.
+const SMALLER: f32 = 0.7;
+/// Parts that are grouped at most, the largest ones, and groups.
+const MAX_PARTS: usize = 2048;
+const MAX_GROUPS: usize = 3;
+
+/// Groups of connected parts of the looker's region, the largest first: a room stands on a ground
+/// of its own, and lamps and trees stand around. Sheets around all others belong to no group.
+pub(super) fn groups(looker: &Looker) -> Vec<Region> {
+    let whole = looker.region;
+    let mut boxes = Parts::of(looker).boxes();
+    boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
+    boxes.truncate(MAX_PARTS);
+    while let [first, others @ ..] = boxes.as_slice() {
+        if others.is_empty() || !is_around(&first.0, others) {
+            break;
+        }
+        boxes.remove(0);
+    }
+    let mut groups: Vec<(Bounds3, usize)> = Vec::new();
+    for part in boxes {
+        let (near, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| are_near(&group.0, &part.0));
+        groups = apart;
+        groups.push(
+            near.iter()
+                .fold(part, |all, group| (union(all.0, &group.0), all.1 + group.1)),
+        );
+    }
+    let corners: usize = groups.iter().map(|(_, corners)| corners).sum();
+    groups.sort_by(|a, b| volume(&b.0).total_cmp(&volume(&a.0)));
+    groups.retain(|(group, _)| volume(group) > 0.0 && volume(group) < SMALLER * volume(&whole.bounds));
+    groups.truncate(MAX_GROUPS);
+    let region = |(bounds, count): (Bounds3, usize)| whole.with_group(bounds, count as f32 / corners as f32);
+    groups.into_iter().map(region).collect()
+}
+
+/// Returns true if `sheet` is flat, and reaches far beyond `others` along it.
+fn is_around(sheet: &Bounds3, others: &[(Bounds3, usize)]) -> bool {
+    let rest = others.iter().fold(others[0].0, |all, (part, _)| union(all, part));
+    let (size, rest) = (sheet.max - sheet.min, rest.max - rest.min);
+    let thin = (-size).max_position();
+    let is_wider = |axis: usize| rest[axis] < COVERED * size[axis];
+    size[thin] <= SHEET * extent(sheet) && (0..3).filter(|&axis| axis != thin).all(is_wider)
+}
+
+/// Returns true if two boxes touch, or nearly so.
+fn are_near(a: &Bounds3, b: &Bounds3) -> bool {
+    let margin = Vec3::splat(NEAR * extent(a).min(extent(b)));
+    a.min.cmple(b.max + margin).all() && b.min.cmple(a.max + margin).all()
+}
+
+/// The box around two boxes.
+fn union(mut a: Bounds3, b: &Bounds3) -> Bounds3 {
+    a.extend(b.min);
+    a.extend(b.max);
+    a
+}
+
+fn volume(bounds: &Bounds3) -> f32 {
+    (bounds.max - bounds.min).to_array().iter().product()
+}

@@ -76,7 +76,14 @@ pub(crate) struct LightType {
     /// Keys of which it has exactly one.
     pub one_of: &'static [&'static str],
     /// Meaning and schema of `angle`, which types share.
-    pub angle: Option<(&'static str, fn() -> Value)>,
+    pub angle: Option<Angle>,
+}
+
+/// Meaning of the key `angle` of a type.
+#[derive(Clone, Copy)]
+pub(crate) struct Angle {
+    help: &'static str,
+    schema: fn() -> Value,
 }
 
 impl LightType {
@@ -119,7 +126,7 @@ impl LightType {
 
     const fn with_angle(self, help: &'static str, schema: fn() -> Value) -> Self {
         Self {
-            angle: Some((help, schema)),
+            angle: Some(Angle { help, schema }),
             ..self
         }
     }
@@ -141,7 +148,7 @@ impl LightType {
 
     /// What its `angle` is, with its schema.
     pub fn angle_schema(&self) -> Option<Value> {
-        self.angle.map(|(help, schema)| {
+        self.angle.map(|Angle { help, schema }| {
             let mut schema = schema();
             schema["description"] = json!(help);
             schema

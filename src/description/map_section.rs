@@ -51,7 +51,7 @@ pub enum MapSection {
     /// No texture.
     None,
     /// A texture.
-    Texture(TextureSection),
+    Texture(Box<TextureSection>),
 }
 
 impl<'de> Deserialize<'de> for MapSection {
@@ -66,7 +66,7 @@ impl<'de> Deserialize<'de> for MapSection {
 
             fn visit_str<E: de::Error>(self, name: &str) -> Result<MapSection, E> {
                 let file = Spanned::new(0..0, name.into());
-                Ok(MapSection::Texture(TextureSection::new(file)))
+                Ok(MapSection::Texture(Box::new(TextureSection::new(file))))
             }
 
             fn visit_bool<E: de::Error>(self, is_there: bool) -> Result<MapSection, E> {
@@ -78,7 +78,8 @@ impl<'de> Deserialize<'de> for MapSection {
 
             // A derived choice between both would not say which key is unknown.
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
-                TextureSection::deserialize(MapAccessDeserializer::new(map)).map(MapSection::Texture)
+                TextureSection::deserialize(MapAccessDeserializer::new(map))
+                    .map(|texture| MapSection::Texture(Box::new(texture)))
             }
         }
         deserializer.deserialize_any(FileOrTable)

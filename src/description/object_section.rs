@@ -38,6 +38,7 @@ section! {
 
 section! {
     /// `transform = { … }`
+    #[derive(Default)]
     pub struct TransformSection {
         required {}
         /// Translation in scene units; applied last

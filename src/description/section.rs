@@ -237,20 +237,23 @@ macro_rules! section {
             const REQUIRED: &'static [&'static str] = &[$(section!(@name $required $(, $name)?)),*];
 
             fn given(&self) -> Vec<$crate::description::section::Given<'_>> {
-                let mut given = Vec::new();
-                $(given.push($crate::description::section::Given {
-                    key: section!(@name $required $(, $name)?),
-                    span: self.$required.span(),
-                    numbers: &[],
-                    range: crate::options::Range::Any,
-                });)*
-                $(given.extend(self.$key.as_ref().map(|value| $crate::description::section::Given {
-                    key: stringify!($key),
-                    span: value.span(),
-                    numbers: $crate::description::section::KeyType::numbers(value.get_ref()),
-                    range: section!(@range stringify!($key) $(, $range)?),
-                }));)*
-                given
+                let required: Vec<$crate::description::section::Given<'_>> = vec![
+                    $($crate::description::section::Given {
+                        key: section!(@name $required $(, $name)?),
+                        span: self.$required.span(),
+                        numbers: &[],
+                        range: crate::options::Range::Any,
+                    }),*
+                ];
+                let optional: Vec<Option<$crate::description::section::Given<'_>>> = vec![
+                    $(self.$key.as_ref().map(|value| $crate::description::section::Given {
+                        key: stringify!($key),
+                        span: value.span(),
+                        numbers: $crate::description::section::KeyType::numbers(value.get_ref()),
+                        range: section!(@range stringify!($key) $(, $range)?),
+                    })),*
+                ];
+                required.into_iter().chain(optional.into_iter().flatten()).collect()
             }
 
             #[allow(unused_variables, reason = "some sections have no optional key")]

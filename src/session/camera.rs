@@ -345,8 +345,13 @@ mod tests {
     /// A normal lens of full frame, 50 mm at a vertical field of view of 26.99°, in metres and in millimetres.
     #[test]
     fn an_f_number_is_a_radius() {
-        let mut settings = CameraSettings::default();
-        settings.f_stop = Some(2.0);
+        let mut settings = CameraSettings {
+            options: CameraOptions {
+                f_stop: Some(2.0),
+                ..CameraOptions::default()
+            },
+            ..CameraSettings::default()
+        };
         let fov = 2.0 * (12f32 / 50.0).atan().to_degrees();
         assert!((settings.radius(fov).unwrap() - 0.0125).abs() < 1e-7);
         let mut millimetres = settings;

@@ -11,7 +11,7 @@ use clap::{ArgMatches, Args, Command, FromArgMatches};
 const EXCLUSIVE: [&str; 2] = ["focus_at", "focus_distance"];
 
 /// Camera flags. What neither flags nor the scene file set is guessed.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::cli) struct CameraArgs(pub CameraOptions);
 
 impl Args for CameraArgs {

@@ -173,7 +173,7 @@ Examples:
     /// Show cameras to choose from, each with its flags
     Views(ViewsArgs),
     /// Write a commented scene file for an OBJ: camera, light, exposure, every material
-    Init(InitArgs),
+    Init(Box<InitArgs>),
     /// Report errors, warnings and assumptions of a scene's files: file:line:column
     #[command(after_help = "\
 The exit code is 1 if there is an error; warnings and notes give 0.

@@ -107,10 +107,10 @@ impl MaterialSection {
         }
         for request in &found.maps {
             let Some(file) = path(request) else { continue };
-            let map = said(MapSection::Texture(TextureSection::of(
+            let map = said(MapSection::Texture(Box::new(TextureSection::of(
                 file,
                 &request.statement.mapping,
-            )));
+            ))));
             let slot = request.statement.slot;
             section
                 .maps_mut()

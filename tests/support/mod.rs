@@ -27,6 +27,12 @@ use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 
+/// Returns true if all values of two pictures agree within rounding errors of `f32` sums.
+pub fn agree_within_rounding(a: &[f64], b: &[f64]) -> bool {
+    let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-5 * (a.abs() + b.abs()) + 1e-9;
+    a.len() == b.len() && a.iter().zip(b).all(is_near)
+}
+
 /// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-long`,
 /// which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an eighth in `make test`.
 /// A bound in standard errors holds for each; [`slack`] is the factor of one that was set for all.

@@ -8,6 +8,7 @@ mod bidirectional;
 mod first_surface;
 mod found_light;
 mod irradiance_cache;
+mod listeners;
 mod metropolis;
 mod opacity;
 mod path;

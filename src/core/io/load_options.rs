@@ -1,6 +1,6 @@
 use super::mtl::LibraryOptions;
-use super::obj::PartFilter;
 use super::origin::Origin;
+use super::part_filter::PartFilter;
 use super::{MtlDialect, Severity};
 use crate::parameter::{Named, Range, named, parameters};
 use crate::scene::Panes;

@@ -24,6 +24,7 @@ mod normals;
 pub mod obj;
 mod origin;
 pub mod packed;
+mod part_filter;
 mod picture;
 mod png;
 mod read_image;
@@ -49,8 +50,9 @@ pub use load_options::{LoadOptions, LoadParameters, MapsByName, ObjReader, Verte
 pub use metadata::{FeatureNames, Metadata};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
-pub use obj::{Face, FaceMaterial, ObjFaces, PartFilter, part_names};
+pub use obj::{Face, FaceMaterial, ObjFaces, part_names};
 pub use origin::Origin;
+pub use part_filter::PartFilter;
 pub use png::{display_bytes, png_bytes};
 pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};

@@ -319,10 +319,13 @@ fn places_without_a_floor_are_refused() {
             "error: --yaw cannot be used with --look-at\n",
         ),
         ("--yaw 9", "error: render needs --stand X,Z[,HEIGHT]\n"),
-        ("--stand 1", "error: --stand 1\n  help: the two horizontal coordinates"),
+        (
+            "--stand 1",
+            "error: --stand 1\n  help: use the two horizontal coordinates",
+        ),
         (
             "--stand 0,0,-1",
-            "error: --stand 0,0,-1\n  help: the height of the eyes must be above 0",
+            "error: --stand 0,0,-1\n  help: use the two horizontal coordinates",
         ),
     ] {
         let words = refused(args);

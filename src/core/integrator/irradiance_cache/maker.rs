@@ -6,7 +6,7 @@ use super::{MAX_MIRRORS, layer};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint};
-use crate::integrator::found_light::Summed;
+use crate::integrator::listeners::Summed;
 use crate::integrator::path::integrator::PathNumbers;
 use crate::integrator::path::state::PathState;
 use crate::integrator::vertex::Vertex;

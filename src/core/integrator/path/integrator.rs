@@ -16,7 +16,7 @@ use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
-use crate::integrator::found_light::Clamped;
+use crate::integrator::listeners::Clamped;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::material::BsdfSlot;

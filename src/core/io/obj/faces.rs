@@ -1,9 +1,9 @@
 use super::outline::{FaceRange, Outline};
 use super::parse::{Chunks, Wanted, parse};
-use super::parts::PartFilter;
 use super::polygon::triangulate;
 use super::{CHUNK_BYTES, read_text};
 use crate::io::FileError;
+use crate::io::PartFilter;
 use crate::io::normals::area_vector;
 use crate::io::statements::{split_keyword, statements};
 use crate::math::{DVec3, Vec2, Vec3};

@@ -35,7 +35,7 @@ pub(super) use origin::chosen_origin;
 pub use origin::origin_of;
 use outline::Outline;
 use parse::{Chunks, Wanted};
-pub use parts::{PartFilter, part_names};
+pub use parts::part_names;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fs::{self, File};

@@ -6,9 +6,10 @@
 use super::colors::{color_of, read_mrgb};
 use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
-use super::parts::{PartFilter, PartState};
+use super::parts::PartState;
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks, Skipped};
+use crate::io::PartFilter;
 use crate::io::statements::{MRGB, Statement, chunks, place_of, split_keyword, statements, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{DVec3, Vec2, Vec3, excerpt};

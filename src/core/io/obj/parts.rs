@@ -1,44 +1,12 @@
 //! Parts of an OBJ file: faces below the names of `o` and `g` statements.
 
 use super::read_text;
-use crate::io::FileError;
 use crate::io::statements::{split_keyword, statements};
+use crate::io::{FileError, PartFilter};
 use crate::math::Glob;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::path::Path;
-
-/// Patterns of the names of parts. A face is hidden if any name of its part fits `hide`, or if `only`
-/// has patterns and no name fits one of them.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PartFilter {
-    /// Parts that are left out.
-    pub hide: Vec<Glob>,
-    /// Parts that are kept, if there are any patterns.
-    pub only: Vec<Glob>,
-}
-
-impl PartFilter {
-    /// Returns true if all parts are shown.
-    pub fn is_empty(&self) -> bool {
-        self.hide.is_empty() && self.only.is_empty()
-    }
-
-    /// All patterns: those of `hide`, then those of `only`.
-    pub fn globs(&self) -> impl Iterator<Item = &Glob> {
-        self.hide.iter().chain(&self.only)
-    }
-
-    /// Returns true if the faces of `part` are shown. Patterns that fit a name are marked in `fits`, in
-    /// the order of [`PartFilter::globs`].
-    fn shows(&self, part: &PartNames, fits: &mut [bool]) -> bool {
-        for (glob, fits) in self.globs().zip(&mut *fits) {
-            *fits |= part.fit(glob);
-        }
-        let fits = |globs: &[Glob]| globs.iter().any(|glob| part.fit(glob));
-        !fits(&self.hide) && (self.only.is_empty() || fits(&self.only))
-    }
-}
 
 /// Names that faces stand below.
 #[derive(Clone, Debug, Default)]
@@ -71,6 +39,16 @@ impl PartNames {
             _ => {}
         }
     }
+}
+
+/// Returns true if the faces of `part` are shown. Patterns that fit a name are marked in `fits`, in the
+/// order of [`PartFilter::globs`].
+fn shows(filter: &PartFilter, part: &PartNames, fits: &mut [bool]) -> bool {
+    for (glob, fits) in filter.globs().zip(&mut *fits) {
+        *fits |= part.fit(glob);
+    }
+    let fits = |globs: &[Glob]| globs.iter().any(|glob| part.fit(glob));
+    !fits(&filter.hide) && (filter.only.is_empty() || fits(&filter.only))
 }
 
 /// Which faces of a chunk of an OBJ file are shown.
@@ -119,7 +97,7 @@ impl<'a> PartState<'a> {
             if let Some(groups) = groups {
                 state.names.groups = groups;
             }
-            state.is_shown = filter.shows(&state.names, &mut state.fits);
+            state.is_shown = shows(filter, &state.names, &mut state.fits);
         }
         states
     }
@@ -133,7 +111,7 @@ impl<'a> PartState<'a> {
     pub fn follow(&mut self, keyword: &str, rest: &str) {
         if !self.filter.is_empty() {
             self.names.follow(keyword, rest);
-            self.is_shown = self.filter.shows(&self.names, &mut self.fits);
+            self.is_shown = shows(self.filter, &self.names, &mut self.fits);
         }
     }
 }

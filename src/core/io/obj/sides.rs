@@ -167,8 +167,8 @@ fn move_out(
 #[cfg(test)]
 mod tests {
     use super::super::parse::{Chunks, Wanted, parse};
-    use super::super::parts::PartFilter;
     use super::super::{Group, into_groups};
+    use crate::io::PartFilter;
     use crate::math::DVec3;
     use std::path::Path;
 

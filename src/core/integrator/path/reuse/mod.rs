@@ -35,7 +35,7 @@ use super::integrator::{CameraPacket, PathIntegrator, PathNumbers, with_clamped}
 use super::state::{PathState, Traced};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::integrator::found_light::Summed;
+use crate::integrator::listeners::Summed;
 use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};

@@ -1,6 +1,6 @@
-use super::super::PartFilter;
 use super::{ObjFaces, SQUARE, load, load_file};
 use crate::io::LoadOptions;
+use crate::io::PartFilter;
 use std::fs;
 use std::path::Path;
 

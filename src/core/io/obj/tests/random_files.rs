@@ -1,8 +1,8 @@
 use super::super::parse::{self, Chunks, Wanted};
-use super::super::parts::PartFilter;
 use super::super::{Colors, Group, into_groups};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
+use crate::io::PartFilter;
 use crate::math::hash::mix;
 use crate::math::{DVec3, Vec2, Vec3};
 use std::path::Path;

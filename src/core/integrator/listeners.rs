@@ -1,0 +1,186 @@
+//! Sinks between an integrator and the sink of a sample: the rest of a shared path, and clamped light.
+
+use super::found_light::LightSum;
+use super::{CameraView, FoundLight, PathEvent, RayKind, RaySink, Sink};
+use crate::bsdf::ScatteringEvent;
+use crate::color::Spectrum;
+use crate::film::FirstSurface;
+
+/// A sink that sums the light of the rest of a path. Rays and records go to the sink of the path.
+pub(crate) struct Summed<'o, O> {
+    out: &'o mut O,
+    /// The light.
+    pub sum: LightSum,
+    /// Scattering events before the rest of the path.
+    depth: u32,
+    /// Events of the rest of the path, if the sink separates paths.
+    events: Vec<ScatteringEvent>,
+}
+
+impl<'o, O: Sink> Summed<'o, O> {
+    /// No light yet of a path that `out` listens to, after `depth` scattering events.
+    pub fn new(depth: u32, out: &'o mut O) -> Self {
+        Self {
+            out,
+            sum: LightSum::default(),
+            depth,
+            events: Vec::new(),
+        }
+    }
+}
+
+impl<O: Sink> Sink for Summed<'_, O> {
+    fn weight(&mut self, _: f32) {}
+
+    #[inline(always)]
+    fn light(&mut self, light: FoundLight) {
+        self.sum.radiance += light.radiance;
+        if self.out.tells_parts() {
+            self.part(light);
+        }
+        if self.out.records() && !light.radiance.is_black() {
+            self.out.record(PathEvent::Light(light.radiance));
+        }
+    }
+
+    fn part(&mut self, light: FoundLight) {
+        let of_rest = light.scatterings.saturating_sub(self.depth) as usize;
+        let before = of_rest.saturating_sub(light.events.len());
+        let before = &self.events[..before.min(self.events.len())];
+        self.sum.add_part(FoundLight {
+            events: &[before, light.events].concat(),
+            ..light
+        });
+    }
+
+    fn first_surface(&mut self, _: FirstSurface) {}
+
+    #[inline(always)]
+    fn tells_parts(&self) -> bool {
+        self.out.tells_parts()
+    }
+
+    #[inline(always)]
+    fn tells_paths(&self) -> bool {
+        self.out.tells_paths()
+    }
+
+    fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
+        self.events.truncate(depth.saturating_sub(self.depth) as usize);
+        self.events.push(event);
+    }
+}
+
+impl<O: RaySink> RaySink for Summed<'_, O> {
+    #[inline(always)]
+    fn ray(&mut self, kind: RayKind) {
+        self.out.ray(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.out.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.out.is_cancelled()
+    }
+
+    #[inline(always)]
+    fn records(&self) -> bool {
+        self.out.records()
+    }
+
+    fn record(&mut self, event: PathEvent) {
+        self.out.record(event);
+    }
+}
+
+/// A sink that limits the luminance of a sample's light after the first bounce.
+pub(crate) struct Clamped<'o> {
+    out: &'o mut dyn Sink,
+    /// Light after the first bounce.
+    indirect: LightSum,
+}
+
+impl<'o> Clamped<'o> {
+    /// No light yet of a sample that `out` listens to.
+    pub fn new(out: &'o mut dyn Sink) -> Self {
+        Self {
+            out,
+            indirect: LightSum::default(),
+        }
+    }
+
+    /// Tells the light after the first bounce, scaled down to the luminance `limit` if it has more.
+    pub fn finish(mut self, limit: f32) {
+        let luminance = self.indirect.radiance.luminance();
+        let factor = if luminance > limit { limit / luminance } else { 1.0 };
+        self.indirect.tell(Spectrum::splat(factor), 2, &mut self.out);
+    }
+}
+
+impl Sink for Clamped<'_> {
+    fn weight(&mut self, weight: f32) {
+        self.out.weight(weight);
+    }
+
+    fn light(&mut self, light: FoundLight) {
+        if light.scatterings <= 1 {
+            self.out.light(light);
+            return;
+        }
+        self.indirect.radiance += light.radiance;
+        if self.out.tells_parts() {
+            self.indirect.add_part(light);
+        }
+    }
+
+    fn part(&mut self, light: FoundLight) {
+        match light.scatterings {
+            0 | 1 => self.out.part(light),
+            _ => self.indirect.add_part(light),
+        }
+    }
+
+    fn first_surface(&mut self, surface: FirstSurface) {
+        self.out.first_surface(surface);
+    }
+
+    fn camera_view(&mut self, view: CameraView) {
+        self.out.camera_view(view);
+    }
+
+    fn tells_parts(&self) -> bool {
+        self.out.tells_parts()
+    }
+
+    fn tells_paths(&self) -> bool {
+        self.out.tells_paths()
+    }
+
+    fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
+        self.out.scattered(depth, event);
+    }
+}
+
+impl RaySink for Clamped<'_> {
+    fn ray(&mut self, kind: RayKind) {
+        self.out.ray(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.out.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.out.is_cancelled()
+    }
+
+    fn records(&self) -> bool {
+        self.out.records()
+    }
+
+    fn record(&mut self, event: PathEvent) {
+        self.out.record(event);
+    }
+}

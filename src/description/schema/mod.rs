@@ -7,7 +7,9 @@
 use super::key_schema::{closed, described};
 use super::light_section::LightType;
 use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
-use super::section::{Section, table};
+#[cfg(feature = "view")]
+use super::section::Section;
+use super::section::table;
 use super::{GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneOptions};
 use crate::color::Spectrum;
 use crate::options::{CameraOptions, Parameter};

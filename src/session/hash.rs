@@ -65,7 +65,7 @@ mod tests {
         let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
-            "39a306de792d222721718df32ba8cf65f890c629c0b90d763ae6b961f18e9d64"
+            "4442c8b200102b0b05a0dff7ebf955fa50832b35bb4fd9700005955da6eca8c7"
         );
     }
 

@@ -180,11 +180,12 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scenes that `--help` leaves out.
-const RARE: [&str; 23] = [
+const RARE: [&str; 24] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
     "checkpoint-interval",
+    "compression",
     "denoise-radius",
     "filter-radius",
     "fisheye-fov",

@@ -93,6 +93,6 @@ fn patterns_without_a_part_are_errors() {
     let args = split("render s.toml -o t.png --hide wood --obj-reader tobj");
     let words = refused(folder.path(), &args, 2);
     assert!(words.contains("--obj-reader own"), "{words}");
-    let words = error("--set render.hide=3");
+    let words = refused(folder.path(), &split("render s.toml -o t.png --set render.hide=3"), 2);
     assert!(words.contains("hide is not the name of a part"), "{words}");
 }

@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn the_ground_shows_the_share_of_light_that_arrives() {
-        let shadow = |background| {
+        let shadow = |background: Option<Spectrum>| {
             CameraView::Ground(Shadow {
                 factor: Spectrum::splat(4.0),
                 base: Spectrum::splat(0.25),

@@ -236,6 +236,7 @@ mod tests {
             base: 0.1,
             gain: 2.0,
             bump: 0.2,
+            flips_green: false,
         };
         assert_eq!((all.mapping, all.file.as_str()), (expected, "a b.png"));
         assert_eq!(map("-s 2 1.png").file, "1.png");

@@ -167,7 +167,7 @@ fn move_out(
 #[cfg(test)]
 mod tests {
     use super::super::parse::{Chunks, Wanted, parse};
-    use super::super::{Group, into_groups};
+    use super::super::{Colors, Group, into_groups};
     use crate::io::PartFilter;
     use crate::math::DVec3;
     use std::path::Path;

@@ -118,7 +118,12 @@ pub(super) fn take_colors(
     }
     let missing = colors.iter().filter(|color| color[0].is_nan()).count();
     if missing > 0 {
-        let message = format!("{missing} of {count} vertices have no colour; they are white");
+        let (has, they) = if missing == 1 {
+            ("has", "it is")
+        } else {
+            ("have", "they are")
+        };
+        let message = format!("{missing} of {count} vertices {has} no colour; {they} white");
         tell(
             Severity::Warning,
             "bad-vertex-color",
@@ -126,7 +131,10 @@ pub(super) fn take_colors(
             "export all colours, or use --vertex-colors off",
         );
     }
-    let mut words = format!("{} vertices have a colour", count - missing);
+    let mut words = match count - missing {
+        1 => "1 vertex has a colour".to_string(),
+        some => format!("{some} vertices have a colour"),
+    };
     if is_bytes {
         words += ", from 0 to 255";
     }

@@ -91,7 +91,7 @@ fn large_work_items_are_few() {
     let large = light_bytes(true, &wide, crop);
     assert_eq!(work_items_at_once(usual, 2), WORK_ITEMS_AT_ONCE);
     let few = work_items_at_once(large, 2);
-    assert!((2..WORK_ITEMS_AT_ONCE / 4).contains(&few), "{few}");
+    assert!((2..=WORK_ITEMS_AT_ONCE / 4).contains(&few), "{few}");
     assert_eq!(work_items_at_once(large, 64), 64);
     // A filter is no wider than the picture.
     let endless = light_bytes(true, &Filter::new(FilterKind::Gaussian, 1e30), crop);

@@ -292,11 +292,11 @@ impl<'a> CameraFinder<'a> {
                 None => {}
             }
         }
-        Ok(self.from_outside())
+        Ok(self.view_from_outside())
     }
 
     /// The camera around the scene.
-    fn from_outside(&self) -> CameraGuess {
+    fn view_from_outside(&self) -> CameraGuess {
         let Asked {
             position,
             look_at,
@@ -344,7 +344,7 @@ impl<'a> CameraFinder<'a> {
                 },
                 ..*self
             }
-            .from_outside()
+            .view_from_outside()
         };
         let mut candidates = Vec::new();
         if self.survey.is_interior {

@@ -141,7 +141,7 @@ fn over_others(values: [f32; 3], up: Direction) -> f32 {
     values[up.axis] - values[(up.axis + 1) % 3].max(values[(up.axis + 2) % 3])
 }
 
-/// Scores of the directions as the upright axis of a scene, in the order of [`Direction::ALL`].
+/// Scores of the directions as the upright axis of a scene, in the order of `Direction::ALL`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UpScores([f32; 6]);
 

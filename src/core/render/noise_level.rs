@@ -172,7 +172,7 @@ mod tests {
             } else {
                 1.0 + deviation(key.x) as f32
             };
-            out.radiance(Spectrum::splat(value).into());
+            out.radiance(Spectrum::splat(value));
         }
     }
 

@@ -74,7 +74,7 @@ pub struct ObjFile {
     pub materials: Vec<FileMaterial>,
     /// Files of the libraries that were found.
     pub libraries: Vec<PathBuf>,
-    /// Patterns of the names of parts that fit one, in the order of [`PartFilter::globs`].
+    /// Patterns of the names of parts that fit one, in the order of [`PartFilter::globs`](crate::io::PartFilter::globs).
     pub part_fits: Vec<bool>,
     /// True if a mesh has texture coordinates.
     pub has_uvs: bool,

@@ -25,7 +25,7 @@ impl IterationIntegrator for &Counting {
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         self.0.fetch_add(1, Ordering::Relaxed);
         sampler.start(key);
-        out.radiance(Spectrum::splat(sampler.get_1d(crate::sampler::Dimension::PIXEL)).into());
+        out.radiance(Spectrum::splat(sampler.get_1d(crate::sampler::Dimension::PIXEL)));
     }
 }
 

@@ -8,7 +8,7 @@ section! {
     /// `[[object]]`
     pub struct ObjectSection {
         required {
-            /// OBJ file, relative to the scene file; one [[object]] for each
+            /// OBJ file, relative to the scene file; one `[[object]]` for each
             obj: PathBuf;
         }
         /// Name of the object in mattes

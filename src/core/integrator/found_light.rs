@@ -21,7 +21,7 @@ pub struct FoundLight<'e> {
     /// Number of scattering events between the source and the camera.
     pub scatterings: u32,
     /// Last ones of these events, in order from the camera. The sink knows the others by
-    /// [`RaySink::scattered`](super::RaySink::scattered). Empty if it does not separate paths.
+    /// `scattered`. Empty if it does not separate paths.
     pub events: &'e [ScatteringEvent],
 }
 

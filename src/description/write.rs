@@ -234,7 +234,18 @@ mod tests {
     }
 
     /// Keys that say in another way what a key below says, and cannot stand beside it; the sections' own tests write them.
-    const ALTERNATIVES: [&str; 5] = ["view", "orbit", "focus_at", "f_stop", "sensor_height"];
+    const ALTERNATIVES: [&str; 10] = [
+        "view",
+        "orbit",
+        "stand",
+        "yaw",
+        "fov",
+        "fisheye_fov",
+        "fisheye_mapping",
+        "focus_at",
+        "f_stop",
+        "sensor_height",
+    ];
 
     const EVERY_KEY: &str = r#"version = 1
 [camera]
@@ -242,6 +253,9 @@ position = [0.1, -2.5e-7, 16777216.0]
 look_at = [0.0, 1.0, 3e30]
 up = [0.0, 1.0, 0.0]
 vertical_fov = 39.3077
+projection = "orthographic"
+ortho_height = 3.5
+shift = [0.25, 0.5]
 lens_radius = 0.1
 aperture_blades = 6
 aperture_rotation = 15.0

@@ -187,7 +187,10 @@ fn backgrounds_of_the_page_are_those_of_the_png() {
         let viewer = Viewer::start(folder.path(), &flags);
         let mut browser = Browser::start();
         let tab = browser.open(&viewer.link(), [1280, 800]);
-        browser.wait(&tab, "embrasure.picture.frame?.final");
+        browser.wait(
+            &tab,
+            "document.documentElement.dataset.phase === 'complete' && document.documentElement.dataset.samples === '16' && embrasure.picture.frame?.final",
+        );
         let codes = browser.value(
             &tab,
             "[...document.getElementById('picture').getContext('2d').getImageData(0, 0, 96, 72).data]",

@@ -74,13 +74,13 @@ fn pictures_have_the_bits_of_a_render() {
     );
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
 
-    // Another way to sample lights, for which the scene is made anew
+    // Another way to sample lights, which needs no other scene
     let flags = "s.toml --spp 16 --light-selection all";
     let viewer = Viewer::start(folder, &split(flags));
     let mut page = viewer.page();
     page.wait_for_all();
     page.send(r#"{"do":"set","key":"lamp_samples","value":"3"}"#);
-    page.message("note");
+    page.frame_where(|header| header["samples"] == 16.0 && header["final"] == true);
     page.wait_for_all();
     save(&viewer, &folder.join("v.exr"));
     done(folder, &split(&format!("render {flags} -q --lamp-samples 3 -o r.exr")));

@@ -156,7 +156,7 @@ impl Engine<'_> {
         self.shown.status = Some(Instant::now());
         let settings = renderer.session().settings();
         let samples = state.film.samples();
-        let is_known = |(of, at): (u64, Instant)| of == samples || at.elapsed() < MEASURING;
+        let is_known = |(of, at): (u64, Instant)| of == samples || !is_complete && at.elapsed() < MEASURING;
         if samples > 0 && !self.shown.measured.is_some_and(is_known) {
             self.shown.measured = Some((samples, Instant::now()));
             self.shown.noise = state.film.relative_error();

@@ -1,143 +1,30 @@
-//! The camera where not all of it is said.
+//! The camera if not all of it is given.
 
-use super::floors::{Floors, PLACES};
+mod inside;
+
 use super::framing::Frame;
-use super::interior::{self, Inside, InteriorView, upright_bounds};
+use super::interior::{self, Inside, upright_bounds};
 use super::light::LightGuess;
 use super::look::Looker;
 use super::object;
-use super::plan::{self, Cut, Plan};
 use super::region::Region;
-use super::scale::Scale;
-use super::stand::{self, Stand};
+use super::stand::Stand;
 use super::survey::Survey;
 use super::up::Sisters;
+use super::views::{Orbit, View};
 use crate::accel::Accel;
 use crate::camera::{CameraError, CameraParameters};
-use crate::math::{DVec3, Horizon, Vec3, encode_fields, encode_variants};
+use crate::math::{DVec3, Horizon, Vec3};
 use crate::scene::Scene;
 
 /// Vertical field of view of objects, degrees.
 const OBJECT_FOV: f32 = 35.0;
-/// Horizontal field of view of interiors in a square image, degrees.
-const INTERIOR_FOV: f32 = 62.0;
-/// Vertical field of view of an interior that is seen from outside, through a side without a wall, degrees.
-const OPEN_SIDE_FOV: f32 = 40.0;
-/// How other cameras of an interior are had.
-const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -o views.png` other cameras";
 /// Share of the width or height of the image that an object fills.
 const FILL: f32 = 0.84;
 /// Triangles by which a scene is framed at most, evenly spread over its own.
 const MAX_TRIANGLES: u64 = 1 << 23;
-/// Elevation of an isometric view, degrees: its three axes are equally short.
-const ISOMETRIC: f32 = 35.264_39;
-/// Views of an interior that stand and look alike, as a share of the scene's width and as a cosine; only one of them is a candidate.
-const ALIKE: (f32, f32) = (0.2, 0.5);
-/// Minimum height of the eye of an interior's view, as a share of that of the best one: eyes under a table or a stair are lower.
-const MIN_HEIGHT: f32 = 0.35;
-/// Maximum share of the rays of an interior's view that leave the scene, unless the best one has more.
-const MAX_MISSING: f32 = 0.5;
 /// Candidates at most.
 const MAX_CANDIDATES: usize = 12;
-/// Candidates inside of an interior at most; one view from outside fits beside them.
-const INSIDE_CANDIDATES: usize = MAX_CANDIDATES - 1;
-/// Places along each side of the floor where small rooms of a large scene are looked for.
-const MANY_PLACES: u32 = 4 * PLACES;
-
-/// A view by its name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum View {
-    /// By the kind of scene: an object from its front, right or left, and above; an interior from inside.
-    #[default]
-    Auto,
-    /// From the front, level.
-    Front,
-    /// From behind, level.
-    Back,
-    /// From the viewer's left of the front, level.
-    Left,
-    /// From the viewer's right of the front, level.
-    Right,
-    /// From above; the front is at the bottom.
-    Top,
-    /// From 45° right of the front, where all three axes look equally short.
-    Iso,
-    /// From inside, at eye height.
-    Inside,
-}
-
-impl View {
-    /// Each by the name that users type, the default first.
-    pub const NAMES: &[(&str, Self)] = &[
-        ("auto", Self::Auto),
-        ("front", Self::Front),
-        ("back", Self::Back),
-        ("left", Self::Left),
-        ("right", Self::Right),
-        ("top", Self::Top),
-        ("iso", Self::Iso),
-        ("inside", Self::Inside),
-    ];
-
-    /// Degrees of azimuth from the front, and of elevation; `None` where the scene decides.
-    fn angles(self) -> Option<(f32, f32)> {
-        match self {
-            Self::Auto | Self::Inside => None,
-            Self::Front => Some((0.0, 0.0)),
-            Self::Back => Some((180.0, 0.0)),
-            Self::Left => Some((-90.0, 0.0)),
-            Self::Right => Some((90.0, 0.0)),
-            Self::Top => Some((0.0, 90.0)),
-            Self::Iso => Some((45.0, ISOMETRIC)),
-        }
-    }
-}
-
-encode_variants!(View {
-    0 => Auto,
-    1 => Front,
-    2 => Back,
-    3 => Left,
-    4 => Right,
-    5 => Top,
-    6 => Iso,
-    7 => Inside,
-});
-
-/// A camera on a sphere around what it looks at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orbit {
-    /// Degrees, from +z towards +x where +y is up, and from −y towards +x where +z is up.
-    pub azimuth: f32,
-    /// Degrees above the horizon.
-    pub elevation: f32,
-    /// Scene units from the target, or else from the middle of the scene's box; `None` where the scene fills the image.
-    pub distance: Option<f32>,
-}
-
-encode_fields!(Orbit {
-    azimuth,
-    elevation,
-    distance
-});
-
-impl Orbit {
-    /// Orbit of azimuth, elevation between -90 and 90 and, if there is a third number, distance above 0.
-    pub fn of(numbers: &[f32]) -> Option<Self> {
-        let (azimuth, elevation, distance) = match *numbers {
-            [azimuth, elevation] => (azimuth, elevation, None),
-            [azimuth, elevation, distance] => (azimuth, elevation, Some(distance)),
-            _ => return None,
-        };
-        let is_distance = |distance: f32| distance > 0.0 && distance.is_finite();
-        let is_orbit = azimuth.is_finite() && (-90.0..=90.0).contains(&elevation) && distance.is_none_or(is_distance);
-        is_orbit.then_some(Self {
-            azimuth,
-            elevation,
-            distance,
-        })
-    }
-}
 
 /// Parts of a camera that flags or a scene file give.
 #[derive(Clone, Copy, Debug, Default)]
@@ -393,34 +280,6 @@ impl<'a> CameraFinder<'a> {
         candidates
     }
 
-    /// The plan of an interior with `cameras`, `size` pixels along its larger edge; `None` of an object.
-    pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Option<Plan> {
-        if !self.survey.is_interior {
-            return None;
-        }
-        let floors = Floors::new(&self.looker, self.horizon());
-        let floor = interior::floor_of_best(self.horizon(), &self.views_inside());
-        let floor = floor.unwrap_or(floors.bounds().min.y);
-        let cut = Cut::above(floor, &self.scale(&floors));
-        let cameras: Vec<_> = cameras.iter().map(|camera| (camera.position, camera.look_at)).collect();
-        Some(plan::plan(&floors, cut, &cameras, size))
-    }
-
-    /// The coordinates of the edges of a plan in the file, in words.
-    pub fn edges_text(&self, plan: &Plan) -> String {
-        let text = |from: Vec3, to: Vec3, [from_side, to_side]: [&str; 2]| {
-            let axis = (to - from).abs().max_position();
-            let [from, to] = [from, to].map(|p| position_text(short(p, self.size()), self.asked.origin)[axis].clone());
-            format!("{} from {from} {from_side} to {to} {to_side}", ["x", "y", "z"][axis])
-        };
-        let [top_left, top_right, bottom_left] = plan.corners;
-        format!(
-            "{}, {}",
-            text(top_left, top_right, ["on the left", "on the right"]),
-            text(top_left, bottom_left, ["at the top", "at the bottom"])
-        )
-    }
-
     fn horizon(&self) -> &Horizon {
         &self.survey.horizon
     }
@@ -469,176 +328,6 @@ impl<'a> CameraFinder<'a> {
                 (azimuth, elevation, words)
             }
         }
-    }
-
-    fn inside(&self) -> Option<CameraGuess> {
-        let Asked {
-            position,
-            look_at,
-            view,
-            ..
-        } = self.asked;
-        let (horizon, width) = (self.horizon(), self.width());
-        let view = match (position, look_at) {
-            (Some(position), None) => interior::best_direction(&self.looker, horizon, position, 0.0, width)?,
-            (Some(_), Some(_)) => return None,
-            (None, None) => {
-                let fov = self.asked.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
-                let open_side = || interior::through_open_side(&self.looker, horizon, fov, self.aspect);
-                if let Some(view) = (view == View::Auto).then(open_side).flatten() {
-                    let words = format!("an interior, through its open side ({OTHERS})");
-                    return Some(self.guess(view.position, view.target(), fov, words));
-                }
-                *self.views_inside().first()?
-            }
-            (None, Some(target)) => {
-                let sees = |view: &InteriorView| {
-                    let way = target - view.position;
-                    let seen = way
-                        .try_normalize()
-                        .and_then(|direction| self.looker.look(view.position, direction));
-                    seen.is_none_or(|seen| seen.distance >= 0.99 * way.length())
-                };
-                let view = self.views_inside().into_iter().find(sees)?;
-                return Some(self.guess(
-                    view.position,
-                    target,
-                    self.inside_fov(),
-                    "an interior, from inside".into(),
-                ));
-            }
-        };
-        Some(self.inside_guess(view))
-    }
-
-    /// Views from inside, the best first. If the scene is not an interior, these are views of its
-    /// rooms, of those with a ceiling if there are any.
-    fn views_inside(&self) -> Vec<InteriorView> {
-        let views = |inside, count| interior::views(&self.looker, self.horizon(), inside, count);
-        if self.inside == Inside::Anywhere {
-            return views(Inside::Anywhere, PLACES);
-        }
-        let kinds = [Inside::RoofedRooms, Inside::Rooms, Inside::Hulls];
-        let mut tries = kinds.into_iter().flat_map(|kind| [(kind, PLACES), (kind, MANY_PLACES)]);
-        tries
-            .find_map(|(kind, count)| Some(views(kind, count)).filter(|views| !views.is_empty()))
-            .unwrap_or_default()
-    }
-
-    fn inside_guess(&self, view: InteriorView) -> CameraGuess {
-        let words = format!("an interior, from inside at eye height ({OTHERS})");
-        self.guess(view.position, view.target(), self.inside_fov(), words)
-    }
-
-    /// The error of a scene that has no inside.
-    fn nothing_inside(&self) -> CameraError {
-        let reason = match self.asked.look_at {
-            Some(_) if !self.views_inside().is_empty() => "no place inside sees the point of --look-at",
-            _ => interior::reason_for_none(&self.looker, self.horizon()),
-        };
-        CameraError::no_place(
-            "view",
-            format!("inside: there is nothing to stand in: {reason}"),
-            "leave --view out to see it from outside, or choose a place by --stand X,Z or --position X,Y,Z".into(),
-        )
-    }
-
-    /// The camera that stands on the floor at a place.
-    fn standing(&self, stand: Stand) -> Result<CameraGuess, CameraError> {
-        let Asked {
-            look_at, yaw, origin, ..
-        } = self.asked;
-        let horizon = self.horizon();
-        let floors = Floors::new(&self.looker, horizon);
-        let scale = self.scale(&floors);
-        let height = stand.height.unwrap_or(scale.eyes);
-        let usual = match self.inside {
-            Inside::Anywhere => interior::floor_of_best(horizon, &self.views_inside()),
-            _ => None,
-        };
-        let place = stand.coordinates(&floors, origin);
-        let Some(floor) = stand::floor(&floors, &scale, place, height, usual) else {
-            return Err(self.no_floor(&floors, &stand));
-        };
-        let eye = horizon.point(Vec3::new(place.x, floor + height, place.z));
-        let target = look_at.unwrap_or_else(|| {
-            let view = match yaw {
-                Some(yaw) => interior::view_towards(&self.looker, horizon, eye, yaw, floors.width()),
-                None => interior::best_view(&self.looker, horizon, eye, height, floors.width()),
-            };
-            view.target()
-        });
-        let words = match stand.height {
-            Some(height) => format!("stands on the floor, eyes {height} above it"),
-            None => format!(
-                "stands on the floor, eyes {} above it ({}; --stand {},HEIGHT changes that)",
-                short_number(scale.eyes),
-                scale.words(),
-                stand.place_text()
-            ),
-        };
-        Ok(self.guess(eye, target, self.inside_fov(), words))
-    }
-
-    /// The unit of the file, by what it says and by the height of its rooms.
-    fn scale(&self, floors: &Floors) -> Scale {
-        Scale::new(self.asked.unit, floors.room_height(), floors.height())
-    }
-
-    /// The error of a place without a floor.
-    fn no_floor(&self, floors: &Floors, stand: &Stand) -> CameraError {
-        let bounds = self.looker.region.bounds;
-        let axis = self.horizon().up().abs().max_position();
-        let across: Vec<String> = (0..3)
-            .filter(|&other| other != axis)
-            .map(|other| {
-                let [min, max] = [bounds.min, bounds.max]
-                    .map(|p| position_text(short(p, self.size()), self.asked.origin)[other].clone());
-                format!("{} from {min} to {max}", ["x", "y", "z"][other])
-            })
-            .collect();
-        let is_anywhere = floors.at_any(stand.coordinates(floors, self.asked.origin));
-        let reason = match is_anywhere {
-            true => "has no floor with room for a camera above it",
-            false => "has no floor",
-        };
-        CameraError::no_place(
-            "stand",
-            format!("{}: this place {reason}", stand.place_text()),
-            format!(
-                "choose another place ({}), a lower HEIGHT, or one of `embrasure views SCENE -o views.png`",
-                across.join(", ")
-            ),
-        )
-    }
-
-    /// Views of an interior that differ, the best first.
-    fn distinct_views(&self) -> Vec<InteriorView> {
-        let mut distinct: Vec<InteriorView> = Vec::new();
-        for view in self.views_inside() {
-            let best = distinct.first().unwrap_or(&view);
-            if view.height < MIN_HEIGHT * best.height || view.missing > MAX_MISSING.max(best.missing) {
-                continue;
-            }
-            let is_like = |other: &InteriorView| {
-                view.position.distance(other.position) < ALIKE.0 * self.width()
-                    && view.direction.dot(other.direction) > ALIKE.1
-            };
-            if !distinct.iter().any(is_like) {
-                distinct.push(view);
-            }
-            if distinct.len() == INSIDE_CANDIDATES {
-                break;
-            }
-        }
-        distinct
-    }
-
-    fn inside_fov(&self) -> f32 {
-        let narrowed = (0.5 * INTERIOR_FOV.to_radians()).tan() / self.aspect.clamp(0.25, 4.0).sqrt();
-        self.asked
-            .vertical_fov
-            .unwrap_or_else(|| (2.0 * narrowed.atan()).to_degrees().round())
     }
 
     fn width(&self) -> f32 {
@@ -733,11 +422,6 @@ pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
             }
         }
     })
-}
-
-/// `x` with four digits.
-fn short_number(x: f32) -> String {
-    short(Vec3::splat(x), x).x.to_string()
 }
 
 /// `v` rounded to decimals of a thousandth of `scale`.

@@ -27,11 +27,13 @@ mod surfaces;
 mod survey;
 mod triangles;
 mod up;
+mod views;
 
-pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View, position_text};
+pub use camera::{Asked, CameraFinder, CameraGuess, position_text};
 pub use light::LightGuess;
 pub use plan::{Plan, PlanCamera};
 pub use scale::near_distance;
 pub use stand::Stand;
 pub use survey::Survey;
 pub use up::{Sisters, UpScores};
+pub use views::{Orbit, View};

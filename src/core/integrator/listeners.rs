@@ -6,6 +6,35 @@ use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 
+/// Implements [`RaySink`] for a type whose field `out` gets rays and records.
+macro_rules! rays_go_to_out {
+    ($($head:tt)+) => {
+        $($head)+ {
+            #[inline(always)]
+            fn ray(&mut self, kind: RayKind) {
+                self.out.ray(kind);
+            }
+
+            fn cut_walk(&mut self) {
+                self.out.cut_walk();
+            }
+
+            fn is_cancelled(&self) -> bool {
+                self.out.is_cancelled()
+            }
+
+            #[inline(always)]
+            fn records(&self) -> bool {
+                self.out.records()
+            }
+
+            fn record(&mut self, event: PathEvent) {
+                self.out.record(event);
+            }
+        }
+    };
+}
+
 /// A sink that sums the light of the rest of a path. Rays and records go to the sink of the path.
 pub(crate) struct Summed<'o, O> {
     out: &'o mut O,
@@ -71,29 +100,7 @@ impl<O: Sink> Sink for Summed<'_, O> {
     }
 }
 
-impl<O: RaySink> RaySink for Summed<'_, O> {
-    #[inline(always)]
-    fn ray(&mut self, kind: RayKind) {
-        self.out.ray(kind);
-    }
-
-    fn cut_walk(&mut self) {
-        self.out.cut_walk();
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.out.is_cancelled()
-    }
-
-    #[inline(always)]
-    fn records(&self) -> bool {
-        self.out.records()
-    }
-
-    fn record(&mut self, event: PathEvent) {
-        self.out.record(event);
-    }
-}
+rays_go_to_out!(impl<O: RaySink> RaySink for Summed<'_, O>);
 
 /// A sink that limits the luminance of a sample's light after the first bounce.
 pub(crate) struct Clamped<'o> {
@@ -163,24 +170,4 @@ impl Sink for Clamped<'_> {
     }
 }
 
-impl RaySink for Clamped<'_> {
-    fn ray(&mut self, kind: RayKind) {
-        self.out.ray(kind);
-    }
-
-    fn cut_walk(&mut self) {
-        self.out.cut_walk();
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.out.is_cancelled()
-    }
-
-    fn records(&self) -> bool {
-        self.out.records()
-    }
-
-    fn record(&mut self, event: PathEvent) {
-        self.out.record(event);
-    }
-}
+rays_go_to_out!(impl RaySink for Clamped<'_>);

@@ -371,16 +371,17 @@ impl<'a> Loader<'a> {
         if self.load.parts.is_empty() || objs.is_empty() {
             return;
         }
+        let globs: Vec<Glob> = self.load.parts.globs().cloned().collect();
+        let fits = globs.iter().zip(&self.part_fits);
+        let unfit: Vec<&Glob> = fits.filter(|(_, fits)| !**fits).map(|(glob, _)| glob).collect();
+        let is_empty = objs.values().all(|obj| obj.groups.is_empty()) && self.file.made.is_empty();
+        if unfit.is_empty() && !is_empty {
+            return;
+        }
+        // The files are read once more for the names in the message alone.
         let names: Vec<String> = objs
             .keys()
             .flat_map(|path| part_names(path).unwrap_or_default())
-            .collect();
-        let globs: Vec<Glob> = self.load.parts.globs().cloned().collect();
-        let unfit: Vec<&Glob> = globs
-            .iter()
-            .zip(&self.part_fits)
-            .filter(|(_, fits)| !**fits)
-            .map(|(glob, _)| glob)
             .collect();
         for glob in &unfit {
             let literal = glob.literal();
@@ -390,8 +391,7 @@ impl<'a> Loader<'a> {
             let error = error.help(help_of_names("parts", &literal, names.iter().map(String::as_str)));
             self.wrong("unused-part", error);
         }
-        let count: usize = objs.values().map(|obj| obj.groups.len()).sum();
-        if unfit.is_empty() && count == 0 && self.file.made.is_empty() && self.findings.first_error().is_none() {
+        if unfit.is_empty() && self.findings.first_error().is_none() {
             let error = self.file.whole("all parts of the scene are hidden");
             let error = error.help(help_of_names("parts", "", names.iter().map(String::as_str)));
             self.wrong("unused-part", error);

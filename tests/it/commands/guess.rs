@@ -180,17 +180,20 @@ fn plates_are_not_seen_from_their_edges() {
     assert!((45.0..135.0).contains(&azimuth.abs()), "{azimuth}");
 }
 
+/// An upright axis, and the turn of a model with +y up that gives it this axis.
+type Turn = ([f64; 3], fn([f32; 3]) -> [f32; 3]);
+
+const TURNS: [Turn; 4] = [
+    ([0.0, 1.0, 0.0], |v| v),
+    ([0.0, 0.0, 1.0], |[x, y, z]| [x, -z, y]),
+    ([0.0, -1.0, 0.0], |[x, y, z]| [x, -y, -z]),
+    ([0.0, 0.0, -1.0], |[x, y, z]| [x, z, -y]),
+];
+
 /// A room is upright in each of four positions; a statue on a plinth with either usual axis up.
 #[test]
 fn rooms_and_objects_are_upright() {
-    type Turn = fn([f32; 3]) -> [f32; 3];
-    let turns: [([f64; 3], Turn); 4] = [
-        ([0.0, 1.0, 0.0], |v| v),
-        ([0.0, 0.0, 1.0], |[x, y, z]| [x, -z, y]),
-        ([0.0, -1.0, 0.0], |[x, y, z]| [x, -y, -z]),
-        ([0.0, 0.0, -1.0], |[x, y, z]| [x, z, -y]),
-    ];
-    for (name, text, turns) in [("room", room(&[]), &turns[..]), ("statue", statue().text, &turns[..2])] {
+    for (name, text, turns) in [("room", room(&[]), &TURNS[..]), ("statue", statue().text, &TURNS[..2])] {
         for (up, turn) in turns {
             let folder = folder(&[("a.obj", &turned(&text, turn))]);
             let camera = camera(folder.path(), "a.obj");
@@ -236,14 +239,7 @@ fn mug() -> String {
 /// A mug stands on its axis with the opening above, whichever axis that is.
 #[test]
 fn bodies_of_revolution_stand_on_their_axis() {
-    type Turn = fn([f32; 3]) -> [f32; 3];
-    let turns: [([f64; 3], Turn); 4] = [
-        ([0.0, 1.0, 0.0], |v| v),
-        ([0.0, 0.0, 1.0], |[x, y, z]| [x, -z, y]),
-        ([0.0, -1.0, 0.0], |[x, y, z]| [x, -y, -z]),
-        ([0.0, 0.0, -1.0], |[x, y, z]| [x, z, -y]),
-    ];
-    for (up, turn) in turns {
+    for (up, turn) in TURNS {
         let folder = folder(&[("mug.obj", &turned(&mug(), turn))]);
         let camera = camera(folder.path(), "mug.obj");
         assert_eq!(vector(&camera["up"]), up, "{}", camera["guess"]);

@@ -80,7 +80,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
             for (i, out) in out.iter_mut().enumerate() {
                 let (path, traced, numbers) = packet.start(&self.world, i, keys);
                 self.li(path, Some(traced), numbers, out);
-                self.catch_shadow(path, traced, numbers, out);
+                if self.world.scene.ground().is_some() {
+                    self.catch_shadow(packet.start(&self.world, i, keys), out);
+                }
             }
         }
     }

@@ -23,25 +23,10 @@ use crate::sampler::Sampler;
 impl<A: Accel> PathIntegrator<'_, A> {
     /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. The path has given
     /// its light to `out`.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn catch_shadow<S: Sampler>(
         &self,
-        path: PathState,
-        traced: Traced,
-        numbers: PathNumbers<S>,
-        out: &mut impl Sink,
-    ) {
-        if self.world.scene.ground().is_some() {
-            self.subtract_unshadowed(path, traced, numbers, out);
-        }
-    }
-
-    #[inline(never)]
-    fn subtract_unshadowed<S: Sampler>(
-        &self,
-        path: PathState,
-        traced: Traced,
-        numbers: PathNumbers<S>,
+        (path, traced, numbers): (PathState, Traced, PathNumbers<S>),
         out: &mut impl Sink,
     ) {
         let world = &self.world;

@@ -287,9 +287,15 @@ impl<'a> Chunk<'a> {
         chunk
     }
 
-    /// Position of a vertex. Far from the file's origin 32 bits round a part of it away.
-    fn position(&self, statement: &str, rest: &str) -> Result<Vec3, Fault> {
-        let near: [f32; 3] = numbers(statement, rest, 3)?;
+    /// Position of a vertex, of whose `words` those behind it are left. Far from the file's origin 32
+    /// bits round a part of it away.
+    fn position<'w>(
+        &self,
+        statement: &str,
+        rest: &str,
+        words: &mut impl Iterator<Item = &'w str>,
+    ) -> Result<Vec3, Fault> {
+        let near: [f32; 3] = numbers_of(statement, words, 3)?;
         if self.origin == DVec3::ZERO {
             return Ok(near.into());
         }
@@ -305,13 +311,14 @@ impl<'a> Chunk<'a> {
         match keyword {
             // A wrong value is 0, so that the indices of others keep their meaning.
             "v" => {
-                let position = self.position(statement, rest);
+                let mut words = rest.split_ascii_whitespace();
+                let position = self.position(statement, rest, &mut words);
                 let position = position.and_then(|p| if p.is_finite() { Ok(p) } else { Err(not_finite(rest)) });
                 if position.is_err() {
                     self.wrong_positions.push(self.vertices.positions.len());
                 }
                 self.vertices.positions.push(*position.as_ref().unwrap_or(&Vec3::ZERO));
-                match color_of(rest.split_ascii_whitespace().skip(3)) {
+                match color_of(words) {
                     Ok(Some(color)) => self.vertices.set_color(color),
                     Ok(None) => {}
                     Err(()) => self.remarks.add(Remark::BadColor, line),
@@ -486,9 +493,18 @@ impl<'a> Chunk<'a> {
 
 /// The first `N` numbers of `rest`, of which those after the first `needed` are 0 where they are not given.
 fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], Fault> {
+    numbers_of(statement, &mut rest.split_ascii_whitespace(), needed)
+}
+
+/// The first `N` numbers of `words`, which keep the rest, as [`numbers`] reads them.
+fn numbers_of<'w, const N: usize>(
+    statement: &str,
+    words: &mut impl Iterator<Item = &'w str>,
+    needed: usize,
+) -> Result<[f32; N], Fault> {
     let mut numbers = [0.0; N];
     let mut count = 0;
-    for (slot, word) in numbers.iter_mut().zip(rest.split_ascii_whitespace()) {
+    for (slot, word) in numbers.iter_mut().zip(words) {
         *slot = number(word)?;
         count += 1;
     }

@@ -97,7 +97,9 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
                 let (path, traced, numbers) = packet.start(&integrator.world, i, keys);
                 let found = (&mut firsts[i], &mut ends[i]);
                 integrator.find_end((path, traced), numbers, slots, found, out);
-                integrator.catch_shadow(path, traced, numbers, out);
+                if integrator.world.scene.ground().is_some() {
+                    integrator.catch_shadow(packet.start(&integrator.world, i, keys), out);
+                }
             }
 
             // All first vertices look at all ends.

@@ -1,0 +1,233 @@
+//! Cameras inside: of interiors, and of places that are named.
+
+use super::{Asked, CameraFinder, CameraGuess, MAX_CANDIDATES, position_text, short};
+use crate::camera::CameraError;
+use crate::guess::floors::{Floors, PLACES};
+use crate::guess::interior::{self, Inside, InteriorView};
+use crate::guess::plan::{self, Cut, Plan};
+use crate::guess::scale::Scale;
+use crate::guess::stand::{self, Stand};
+use crate::guess::views::View;
+use crate::math::Vec3;
+
+/// Horizontal field of view of interiors in a square image, degrees.
+const INTERIOR_FOV: f32 = 62.0;
+/// Vertical field of view of an interior that is seen from outside, through a side without a wall, degrees.
+const OPEN_SIDE_FOV: f32 = 40.0;
+/// How other cameras of an interior are had.
+const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -o views.png` other cameras";
+/// Views of an interior that stand and look alike, as a share of the scene's width and as a cosine; only one of them is a candidate.
+const ALIKE: (f32, f32) = (0.2, 0.5);
+/// Minimum height of the eye of an interior's view, as a share of that of the best one: eyes under a table or a stair are lower.
+const MIN_HEIGHT: f32 = 0.35;
+/// Maximum share of the rays of an interior's view that leave the scene, unless the best one has more.
+const MAX_MISSING: f32 = 0.5;
+/// Candidates inside of an interior at most; one view from outside fits beside them.
+const INSIDE_CANDIDATES: usize = MAX_CANDIDATES - 1;
+/// Places along each side of the floor where small rooms of a large scene are looked for.
+const MANY_PLACES: u32 = 4 * PLACES;
+
+impl CameraFinder<'_> {
+    pub(super) fn inside(&self) -> Option<CameraGuess> {
+        let Asked {
+            position,
+            look_at,
+            view,
+            ..
+        } = self.asked;
+        let (horizon, width) = (self.horizon(), self.width());
+        let view = match (position, look_at) {
+            (Some(position), None) => interior::best_direction(&self.looker, horizon, position, 0.0, width)?,
+            (Some(_), Some(_)) => return None,
+            (None, None) => {
+                let fov = self.asked.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
+                let open_side = || interior::through_open_side(&self.looker, horizon, fov, self.aspect);
+                if let Some(view) = (view == View::Auto).then(open_side).flatten() {
+                    let words = format!("an interior, through its open side ({OTHERS})");
+                    return Some(self.guess(view.position, view.target(), fov, words));
+                }
+                *self.views_inside().first()?
+            }
+            (None, Some(target)) => {
+                let sees = |view: &InteriorView| {
+                    let way = target - view.position;
+                    let seen = way
+                        .try_normalize()
+                        .and_then(|direction| self.looker.look(view.position, direction));
+                    seen.is_none_or(|seen| seen.distance >= 0.99 * way.length())
+                };
+                let view = self.views_inside().into_iter().find(sees)?;
+                return Some(self.guess(
+                    view.position,
+                    target,
+                    self.inside_fov(),
+                    "an interior, from inside".into(),
+                ));
+            }
+        };
+        Some(self.inside_guess(view))
+    }
+
+    /// Views from inside, the best first. If the scene is not an interior, these are views of its
+    /// rooms, of those with a ceiling if there are any.
+    fn views_inside(&self) -> Vec<InteriorView> {
+        let views = |inside, count| interior::views(&self.looker, self.horizon(), inside, count);
+        if self.inside == Inside::Anywhere {
+            return views(Inside::Anywhere, PLACES);
+        }
+        let kinds = [Inside::RoofedRooms, Inside::Rooms, Inside::Hulls];
+        let mut tries = kinds.into_iter().flat_map(|kind| [(kind, PLACES), (kind, MANY_PLACES)]);
+        tries
+            .find_map(|(kind, count)| Some(views(kind, count)).filter(|views| !views.is_empty()))
+            .unwrap_or_default()
+    }
+
+    pub(super) fn inside_guess(&self, view: InteriorView) -> CameraGuess {
+        let words = format!("an interior, from inside at eye height ({OTHERS})");
+        self.guess(view.position, view.target(), self.inside_fov(), words)
+    }
+
+    /// The error of a scene that has no inside.
+    pub(super) fn nothing_inside(&self) -> CameraError {
+        let reason = match self.asked.look_at {
+            Some(_) if !self.views_inside().is_empty() => "no place inside sees the point of --look-at",
+            _ => interior::reason_for_none(&self.looker, self.horizon()),
+        };
+        CameraError::no_place(
+            "view",
+            format!("inside: there is nothing to stand in: {reason}"),
+            "leave --view out to see it from outside, or choose a place by --stand X,Z or --position X,Y,Z".into(),
+        )
+    }
+
+    /// The camera that stands on the floor at a place.
+    pub(super) fn standing(&self, stand: Stand) -> Result<CameraGuess, CameraError> {
+        let Asked {
+            look_at, yaw, origin, ..
+        } = self.asked;
+        let horizon = self.horizon();
+        let floors = Floors::new(&self.looker, horizon);
+        let scale = self.scale(&floors);
+        let height = stand.height.unwrap_or(scale.eyes);
+        let usual = match self.inside {
+            Inside::Anywhere => interior::floor_of_best(horizon, &self.views_inside()),
+            _ => None,
+        };
+        let place = stand.coordinates(&floors, origin);
+        let Some(floor) = stand::floor(&floors, &scale, place, height, usual) else {
+            return Err(self.no_floor(&floors, &stand));
+        };
+        let eye = horizon.point(Vec3::new(place.x, floor + height, place.z));
+        let target = look_at.unwrap_or_else(|| {
+            let view = match yaw {
+                Some(yaw) => interior::view_towards(&self.looker, horizon, eye, yaw, floors.width()),
+                None => interior::best_view(&self.looker, horizon, eye, height, floors.width()),
+            };
+            view.target()
+        });
+        let words = match stand.height {
+            Some(height) => format!("stands on the floor, eyes {height} above it"),
+            None => format!(
+                "stands on the floor, eyes {} above it ({}; --stand {},HEIGHT changes that)",
+                short_number(scale.eyes),
+                scale.words(),
+                stand.place_text()
+            ),
+        };
+        Ok(self.guess(eye, target, self.inside_fov(), words))
+    }
+
+    /// The unit of the file, by what it says and by the height of its rooms.
+    fn scale(&self, floors: &Floors) -> Scale {
+        Scale::new(self.asked.unit, floors.room_height(), floors.height())
+    }
+
+    /// The error of a place without a floor.
+    fn no_floor(&self, floors: &Floors, stand: &Stand) -> CameraError {
+        let bounds = self.looker.region.bounds;
+        let axis = self.horizon().up().abs().max_position();
+        let across: Vec<String> = (0..3)
+            .filter(|&other| other != axis)
+            .map(|other| {
+                let [min, max] = [bounds.min, bounds.max]
+                    .map(|p| position_text(short(p, self.size()), self.asked.origin)[other].clone());
+                format!("{} from {min} to {max}", ["x", "y", "z"][other])
+            })
+            .collect();
+        let is_anywhere = floors.at_any(stand.coordinates(floors, self.asked.origin));
+        let reason = match is_anywhere {
+            true => "has no floor with room for a camera above it",
+            false => "has no floor",
+        };
+        CameraError::no_place(
+            "stand",
+            format!("{}: this place {reason}", stand.place_text()),
+            format!(
+                "choose another place ({}), a lower HEIGHT, or one of `embrasure views SCENE -o views.png`",
+                across.join(", ")
+            ),
+        )
+    }
+
+    /// Views of an interior that differ, the best first.
+    pub(super) fn distinct_views(&self) -> Vec<InteriorView> {
+        let mut distinct: Vec<InteriorView> = Vec::new();
+        for view in self.views_inside() {
+            let best = distinct.first().unwrap_or(&view);
+            if view.height < MIN_HEIGHT * best.height || view.missing > MAX_MISSING.max(best.missing) {
+                continue;
+            }
+            let is_like = |other: &InteriorView| {
+                view.position.distance(other.position) < ALIKE.0 * self.width()
+                    && view.direction.dot(other.direction) > ALIKE.1
+            };
+            if !distinct.iter().any(is_like) {
+                distinct.push(view);
+            }
+            if distinct.len() == INSIDE_CANDIDATES {
+                break;
+            }
+        }
+        distinct
+    }
+
+    fn inside_fov(&self) -> f32 {
+        let narrowed = (0.5 * INTERIOR_FOV.to_radians()).tan() / self.aspect.clamp(0.25, 4.0).sqrt();
+        self.asked
+            .vertical_fov
+            .unwrap_or_else(|| (2.0 * narrowed.atan()).to_degrees().round())
+    }
+
+    /// The plan of an interior with `cameras`, `size` pixels along its larger edge; `None` of an object.
+    pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Option<Plan> {
+        if !self.survey.is_interior {
+            return None;
+        }
+        let floors = Floors::new(&self.looker, self.horizon());
+        let floor = interior::floor_of_best(self.horizon(), &self.views_inside());
+        let floor = floor.unwrap_or(floors.bounds().min.y);
+        let cut = Cut::above(floor, &self.scale(&floors));
+        let cameras: Vec<_> = cameras.iter().map(|camera| (camera.position, camera.look_at)).collect();
+        Some(plan::plan(&floors, cut, &cameras, size))
+    }
+
+    /// The coordinates of the edges of a plan in the file, in words.
+    pub fn edges_text(&self, plan: &Plan) -> String {
+        let text = |from: Vec3, to: Vec3, [from_side, to_side]: [&str; 2]| {
+            let axis = (to - from).abs().max_position();
+            let [from, to] = [from, to].map(|p| position_text(short(p, self.size()), self.asked.origin)[axis].clone());
+            format!("{} from {from} {from_side} to {to} {to_side}", ["x", "y", "z"][axis])
+        };
+        let [top_left, top_right, bottom_left] = plan.corners;
+        format!(
+            "{}, {}",
+            text(top_left, top_right, ["on the left", "on the right"]),
+            text(top_left, bottom_left, ["at the top", "at the bottom"])
+        )
+    }
+}
+
+/// `x` with four digits.
+fn short_number(x: f32) -> String {
+    short(Vec3::splat(x), x).x.to_string()
+}

@@ -82,7 +82,7 @@ fn iterations_are_not_lost_by_pauses() {
     assert_eq!(light(&paused), light(&whole));
 }
 
-/// Where light takes much memory, fewer work items are kept; each thread has one all the same.
+/// Fewer work items are kept if light takes much memory. Each thread has one in any case.
 #[test]
 fn large_work_items_are_few() {
     let crop = Rect::full(UVec2::splat(512));
@@ -91,7 +91,13 @@ fn large_work_items_are_few() {
     let large = light_bytes(true, &wide, crop);
     assert_eq!(work_items_at_once(usual, 2), WORK_ITEMS_AT_ONCE);
     let few = work_items_at_once(large, 2);
-    assert!((2..=WORK_ITEMS_AT_ONCE / 4).contains(&few), "{few}");
+    assert!((2..WORK_ITEMS_AT_ONCE).contains(&few), "{few}");
+    assert!(
+        few * large * SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE <= BYTES_AT_ONCE,
+        "{few}"
+    );
+    // Light of groups takes its place
+    assert!(few < work_items_at_once(light_bytes(false, &wide, crop), 2), "{few}");
     assert_eq!(work_items_at_once(large, 64), 64);
     // A filter is no wider than the picture.
     let endless = light_bytes(true, &Filter::new(FilterKind::Gaussian, 1e30), crop);

@@ -71,8 +71,8 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
             // Find the next surface, and add emitted light
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, None, None, &slot, out);
-            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let vertex = path.next_vertex(world, None, &slot, out);
+            strategy.add_found(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if depth == 0 && world.features {
                 let mut first = world.first_surface(&vertex);
@@ -91,7 +91,7 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
             trace(direct, world, (&path, &vertex), out);
 
             // Sample the BSDF and play Russian roulette
-            let next = self.path.scatter(&path, &vertex, &u, out);
+            let next = self.path.scatter(&path, &vertex, self.path.roulette, &u, out);
 
             // End with the indirect light that the cache knows, and the other half of the estimate of direct light
             if let Some(indirect) = only_mirrors.then(|| self.indirect(&vertex, depth)).flatten() {
@@ -102,8 +102,8 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
                 if let Some(next) = next.filter(|_| strategy.direct != DirectLight::Light) {
                     let mut next = path.after(next);
                     let slot = BsdfSlot::new();
-                    let vertex = next.next_vertex(world, None, None, &slot, out);
-                    strategy.add_emission(world, &next, vertex.as_ref(), out);
+                    let vertex = next.next_vertex(world, None, &slot, out);
+                    strategy.add_found(world, &next, vertex.as_ref(), out);
                 }
                 return;
             }

@@ -191,7 +191,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
                 path_record::vertex(depth, vertex, path.beta, out);
             }
             if depth > 1 {
-                Strategy::default().add_emission(world, &path, vertex.as_ref(), out);
+                Strategy::default().add_found(world, &path, vertex.as_ref(), out);
             }
             let Some(vertex) = vertex else { return };
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));

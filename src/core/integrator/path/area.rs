@@ -46,8 +46,8 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
         loop {
             // Find the next surface, and add light that no light sample has counted
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, None, wavelength.as_ref(), &slot, out);
-            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
+            strategy.add_found(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
 
             // A sampled point that is hidden ends the path

@@ -84,31 +84,44 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
 
 impl Strategy {
     /// Adds the light that the ray of `path` finds: emitted by the surface `vertex`, or by infinitely
-    /// distant lights if there is none. It is weighted against the light samples of the previous
-    /// vertex.
+    /// distant lights if there is none.
     #[inline(always)]
-    pub(crate) fn add_emission<A: Accel>(
+    pub(crate) fn add_found<A: Accel>(
         &self,
         world: &World<A>,
         path: &PathState,
         vertex: Option<&Vertex>,
         out: &mut impl Sink,
     ) {
+        match vertex {
+            Some(vertex) => self.add_emission(world, path, vertex, out),
+            None => self.add_sky(world, path, out),
+        }
+    }
+
+    /// Adds the light that the surface `vertex` emits against the ray of `path`, weighted against the
+    /// light samples of the previous vertex.
+    #[inline(always)]
+    pub(crate) fn add_emission<A: Accel>(
+        &self,
+        world: &World<A>,
+        path: &PathState,
+        vertex: &Vertex,
+        out: &mut impl Sink,
+    ) {
         if path.skips_emission {
             return;
         }
-        let Some(vertex) = vertex else {
-            return self.add_sky(world, path, out);
-        };
         if let Some(light) = emitted(world, path, vertex) {
             self.add_weighted(world.scene, path, light, out);
         }
     }
 
-    /// Adds infinitely distant lights, or the background behind a camera ray.
+    /// Adds infinitely distant lights that the ray of `path` finds, weighted against the light samples
+    /// of the previous vertex. A camera ray finds the background.
     #[inline(never)]
-    fn add_sky<A: Accel>(&self, world: &World<A>, path: &PathState, out: &mut impl Sink) {
-        if path.depth == 0 && world.see_background(&path.ray, path.beta, out) {
+    pub(crate) fn add_sky<A: Accel>(&self, world: &World<A>, path: &PathState, out: &mut impl Sink) {
+        if path.skips_emission || (path.depth == 0 && world.see_background(&path.ray, path.beta, out)) {
             return;
         }
         for light in world

@@ -10,20 +10,18 @@
 //!
 //! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
 
+use super::camera_packet::CameraPacket;
 use super::direct::{Direct, LightNumbers, trace};
 use super::state::{Onward, PathState, Traced};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
-use crate::color::Spectrum;
-use crate::geometry::Hit;
 use crate::integrator::listeners::Clamped;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
+use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::material::BsdfSlot;
-use crate::math::{Ray, Vec2, Vec3};
+use crate::math::Vec2;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use crate::sampling::Wavelength;
-use std::array::from_fn;
 
 /// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
 /// combined by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).
@@ -75,13 +73,15 @@ pub(crate) fn with_clamped(limit: f32, out: &mut [impl Sink], trace: impl FnOnce
 impl<A: Accel> PathIntegrator<'_, A> {
     /// Traces samples, each by one path.
     fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
-            let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
-            for (i, out) in out.iter_mut().enumerate() {
-                let (path, traced, numbers) = packet.start(&self.world, i, keys);
+            packet.trace(&self.world, keys, sampler, false, out);
+            for (i, (&key, out)) in keys.iter().zip(out).enumerate() {
+                let (path, traced) = packet.path(i);
+                let numbers = PathNumbers::start(&self.world, key, sampler);
                 self.li(path, Some(traced), numbers, out);
                 if self.world.scene.ground().is_some() {
-                    self.catch_shadow(packet.start(&self.world, i, keys), out);
+                    self.catch_shadow((path, traced), numbers, out);
                 }
             }
         }
@@ -101,25 +101,25 @@ impl<A: Accel> PathIntegrator<'_, A> {
             // Random numbers do not depend on the hit: the processor draws them while it traces the ray
             let u = numbers.vertex(path.depth, self.roulette);
 
-            // Find the next surface
+            // Find the next surface. Emitted light is weighted against the light samples of the previous vertex
+            let Some(hit) = path.intersect(&self.world, traced.take(), out) else {
+                return self.strategy.add_sky(&self.world, &path, out);
+            };
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(&self.world, traced.take(), numbers.wavelength.as_ref(), &slot, out);
-
-            // Add emitted light, weighted against the light samples of the previous vertex
-            self.strategy.add_emission(&self.world, &path, vertex.as_ref(), out);
-            let Some(vertex) = &vertex else { return };
+            let vertex = path.vertex(&self.world, &hit, numbers.wavelength.as_ref(), &slot, out);
+            self.strategy.add_emission(&self.world, &path, &vertex, out);
             if Some(path.depth) == self.max_depth {
                 return;
             }
 
             // Sample a light (next-event estimation). Its shadow ray is traced below
-            let direct = self.sample_light(&path, vertex, &u, out);
+            let direct = self.sample_light(&path, &vertex, &u, out);
 
             // Sample the BSDF and play Russian roulette
-            let next = self.scatter(&path, vertex, &u, out);
+            let next = self.scatter(&path, &vertex, self.roulette, &u, out);
 
             // Add direct light. Its ray is traced last, so that the next ray follows without delay
-            trace(direct, &self.world, (&path, vertex), out);
+            trace(direct, &self.world, (&path, &vertex), out);
             match next {
                 Some(next) => path.go_on(next),
                 None => return,
@@ -127,13 +127,14 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
     }
 
-    /// Samples the BSDF at `vertex` and plays Russian roulette: the way on, or `None` if the path ends
+    /// Samples the BSDF at `vertex` and plays `roulette`. Returns the way on, or `None` if the path ends
     /// there.
     #[inline(always)]
     pub(crate) fn scatter<S: Sampler>(
         &self,
         path: &PathState,
         vertex: &Vertex,
+        roulette: Roulette,
         u: &VertexNumbers<S>,
         out: &mut impl Sink,
     ) -> Option<Onward> {
@@ -141,7 +142,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let sample = directions.sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
         // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
         let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
-        let factor = self.roulette.play(path.depth, judged, u.roulette)?;
+        let factor = roulette.play(path.depth, judged, u.roulette)?;
         let light_samples = if path.depth == 0 { self.light_samples } else { 1 };
         Some(path.scatter(&self.world, vertex, &sample, (factor, light_samples), out))
     }
@@ -187,69 +188,6 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 }
 
-/// Camera rays of several samples, traced as one packet.
-pub(crate) struct CameraPacket<S> {
-    samplers: [S; SAMPLES_AT_ONCE],
-    rays: [Ray; SAMPLES_AT_ONCE],
-    hits: [Option<Hit>; SAMPLES_AT_ONCE],
-    /// Tint of the glass before each hit.
-    tints: [Spectrum; SAMPLES_AT_ONCE],
-}
-
-impl<S: Sampler> CameraPacket<S> {
-    /// Traces the camera rays of `keys`, at most [`SAMPLES_AT_ONCE`]; `is_one_time` gives all of them the time of the first.
-    #[inline(always)]
-    pub fn trace<A: Accel>(
-        world: &World<A>,
-        keys: &[SampleKey],
-        sampler: &S,
-        is_one_time: bool,
-        out: &mut [impl Sink],
-    ) -> Self {
-        let mut packet = Self {
-            samplers: from_fn(|_| sampler.clone()),
-            rays: [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE],
-            hits: [None; SAMPLES_AT_ONCE],
-            tints: [Spectrum::ONE; SAMPLES_AT_ONCE],
-        };
-        let mut time = None;
-        let samples = packet.rays.iter_mut().zip(&mut packet.samplers);
-        for ((ray, sampler), (key, out)) in samples.zip(keys.iter().zip(&mut *out)) {
-            *ray = world.camera_ray(*key, time, sampler, out);
-            time = time.or(is_one_time.then_some(ray.time));
-        }
-        let (rays, hits) = (&packet.rays[..keys.len()], &mut packet.hits[..keys.len()]);
-        world.accel.intersect_coherent(rays, hits);
-        out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
-        let absorbs = world.scene.has_absorption();
-        if world.lets_pass(RayKind::Camera) || absorbs {
-            for (i, out) in out.iter_mut().enumerate().take(keys.len()) {
-                let u = (world.scene.has_thin_surfaces()).then(|| packet.samplers[i].get_1d(Dimension::THIN_SURFACES));
-                (packet.hits[i], packet.tints[i]) = match absorbs {
-                    true => world.first_in_bodies(&packet.rays[i], packet.hits[i], RayKind::Camera, u, out),
-                    false => world.first_opaque(packet.rays[i], packet.hits[i], RayKind::Camera, u, out),
-                };
-            }
-        }
-        packet
-    }
-
-    /// The path of the sample `i`, the result of its first ray query, and its random numbers.
-    pub fn start<A: Accel>(
-        &self,
-        world: &World<A>,
-        i: usize,
-        keys: &[SampleKey],
-    ) -> (PathState, Traced, PathNumbers<'_, S>) {
-        let numbers = PathNumbers {
-            key: keys[i],
-            sampler: &self.samplers[i],
-            wavelength: world.wavelength(&self.samplers[i]),
-        };
-        (PathState::new(self.rays[i]), (self.hits[i], self.tints[i]), numbers)
-    }
-}
-
 /// The random numbers of a path.
 pub(crate) struct PathNumbers<'s, S> {
     pub key: SampleKey,
@@ -280,6 +218,17 @@ pub(crate) struct VertexNumbers<'s, S> {
 }
 
 impl<'s, S: Sampler> PathNumbers<'s, S> {
+    /// Starts `sampler` with `key`.
+    #[inline(always)]
+    pub fn start<A: Accel>(world: &World<A>, key: SampleKey, sampler: &'s mut S) -> Self {
+        sampler.start(key);
+        Self {
+            key,
+            wavelength: world.wavelength(sampler),
+            sampler,
+        }
+    }
+
     /// Draws the numbers of the vertex after `depth` scattering events. Roulette that does not play at the first vertex needs none there.
     #[inline(always)]
     pub fn vertex(self, depth: u32, roulette: Roulette) -> VertexNumbers<'s, S> {

@@ -6,6 +6,7 @@
 
 pub(crate) mod ambient_occlusion;
 pub(crate) mod area;
+mod camera_packet;
 pub(crate) mod debug;
 pub(crate) mod direct;
 pub(crate) mod distributed;

@@ -74,8 +74,8 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let depth = path.depth;
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             let slot = BsdfSlot::new();
-            let Some(vertex) = path.next_vertex(world, None, wavelength.as_ref(), &slot, out) else {
-                return strategy.add_emission(world, &path, None, out);
+            let Some(vertex) = path.next_vertex(world, wavelength.as_ref(), &slot, out) else {
+                return strategy.add_sky(world, &path, out);
             };
 
             // Emit or reflect, by the flip of a coin
@@ -89,7 +89,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             // ANCHOR: emit
             if decisions.x < probability {
                 path.beta = path.beta / probability;
-                return strategy.add_emission(world, &path, Some(&vertex), out);
+                return strategy.add_emission(world, &path, &vertex, out);
             }
             path.beta = path.beta / (1.0 - probability);
             // ANCHOR_END: emit

@@ -33,8 +33,8 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             // Find the next surface, and add light that no light sample has counted
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, None, wavelength.as_ref(), &slot, out);
-            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
+            strategy.add_found(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if self.max_depth.is_some_and(|max| depth >= max) {
                 return;

@@ -26,7 +26,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(never)]
     pub(super) fn catch_shadow<S: Sampler>(
         &self,
-        (path, traced, numbers): (PathState, Traced, PathNumbers<S>),
+        (path, traced): (PathState, Traced),
+        numbers: PathNumbers<S>,
         out: &mut impl Sink,
     ) {
         let world = &self.world;

@@ -39,8 +39,8 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
         loop {
             // Le: the light that the next surface emits, or the sky
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, None, None, &slot, out);
-            SAMPLED.add_emission(world, &path, vertex.as_ref(), out);
+            let vertex = path.next_vertex(world, None, &slot, out);
+            SAMPLED.add_found(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if path.depth == self.max_depth {
                 return;

@@ -54,27 +54,38 @@ impl PathState {
         self.prev.is_some_and(|prev| prev.is_delta)
     }
 
-    /// Follows the ray to its first surface. `None` if it leaves the scene. `traced` is the result of
-    /// the ray query, if it has been made.
-    ///
-    /// A camera ray tells `out` what it sees. From the first glass on that disperses light, the path
-    /// is of `wavelength`, and its throughput gets the weight of the wavelength.
+    /// Follows the ray to the first surface that stops it. Returns `None` if the ray leaves the scene.
+    /// `traced` is the result of the ray query, if it has been made.
     #[inline(always)]
-    pub fn next_vertex<'v, A: Accel>(
+    pub fn intersect<A: Accel>(
         &mut self,
-        world: &'v World<A>,
+        world: &World<A>,
         traced: Option<Traced>,
-        wavelength: Option<&Wavelength>,
-        slot: &'v BsdfSlot<'v>,
         out: &mut impl Sink,
-    ) -> Option<Vertex<'v>> {
+    ) -> Option<Hit> {
         let (hit, transmittance) = match traced {
             Some(traced) => traced,
             None if self.depth == 0 => world.intersect(&self.ray, RayKind::Camera, out),
             None => world.intersect(&self.ray, RayKind::Bounce, out),
         };
         self.beta *= transmittance;
-        let vertex = world.vertex(&hit?, &self.ray, wavelength, slot);
+        hit
+    }
+
+    /// Vertex at `hit` of the ray. `out` gets what a camera ray sees.
+    ///
+    /// From the first glass on that disperses light, the path is of `wavelength`, and its throughput
+    /// gets the weight of the wavelength.
+    #[inline(always)]
+    pub fn vertex<'v, A: Accel>(
+        &mut self,
+        world: &'v World<A>,
+        hit: &Hit,
+        wavelength: Option<&Wavelength>,
+        slot: &'v BsdfSlot<'v>,
+        out: &mut impl Sink,
+    ) -> Vertex<'v> {
+        let vertex = world.vertex(hit, &self.ray, wavelength, slot);
         path_record::vertex(self.depth, &vertex, self.beta, out);
         if self.depth == 0 {
             world.see(&vertex, (&self.ray, self.beta), out);
@@ -83,7 +94,20 @@ impl PathState {
             self.beta *= Spectrum::from(wavelength.weight);
             self.is_dispersed = true;
         }
-        Some(vertex)
+        vertex
+    }
+
+    /// [`PathState::intersect`] and [`PathState::vertex`].
+    #[inline(always)]
+    pub fn next_vertex<'v, A: Accel>(
+        &mut self,
+        world: &'v World<A>,
+        wavelength: Option<&Wavelength>,
+        slot: &'v BsdfSlot<'v>,
+        out: &mut impl Sink,
+    ) -> Option<Vertex<'v>> {
+        let hit = self.intersect(world, None, out)?;
+        Some(self.vertex(world, &hit, wavelength, slot, out))
     }
 
     /// The way on after `vertex` has scattered the path by `sample`. `light_samples` were taken there;

@@ -42,8 +42,8 @@ impl Branch {
         }
         let (slot, mut path) = (BsdfSlot::new(), self.path);
         let wavelength = world.wavelength(sampler);
-        let vertex = path.next_vertex(world, None, wavelength.as_ref(), &slot, out);
-        strategy.add_emission(world, &path, vertex.as_ref(), out);
+        let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
+        strategy.add_found(world, &path, vertex.as_ref(), out);
         let Some(vertex) = vertex else { return };
         if max_depth.is_some_and(|max| path.depth >= max) {
             return;

@@ -164,8 +164,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let mut path = queued.path;
         let depth = path.depth;
         let slot = BsdfSlot::new();
-        let vertex = path.next_vertex(world, None, None, &slot, out);
-        strategy.add_emission(world, &path, vertex.as_ref(), out);
+        let vertex = path.next_vertex(world, None, &slot, out);
+        strategy.add_found(world, &path, vertex.as_ref(), out);
         let Some(vertex) = vertex else { return };
         if depth == 0 && world.features {
             let mut first = world.first_surface(&vertex);

@@ -143,8 +143,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             // Find the next surface, and add emitted light
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, None, None, &slot, out);
-            strategy.add_emission(world, &path, vertex.as_ref(), out);
+            let vertex = path.next_vertex(world, None, &slot, out);
+            strategy.add_found(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
             if self.max_depth.is_some_and(|max| depth >= max) {
                 return;
@@ -171,8 +171,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 if strategy.meets_lights() && !(path.beta * sample.weight).is_black() {
                     let mut next = path.after(path.scatter(world, &vertex, &sample, (1.0, 1), out));
                     let slot = BsdfSlot::new();
-                    let vertex = next.next_vertex(world, None, None, &slot, out);
-                    strategy.add_emission(world, &next, vertex.as_ref(), out);
+                    let vertex = next.next_vertex(world, None, &slot, out);
+                    strategy.add_found(world, &next, vertex.as_ref(), out);
                 }
                 return;
             }

@@ -30,8 +30,9 @@ mod firsts;
 mod share;
 mod viewers;
 
+use super::camera_packet::CameraPacket;
 use super::direct::trace;
-use super::integrator::{CameraPacket, PathIntegrator, PathNumbers, with_clamped};
+use super::integrator::{PathIntegrator, PathNumbers, with_clamped};
 use super::state::{PathState, Traced};
 use crate::accel::Accel;
 use crate::color::Spectrum;
@@ -83,9 +84,10 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             },
             ..self.path
         };
+        let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             // Paths that are shared must be of one time.
-            let packet = CameraPacket::trace(&integrator.world, keys, sampler, true, out);
+            packet.trace(&integrator.world, keys, sampler, true, out);
 
             // Follow each path to its end, or as far as it goes if it has none
             // On the heap: slots are large, and an array of them would be copied when it is made.
@@ -94,11 +96,12 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
             let slots = slots.chunks_exact(LOOKED_AT);
             for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
-                let (path, traced, numbers) = packet.start(&integrator.world, i, keys);
+                let (path, traced) = packet.path(i);
+                let numbers = PathNumbers::start(&integrator.world, keys[i], sampler);
                 let found = (&mut firsts[i], &mut ends[i]);
                 integrator.find_end((path, traced), numbers, slots, found, out);
                 if integrator.world.scene.ground().is_some() {
-                    integrator.catch_shadow(packet.start(&integrator.world, i, keys), out);
+                    integrator.catch_shadow((path, traced), numbers, out);
                 }
             }
 
@@ -106,7 +109,7 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             let mut work = Workspace::new(Firsts::new(&firsts, integrator.strategy.directions));
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
-                    let (_, _, numbers) = packet.start(&integrator.world, owner, keys);
+                    let numbers = PathNumbers::start(&integrator.world, keys[owner], sampler);
                     end.light_all(&integrator, numbers, &mut work, owner, out);
                 }
             }
@@ -129,21 +132,23 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
     ) {
         // A path that ends between first and second vertex would end for all pixels that could have
         // found its end. Paths without an end are few, and go on without roulette too.
-        let without_roulette = PathIntegrator {
-            roulette: Roulette::after(u32::MAX),
-            ..*self
+        let roulette = |first: &Option<First>| match first {
+            Some(_) => Roulette::after(u32::MAX),
+            None => self.roulette,
         };
         let mut traced = Some(traced);
         for (i, slot) in slots.iter().enumerate() {
-            let vertex = path.next_vertex(&self.world, traced.take(), numbers.wavelength.as_ref(), slot, out);
-            self.strategy.add_emission(&self.world, &path, vertex.as_ref(), out);
-            let Some(vertex) = &vertex else { return };
+            let Some(hit) = path.intersect(&self.world, traced.take(), out) else {
+                return self.strategy.add_sky(&self.world, &path, out);
+            };
+            let vertex = path.vertex(&self.world, &hit, numbers.wavelength.as_ref(), slot, out);
+            self.strategy.add_emission(&self.world, &path, &vertex, out);
             if Some(path.depth) == self.max_depth {
                 return;
             }
             let is_second = first.as_ref().is_some_and(|first| path.depth == first.depth + 1);
-            if is_second && !path.is_delta() && End::can_be(vertex) {
-                *end = Some(End::new(*vertex, &path));
+            if is_second && !path.is_delta() && End::can_be(&vertex) {
+                *end = Some(End::new(vertex, &path));
                 return;
             }
             // All surfaces before the first vertex are mirrors or smooth glass. With a maximum depth the
@@ -152,14 +157,13 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
             let is_late = i > 0 && (self.max_depth.is_some() || i + 1 >= slots.len());
             let is_first = first.is_none() && !vertex.bsdf.is_delta() && !is_late;
             if is_first {
-                *first = Some(First::new(*vertex, &path));
+                *first = Some(First::new(vertex, &path));
             }
 
             let u = numbers.vertex(path.depth, self.roulette);
-            let direct = self.sample_light(&path, vertex, &u, out);
-            let integrator = if first.is_some() { &without_roulette } else { self };
-            let next = integrator.scatter(&path, vertex, &u, out);
-            trace(direct, &self.world, (&path, vertex), out);
+            let direct = self.sample_light(&path, &vertex, &u, out);
+            let next = self.scatter(&path, &vertex, roulette(first), &u, out);
+            trace(direct, &self.world, (&path, &vertex), out);
             let Some(next) = next else { return };
             path.go_on(next);
             if first.is_some() && !is_first {
@@ -167,7 +171,10 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
             }
         }
         let mut rest = Summed::new(path.depth, out);
-        let integrator = if first.is_some() { &without_roulette } else { self };
+        let integrator = PathIntegrator {
+            roulette: roulette(first),
+            ..*self
+        };
         integrator.li(path, None, numbers, &mut rest);
         let sum = rest.sum;
         sum.tell(Spectrum::ONE, path.depth + 1, out);

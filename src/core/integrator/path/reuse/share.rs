@@ -301,8 +301,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         };
         let mut sum = Summed::new(path.depth, out);
         sum.sum = light;
-        self.strategy
-            .add_emission(&self.world, &path, vertex.as_ref(), &mut sum);
+        self.strategy.add_found(&self.world, &path, vertex.as_ref(), &mut sum);
         sum.sum
     }
 }

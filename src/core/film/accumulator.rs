@@ -38,6 +38,20 @@ pub struct Block {
 }
 
 impl Block {
+    /// One sample, whose radiance is a sum in double precision.
+    pub(super) fn alone(radiance: [f64; 3], surface: Option<&FirstSurface>) -> Self {
+        let mut block = Self::default();
+        block.add(Spectrum::from(radiance.map(|value| value as f32)), surface);
+        block.sum = radiance;
+        block.sum_of_squares = radiance.map(|value| value * value);
+        block
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
     /// Sum of the radiance of all samples, by channel.
     pub fn sum(&self) -> [f64; 3] {
         self.sum
@@ -103,14 +117,10 @@ impl Accumulator {
     }
 
     /// Adds one sample as a term of its own, which is in no block. The spread of blocks is not known then: samples stand by themselves.
-    pub fn add_alone(&mut self, radiance: [f64; 3], surface: Option<&FirstSurface>) {
-        let mut block = Block::default();
-        block.add(Spectrum::from(radiance.map(|value| value as f32)), surface);
-        block.sum = radiance;
-        block.sum_of_squares = radiance.map(|value| value * value);
+    pub fn add_alone(&mut self, sample: &Block) {
         *self = Self {
             block_spread: [f64::NAN; 3],
-            ..self.plus(&Self::of(&block))
+            ..self.plus(&Self::of(sample))
         };
     }
 

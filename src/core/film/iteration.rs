@@ -1,6 +1,6 @@
 //! One iteration of a method whose light paths light any pixel: one sample of every pixel of a film.
 
-use super::{Film, FirstSurface, LightPaths, Rect};
+use super::{Block, Film, FilmSample, FirstSurface, LightPaths, PixelBlock, Rect};
 use crate::color::Spectrum;
 use crate::math::UVec2;
 
@@ -19,9 +19,9 @@ pub struct Iteration {
 
 /// What one sample of a pixel is so far.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct IterationPixel {
-    pub radiance: [f64; 3],
-    pub surface: Option<FirstSurface>,
+struct IterationPixel {
+    radiance: [f64; 3],
+    surface: Option<FirstSurface>,
 }
 
 impl Iteration {
@@ -75,24 +75,22 @@ impl Iteration {
         }
     }
 
-    /// Share in which `pixel` sees the background.
-    pub(super) fn background(&self, pixel: UVec2) -> [f64; 3] {
-        let index = self.index(pixel);
-        index
-            .and_then(|index| self.background.get(index))
-            .copied()
-            .unwrap_or_default()
-    }
-
-    pub(super) fn pixel(&self, pixel: UVec2) -> IterationPixel {
-        self.index(pixel)
-            .map_or(IterationPixel::default(), |index| self.pixels[index])
-    }
-
-    /// Sums of the parts at `pixel`.
-    pub(super) fn part_sums(&self, pixel: UVec2) -> &[[f64; 3]] {
-        let of = |index| self.part_sums.get(index * self.parts..(index + 1) * self.parts);
-        self.index(pixel).and_then(of).unwrap_or_default()
+    /// Sets `sample` to that of `pixel`.
+    pub(super) fn pixel(&self, pixel: UVec2, sample: &mut PixelBlock) {
+        sample.clear();
+        let Some(index) = self.index(pixel) else { return };
+        let IterationPixel { radiance, surface } = &self.pixels[index];
+        let surface = surface.as_ref();
+        sample.add(&FilmSample {
+            surface,
+            ..FilmSample::default()
+        });
+        sample.light = Block::alone(*radiance, surface);
+        let sums = &self.part_sums[index * self.parts..(index + 1) * self.parts];
+        let (parts, classes) = sums.split_at(sample.parts.sums().len());
+        sample.parts.set(parts);
+        sample.classes.set(classes);
+        sample.background = self.background.get(index).copied().unwrap_or_default();
     }
 
     fn index(&self, pixel: UVec2) -> Option<usize> {

@@ -2,7 +2,7 @@
 //!
 //! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
 //! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
-//! `part_sums` those of light groups, strategies and parts by light paths (`light_paths`), `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
+//! `part_sums` those of light groups, strategies and parts by light paths (`light_paths`), `pixel_block` what one task adds to a pixel, `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
 //! `metering` finds the exposure of a developed image, and `spikes` the pixels that one sample made bright.
 //!
 //! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
@@ -18,6 +18,7 @@ mod iteration;
 mod metering;
 mod part_sums;
 mod path_terms;
+mod pixel_block;
 mod resample;
 mod rgb_image;
 mod spikes;
@@ -28,13 +29,16 @@ pub use crate::light_paths::{LightPaths, MAX_CLASSES, PathLight};
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
 pub use aov::Aov;
 pub use background_sums::{BackgroundSum, Backing};
-pub use features::{Coverage, FeatureBlock, FeatureSums, Features, Points};
+use features::FeatureBlock;
+pub use features::{Coverage, FeatureSums, Features, Points};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use image::{Channel, Image, Z_BACKGROUND};
 pub use iteration::Iteration;
 pub use metering::metered;
-pub use part_sums::{PartBlock, PartSum};
+use part_sums::PartBlock;
+pub use part_sums::PartSum;
+pub use pixel_block::{FilmSample, PixelBlock};
 pub use resample::{resample, resample_nearest};
 pub use rgb_image::RgbImage;
 pub use spikes::Spikes;
@@ -237,24 +241,11 @@ impl Film {
 
     /// Adds the sums of another film of the same image; pixels that are not here are left out.
     pub fn merge(&mut self, other: &Self) {
-        for (pixel, sums) in other.pixels() {
-            let Some(tile) = self.tile_at_mut(pixel) else {
-                continue;
-            };
-            let counts = [tile.sums(pixel).map_or(0, Accumulator::samples), sums.samples()];
-            if let Some(own) = tile.sums_mut(pixel) {
-                own.merge(sums);
-            }
-            if let (Some(own), Some(features)) = (tile.features_mut(pixel), other.features(pixel)) {
-                own.merge(features);
-            }
-            let light = other.tile_at(pixel).map_or(&[][..], |tile| tile.part_sums(pixel));
-            for (own, light) in tile.part_sums_mut(pixel).iter_mut().zip(light) {
-                *own = own.plus(*light);
-            }
-            let background = other.tile_at(pixel).and_then(|tile| tile.background(pixel));
-            if let (Some(own), Some(background)) = (tile.background_mut(pixel), background) {
-                own.merge(&background, counts);
+        for from in &other.tiles {
+            for pixel in from.bounds().pixels() {
+                if let Some(tile) = self.tile_at_mut(pixel) {
+                    tile.merge(pixel, from);
+                }
             }
         }
     }
@@ -262,26 +253,10 @@ impl Film {
     /// Adds a sample to every pixel, as a term of its own.
     pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
+            let mut sample = PixelBlock::of(tile);
             for pixel in tile.bounds().pixels() {
-                let sample = iteration.pixel(pixel);
-                let features = sample.surface.and_then(|surface| surface.features);
-                if let (Some(sums), Some(features)) = (tile.features_mut(pixel), features) {
-                    let mut block = FeatureBlock::default();
-                    block.add(&features);
-                    sums.add(&block);
-                }
-                let sums = iteration.part_sums(pixel);
-                let (parts, classes) = sums.split_at_checked(tile.parts_before_paths()).unwrap_or_default();
-                for (sum, part) in tile.part_sums_mut(pixel).iter_mut().zip(parts) {
-                    *sum = sum.plus(PartSum::new(*part));
-                }
-                tile.change_classes(pixel, classes, sample.radiance, PartSum::plus);
-                if let Some(sum) = tile.background_mut(pixel) {
-                    sum.add_alone(iteration.background(pixel));
-                }
-                if let Some(sums) = tile.sums_mut(pixel) {
-                    sums.add_alone(sample.radiance, sample.surface.as_ref());
-                }
+                iteration.pixel(pixel, &mut sample);
+                tile.add_alone(pixel, &sample);
             }
         });
     }

@@ -28,23 +28,14 @@ impl PartBlock {
         &self.0
     }
 
-    /// Forgets all.
+    /// Sets all sums. The length of `sums` is the number of parts.
+    pub(super) fn set(&mut self, sums: &[[f64; 3]]) {
+        self.0.copy_from_slice(sums);
+    }
+
+    /// Makes all sums zero.
     pub fn clear(&mut self) {
         self.0.fill([0.0; 3]);
-    }
-
-    /// Adds it to the sums of its pixel, part by part.
-    pub fn add_to(&self, sums: &mut [PartSum]) {
-        for (sum, block) in sums.iter_mut().zip(&self.0) {
-            *sum = sum.plus(PartSum::new(*block));
-        }
-    }
-
-    /// Takes it out of them again.
-    pub fn take_back_from(&self, sums: &mut [PartSum]) {
-        for (sum, block) in sums.iter_mut().zip(&self.0) {
-            *sum = sum.minus(PartSum::new(*block));
-        }
     }
 }
 
@@ -77,35 +68,6 @@ impl PartSum {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn order_does_not_matter_and_what_is_taken_back_was_never_there() {
-        let block = |range: std::ops::Range<u32>| {
-            let mut block = PartBlock::new(2);
-            for i in range {
-                block.add(&[
-                    Spectrum::rgb(0.1, i as f32, 1e9),
-                    Spectrum::splat(1e-6 / (i + 1) as f32),
-                ]);
-            }
-            block
-        };
-        let sum = |blocks: &[PartBlock]| {
-            let mut sums = [PartSum::default(); 2];
-            blocks.iter().for_each(|block| block.add_to(&mut sums));
-            sums
-        };
-        let blocks = [block(0..2), block(2..40), block(40..100)];
-        let backwards = [blocks[2].clone(), blocks[1].clone(), blocks[0].clone()];
-        let mut all = sum(&blocks);
-        assert_eq!(all, sum(&backwards));
-        let parts = [sum(&blocks[..2]), sum(&blocks[2..])];
-        assert_eq!(all, [0, 1].map(|group| parts[0][group].plus(parts[1][group])));
-        assert!((all[0].mean(1, 100) - 49.5).abs() < 1e-9 && (all[1].mean(2, 100) - 5.187e-8).abs() < 1e-10);
-        blocks[1..].iter().for_each(|block| block.take_back_from(&mut all));
-        assert_eq!(all, sum(&blocks[..1]));
-        assert_eq!(PartSum::default().mean(0, 0), 0.0);
-    }
 
     #[test]
     fn a_block_that_is_cleared_is_a_new_one() {

@@ -270,7 +270,7 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Backing, Block, FeatureBlock, Features, FirstSurface, PartBlock, Rect};
+    use crate::film::{Backing, Block, Features, FilmSample, FirstSurface, PixelBlock, Rect};
     use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
@@ -312,22 +312,28 @@ mod tests {
         let mut film = empty();
         let tile = &mut film.tiles_mut()[0];
         for (i, pixel) in Rect::full(size).pixels().enumerate() {
-            let mut light = PartBlock::new(2);
-            light.add(&[Spectrum::rgb(0.1, i as f32, -7e5), Spectrum::splat(1e-6)]);
-            light.add_to(tile.part_sums_mut(pixel));
-            let mut features = FeatureBlock::default();
-            features.add(&Features {
-                p: Vec3::new(0.3, -2.0, i as f32),
-                uv: Vec2::new(0.1, 0.2),
-                motion: Vec2::ZERO,
-                points: Default::default(),
-                object: i as u32,
-                material: 1,
+            let mut block = PixelBlock::of(tile);
+            let surface = FirstSurface {
+                albedo: Spectrum::ONE,
+                normal: Vec3::Y,
+                depth: 1.0,
+                emitted: 0.0,
+                features: Some(Features {
+                    p: Vec3::new(0.3, -2.0, i as f32),
+                    uv: Vec2::new(0.1, 0.2),
+                    motion: Vec2::ZERO,
+                    points: Default::default(),
+                    object: i as u32,
+                    material: 1,
+                }),
+            };
+            block.add(&FilmSample {
+                surface: Some(&surface),
+                background: Spectrum::rgb(0.3 - i as f32, 0.1, 7.0),
+                parts: &[Spectrum::rgb(0.1, i as f32, -7e5), Spectrum::splat(1e-6)],
+                ..FilmSample::default()
             });
-            tile.features_mut(pixel).unwrap().add(&features);
-            tile.background_mut(pixel)
-                .unwrap()
-                .add([0.3 - i as f64, 0.1, 7.0], 64, 64);
+            tile.add(pixel, &block);
         }
         let layout = StateLayout::of_film(&film);
         let names = layout.names();

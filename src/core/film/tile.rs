@@ -1,7 +1,7 @@
 //! Rectangles of pixels, and tiles: the blocks of pixels to whose sums one task adds.
 
 use super::path_terms::terms;
-use super::{Accumulator, BackgroundSum, Backing, Block, FeatureSums, LightPaths, PartBlock, PartSum};
+use super::{Accumulator, BackgroundSum, Backing, FeatureSums, LightPaths, PartSum, PixelBlock};
 use crate::math::{UVec2, encode_fields};
 use std::ops::Range;
 use std::sync::Arc;
@@ -133,7 +133,7 @@ impl Tile {
     }
 
     /// Sums of the features of `pixel`, to add to them.
-    pub fn features_mut(&mut self, pixel: UVec2) -> Option<&mut FeatureSums> {
+    pub(super) fn features_mut(&mut self, pixel: UVec2) -> Option<&mut FeatureSums> {
         let index = self.index(pixel)?;
         self.features.get_mut(index)
     }
@@ -165,28 +165,72 @@ impl Tile {
         self.parts.saturating_sub(of_paths)
     }
 
-    /// Adds to the parts of `pixel` that light paths separate what a block has found: `classes` are its sums by class, and `block` is of all light.
-    pub fn add_classes(&mut self, pixel: UVec2, classes: &PartBlock, block: &Block) {
-        self.change_classes(pixel, classes.sums(), block.sum(), PartSum::plus);
+    /// Adds the samples of `pixel` that come next. Does nothing if the pixel is not in the tile.
+    pub fn add(&mut self, pixel: UVec2, block: &PixelBlock) {
+        let Some(index) = self.index(pixel) else { return };
+        if let (Some(sums), Some(features)) = (self.features.get_mut(index), &block.features) {
+            sums.add(features);
+        }
+        if let Some(sum) = self.background.get_mut(index) {
+            sum.add(block.background, block.light.samples(), self.pixels[index].samples());
+        }
+        self.change_parts(pixel, block, PartSum::plus);
+        self.pixels[index].add(&block.light);
     }
 
-    /// Takes it out of them again.
-    pub fn take_back_classes(&mut self, pixel: UVec2, classes: &PartBlock, block: &Block) {
-        self.change_classes(pixel, classes.sums(), block.sum(), PartSum::minus);
+    /// Takes the samples of `pixel` out again that came last, part of a block.
+    pub fn take_back(&mut self, pixel: UVec2, block: &PixelBlock) {
+        let Some(index) = self.index(pixel) else { return };
+        if let (Some(sums), Some(features)) = (self.features.get_mut(index), &block.features) {
+            sums.take_back(features);
+        }
+        if let Some(sum) = self.background.get_mut(index) {
+            sum.take_back(block.background);
+        }
+        self.change_parts(pixel, block, PartSum::minus);
+        self.pixels[index].take_back(&block.light);
     }
 
-    pub(super) fn change_classes(
-        &mut self,
-        pixel: UVec2,
-        classes: &[[f64; 3]],
-        picture: [f64; 3],
-        change: fn(PartSum, PartSum) -> PartSum,
-    ) {
-        let Some(paths) = self.light_paths.clone() else { return };
-        let first = self.parts_before_paths();
-        let sums = self.part_sums_mut(pixel).iter_mut().skip(first);
-        for (sum, term) in sums.zip(terms(&paths, classes, picture)) {
-            *sum = change(*sum, term);
+    /// Adds one sample of `pixel` that is in no block.
+    pub(super) fn add_alone(&mut self, pixel: UVec2, sample: &PixelBlock) {
+        let Some(index) = self.index(pixel) else { return };
+        if let (Some(sums), Some(features)) = (self.features.get_mut(index), &sample.features) {
+            sums.add(features);
+        }
+        if let Some(sum) = self.background.get_mut(index) {
+            sum.add_alone(sample.background);
+        }
+        self.change_parts(pixel, sample, PartSum::plus);
+        self.pixels[index].add_alone(&sample.light);
+    }
+
+    /// Adds the sums that `other` has of `pixel`.
+    pub(super) fn merge(&mut self, pixel: UVec2, other: &Self) {
+        let (Some(index), Some(sums)) = (self.index(pixel), other.sums(pixel)) else {
+            return;
+        };
+        if let (Some(own), Some(features)) = (self.features.get_mut(index), other.features(pixel)) {
+            own.merge(features);
+        }
+        if let (Some(own), Some(background)) = (self.background.get_mut(index), other.background(pixel)) {
+            own.merge(&background, [self.pixels[index].samples(), sums.samples()]);
+        }
+        for (own, part) in self.part_sums_mut(pixel).iter_mut().zip(other.part_sums(pixel)) {
+            *own = own.plus(*part);
+        }
+        self.pixels[index].merge(sums);
+    }
+
+    /// Changes the sums of the parts of the light by those of `block`.
+    fn change_parts(&mut self, pixel: UVec2, block: &PixelBlock, change: fn(PartSum, PartSum) -> PartSum) {
+        let of_paths = self
+            .light_paths
+            .as_ref()
+            .map(|paths| terms(paths, block.classes.sums(), block.light.sum()));
+        let parts = block.parts.sums().iter().map(|sum| PartSum::new(*sum));
+        let parts = parts.chain(of_paths.into_iter().flatten());
+        for (sum, part) in self.part_sums_mut(pixel).iter_mut().zip(parts) {
+            *sum = change(*sum, part);
         }
     }
 
@@ -197,7 +241,7 @@ impl Tile {
     }
 
     /// Sums of each part of the light at `pixel`, to add to them.
-    pub fn part_sums_mut(&mut self, pixel: UVec2) -> &mut [PartSum] {
+    pub(super) fn part_sums_mut(&mut self, pixel: UVec2) -> &mut [PartSum] {
         let range = self.part_range(pixel);
         self.part_sums.get_mut(range).unwrap_or_default()
     }
@@ -224,7 +268,7 @@ impl Tile {
     }
 
     /// The sum of [`Tile::background`], to add to it.
-    pub fn background_mut(&mut self, pixel: UVec2) -> Option<&mut BackgroundSum> {
+    pub(super) fn background_mut(&mut self, pixel: UVec2) -> Option<&mut BackgroundSum> {
         let index = self.index(pixel)?;
         self.background.get_mut(index)
     }

@@ -6,17 +6,17 @@ use super::observer::Observer;
 use super::statistics::RayCounts;
 use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
-use crate::film::FirstSurface;
+use crate::film::{FilmSample, FirstSurface};
 use crate::integrator::{CameraView, FoundLight, RayKind, RaySink, Sink};
 
 /// Sink of one sample.
 pub struct PixelSample<'a> {
-    pub(super) weight: f32,
+    weight: f32,
     pub(super) radiance: Spectrum,
-    pub(super) surface: Option<FirstSurface>,
+    surface: Option<FirstSurface>,
     view: Option<CameraView>,
     /// Share in which the sample sees the background, after [`PixelSample::finish`].
-    pub(super) background: Spectrum,
+    background: Spectrum,
     pub(super) rays: RayCounts,
     pub(super) cancellation: Cancellation<'a>,
 }
@@ -51,6 +51,32 @@ impl<'a> PixelSample<'a> {
             (self.radiance, self.background) = seen;
         }
         seen.is_some()
+    }
+
+    /// Makes the sample black, and all of its `parts`.
+    pub(super) fn drop_light(&mut self, parts: Option<&mut LightParts>) {
+        self.radiance = Spectrum::ZERO;
+        if let Some(parts) = parts {
+            *parts = LightParts::new(parts.paths);
+        }
+    }
+
+    /// The finished sample and its `parts`, as the film sums them.
+    pub(super) fn weighted<'s>(&'s mut self, parts: Option<&'s mut LightParts>) -> FilmSample<'s> {
+        if let Some(surface) = &mut self.surface {
+            surface.emitted *= self.weight;
+        }
+        let mut sample = FilmSample {
+            radiance: self.radiance * self.weight,
+            surface: self.surface.as_ref(),
+            background: self.background * self.weight,
+            ..FilmSample::default()
+        };
+        if let Some(parts) = parts {
+            parts.scale(Spectrum::splat(self.weight));
+            (sample.parts, sample.classes) = (parts.by_group(), parts.by_class());
+        }
+        sample
     }
 }
 

@@ -10,8 +10,7 @@ use super::observer::{Observer, Outcome, should_leave};
 use super::pixel_sample::{PartedSample, PixelSample};
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
-use crate::color::Spectrum;
-use crate::film::{Accumulator, Block, FeatureBlock, Film, PartBlock, Tile};
+use crate::film::{Film, PixelBlock, Tile};
 use crate::integrator::SAMPLES_AT_ONCE;
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -140,18 +139,7 @@ fn render_tile<S: Sampler>(
         1 => tile.bounds().pixels().collect(),
         _ => shuffled(tile.cell(), samples.start),
     };
-    let mut blocks: [Block; SAMPLES_AT_ONCE] = Default::default();
-    let mut feature_blocks = if tile.has_features() {
-        vec![FeatureBlock::default(); SAMPLES_AT_ONCE]
-    } else {
-        Vec::new()
-    };
-    let new_blocks = |parts: usize| match parts {
-        0 => Vec::new(),
-        parts => vec![PartBlock::new(parts); SAMPLES_AT_ONCE],
-    };
-    let mut part_blocks = new_blocks(tile.parts_before_paths());
-    let mut class_blocks = new_blocks(tile.light_paths().map_or(0, |paths| paths.classes()));
+    let mut blocks = vec![PixelBlock::of(tile); pixels_at_once];
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
     // Of a pixel: one, until it is known how much work that is
@@ -160,12 +148,7 @@ fn render_tile<S: Sampler>(
         if group.iter().all(|&pixel| is_cropped(pixel)) {
             continue;
         }
-        blocks[..group.len()].fill_with(Block::default);
-        feature_blocks.iter_mut().for_each(FeatureBlock::clear);
-        part_blocks.iter_mut().for_each(PartBlock::clear);
-        class_blocks.iter_mut().for_each(PartBlock::clear);
-        // Shares of the background
-        let mut backgrounds = [[0.0f64; 3]; SAMPLES_AT_ONCE];
+        blocks.iter_mut().for_each(PixelBlock::clear);
         let mut start = samples.start;
         while start < samples.end {
             if observer.should_stop() {
@@ -206,72 +189,20 @@ fn render_tile<S: Sampler>(
                             radiance: sample.radiance.to_array(),
                         });
                     }
-                    sample.radiance = Spectrum::ZERO;
-                    if let Some(parts) = &mut parts {
-                        **parts = LightParts::new(parts.paths);
-                    }
+                    sample.drop_light(parts.as_deref_mut());
                 }
-                let place = i * group.len() / count;
-                let features = sample.surface.and_then(|surface| surface.features);
-                if let (Some(features), Some(block)) = (&features, feature_blocks.get_mut(place)) {
-                    block.add(features);
-                }
-                let share = (sample.background * sample.weight).to_array();
-                (0..3).for_each(|c| backgrounds[place][c] += f64::from(share[c]));
-                let radiance = sample.radiance * sample.weight;
-                if let Some(surface) = &mut sample.surface {
-                    surface.emitted *= sample.weight;
-                }
-                if let Some(parts) = parts {
-                    parts.scale(Spectrum::splat(sample.weight));
-                    if let Some(block) = part_blocks.get_mut(place) {
-                        block.add(parts.by_group());
-                    }
-                    if let Some(block) = class_blocks.get_mut(place) {
-                        block.add(parts.by_class());
-                    }
-                }
-                blocks[place].add(radiance, sample.surface.as_ref());
+                blocks[i * group.len() / count].add(&sample.weighted(parts));
             }
             let is_slow = statistics.rays.total() - rays_before > MANY_RAYS * count as u64;
             samples_now = if is_slow { 1 } else { samples_at_once };
             start = end;
         }
-        for (&pixel, block) in group.iter().zip(&feature_blocks) {
-            match (tile.features_mut(pixel), turn) {
-                (Some(sums), Turn::Add) => sums.add(block),
-                (Some(sums), Turn::TakeBack) => sums.take_back(block),
-                (None, _) => {}
-            }
-        }
-        for (&pixel, block) in group.iter().zip(&part_blocks) {
-            let sums = tile.part_sums_mut(pixel);
-            match turn {
-                Turn::Add => block.add_to(sums),
-                Turn::TakeBack => block.take_back_from(sums),
-            }
-        }
-        for ((&pixel, classes), block) in group.iter().zip(&class_blocks).zip(&blocks) {
-            match turn {
-                Turn::Add => tile.add_classes(pixel, classes, block),
-                Turn::TakeBack => tile.take_back_classes(pixel, classes, block),
-            }
-        }
-        for (&pixel, &background) in group.iter().zip(&backgrounds) {
-            let before = tile.sums(pixel).map_or(0, Accumulator::samples);
-            if let Some(sum) = tile.background_mut(pixel) {
-                match turn {
-                    Turn::Add => sum.add(background, samples.len() as u32, before),
-                    Turn::TakeBack => sum.take_back(background),
-                }
-            }
-        }
         for (&pixel, block) in group.iter().zip(&blocks) {
-            if let Some(sums) = tile.sums_mut(pixel) {
-                match turn {
-                    Turn::Add => sums.add(block),
-                    Turn::TakeBack => sums.take_back(block),
-                }
+            match turn {
+                Turn::Add => tile.add(pixel, block),
+                Turn::TakeBack => tile.take_back(pixel, block),
+            }
+            if !is_cropped(pixel) {
                 statistics.samples += samples.len() as u64;
             }
         }
@@ -282,6 +213,7 @@ fn render_tile<S: Sampler>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::Spectrum;
     use crate::film::Rect;
     use crate::integrator::{Integrator, RayKind, Sink};
     use crate::math::UVec2;

@@ -1,0 +1,163 @@
+//! Sums of the samples of one pixel that one task takes: of all that the film sums.
+
+use super::{Block, FeatureBlock, FirstSurface, PartBlock, Tile};
+use crate::color::Spectrum;
+
+/// One sample of a pixel, as the film sums it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FilmSample<'a> {
+    /// Weighted radiance.
+    pub radiance: Spectrum,
+    /// First surface, if the camera ray meets one.
+    pub surface: Option<&'a FirstSurface>,
+    /// Weighted share in which the sample sees the background.
+    pub background: Spectrum,
+    /// Weighted radiance by part of the light, without the parts of light paths. Empty if the film sums
+    /// no parts.
+    pub parts: &'a [Spectrum],
+    /// Weighted radiance by class of light paths. Empty if the film separates no paths.
+    pub classes: &'a [Spectrum],
+}
+
+/// Sums of the samples of one pixel that one task takes, of a [`BLOCK`](super::BLOCK) at most.
+#[derive(Clone, Debug)]
+pub struct PixelBlock {
+    pub(super) light: Block,
+    pub(super) features: Option<FeatureBlock>,
+    pub(super) parts: PartBlock,
+    /// Light by class of paths.
+    pub(super) classes: PartBlock,
+    /// Share in which the samples see the background.
+    pub(super) background: [f64; 3],
+}
+
+impl PixelBlock {
+    /// Empty sums of what `tile` sums.
+    pub fn of(tile: &Tile) -> Self {
+        Self {
+            light: Block::default(),
+            features: tile.has_features().then(FeatureBlock::default),
+            parts: PartBlock::new(tile.parts_before_paths()),
+            classes: PartBlock::new(tile.light_paths().map_or(0, |paths| paths.classes())),
+            background: [0.0; 3],
+        }
+    }
+
+    /// Makes all sums zero.
+    pub fn clear(&mut self) {
+        self.light = Block::default();
+        if let Some(features) = &mut self.features {
+            features.clear();
+        }
+        self.parts.clear();
+        self.classes.clear();
+        self.background = [0.0; 3];
+    }
+
+    /// Adds one sample.
+    #[inline(always)]
+    pub fn add(&mut self, sample: &FilmSample) {
+        self.light.add(sample.radiance, sample.surface);
+        if let Some(block) = &mut self.features
+            && let Some(features) = sample.surface.and_then(|surface| surface.features.as_ref())
+        {
+            block.add(features);
+        }
+        self.parts.add(sample.parts);
+        self.classes.add(sample.classes);
+        for (sum, share) in self.background.iter_mut().zip(sample.background.to_array()) {
+            *sum += f64::from(share);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Backing, Features, Film, Points, Rect};
+    use crate::math::{UVec2, Vec2, Vec3};
+
+    /// A tile of one pixel that sums everything.
+    fn tile() -> Tile {
+        let size = UVec2::ONE;
+        let film = Film::new(size, Rect::full(size)).with_features().with_parts(2);
+        film.with_backing(Backing::Transparent).tiles()[0].clone()
+    }
+
+    fn block(range: std::ops::Range<u32>) -> PixelBlock {
+        let mut block = PixelBlock::of(&tile());
+        for i in range {
+            let surface = FirstSurface {
+                albedo: Spectrum::splat(0.1 * i as f32),
+                normal: Vec3::Y,
+                depth: i as f32,
+                emitted: 0.3,
+                features: Some(Features {
+                    p: Vec3::new(i as f32 * 0.1, 1e-6, -3e4),
+                    uv: Vec2::new(0.3, 1.0 / (i + 1) as f32),
+                    motion: Vec2::ZERO,
+                    points: Points::default(),
+                    object: i % 3,
+                    material: 7,
+                }),
+            };
+            block.add(&FilmSample {
+                radiance: Spectrum::splat(1.0 / (i + 1) as f32),
+                surface: (i % 2 == 0).then_some(&surface),
+                background: Spectrum::splat(0.1),
+                parts: &[
+                    Spectrum::rgb(0.1, i as f32, 1e9),
+                    Spectrum::splat(1e-6 / (i + 1) as f32),
+                ],
+                classes: &[],
+            });
+        }
+        block
+    }
+
+    /// All sums of the pixel but for spreads, which depend on whole blocks.
+    fn sums(tile: &Tile) -> String {
+        let pixel = UVec2::ZERO;
+        let light = tile
+            .sums(pixel)
+            .map(|sums| (sums.samples(), [0, 1, 2].map(|c| sums.mean(c))));
+        let background = tile.background(pixel).map(|sum| sum.sum);
+        format!(
+            "{light:?} {:?} {:?} {background:?}",
+            tile.features(pixel),
+            tile.part_sums(pixel)
+        )
+    }
+
+    #[test]
+    fn sums_do_not_depend_on_order_and_blocks_are_taken_back_exactly() {
+        let pixel = UVec2::ZERO;
+        let blocks = [block(0..2), block(2..40), block(40..100)];
+        let sum = |blocks: &[&PixelBlock]| {
+            let mut tile = tile();
+            blocks.iter().for_each(|block| tile.add(pixel, block));
+            tile
+        };
+        let [a, b, c] = &blocks;
+        let mut all = sum(&[a, b, c]);
+        assert_eq!(sums(&all), sums(&sum(&[c, b, a])));
+        let mut merged = sum(&[a, b]);
+        merged.merge(pixel, &sum(&[c]));
+        assert_eq!(sums(&all), sums(&merged));
+        let parts = all.part_sums(pixel);
+        assert!((parts[0].mean(1, 100) - 49.5).abs() < 1e-9 && (parts[1].mean(2, 100) - 5.187e-8).abs() < 1e-10);
+        all.take_back(pixel, c);
+        all.take_back(pixel, b);
+        assert_eq!(sums(&all), sums(&sum(&[a])));
+    }
+
+    #[test]
+    fn a_cleared_block_adds_nothing() {
+        let mut cleared = block(0..16);
+        cleared.clear();
+        let mut tile = tile();
+        let before = sums(&tile);
+        tile.add(UVec2::ZERO, &cleared);
+        assert_eq!(sums(&tile), before);
+    }
+}

@@ -251,9 +251,9 @@ impl Run<'_> {
         let (mut failures, mut finished, mut exposure) = (Vec::new(), Finished::default(), None);
         if !state.is_empty() {
             let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut finished));
-            match self.renderer.reason_for_darkness(&image) {
-                Some(reason) => warn(format!(
-                    "the picture is black: {reason}\n  help: `embrasure check {}` may find more",
+            match self.renderer.darkness(&image) {
+                Some(darkness) => warn(format!(
+                    "the picture is {darkness}\n  help: `embrasure check {}` may find more",
                     job.scene_path.display()
                 )),
                 None => exposure = metered(job.settings.tone, &image).exposure.stops(),

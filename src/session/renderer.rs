@@ -16,7 +16,7 @@ use crate::film::{Aov, Film, Image};
 use crate::integrator::Picked;
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Warning};
-use crate::lint::reason_for_darkness;
+use crate::lint::{dark_lamps, reason_for_darkness};
 #[cfg(feature = "view")]
 use crate::math::UVec2;
 use crate::options::IntegratorKind;
@@ -25,6 +25,9 @@ use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
+
+/// Mean light up to which a picture is nearly black: 12 stops below mid-grey.
+const NEARLY_BLACK: f64 = 0.18 / 4096.0;
 
 /// A session whose acceleration structure is built: it takes samples, and makes pictures of them.
 pub struct Renderer<'a> {
@@ -307,22 +310,27 @@ impl<'a> Renderer<'a> {
         finding.map(|finding| finding.warning())
     }
 
-    /// Why `image` is black, in words; `None` if it has light, or shows none by intent.
-    pub fn reason_for_darkness(&self, image: &Image) -> Option<String> {
+    /// Degree of the darkness of `image` and its reason, in words. `None` if the image has light, or shows
+    /// none by intent. Of an image that is nearly black, only faults of the lamps are a reason.
+    pub fn darkness(&self, image: &Image) -> Option<String> {
         let (session, settings) = (self.session, self.session.settings());
-        let has_light = image.rgb().any(|rgb| rgb.iter().any(|&v| v > 0.0));
-        if has_light || settings.method().kind() == IntegratorKind::Debug {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for rgb in image.rgb() {
+            sum += f64::from(rgb.iter().fold(0f32, |max, &v| max.max(v)));
+            count += 1.0;
+        }
+        if sum > NEARLY_BLACK * count || settings.method().kind() == IntegratorKind::Debug {
             return None;
         }
         let accel = self.accel.as_dyn();
+        let (scene, camera) = (session.scene(), session.camera());
+        if sum > 0.0 {
+            let lamps = dark_lamps(accel, scene, camera, settings.resolution)?;
+            return Some(format!("nearly black: {lamps}"));
+        }
         let whole = |message: String| FileError::new(Path::new(""), message);
-        Some(reason_for_darkness(
-            accel,
-            session.scene(),
-            session.camera(),
-            settings.resolution,
-            &whole,
-        ))
+        let reason = reason_for_darkness(accel, scene, camera, settings.resolution, &whole);
+        Some(format!("black: {reason}"))
     }
 
     /// Takes the noise out of `image` where that was asked for, and has `metadata` say by what; the raw picture stays beside it.

@@ -253,7 +253,7 @@ impl Film {
     /// Adds a sample to every pixel, as a term of its own.
     pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
-            let mut sample = PixelBlock::of(tile);
+            let mut sample = tile.block();
             for pixel in tile.bounds().pixels() {
                 iteration.pixel(pixel, &mut sample);
                 tile.add_alone(pixel, &sample);

@@ -1,6 +1,6 @@
 //! Sums of the samples of one pixel that one task takes: of all that the film sums.
 
-use super::{Block, FeatureBlock, FirstSurface, PartBlock, Tile};
+use super::{Block, FeatureBlock, FirstSurface, PartBlock};
 use crate::color::Spectrum;
 
 /// One sample of a pixel, as the film sums it.
@@ -32,13 +32,14 @@ pub struct PixelBlock {
 }
 
 impl PixelBlock {
-    /// Empty sums of what `tile` sums.
-    pub fn of(tile: &Tile) -> Self {
+    /// Empty sums of radiance, of features if `has_features`, of so many parts of the light, and of so
+    /// many classes of light paths.
+    pub(super) fn new(has_features: bool, parts: usize, classes: usize) -> Self {
         Self {
             light: Block::default(),
-            features: tile.has_features().then(FeatureBlock::default),
-            parts: PartBlock::new(tile.parts_before_paths()),
-            classes: PartBlock::new(tile.light_paths().map_or(0, |paths| paths.classes())),
+            features: has_features.then(FeatureBlock::default),
+            parts: PartBlock::new(parts),
+            classes: PartBlock::new(classes),
             background: [0.0; 3],
         }
     }
@@ -74,7 +75,7 @@ impl PixelBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Backing, Features, Film, Points, Rect};
+    use crate::film::{Backing, Features, Film, Points, Rect, Tile};
     use crate::math::{UVec2, Vec2, Vec3};
 
     /// A tile of one pixel that sums everything.
@@ -85,7 +86,7 @@ mod tests {
     }
 
     fn block(range: std::ops::Range<u32>) -> PixelBlock {
-        let mut block = PixelBlock::of(&tile());
+        let mut block = tile().block();
         for i in range {
             let surface = FirstSurface {
                 albedo: Spectrum::splat(0.1 * i as f32),

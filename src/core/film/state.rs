@@ -270,7 +270,7 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Backing, Block, Features, FilmSample, FirstSurface, PixelBlock, Rect};
+    use crate::film::{Backing, Block, Features, FilmSample, FirstSurface, Rect};
     use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
@@ -312,7 +312,7 @@ mod tests {
         let mut film = empty();
         let tile = &mut film.tiles_mut()[0];
         for (i, pixel) in Rect::full(size).pixels().enumerate() {
-            let mut block = PixelBlock::of(tile);
+            let mut block = tile.block();
             let surface = FirstSurface {
                 albedo: Spectrum::ONE,
                 normal: Vec3::Y,

@@ -165,6 +165,12 @@ impl Tile {
         self.parts.saturating_sub(of_paths)
     }
 
+    /// Empty sums of one pixel, of all that the tile sums.
+    pub fn block(&self) -> PixelBlock {
+        let classes = self.light_paths.as_ref().map_or(0, |paths| paths.classes());
+        PixelBlock::new(self.has_features(), self.parts_before_paths(), classes)
+    }
+
     /// Adds the samples of `pixel` that come next. Does nothing if the pixel is not in the tile.
     pub fn add(&mut self, pixel: UVec2, block: &PixelBlock) {
         let Some(index) = self.index(pixel) else { return };

@@ -66,12 +66,15 @@ impl Stand {
 
 /// Height of the floor at `place` to stand on with eyes `height` above it, in coordinates of the
 /// horizon; `None` if there is none. It is the highest one that is not much above `usual`, the
-/// height of the floor that a guess stands on, or else the nearest one.
+/// height of the floor that a guess stands on in a room, or else the nearest one. Above `usual` a floor
+/// without a ceiling is a roof.
 pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, usual: Option<f32>) -> Option<f32> {
     let surfaces = floors.at(place.x, place.z);
-    // A ceiling shows its back to what is above it.
+    // A ceiling shows its back to what is above it. The lowest surface is no ceiling: the bottom of a
+    // piece of furniture may lie in the floor.
     let has_fronts = surfaces.iter().any(|surface| surface.is_flat() && surface.is_front);
-    let is_floor = |surface: &&Surface| surface.is_flat() && (surface.is_front || !has_fronts);
+    let lowest = surfaces.last().map_or(0.0, |surface| surface.y);
+    let is_floor = |surface: &&Surface| surface.is_flat() && (surface.is_front || !has_fronts || surface.y <= lowest);
     let flat = || surfaces.iter().filter(is_floor);
     let has_room = |surface: &&Surface| has_free_eyes(floors, scale, place, (surface.y, height));
     let is_outside = |surface: &&Surface| !is_in_body(floors, place, surface.y + height);
@@ -83,8 +86,11 @@ pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, us
     if levels.iter().any(|surface| is_wide(floors, scale, place, surface.y)) {
         levels.retain(|surface| is_wide(floors, scale, place, surface.y));
     }
-    let usual = usual.or_else(|| Some(levels.last()?.y))?;
     let step = scale.length(STEP);
+    if let Some(usual) = usual {
+        levels.retain(|surface| surface.y <= usual + step || has_ceiling(floors, place, surface.y + height));
+    }
+    let usual = usual.or_else(|| Some(levels.last()?.y))?;
     let off = |y: f32| match y - usual {
         above if above > step => UPSTAIRS * above,
         // Higher is better within a step.
@@ -104,6 +110,12 @@ fn has_free_eyes(floors: &Floors, scale: &Scale, place: Vec3, (y, height): (f32,
         seen.is_none_or(|seen| seen.distance >= distance)
     };
     is_free(up, scale.length(FREE[0])) && is_free(-up, scale.length(FREE[1]).min(0.5 * height))
+}
+
+/// Returns true if there is anything above eyes at the height `y`.
+fn has_ceiling(floors: &Floors, place: Vec3, y: f32) -> bool {
+    let eye = floors.horizon.point(Vec3::new(place.x, y, place.z));
+    floors.looker.look(eye, floors.horizon.up()).is_some()
 }
 
 /// Returns true if surfaces show their backs around the eyes.

@@ -30,13 +30,17 @@ pub fn reason_for_darkness(
     if let Some(finding) = inspect_view(accel, scene, camera, resolution, whole) {
         return finding.error.message;
     }
+    let of_lamps = dark_lamps(accel, scene, camera, resolution);
+    of_lamps.unwrap_or("no light reaches what the camera sees").into()
+}
+
+/// The fault of the lamps of `scene`, in words. `None` if they face what the camera sees.
+pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<&'static str> {
     if face_inwards(accel, scene) {
-        return "the lamps face inwards: they light nothing but themselves".into();
+        return Some("the lamps face inwards: they light nothing but themselves");
     }
-    if show_backs(accel, scene, camera, resolution) {
-        return "the camera sees the backs of the lamps, and nothing that they light".into();
-    }
-    "no light reaches what the camera sees".into()
+    show_backs(accel, scene, camera, resolution)
+        .then_some("the camera sees the backs of the lamps, and nothing that they light")
 }
 
 /// Returns true if most triangles of lamps face another one of their own mesh.

@@ -139,7 +139,7 @@ fn render_tile<S: Sampler>(
         1 => tile.bounds().pixels().collect(),
         _ => shuffled(tile.cell(), samples.start),
     };
-    let mut blocks = vec![PixelBlock::of(tile); pixels_at_once];
+    let mut blocks = vec![tile.block(); pixels_at_once];
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
     // Of a pixel: one, until it is known how much work that is

@@ -495,6 +495,15 @@ fn black_pictures_say_why() {
         assert!(said.contains("`embrasure check s.toml`"), "{name}: {said}");
         assert!(!said.contains("is brighter"), "{name}: {said}");
     }
+    // A little light from elsewhere is no reason to be silent of the lamps.
+    let faint = "[[light]]\ntype = \"constant\"\nradiance = [1e-6, 1e-6, 1e-6]\n";
+    let said = scene("bulb", far, faint);
+    assert!(
+        said.contains("the picture is nearly black: the lamps face inwards") && !said.contains("is brighter"),
+        "{said}"
+    );
+    let said = scene("black", far, faint);
+    assert!(!said.contains("nearly black"), "{said}");
     let said = scene("shown", far, "");
     assert!(
         !said.contains("the picture is black") && said.contains("is brighter"),

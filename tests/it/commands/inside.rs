@@ -5,6 +5,7 @@ use super::guess::{Boxes, camera, room, turned, vector};
 use crate::support::program::{done, folder, json, printed, refused, split, words};
 use serde_json::Value;
 use std::fmt::Write;
+use std::fs;
 use std::path::Path;
 
 /// A house of thick walls with two rooms, a door, windows and furniture.
@@ -302,6 +303,15 @@ fn places_without_a_floor_are_refused() {
         "{words}"
     );
     assert!(words.contains("x from -2 to 2, z from -3 to 3"), "{words}");
+    // On top of a solid pillar up to the roof there is only the roof.
+    let pillar = Boxes::default()
+        .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])
+        .add([-4.2, 2.7, -3.2], [4.2, 3.0, 3.2])
+        .add([1.0, 0.0, 1.0], [2.5, 2.7, 2.5])
+        .text;
+    fs::write(at.join("pillar.obj"), pillar).unwrap();
+    let words = crate::support::program::refused(at, &split("render pillar.obj --stand 1.7,1.7"), 2);
+    assert!(words.contains("no floor with room for a camera"), "{words}");
     let words = refused("--stand 0,0,2.59");
     assert!(words.contains("no floor with room for a camera"), "{words}");
     for (args, expected) in [

@@ -118,6 +118,18 @@ impl FisheyeMapping {
         }
     }
 
+    /// Area of the picture, in squares of the focal length, per solid angle at an `angle` from the axis whose sine is `sin`:
+    /// `r r' / sin θ`.
+    fn stretch(self, angle: f32, sin: f32) -> f32 {
+        match self {
+            Self::Equidistant if sin == 0.0 => 1.0,
+            Self::Equidistant => angle / sin,
+            Self::Equisolid => 1.0,
+            Self::Stereographic => (0.5 * angle).cos().powi(-4),
+            Self::Orthographic => angle.cos(),
+        }
+    }
+
     /// Angle across the circle, maximum, degrees.
     fn max_fov(self) -> f32 {
         match self {
@@ -182,9 +194,9 @@ impl Film {
         })
     }
 
-    /// Returns true for central projections onto a plane, of which light paths find the lens.
-    pub fn is_perspective(&self) -> bool {
-        matches!(self.projection, Projection::Perspective { .. })
+    /// Returns true if film points beyond the borders repeat the directions of the picture.
+    pub fn repeats(&self) -> bool {
+        matches!(self.projection, Projection::Panorama)
     }
 
     /// Returns true if all rays have one direction.
@@ -229,6 +241,19 @@ impl Film {
                 let (sin, cos) = mapping.angle(radius).sin_cos();
                 let across = (image.x * right - image.y * up) / radius;
                 (Vec3::ZERO, sin * across + cos * forward)
+            }
+        }
+    }
+
+    /// Density of film points, one to a pixel, per solid angle in the unit direction `to`, given by its lengths along right, up and
+    /// forward; of projections without a plane.
+    pub fn density(&self, to: Vec3) -> f32 {
+        match self.projection {
+            Projection::Perspective { .. } | Projection::Orthographic { .. } => 0.0,
+            Projection::Panorama => self.size.y / (self.scale * PI * to.x.hypot(to.z)),
+            Projection::Fisheye { mapping, .. } => {
+                let sin = to.x.hypot(to.y);
+                mapping.stretch(sin.atan2(to.z), sin) / (self.scale * self.scale)
             }
         }
     }

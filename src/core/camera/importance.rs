@@ -110,7 +110,13 @@ impl Camera {
             }
             (image, 1.0 / (scale * scale * cos * cos * cos), cos)
         };
-        let film = (image + offset) / scale;
+        let (film, pdf) = match &camera.film.lens {
+            None => ((image + offset) / scale, pdf),
+            Some(lens) => {
+                let (film, area) = lens.plane_film(image).filter(|_| cos > 0.0)?;
+                (film, area / (cos * cos * cos))
+            }
+        };
         let we = pdf / (over_cos * self.lens_area());
         // Along the lens, both are beyond what numbers hold.
         (cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance { film, we, pdf })

@@ -134,7 +134,7 @@ impl CameraOptions {
         ["intrinsics", "fisheye_mapping"],
     ];
 
-    /// The same camera with the place of its `pose`. A matrix that is no pose stays, as an error of the camera.
+    /// Options with the place that the `pose` gives. A matrix that is no pose stays, as an error of the camera.
     pub fn placed(self) -> Self {
         let Some(Ok(Pose { position, look_at, up })) = self.pose.map(|matrix| matrix.pose()) else {
             return self;

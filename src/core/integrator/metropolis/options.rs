@@ -79,7 +79,7 @@ impl FilmArea {
     /// The area that the pixels of `world` see.
     pub fn of<A>(world: &World<A>) -> Self {
         let margin = match world.camera.repeats() {
-            // What is beyond a border is within it, too.
+            // Film points beyond a border repeat those within it.
             true => 0.0,
             false => (world.filter.radius() - 0.5).max(0.0),
         };

@@ -234,8 +234,11 @@ mod tests {
     }
 
     /// Keys that say in another way what a key below says, and cannot stand beside it; the sections' own tests write them.
-    const ALTERNATIVES: [&str; 10] = [
+    const ALTERNATIVES: [&str; 13] = [
         "view",
+        "intrinsics",
+        "distortion",
+        "pose",
         "orbit",
         "stand",
         "yaw",

@@ -2,7 +2,8 @@
 
 use crate::accel::Accel;
 use crate::camera::{
-    Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose, Projection, ProjectionKind,
+    Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Distortion, Intrinsics, Pose,
+    Projection, ProjectionKind,
 };
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
@@ -50,7 +51,7 @@ impl CameraSettings {
     /// Camera settings of the scene file.
     pub fn of(file: &SceneFile) -> Self {
         Self {
-            options: file.options.camera,
+            options: file.options.camera.placed(),
             unit: file.unit(),
             usual_up: file.usual_up(),
             origin: file.origin(),
@@ -94,7 +95,7 @@ impl CameraSettings {
             position: self.position.map(|position| position.as_vec3a()),
             look_at: self.look_at.map(|look_at| look_at.as_vec3a()),
             up: self.up,
-            vertical_fov: self.vertical_fov,
+            vertical_fov: self.fov(resolution),
             view: self.view.unwrap_or_default(),
             orbit: self.orbit,
             stand: self.stand,
@@ -113,13 +114,22 @@ impl CameraSettings {
         finder: Option<&CameraFinder>,
         resolution: UVec2,
     ) -> Result<(CameraDescription, Option<CameraGuess>), CameraError> {
+        if let Some(intrinsics) = self.intrinsics {
+            intrinsics.check()?;
+        }
+        if let Some(Err(message)) = self.pose.map(|matrix| matrix.pose()) {
+            return Err(CameraError::wrong("pose", message));
+        }
         let (guess, pose) = match (self.position, self.look_at, finder) {
             (Some(position), Some(look_at), _) => {
                 let [position, look_at] = [position, look_at].map(|point| point.as_vec3a());
                 let up = self.up.unwrap_or(Vec3::Y);
                 (
                     None,
-                    (Pose { position, look_at, up }, self.vertical_fov.unwrap_or(DEFAULT_FOV)),
+                    (
+                        Pose { position, look_at, up },
+                        self.fov(resolution).unwrap_or(DEFAULT_FOV),
+                    ),
                 )
             }
             (.., Some(finder)) => {
@@ -161,6 +171,18 @@ impl CameraSettings {
         Ok((description, guess))
     }
 
+    /// Vertical field of view in degrees, if it is known: of a calibrated camera that of its focal length.
+    fn fov(&self, resolution: UVec2) -> Option<f32> {
+        let of = |intrinsics: Intrinsics| {
+            2.0 * (0.5 * f64::from(resolution.y) / intrinsics.focal[1])
+                .atan()
+                .to_degrees()
+        };
+        self.intrinsics
+            .map(|intrinsics| of(intrinsics) as f32)
+            .or(self.vertical_fov)
+    }
+
     /// Projection of the camera of `parameters`. A key of another projection is an error.
     fn described_projection(&self, parameters: &CameraParameters) -> Result<Projection, CameraError> {
         use ProjectionKind::{Fisheye, Orthographic, Panorama, Perspective};
@@ -172,6 +194,11 @@ impl CameraSettings {
                 self.shift.is_some(),
                 matches!(kind, Perspective | Orthographic),
             ),
+            (
+                "intrinsics",
+                self.intrinsics.is_some(),
+                matches!(kind, Perspective | Fisheye),
+            ),
             ("fisheye_fov", self.fisheye_fov.is_some(), kind == Fisheye),
             ("fisheye_mapping", self.fisheye_mapping.is_some(), kind == Fisheye),
         ];
@@ -180,6 +207,23 @@ impl CameraSettings {
             return Err(CameraError::wrong(key, message));
         }
         let shift = self.shift.unwrap_or(Vec2::ZERO);
+        if let Some(intrinsics) = self.intrinsics {
+            let distortion = match self.distortion {
+                Some(coefficients) => coefficients.distortion(kind == Fisheye),
+                None if kind == Fisheye => Some(Distortion::Fisheye([0.0; 4])),
+                None => Some(Distortion::Pinhole([0.0; 5])),
+            };
+            let distortion = distortion.ok_or_else(|| {
+                CameraError::wrong(
+                    "distortion",
+                    "has five numbers, and a fisheye has the four of k1,k2,k3,k4",
+                )
+            })?;
+            return Ok(Projection::Calibrated { intrinsics, distortion });
+        }
+        if self.distortion.is_some() {
+            return Err(CameraError::wrong("distortion", "needs `intrinsics`"));
+        }
         Ok(match kind {
             Perspective => Projection::Perspective { shift },
             Orthographic => {

@@ -505,7 +505,6 @@ fn method_warnings(
     camera: &Camera,
 ) -> Result<Vec<Warning>, Error> {
     method.check_dispersion(scene)?;
-    method.check_projection(camera)?;
     let lights = method.check_lights(scene)?;
     let motion = method.check_motion(scene, camera);
     let lamps = method.check_lamps(selection);

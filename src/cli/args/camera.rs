@@ -52,10 +52,11 @@ impl CameraArgs {
     /// with the scene's origin at `origin`.
     pub fn apply(&self, camera: &mut CameraSettings, origin: DVec3) {
         let near = |position: DVec3| position - origin;
+        let flags = self.0.placed();
         let flags = CameraOptions {
-            position: self.0.position.map(near),
-            look_at: self.0.look_at.map(near),
-            ..self.0
+            position: flags.position.map(near),
+            look_at: flags.look_at.map(near),
+            ..flags
         };
         // A view replaces the place of the camera, not its lens.
         if flags.view.is_some() || flags.orbit.is_some() || flags.stand.is_some() {
@@ -76,6 +77,18 @@ impl CameraArgs {
         }
         if flags.look_at.is_some() {
             camera.yaw = None;
+        }
+        // Each of them says how wide the camera sees.
+        if flags.intrinsics.is_some() {
+            (
+                camera.vertical_fov,
+                camera.shift,
+                camera.fisheye_fov,
+                camera.fisheye_mapping,
+            ) = (None, None, None, None);
+        }
+        if flags.vertical_fov.is_some() {
+            (camera.intrinsics, camera.distortion) = (None, None);
         }
         if flags.focus_distance.is_some() {
             camera.focus_at = None;

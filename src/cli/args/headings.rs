@@ -180,22 +180,25 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scenes that `--help` leaves out.
-const RARE: [&str; 24] = [
+const RARE: [&str; 27] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
     "checkpoint-interval",
     "compression",
     "denoise-radius",
+    "distortion",
     "filter-radius",
     "fisheye-fov",
     "fisheye-mapping",
     "half",
+    "intrinsics",
     "maps-by-name",
     "mtl-dialect",
     "obj-reader",
     "origin",
     "panes",
+    "pose",
     "sensor-height",
     "shift",
     "shutter",

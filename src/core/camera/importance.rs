@@ -2,7 +2,7 @@
 
 use super::Camera;
 use super::projection::Film;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Ray, Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// How a pixel sees along a ray from the lens: what light that arrives there counts.
@@ -10,23 +10,66 @@ use std::f32::consts::PI;
 pub struct Importance {
     /// Where on the film: pixels, origin top left. It may lie outside of the image.
     pub film: Vec2,
-    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹: what radiance along the ray, times the cosine at the lens, counts in the pixel's
-    /// value per area of the lens and solid angle. `1 / (s² cos⁴ θ A)`, for pixels of width s at distance 1 and a lens of area A (Pharr, Jakob and
-    /// Humphreys 2016, §16.1.1, where the whole film counts as one).
+    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹: what radiance along the ray, times the cosine to [`LensPoint::normal`], counts in
+    /// the pixel's value per area of the lens and solid angle: `pdf / (cos θ A)` for a lens of area A. For a perspective with pixels of width
+    /// s at distance 1 that is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016, §16.1.1, where the whole film counts as one).
     pub we: f32,
-    /// Density per solid angle of the direction if film points are uniform, one to a pixel: `1 / (s² cos³ θ)`.
+    /// Density of the ray if film points are uniform, one to a pixel, per solid angle of the direction: `1 / (s² cos³ θ)` for a
+    /// perspective. Of parallel rays it is per area across them: `1 / (s² cos θ)` for pixels of width s.
     pub pdf: f32,
 }
 
+/// End of a path at the lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LensPoint {
+    /// World space.
+    pub p: Vec3,
+    /// What the cosine of directions is taken to: the direction of view. Zero where all directions count alike, in panoramas and fisheyes.
+    /// The direction of the rays if they are parallel.
+    pub normal: Vec3,
+    /// Returns true if the point stands for all parallel rays that come from the same point of the lens.
+    pub is_far: bool,
+}
+
 impl Camera {
-    /// A point of the lens at `time`, world space, uniform over its area; the pinhole itself.
-    pub fn lens_point(&self, u: Vec2, time: f32) -> Vec3 {
+    /// The end of paths at a point of the lens at `time`, uniform over its area; the pinhole itself.
+    pub fn lens_point(&self, u: Vec2, time: f32) -> LensPoint {
         let camera = self.at(time);
-        if self.has_lens() {
-            camera.position + camera.on_lens(u)
+        let lens = if self.has_lens() { camera.on_lens(u) } else { Vec3::ZERO };
+        let to_focus = || camera.focus_distance * camera.forward - lens;
+        camera.lens_end(camera.position + lens, || to_focus().normalize())
+    }
+
+    /// The end of paths at the lens from which the camera's `ray` comes.
+    pub fn lens_of(&self, ray: &Ray) -> LensPoint {
+        self.at(ray.time).lens_end(ray.origin, || ray.direction)
+    }
+
+    /// The end at `p` of a camera that stands still; a parallel ray has the `direction`.
+    fn lens_end(&self, p: Vec3, direction: impl FnOnce() -> Vec3) -> LensPoint {
+        let is_far = self.film.is_parallel();
+        let normal = if is_far {
+            direction()
+        } else if self.film.is_curved() {
+            Vec3::ZERO
         } else {
-            camera.position
+            self.forward
+        };
+        LensPoint { p, normal, is_far }
+    }
+
+    /// The place of `lens` from which the point `seen` can be seen at `time`: of parallel rays that of the ray through it. `None` behind the
+    /// camera.
+    pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
+        if !lens.is_far {
+            return Some(lens);
         }
+        let forward = self.at(time).forward;
+        let distance = (seen - lens.p).dot(forward) / lens.normal.dot(forward);
+        (distance > 0.0).then(|| LensPoint {
+            p: seen - distance * lens.normal,
+            ..lens
+        })
     }
 
     /// Area of the lens, in squares of scene units; 1 for a pinhole, whose point is a delta.
@@ -38,45 +81,60 @@ impl Camera {
         }
     }
 
-    /// Unit direction of view at `time`.
-    pub fn forward(&self, time: f32) -> Vec3 {
-        self.at(time).forward
-    }
-
     /// How a pixel sees along the ray from the lens point `p` in the unit direction `w` out into the scene, at `time`: the inverse of
-    /// [`Camera::ray`]. `None` behind the camera, and for other projections than a perspective.
+    /// [`Camera::ray`]. `None` where no pixel looks: behind the camera, and outside of the circle of a fisheye.
     pub fn importance(&self, p: Vec3, w: Vec3, time: f32) -> Option<Importance> {
         let camera = self.at(time);
-        let cos = w.dot(camera.forward);
-        // The ray meets the plane of focus where that through the centre of the lens does, which is the film's.
-        let mut image = Vec2::new(w.dot(camera.right), -w.dot(camera.up)) / cos;
-        if camera.has_lens() {
-            let lens = p - camera.position;
-            image += Vec2::new(lens.dot(camera.right), -lens.dot(camera.up)) / camera.focus_distance;
+        if camera.film.is_curved() {
+            let to = Vec3::new(w.dot(camera.right), w.dot(camera.up), w.dot(camera.forward));
+            let film = camera.film.place(to).filter(|film| camera.sees(*film))?;
+            let pdf = camera.film.density(to);
+            return pdf.is_finite().then_some(Importance { film, we: pdf, pdf });
         }
+        let cos = w.dot(camera.forward);
         let Film { scale, offset, .. } = camera.film;
-        let pdf = 1.0 / (scale * scale * cos * cos * cos);
-        let film = (image + offset) / scale;
-        let we = pdf / (cos * self.lens_area());
+        let plane = |v: Vec3| Vec2::new(v.dot(camera.right), -v.dot(camera.up));
+        let (image, pdf, over_cos) = if camera.film.is_parallel() {
+            let from_center = p - camera.position;
+            // The film is seen in the plane of focus.
+            let image = match camera.has_lens() {
+                true => plane(from_center) + plane(w) * (camera.focus_distance / cos),
+                false => plane(from_center),
+            };
+            (image, 1.0 / (scale * scale * cos), 1.0)
+        } else {
+            // The ray meets the plane of focus where that through the centre of the lens does, which is the film's.
+            let mut image = plane(w) / cos;
+            if camera.has_lens() {
+                image += plane(p - camera.position) / camera.focus_distance;
+            }
+            (image, 1.0 / (scale * scale * cos * cos * cos), cos)
+        };
+        let (film, pdf) = match &camera.film.lens {
+            None => ((image + offset) / scale, pdf),
+            Some(lens) => {
+                let (film, area) = lens.plane_film(image).filter(|_| cos > 0.0)?;
+                (film, area / (cos * cos * cos))
+            }
+        };
+        let we = pdf / (over_cos * self.lens_area());
         // Along the lens, both are beyond what numbers hold.
-        (self.is_perspective() && cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance {
-            film,
-            we,
-            pdf,
-        })
+        (cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance { film, we, pdf })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Aperture, CameraMotion, CameraParameters, Pose};
+    use crate::camera::{
+        Aperture, CameraDescription, CameraMotion, CameraParameters, FisheyeMapping, Pose, Projection,
+    };
     use crate::math::{Frame, UVec2};
     use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
-    use crate::sampling::warp::{uniform_cone, uniform_cone_pdf};
+    use crate::sampling::warp::{uniform_cone, uniform_cone_pdf, uniform_disk};
 
-    /// A pinhole, a lens, one with five blades, and a lens that moves, with images of `resolution`.
-    fn cameras(resolution: UVec2) -> [Camera; 4] {
+    /// Cameras of all projections with images of `resolution`: pinholes, a lens, one with five blades, and lenses that move.
+    fn cameras(resolution: UVec2) -> Vec<Camera> {
         let pinhole = CameraParameters {
             position: Vec3::new(1.0, 2.0, 3.0),
             look_at: Vec3::new(-2.0, 1.5, -7.0),
@@ -98,16 +156,42 @@ mod tests {
             look_at: Vec3::new(3.0, 2.5, -5.0),
             up: Vec3::new(0.3, 1.0, 0.0),
         };
-        let motion = CameraMotion {
+        let motion = Some(CameraMotion {
             close: Some(close),
             shutter: [0.0, 1.0],
+        });
+        let shift = Vec2::new(0.25, -0.5);
+        let fisheye = |fov| move |&(_, mapping): &_| Projection::Fisheye { mapping, fov };
+        let perspective = Projection::default();
+        let parallel = Projection::Orthographic { height: 4.0, shift };
+        let mut all = vec![
+            (pinhole, None, None, perspective),
+            (lens, None, None, perspective),
+            (lens, None, Some(blades), perspective),
+            (lens, motion, None, perspective),
+            (lens, motion, None, Projection::Perspective { shift }),
+            (pinhole, None, None, parallel),
+            (lens, None, Some(blades), parallel),
+            (lens, motion, None, parallel),
+            (pinhole, motion, None, Projection::Panorama),
+        ];
+        let fisheyes = FisheyeMapping::NAMES.iter().map(fisheye(170.0));
+        let wide = FisheyeMapping::NAMES[..3].iter().map(fisheye(300.0));
+        all.extend(
+            fisheyes
+                .chain(wide)
+                .map(|projection| (pinhole, motion, None, projection)),
+        );
+        let camera = |(parameters, motion, aperture, projection)| {
+            let description = CameraDescription {
+                parameters,
+                motion,
+                aperture,
+                projection,
+            };
+            description.camera(resolution).unwrap()
         };
-        [
-            Camera::new(pinhole, resolution).unwrap(),
-            Camera::new(lens, resolution).unwrap(),
-            (Camera::new(lens, resolution).and_then(|camera| camera.with_aperture(blades))).unwrap(),
-            Camera::moving(lens, motion, resolution).unwrap(),
-        ]
+        all.into_iter().map(camera).collect()
     }
 
     /// Four pairs of numbers.
@@ -121,31 +205,60 @@ mod tests {
     fn importance_is_the_inverse_of_rays() {
         let size = UVec2::new(200, 100);
         for camera in cameras(size) {
+            let is_flat = !camera.film.is_curved();
             for i in 0..2000 {
                 let [place, lens, other, _] = numbers(i);
-                // Outside of the image too
-                let film = (1.5 * place - 0.25) * size.as_vec2();
+                // Outside of the image too, where it ends
+                let margin = if is_flat { 0.25 } else { 0.0 };
+                let film = ((1.0 + 2.0 * margin) * place - margin) * size.as_vec2();
                 let time = other.x;
+                if !camera.sees(film) {
+                    continue;
+                }
                 let ray = camera.ray(film, lens, time);
-                assert_eq!(camera.lens_point(lens, time), ray.origin);
+                let end = camera.lens_of(&ray);
+                let drawn = camera.lens_point(lens, time);
+                assert_eq!((end.normal, end.is_far), (drawn.normal, drawn.is_far));
+                assert_eq!(end.p, ray.origin);
+                // The end that faces a point on the ray is that of the ray.
+                let facing = camera.lens_facing(drawn, ray.at(7.0), time).unwrap();
+                assert!(facing.p.distance(ray.origin) < 1e-5, "{facing:?} {ray:?}");
+                assert_eq!(camera.lens_facing(drawn, ray.at(-1.0), time).is_none(), end.is_far);
                 let seen = camera.importance(ray.origin, ray.direction, time).unwrap();
-                assert!(seen.film.distance(film) < 1e-3, "{film} {seen:?}");
-                let cos = ray.direction.dot(camera.forward(time));
+                assert!(seen.film.distance(film) < 3e-3, "{camera:?}: {film} {seen:?}");
+                let cos = if end.normal == Vec3::ZERO {
+                    1.0
+                } else {
+                    ray.direction.dot(end.normal)
+                };
                 assert!((seen.we * cos * camera.lens_area() / seen.pdf - 1.0).abs() < 1e-6);
-                assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
-                // The solid angle of a part of a pixel, by the directions of its edges
+                if is_flat {
+                    assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
+                }
+                // The solid angle of a part of a pixel, by the directions of its edges; of parallel rays its area across them
                 let edge = |step: Vec2| {
-                    let [a, b] = [-step, step].map(|s| camera.ray(film + s, lens, time).direction.as_dvec3());
+                    let at = |s| camera.ray(film + s, lens, time);
+                    let [a, b] = [-step, step].map(|s| match end.is_far {
+                        true => at(s).origin.as_dvec3().reject_from(ray.direction.as_dvec3()),
+                        false => at(s).direction.as_dvec3(),
+                    });
                     b - a
                 };
-                let solid_angle = edge(Vec2::new(0.5, 0.0)).cross(edge(Vec2::new(0.0, 0.5))).length();
-                assert!((seen.pdf as f64 * solid_angle - 1.0).abs() < 1e-3, "{film} {seen:?}");
+                let size = edge(Vec2::new(0.5, 0.0)).cross(edge(Vec2::new(0.0, 0.5))).length();
+                // The directions of a large pixel are no plane.
+                let error = if is_flat { 1e-3 } else { 1e-2 };
+                assert!(
+                    (seen.pdf as f64 * size - 1.0).abs() < error,
+                    "{camera:?}: {film} {seen:?}"
+                );
             }
-            let time = 0.5;
-            let then = camera.at(time);
-            let behind = (then.right - 1e-6 * then.forward).normalize();
-            let lens = camera.lens_point(Vec2::ZERO, time);
-            assert_eq!(camera.importance(lens, behind, time), None);
+            if is_flat {
+                let time = 0.5;
+                let then = camera.at(time);
+                let behind = (then.right - 1e-6 * then.forward).normalize();
+                let lens = camera.lens_point(Vec2::ZERO, time);
+                assert_eq!(camera.importance(lens.p, behind, time), None);
+            }
         }
     }
 
@@ -157,22 +270,50 @@ mod tests {
         for camera in cameras(size) {
             let time = 0.7;
             for pixel in [Vec2::ZERO, Vec2::new(2.0, 1.0), Vec2::new(3.0, 2.0)] {
-                let to = |film: Vec2| camera.ray(film, Vec2::splat(0.5), time).direction;
-                let axis = to(pixel + 0.5);
+                // Corners of a fisheye's picture see nothing.
+                let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| pixel + corner);
+                if !corners.into_iter().all(|film| camera.sees(film)) {
+                    continue;
+                }
+                let to = |film: Vec2| camera.ray(film, Vec2::splat(0.5), time);
+                let middle = to(pixel + 0.5);
+                let is_far = camera.lens_of(&middle).is_far;
+                let axis = middle.direction;
                 // Directions from all of the lens: its radius, seen from the plane of focus, is less than 0.1.
-                let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|c| to(pixel + c).dot(axis));
-                let cos_cone = (corners.into_iter().fold(1.0, f32::min).acos() + 0.1).cos();
+                let cosines = corners.map(|corner| to(corner).direction.dot(axis));
+                let angle = cosines.into_iter().fold(1.0, f32::min).acos() + 0.1;
+                // Pixels of panoramas and fisheyes are curved.
+                let angle = if camera.film.is_curved() { PI } else { angle };
                 let frame = Frame::from_z(axis);
+                let across = corners.map(|corner| to(corner).origin.distance(middle.origin));
+                let radius = across.into_iter().fold(0.0, f32::max) + 1.0;
                 let (mut sum, mut squares) = (0.0, 0.0);
                 for i in 0..N {
                     let [u, lens, ..] = numbers(i);
-                    let w = frame.to_world(uniform_cone(u, cos_cone));
-                    let p = camera.lens_point(lens, time);
-                    let seen = camera.importance(p, w, time).unwrap();
+                    let lens = camera.lens_point(lens, time);
+                    // Of parallel rays a place beside the middle one, else a direction
+                    let (p, w, pdf) = if is_far {
+                        let disk = radius * uniform_disk(u);
+                        let frame = Frame::from_z(lens.normal);
+                        let seen = middle.at(5.0) + frame.to_world(Vec3::new(disk.x, disk.y, 0.0));
+                        (seen, lens.normal, 1.0 / (PI * radius * radius))
+                    } else {
+                        let w = frame.to_world(uniform_cone(u, angle.cos()));
+                        (lens.p, w, uniform_cone_pdf(angle.cos()))
+                    };
+                    let Some(lens) = camera.lens_facing(lens, p + w, time) else {
+                        continue;
+                    };
+                    let Some(seen) = camera.importance(lens.p, w, time) else {
+                        continue;
+                    };
                     let within = seen.film - pixel;
                     if within.cmpge(Vec2::ZERO).all() && within.cmplt(Vec2::ONE).all() {
-                        let cos = w.dot(camera.forward(time));
-                        let value = (seen.we * cos * camera.lens_area() / uniform_cone_pdf(cos_cone)) as f64;
+                        let cos = match lens.normal == Vec3::ZERO {
+                            true => 1.0,
+                            false => w.dot(lens.normal),
+                        };
+                        let value = (seen.we * cos * camera.lens_area() / pdf) as f64;
                         sum += value;
                         squares += value * value;
                     }
@@ -180,8 +321,8 @@ mod tests {
                 let mean = sum / N as f64;
                 let error = ((squares / N as f64 - mean * mean) / N as f64).sqrt();
                 assert!(
-                    (mean - 1.0).abs() < 4.0 * error && error < 0.01,
-                    "{pixel}: {mean} ± {error}"
+                    (mean - 1.0).abs() < 4.0 * error && error < 0.02,
+                    "{camera:?}, {pixel}: {mean} ± {error}"
                 );
             }
         }

@@ -1,11 +1,13 @@
 //! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`, for light paths that reach the lens).
 
 mod aperture;
+mod calibration;
 mod importance;
 mod projection;
 
 pub use aperture::{Aperture, BLADES};
-pub use importance::Importance;
+pub use calibration::{Distortion, Intrinsics};
+pub use importance::{Importance, LensPoint};
 pub use projection::{FisheyeMapping, Projection, ProjectionKind};
 
 use crate::math::{Ray, UVec2, Vec2, Vec3, encode_fields};
@@ -300,9 +302,9 @@ impl Camera {
         Ok(Self { film, ..self })
     }
 
-    /// Returns true for a central projection onto a plane. Paths of light can be connected to its lens.
-    pub fn is_perspective(&self) -> bool {
-        self.film.is_perspective()
+    /// Returns true if film points beyond the borders of the picture repeat its directions, as in panoramas.
+    pub fn repeats(&self) -> bool {
+        self.film.repeats()
     }
 
     /// Returns true if the point `film` belongs to the picture; points outside of the circle of a fisheye
@@ -391,6 +393,15 @@ impl Camera {
     /// Position at `time`: the centre of the lens.
     pub fn position(&self, time: f32) -> Vec3 {
         self.at(time).position
+    }
+
+    /// Vector along which `p` is seen at `time`; without a length that means anything.
+    pub fn view_of(&self, p: Vec3, time: f32) -> Vec3 {
+        let camera = self.at(time);
+        if camera.film.is_parallel() {
+            return camera.forward;
+        }
+        p - camera.position
     }
 
     /// Width of a pixel at the distance of `p`, scene units, at `time`.

@@ -4,6 +4,7 @@
 //! forward.
 
 use super::CameraError;
+use super::calibration::{CalibratedLens, Distortion, Intrinsics};
 use crate::math::{UVec2, Vec2, Vec3, encode_variants};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -31,6 +32,13 @@ pub enum Projection {
         /// Angle across the circle, whose diameter is the height of the picture, degrees.
         fov: f32,
     },
+    /// A calibrated camera: a pinhole or a fisheye, by its distortion.
+    Calibrated {
+        /// Focal lengths and principal point.
+        intrinsics: Intrinsics,
+        /// Model and coefficients of the lens.
+        distortion: Distortion,
+    },
 }
 
 encode_variants!(Projection {
@@ -38,6 +46,7 @@ encode_variants!(Projection {
     1 => Orthographic { height, shift },
     2 => Panorama,
     3 => Fisheye { mapping, fov },
+    4 => Calibrated { intrinsics, distortion },
 });
 
 impl Default for Projection {
@@ -118,6 +127,18 @@ impl FisheyeMapping {
         }
     }
 
+    /// Area of the picture, in squares of the focal length, per solid angle at an `angle` from the axis whose sine is `sin`:
+    /// `r r' / sin θ`.
+    fn stretch(self, angle: f32, sin: f32) -> f32 {
+        match self {
+            Self::Equidistant if sin == 0.0 => 1.0,
+            Self::Equidistant => angle / sin,
+            Self::Equisolid => 1.0,
+            Self::Stereographic => (0.5 * angle).cos().powi(-4),
+            Self::Orthographic => angle.cos(),
+        }
+    }
+
     /// Angle across the circle, maximum, degrees.
     fn max_fov(self) -> f32 {
         match self {
@@ -139,12 +160,20 @@ pub(super) struct Film {
     pub offset: Vec2,
     /// Size of the image in pixels.
     size: Vec2,
+    /// The lens of a calibrated camera.
+    pub lens: Option<CalibratedLens>,
 }
 
 impl Film {
     /// A perspective with this `vertical_fov`, in degrees, or another projection.
     pub fn new(projection: Projection, vertical_fov: f32, resolution: UVec2) -> Result<Self, CameraError> {
         let size = resolution.as_vec2();
+        let lens = match projection {
+            Projection::Calibrated { intrinsics, distortion } => {
+                Some(CalibratedLens::new(intrinsics, distortion, resolution)?)
+            }
+            _ => None,
+        };
         let scale = match projection {
             // The image plane at distance 1 is 2 tan(fov/2) high.
             Projection::Perspective { .. } => 2.0 * (0.5 * vertical_fov.to_radians()).tan() / size.y,
@@ -162,10 +191,11 @@ impl Film {
                 }
                 2.0 * mapping.radius(0.5 * fov.to_radians()) / size.y
             }
+            Projection::Calibrated { .. } => lens.as_ref().map_or(1.0, CalibratedLens::scale),
         };
         let shift = match projection {
             Projection::Perspective { shift } | Projection::Orthographic { shift, .. } => shift,
-            Projection::Panorama | Projection::Fisheye { .. } => Vec2::ZERO,
+            Projection::Panorama | Projection::Fisheye { .. } | Projection::Calibrated { .. } => Vec2::ZERO,
         };
         if !shift.is_finite() {
             return Err(CameraError::wrong(
@@ -179,12 +209,13 @@ impl Film {
             scale,
             offset: scale * (0.5 * size + shift),
             size,
+            lens,
         })
     }
 
-    /// Returns true for central projections onto a plane, of which light paths find the lens.
-    pub fn is_perspective(&self) -> bool {
-        matches!(self.projection, Projection::Perspective { .. })
+    /// Returns true if film points beyond the borders repeat the directions of the picture.
+    pub fn repeats(&self) -> bool {
+        matches!(self.projection, Projection::Panorama)
     }
 
     /// Returns true if all rays have one direction.
@@ -194,7 +225,11 @@ impl Film {
 
     /// Returns true if the picture has no plane: depths are distances.
     pub fn is_curved(&self) -> bool {
-        matches!(self.projection, Projection::Panorama | Projection::Fisheye { .. })
+        match self.projection {
+            Projection::Perspective { .. } | Projection::Orthographic { .. } => false,
+            Projection::Panorama | Projection::Fisheye { .. } => true,
+            Projection::Calibrated { distortion, .. } => matches!(distortion, Distortion::Fisheye(_)),
+        }
     }
 
     /// Returns true if the point `film` belongs to the picture.
@@ -203,7 +238,7 @@ impl Film {
             Projection::Fisheye { mapping, fov } => {
                 (film * self.scale - self.offset).length() <= mapping.radius(0.5 * fov.to_radians())
             }
-            _ => true,
+            _ => self.lens.as_ref().is_none_or(|lens| lens.sees(film)),
         }
     }
 
@@ -229,6 +264,37 @@ impl Film {
                 let (sin, cos) = mapping.angle(radius).sin_cos();
                 let across = (image.x * right - image.y * up) / radius;
                 (Vec3::ZERO, sin * across + cos * forward)
+            }
+            Projection::Calibrated { .. } => match &self.lens {
+                Some(lens) if lens.is_fisheye() => {
+                    let (angle, across) = lens.angle(film);
+                    let (sin, cos) = angle.sin_cos();
+                    let across = across.x * right - across.y * up;
+                    (Vec3::ZERO, sin * across + cos * forward)
+                }
+                Some(lens) => {
+                    let point = lens.plane_point(film);
+                    (Vec3::ZERO, point.x * right - point.y * up + forward)
+                }
+                None => (Vec3::ZERO, forward),
+            },
+        }
+    }
+
+    /// Density of film points, one to a pixel, per solid angle in the unit direction `to`, given by its lengths along right, up and
+    /// forward; of projections without a plane.
+    pub fn density(&self, to: Vec3) -> f32 {
+        match self.projection {
+            Projection::Perspective { .. } | Projection::Orthographic { .. } => 0.0,
+            Projection::Panorama => self.size.y / (self.scale * PI * to.x.hypot(to.z)),
+            Projection::Fisheye { mapping, .. } => {
+                let sin = to.x.hypot(to.y);
+                mapping.stretch(sin.atan2(to.z), sin) / (self.scale * self.scale)
+            }
+            Projection::Calibrated { .. } => {
+                let sin = to.x.hypot(to.y);
+                let lens = self.lens.as_ref().filter(|lens| lens.is_fisheye());
+                lens.map_or(0.0, |lens| lens.density(sin.atan2(to.z), sin))
             }
         }
     }
@@ -259,6 +325,15 @@ impl Film {
                     Vec2::ZERO
                 }
             }
+            Projection::Calibrated { .. } => {
+                let lens = self.lens.as_ref()?;
+                if lens.is_fisheye() {
+                    let angle = plane.length().atan2(to.z);
+                    return (to != Vec3::ZERO).then(|| lens.angle_film(angle, plane.normalize_or_zero()))?;
+                }
+                let point = (to.z > 0.0).then(|| plane / to.z)?;
+                return lens.plane_film(point).map(|(film, _)| film);
+            }
         };
         Some((image + self.offset) / self.scale)
     }
@@ -282,6 +357,16 @@ mod tests {
                 mapping,
                 fov: mapping.max_fov().min(300.0),
             });
+        }
+        let intrinsics = Intrinsics {
+            focal: [50.0, 45.0],
+            center: [30.0, 27.0],
+        };
+        for distortion in [
+            Distortion::Pinhole([-0.1, 0.02, 0.003, -0.004, 0.01]),
+            Distortion::Fisheye([0.05, -0.02, 0.01, 0.002]),
+        ] {
+            all.push(Projection::Calibrated { intrinsics, distortion });
         }
         let film = |projection| Film::new(projection, 70.0, UVec2::new(64, 48)).unwrap();
         all.into_iter().map(film).collect()

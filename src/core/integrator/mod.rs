@@ -252,6 +252,11 @@ pub trait IterationIntegrator: Sync {
         0
     }
 
+    /// Returns true if film points beyond the borders of the picture repeat its directions ([`Camera::repeats`](crate::camera::Camera::repeats)).
+    fn repeats(&self) -> bool {
+        false
+    }
+
     /// Whether samples of a pixel light other pixels. Samples outside a crop are then taken too.
     fn sends_light(&self) -> bool;
 

@@ -459,7 +459,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way). It depends on the place alone:
     /// paths that meet a point, from the camera or from a light, must find the same surface there.
     pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {
-        let to = point.p - self.camera.position(point.time);
+        let to = self.camera.view_of(point.p, point.time);
         // A pixel's square is stretched along one axis, where it is seen at a grazing angle: the side of a square of the same area.
         let cos = (to.dot(point.ng) / to.length()).abs().max(1e-2);
         SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()

@@ -54,7 +54,7 @@ fn tells_paths(kind: IntegratorKind) -> bool {
 }
 
 /// Returns true if all paths start at the camera, sample by sample. They have a wavelength where glass
-/// disperses light, and any projection.
+/// disperses light.
 fn starts_at_camera(kind: IntegratorKind) -> bool {
     use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Distributed, Naive, OneSample, Path, Whitted};
     matches!(
@@ -184,18 +184,6 @@ impl Method {
             ))),
             None => Ok(()),
         }
-    }
-
-    /// An error if the method cannot render the projection of `camera`.
-    pub fn check_projection(&self, camera: &Camera) -> Result<(), Error> {
-        if camera.is_perspective() || starts_at_camera(self.kind()) {
-            return Ok(());
-        }
-        let words = format!("--integrator {} knows perspective cameras only", self.name());
-        let names = names_of(starts_at_camera);
-        Err(Error::Refused(format!(
-            "{words}\n  help: use one of {names}, or --projection perspective"
-        )))
     }
 
     /// Says so where what is made once, before all samples, knows nothing of time.

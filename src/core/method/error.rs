@@ -78,8 +78,12 @@ impl From<DenoiseError> for Error {
 
 impl From<CameraError> for Error {
     fn from(error: CameraError) -> Self {
-        let help = error.help.as_deref();
-        let help = help.unwrap_or("correct --position, --look-at, --up, --fov or --shutter");
+        let help = error.help.clone().unwrap_or_else(|| match error.parameter {
+            "position" | "look_at" | "up" | "vertical_fov" | "close" | "shutter" => {
+                "correct --position, --look-at, --up, --fov or --shutter".into()
+            }
+            parameter => format!("correct --{}", parameter.replace('_', "-")),
+        });
         Self::Refused(format!("{error}\n  help: {help}"))
     }
 }

@@ -1,6 +1,9 @@
 //! The camera: keys of `[camera]`, and flags.
 
-use crate::camera::{Aperture, BLADES, CameraDescription, FisheyeMapping, Projection, ProjectionKind};
+use super::calibration::{DistortionCoefficients, Pose, PoseMatrix};
+use crate::camera::{
+    Aperture, BLADES, CameraDescription, Distortion, FisheyeMapping, Intrinsics, Projection, ProjectionKind,
+};
 use crate::guess::{Orbit, Stand, View};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::parameter::{Range, Value, numbers, parameters};
@@ -40,6 +43,22 @@ parameters! {
         fisheye_fov: f32 = 180.0, in Range::FromTo(1.0, 360.0);
         /// Mapping of a fisheye: equidistant, equisolid, stereographic or orthographic
         fisheye_mapping: FisheyeMapping = FisheyeMapping::Equidistant;
+        /// Focal lengths and principal point of a calibrated camera
+        ///
+        /// Pixels of the picture, whose first pixel has its centre at 0.5, 0.5. In place of
+        /// `vertical_fov` and `shift`, of perspectives and fisheyes.
+        intrinsics: Intrinsics, default "off";
+        /// Distortion of a calibrated camera, by OpenCV's coefficients
+        ///
+        /// `k1,k2,p1,p2` or `k1,k2,p1,p2,k3` of a perspective, `k1,k2,k3,k4` of a fisheye. It needs
+        /// `intrinsics`.
+        distortion: DistortionCoefficients, default "none";
+        /// Pose of the camera as a matrix, by rows: CONVENTION:NUMBERS
+        ///
+        /// `opencv` (x right, y down, z forward) and `opengl` (x right, y up, z backward) take the world
+        /// to the camera. `blender` is the camera's matrix_world, with the axes of `opengl`. In place of
+        /// `position`, `look_at` and `up`.
+        pose: PoseMatrix, default "off";
         /// Camera position: the centre of the lens
         ///
         /// See [Camera](guesses.md#camera).
@@ -103,7 +122,31 @@ impl CameraOptions {
         ["orbit", "stand"],
         ["look_at", "yaw"],
         ["lens_radius", "f_stop"],
+        ["pose", "position"],
+        ["pose", "look_at"],
+        ["pose", "up"],
+        ["pose", "view"],
+        ["pose", "orbit"],
+        ["pose", "stand"],
+        ["intrinsics", "vertical_fov"],
+        ["intrinsics", "shift"],
+        ["intrinsics", "fisheye_fov"],
+        ["intrinsics", "fisheye_mapping"],
     ];
+
+    /// Options with the place that the `pose` gives. A matrix that is no pose stays, as an error of the camera.
+    pub fn placed(self) -> Self {
+        let Some(Ok(Pose { position, look_at, up })) = self.pose.map(|matrix| matrix.pose()) else {
+            return self;
+        };
+        Self {
+            pose: None,
+            position: Some(position),
+            look_at: Some(look_at),
+            up: Some(up.as_vec3a()),
+            ..self
+        }
+    }
 
     /// All that decides what the camera of `description` sees.
     pub fn of(description: &CameraDescription) -> Self {
@@ -130,12 +173,20 @@ impl CameraOptions {
                 fisheye_mapping: Some(mapping),
                 ..Self::default()
             },
+            Projection::Calibrated { intrinsics, distortion } => Self {
+                projection: matches!(distortion, Distortion::Fisheye(_)).then_some(ProjectionKind::Fisheye),
+                intrinsics: Some(intrinsics),
+                distortion: DistortionCoefficients::of(distortion),
+                ..Self::default()
+            },
         };
+        // That of calibrated cameras follows from the focal length.
+        let is_calibrated = of_projection.intrinsics.is_some();
         Self {
             position: Some(parameters.position.as_dvec3()),
             look_at: Some(parameters.look_at.as_dvec3()),
             up: Some(parameters.up),
-            vertical_fov: Some(parameters.vertical_fov),
+            vertical_fov: (!is_calibrated).then_some(parameters.vertical_fov),
             lens_radius: Some(parameters.lens_radius),
             aperture_blades: aperture.map(|Aperture { blades, .. }| blades),
             aperture_rotation: aperture.map(|Aperture { rotation, .. }| rotation),

@@ -5,6 +5,7 @@
 //! that uses it. To add another one: an entry in [`picture_parameters`], or beside the code that it belongs to.
 
 mod background;
+mod calibration;
 mod camera;
 mod finish;
 pub mod integrator_parameters;
@@ -20,6 +21,7 @@ pub use crate::parameter::{
     nearest,
 };
 pub use background::{BACKGROUND, BackgroundOptions, backing_of};
+pub use calibration::{DistortionCoefficients, PoseConvention, PoseMatrix};
 pub use camera::{CameraOptions, Shutter};
 pub use finish::Finish;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};

@@ -138,6 +138,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
         before_paths: film.parts_before_paths(),
         resolution: film.resolution(),
         crop: film.crop(),
+        repeats: integrator.repeats(),
     };
     let mut iteration = Iteration::of(film);
     let mut done = 0;
@@ -170,6 +171,8 @@ struct IterationTarget<'a> {
     before_paths: usize,
     resolution: UVec2,
     crop: Rect,
+    /// As in [`IterationIntegrator::repeats`].
+    repeats: bool,
 }
 
 /// What a work item has found.
@@ -437,6 +440,25 @@ impl SplatSink for WorkItem<'_> {
 impl<'a> IterationTarget<'a> {
     /// All pixels that see the place `film`, each with its filter's value there.
     fn seen_by(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
+        let first = (!self.repeats).then_some(film);
+        let repeated = self.repeats.then(|| self.repetitions(film));
+        let places = first.into_iter().chain(repeated.into_iter().flatten());
+        places.flat_map(move |film| self.seen_at(film))
+    }
+
+    /// All places with the direction of `film` that a pixel of a panorama may see: a turn across, and over a pole to the other side.
+    fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
+        let size = self.resolution.as_vec2();
+        // Whole periods within reach
+        let [across, down] = (self.filter.radius() / size).ceil().as_ivec2().to_array();
+        let over = Vec2::new(film.x + 0.5 * size.x, -film.y);
+        let rows =
+            (-down..=down).flat_map(move |i| [film, over].map(|at| at + Vec2::new(0.0, 2.0 * i as f32 * size.y)));
+        rows.flat_map(move |at| (-across - 1..=across).map(move |i| at + Vec2::new(i as f32 * size.x, 0.0)))
+    }
+
+    /// All pixels that see the place `film` itself.
+    fn seen_at(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
         // Those whose middle is within the filter's radius
         let reach = self.filter.radius();
         let size = self.resolution.as_vec2();

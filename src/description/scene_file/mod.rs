@@ -423,7 +423,11 @@ impl SceneFile {
 
     /// Where `[camera]` has the camera, if it says so.
     pub fn eye(&self) -> Option<Vec3> {
-        self.options.camera.position.map(|position| position.as_vec3a())
+        self.options
+            .camera
+            .placed()
+            .position
+            .map(|position| position.as_vec3a())
     }
 
     /// An error of the scene as a whole.

@@ -543,13 +543,14 @@ fn splats_are_what_the_camera_sees() {
                 continue;
             }
             let q = e.p + t * e.w;
-            let p = camera.lens_point(u_lens, time);
+            let lens = camera.lens_point(u_lens, time);
+            let p = lens.p;
             let w = (q - p).normalize();
             let Some(seen) = camera.importance(p, w, time) else {
                 continue;
             };
             // The geometric term between floor and lens
-            let g = w.y.abs() * w.dot(camera.forward(time)) / q.distance_squared(p);
+            let g = w.y.abs() * w.dot(lens.normal) / q.distance_squared(p);
             let value = e.weight().mean() * g * seen.we * camera.lens_area();
             for (splat, pixel) in splats.iter_mut().zip(pixels()) {
                 let v = (value * filter.eval(seen.film - pixel - 0.5)) as f64 * REFLECTED;

@@ -1,4 +1,5 @@
 //! Backends of ray queries.
 
 mod backends;
+mod calibrated;
 mod projections;

@@ -1,6 +1,7 @@
 //! Projections of the camera: sizes and directions that are known, and constant light in all of them.
 
 use crate::support::program::*;
+use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::{read_channel, read_rgb};
 use std::fs;
 use tempfile::TempDir;
@@ -185,14 +186,6 @@ fn impossible_projections_are_errors() {
         &format!("[camera]\nposition = [0, 0, 4]\nlook_at = [0, 0, 0]\n{CONSTANT}"),
     );
     for (flags, words) in [
-        (
-            "--projection panorama --integrator bdpt",
-            "--integrator bdpt knows perspective cameras only",
-        ),
-        (
-            "--projection orthographic --integrator sppm",
-            "--integrator sppm knows perspective cameras only",
-        ),
         ("--ortho-height 3", "has no meaning in the projection `perspective`"),
         (
             "--projection panorama --shift 0,1",
@@ -212,5 +205,124 @@ fn impossible_projections_are_errors() {
         assert_ne!(code(&output), 0, "{flags}");
         let said = crate::support::program::words(&output);
         assert!(said.contains(words), "{flags}: {said}");
+    }
+}
+
+/// Projections of which light paths find the lens.
+const PROJECTIONS: [&str; 9] = [
+    "perspective --shift 0.3,-0.2",
+    "orthographic --ortho-height 5",
+    "orthographic --ortho-height 5 --lens-radius 0.4 --focus-distance 4 --shift 0.1,0.2",
+    "panorama",
+    "panorama --filter tent",
+    "fisheye",
+    "fisheye --fisheye-fov 360 --fisheye-mapping equisolid",
+    "fisheye --fisheye-fov 250 --fisheye-mapping stereographic",
+    "fisheye --fisheye-mapping orthographic",
+];
+/// Methods that connect paths to the lens, or are unbiased otherwise.
+const UNBIASED: [&str; 4] = ["bdpt", "light", "pssmlt", "mlt"];
+/// Methods with a bias, which a few per cent bound.
+const BIASED: [&str; 4] = ["vcm", "sppm", "photon-map", "irradiance-cache"];
+/// A convex body: light is scattered once.
+const OCTAHEDRON: &str = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -1\n\
+    f 1 5 3\nf 1 3 6\nf 1 6 4\nf 1 4 5\nf 2 3 5\nf 2 6 3\nf 2 4 6\nf 2 5 4\n";
+const SIZE: [usize; 2] = [20, 10];
+
+/// Mean green light of the picture, its quarters and its border, for each of some seeds.
+fn regions(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
+    let [width, height] = SIZE;
+    let of_seed = |seed| {
+        let flags = format!("{flags} --size {width}x{height} --seed {seed} --denoise=off");
+        let [_, green, _] = picture(folder, &flags);
+        let mut sums = [[0.0; 2]; 6];
+        for (i, value) in green.iter().enumerate() {
+            let (x, y) = (i % width, i / width);
+            let is_border = x == 0 || y == 0 || x == width - 1 || y == height - 1;
+            let quarter = usize::from(2 * x >= width) + 2 * usize::from(2 * y >= height);
+            for region in [0, 1 + quarter].into_iter().chain(is_border.then_some(5)) {
+                sums[region][0] += f64::from(*value);
+                sums[region][1] += 1.0;
+            }
+        }
+        sums.map(|[sum, count]| sum / count).to_vec()
+    };
+    Mean::of_each(&(1..=seeds).map(of_seed).collect::<Vec<_>>())
+}
+
+/// A lamp above a box on a floor, in a dim surrounding: the methods find the light that path tracing does, also in each part of the picture.
+#[test]
+fn methods_agree_in_every_projection() {
+    let floor = "v -3 -1 3\nv 3 -1 3\nv 3 -1 -3\nv -3 -1 -3\nf 1 2 3 4\n";
+    let lamp = "v -0.7 2.5 0.7\nv -0.7 2.5 -0.7\nv 0.7 2.5 -0.7\nv 0.7 2.5 0.7\nusemtl lamp\nf -4 -3 -2 -1\n";
+    let folder = folder(&[
+        (
+            "a.obj",
+            &format!(
+                "mtllib a.mtl\nusemtl m\n{OCTAHEDRON}{}{lamp}",
+                floor.replace("1 2 3 4", "-4 -3 -2 -1")
+            ),
+        ),
+        ("a.mtl", "newmtl m\nKd 0.7 0.6 0.5\nnewmtl lamp\nKd 0 0 0\nKe 6 6 6\n"),
+        (
+            "s.toml",
+            &format!(
+                "{HEAD}[camera]\nposition = [0.3, 0.5, 3]\nlook_at = [0, 0, 0]\n{}",
+                CONSTANT.replace("= 1", "= 0.2")
+            ),
+        ),
+    ]);
+    for projection in PROJECTIONS {
+        let flags = format!("--projection {projection} --max-depth 4");
+        let expected = regions(&folder, &format!("{flags} --spp 256"), 8);
+        for method in UNBIASED {
+            let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), 8);
+            for (region, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                assert_same_mean(format!("{projection}, {method}, region {region}"), *found, *expected);
+            }
+        }
+        for method in BIASED {
+            let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), 2);
+            for (region, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                let ratio = found.value / expected.value;
+                assert!(
+                    (ratio - 1.0).abs() < 0.04,
+                    "{projection}, {method}, region {region}: {ratio}"
+                );
+            }
+        }
+    }
+}
+
+/// A white convex body in light of radiance 1 cannot be told from the light, by any method.
+#[test]
+fn furnaces_are_constant_in_every_projection_and_method() {
+    let camera = "[camera]\nposition = [0.3, 0.5, 2]\nlook_at = [0, 0, 0]\n";
+    let folder = scene(OCTAHEDRON, "Kd 1 1 1", &format!("{camera}{CONSTANT}"));
+    for projection in PROJECTIONS {
+        let flags = format!("--projection {projection}");
+        // The circle of a fisheye is part of the picture.
+        let expected = regions(&folder, &format!("{flags} --direct none --reuse none --spp 1024"), 8);
+        if !projection.starts_with("fisheye") {
+            assert!(
+                expected.iter().all(|mean| (mean.value - 1.0).abs() < 1e-4),
+                "{projection}: {expected:?}"
+            );
+        }
+        for method in UNBIASED {
+            let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), 8);
+            for (region, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                assert_same_mean(format!("{projection}, {method}, region {region}"), *found, *expected);
+            }
+        }
+        for method in BIASED {
+            let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), 2);
+            for (region, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                assert!(
+                    (found.value - expected.value).abs() < 0.05,
+                    "{projection}, {method}, region {region}: {found}"
+                );
+            }
+        }
     }
 }

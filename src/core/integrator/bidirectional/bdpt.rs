@@ -40,6 +40,10 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
         }
     }
 
+    fn repeats(&self) -> bool {
+        self.world.camera.repeats()
+    }
+
     fn sends_light(&self) -> bool {
         true
     }

@@ -2,10 +2,11 @@ use super::connection::{Connector, Subpaths};
 use super::subpath::Surface;
 use crate::accel::Accel;
 use crate::integrator::{Heuristic, IterationIntegrator, RayKind, RaySink, Roulette, SplatSink, World};
+use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
 /// Light tracing: paths start at lights, and every vertex shows itself to the camera (Arvo 1986; Dutré, Lafortune and Willems 1993). What the camera sees
-/// by a delta lobe first, in mirrors and through glass, it cannot find, nor may it: that light is missing.
+/// by a delta lobe first, in mirrors and through glass, it cannot find, nor may it: that light is missing. Lamps that parallel rays see are met from the camera.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
     /// The scene and the camera.
@@ -28,6 +29,10 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 
     fn join(&self, _: u32, _: Vec<()>) {}
 
+    fn repeats(&self) -> bool {
+        self.world.camera.repeats()
+    }
+
     fn sends_light(&self) -> bool {
         true
     }
@@ -36,7 +41,9 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
         // What the camera sees first, for the auxiliary channels alone
         let ray = self.world.camera_ray(key, None, sampler, out);
-        if let (Some(hit), _) = self.world.intersect(&ray, RayKind::Camera, out) {
+        if self.world.camera.lens_of(&ray).is_far {
+            self.look(ray, sampler, out);
+        } else if let (Some(hit), _) = self.world.intersect(&ray, RayKind::Camera, out) {
             out.first_surface(Surface::new(&self.world, hit, &ray).first_seen(&self.world));
         }
 
@@ -55,6 +62,30 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
                 c.record(out);
                 out.splat(film, c.light(c.radiance, self.world.scene));
             }
+        }
+    }
+}
+
+impl<A: Accel> LightIntegrator<'_, A> {
+    /// Adds the lights that `ray` meets: a light sample is never in the one direction of parallel rays.
+    fn look(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
+        let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, Some(0));
+        let (camera, escape) = connector.camera_path(ray, sampler, out);
+        let mut paths = Subpaths {
+            camera,
+            escape,
+            time: ray.time,
+            ..Subpaths::default()
+        };
+        if let Some(first) = paths.first_seen(&self.world) {
+            out.first_surface(first);
+        }
+        let mut found = Vec::new();
+        connector.strategy((0, paths.camera.len()), &paths, sampler, out, &mut |c| found.push(c));
+        connector.escape(&mut paths, &mut |c| found.push(c));
+        for c in found {
+            c.record(out);
+            out.light(c.light(c.radiance, self.world.scene));
         }
     }
 }

@@ -116,7 +116,8 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
             let ray = self.world.ray_through(film, self.world.time(&numbers), &numbers);
             let mut paths = connector.subpaths(ray, &numbers, out);
             connector.all(&mut paths, &numbers, out, |c| {
-                let place = c.film.map_or(Some(cell), |film| picture.cell(film));
+                let seen = self.world.camera.sees(film).then_some(cell);
+                let place = c.film.map_or(seen, |film| picture.cell(film));
                 let luminance = (c.radiance * c.weight).luminance() as f64;
                 if let Some(place) = place.filter(|_| luminance.is_finite()) {
                     light[place] += luminance;

@@ -78,7 +78,11 @@ pub(crate) struct FilmArea {
 impl FilmArea {
     /// The area that the pixels of `world` see.
     pub fn of<A>(world: &World<A>) -> Self {
-        let margin = (world.filter.radius() - 0.5).max(0.0);
+        let margin = match world.camera.repeats() {
+            // Film points beyond a border repeat those within it.
+            true => 0.0,
+            false => (world.filter.radius() - 0.5).max(0.0),
+        };
         Self {
             min: Vec2::splat(-margin),
             size: world.camera.resolution().as_vec2() + 2.0 * margin,

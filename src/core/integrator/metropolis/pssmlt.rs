@@ -173,6 +173,10 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         seeds
     }
 
+    fn repeats(&self) -> bool {
+        self.world.camera.repeats()
+    }
+
     fn sends_light(&self) -> bool {
         // Chains do, and are there whatever the crop is.
         false
@@ -296,7 +300,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
                 None => (film, area.area()),
             };
             let radiance = c.radiance * (c.weight * scale);
-            let is_light = radiance.is_valid() && area.contains(place) && !is_lamp;
+            let is_seen = area.contains(place) && self.world.camera.sees(place);
+            let is_light = radiance.is_valid() && is_seen && !is_lamp;
             let target = radiance.luminance() as f64 / self.importance.at(place) as f64;
             if is_light && target.is_finite() { target } else { 0.0 }
         };
@@ -358,6 +363,9 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             time: self.world.time(numbers),
             ..Subpaths::default()
         };
+        if t > 1 && !self.world.camera.sees(film) {
+            return;
+        }
         if t > 1 {
             let ray = self.world.ray_through(film, paths.time, numbers);
             (paths.camera, paths.escape) = self.connector(Some(t as u32 - 2)).camera_path(ray, numbers, out);

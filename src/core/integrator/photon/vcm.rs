@@ -152,6 +152,10 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         }
     }
 
+    fn repeats(&self) -> bool {
+        self.world.camera.repeats()
+    }
+
     fn sends_light(&self) -> bool {
         true
     }

@@ -45,6 +45,7 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
         before_paths: 0,
         resolution,
         crop: of_pixel(pixel),
+        repeats: integrator.repeats(),
     };
     let seen = if integrator.sends_light() {
         Rect::full(resolution)

@@ -9,6 +9,7 @@ mod weights;
 use super::subpath::{self, EMISSION_BLOCK, PathRay, PathVertex, Surface, Walk, block};
 use crate::accel::Accel;
 use crate::bsdf::{ScatteringEvent, TransportMode};
+use crate::camera::LensPoint;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::geometry::segment;
@@ -183,7 +184,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         sampler: &impl Sampler,
         out: &mut impl RaySink,
     ) -> (Vec<PathVertex<'a>>, Option<PathRay>) {
-        let lens = PathVertex::lens(self.world, ray.origin, ray.time);
+        let lens = PathVertex::lens(self.world, self.world.camera.lens_of(&ray));
         let first = PathRay {
             ray,
             beta: Spectrum::ONE,
@@ -393,7 +394,12 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         out: &mut impl RaySink,
         found: &mut impl FnMut(Contribution),
     ) {
-        let lens = self.lens_vertex(1, time, sampler);
+        let lens = self.lens_point(1, time, sampler);
+        // No sampled light is in the one direction of parallel rays.
+        if lens.is_far {
+            return;
+        }
+        let lens = PathVertex::lens(self.world, lens);
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what).nth(0);
         let numbers = LightDimensions {
             choice: number(Bounce::Decisions),
@@ -438,12 +444,21 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let Some((last, surface)) = light.last().and_then(|v| Some((v, v.surface()?))) else {
             return;
         };
-        let lens = self.lens_vertex(light.len(), time, sampler);
+        let lens = self.lens_point(light.len(), time, sampler);
+        let Some(lens) = self.world.camera.lens_facing(lens, last.p, time) else {
+            return;
+        };
+        let lens = PathVertex::lens(self.world, lens);
         let w = last.direction_to(&lens);
         let Some((film, importance)) = self.seen(&lens, -w, time) else {
             return;
         };
-        let geometry = w.dot(last.ng).abs() / last.p.distance_squared(lens.p);
+        let squared = if lens.is_infinite() {
+            1.0
+        } else {
+            last.p.distance_squared(lens.p)
+        };
+        let geometry = w.dot(last.ng).abs() / squared;
         let f = surface.adjoint_throughput(self.world.scene, w, surface.back);
         let radiance = last.beta * f * (geometry * importance);
         if radiance.is_black() {
@@ -513,19 +528,19 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     }
 
     /// A point of the lens for a light's subpath of `s` vertices.
-    fn lens_vertex(&self, s: usize, time: f32, sampler: &impl Sampler) -> PathVertex<'a> {
+    fn lens_point(&self, s: usize, time: f32, sampler: &impl Sampler) -> LensPoint {
         let u = match self.world.camera.has_lens() {
             true => sampler.get_2d(Dimension::LENS.nth(s as u32)),
             false => Vec2::ZERO,
         };
-        PathVertex::lens(self.world, self.world.camera.lens_point(u, time), time)
+        self.world.camera.lens_point(u, time)
     }
 
     /// Where light that comes to the lens against the direction `w` falls, and what it counts there over the density of the point: for one of all the
     /// paths of an iteration.
     fn seen(&self, lens: &PathVertex, w: Vec3, time: f32) -> Option<(Vec2, f32)> {
         let importance = self.world.camera.importance(lens.p, w, time)?;
-        let we = importance.we * w.dot(lens.ng) / lens.forward;
+        let we = importance.we * lens.cosine(w) / lens.forward;
         Some((importance.film, we / self.paths()))
     }
 
@@ -537,7 +552,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Density per solid angle with which a path of the iteration leaves the lens at `p` in direction `w`.
+    /// Density per solid angle, or of parallel rays per area across them, with which a path of the iteration leaves the lens at `p` in
+    /// direction `w`.
     fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
         let importance = self.world.camera.importance(p, w, time);
         importance.map_or(0.0, |importance| importance.pdf / self.paths())

@@ -197,7 +197,8 @@ impl<A: Accel> Connector<'_, '_, A> {
                 true => 0.0,
                 false => end.density_at(onwards, previous),
             },
-            direct: met.direct,
+            // The lens of parallel rays samples no light.
+            direct: if previous.is_infinite() { 0.0 } else { met.direct },
             ..ConnectionDensities::default()
         }
     }

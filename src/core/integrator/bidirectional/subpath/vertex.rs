@@ -3,6 +3,7 @@
 use super::Surface;
 use crate::accel::Accel;
 use crate::bsdf::ScatteringEvent;
+use crate::camera::LensPoint;
 use crate::color::Spectrum;
 use crate::integrator::World;
 use crate::light::{Emission, LightId};
@@ -10,12 +11,12 @@ use crate::math::Vec3;
 
 /// A vertex of a subpath, which starts at the camera or at a light.
 ///
-/// Densities are per area of a surface, for infinitely distant lights per solid angle. A delta lobe draws its direction with density 1, and a path from
+/// Densities are per area of a surface, for infinitely distant lights and lenses per solid angle. A delta lobe draws its direction with density 1, and a path from
 /// the other end with the Jacobian of its direction. Densities tell how likely each strategy of making the whole path is (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
     pub kind: VertexKind<Surface<'a>, LightEnd>,
-    /// World space; without meaning at infinity.
+    /// World space; without meaning at an infinitely distant light.
     pub p: Vec3,
     /// Unit geometric normal; zero at single points, the direction of travel at infinity.
     pub ng: Vec3,
@@ -39,8 +40,8 @@ pub(crate) struct PathVertex<'a> {
 /// What a vertex of a path is on: `S` describes surfaces, and `L` lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum VertexKind<S, L> {
-    /// The lens.
-    Lens,
+    /// The lens, seen from infinity if `is_far`: its rays are parallel.
+    Lens { is_far: bool },
     /// A surface that scatters.
     Surface(S),
     /// A light, where a path starts or ends.
@@ -58,14 +59,14 @@ pub(crate) struct LightEnd {
 
 impl<'a> PathVertex<'a> {
     /// The camera's end of a path.
-    pub fn lens<A>(world: &World<'a, A>, p: Vec3, time: f32) -> Self
+    pub fn lens<A>(world: &World<'a, A>, LensPoint { p, normal, is_far }: LensPoint) -> Self
     where
         A: Accel,
     {
         Self {
-            kind: VertexKind::Lens,
+            kind: VertexKind::Lens { is_far },
             p,
-            ng: world.camera.forward(time),
+            ng: normal,
             beta: Spectrum::ONE,
             forward: 1.0 / world.camera.lens_area(),
             reverse: 0.0,
@@ -121,9 +122,13 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Whether the vertex is on an infinitely distant light.
+    /// Whether the vertex is on an infinitely distant light, or on the lens of parallel rays.
     pub fn is_infinite(&self) -> bool {
-        matches!(&self.kind, VertexKind::Light(end) if end.is_infinite)
+        match &self.kind {
+            VertexKind::Lens { is_far } => *is_far,
+            VertexKind::Light(end) => end.is_infinite,
+            VertexKind::Surface(_) => false,
+        }
     }
 
     /// Whether the vertex is on a light that no ray can meet.
@@ -166,7 +171,11 @@ impl<'a> PathVertex<'a> {
             true => (self.ng, 1.0),
             false => (d.normalize_or_zero(), d.length_squared()),
         };
-        let cos = if to.ng == Vec3::ZERO { 1.0 } else { w.dot(to.ng).abs() };
-        pdf * cos / squared
+        pdf * to.cosine(w).abs() / squared
+    }
+
+    /// Cosine of `w` to the normal; 1 at a point that has none.
+    pub fn cosine(&self, w: Vec3) -> f32 {
+        if self.ng == Vec3::ZERO { 1.0 } else { w.dot(self.ng) }
     }
 }

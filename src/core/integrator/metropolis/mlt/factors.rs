@@ -18,14 +18,19 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     ) -> Option<Factors> {
         let geometry_term = after[0].map_or(1.0, |next| edge(at, next, after[1]));
         match &at.kind {
-            VertexKind::Lens => {
+            VertexKind::Lens { .. } => {
                 let camera = self.world.camera;
-                let importance = camera.importance(at.p, at.direction_to(after[0]?), time)?;
+                let next = after[0]?;
+                let importance = camera.importance(at.p, at.direction_to(next), time)?;
                 // Per area of the lens and solid angle, over the density of film and lens
-                let seen = importance.we * at.direction_to(after[0]?).dot(at.ng);
+                let seen = importance.we * cosine(at, at.direction_to(next));
                 let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
-                    geometry_term: seen as f64 * geometry_term,
+                    // No light is joined to parallel rays from infinity.
+                    geometry_term: match at.is_infinite() && next.is_infinite() {
+                        true => f64::INFINITY,
+                        false => seen as f64 * geometry_term,
+                    },
                     ..Factors::default()
                 })
             }
@@ -152,10 +157,17 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
         return at.transmittance.pass as f64;
     }
     let w = next.direction_to(at);
-    let cos = |w: Vec3| match next.ng == Vec3::ZERO {
-        true => 1.0,
-        false => w.dot(next.ng).abs() as f64,
-    };
+    let cos = |w: Vec3| cosine(next, w).abs() as f64;
     let into = after.map_or(1.0, |after| cos(next.direction_to(after)));
-    at.transmittance.pass as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
+    let squared = if at.is_infinite() {
+        1.0
+    } else {
+        at.p.distance_squared(next.p) as f64
+    };
+    at.transmittance.pass as f64 * cos(w) / into / squared
+}
+
+/// Cosine of `w` to the normal of `at`; 1 at a point that has none.
+fn cosine(at: &Vertex, w: Vec3) -> f32 {
+    if at.ng == Vec3::ZERO { 1.0 } else { w.dot(at.ng) }
 }

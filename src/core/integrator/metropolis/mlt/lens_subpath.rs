@@ -1,6 +1,6 @@
 use super::Proposal;
 use super::numbers::Numbers;
-use super::path::{CameraSample, Path};
+use super::path::{CameraSample, Path, Vertex};
 use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
@@ -37,7 +37,8 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
             ..x.camera
         };
         let mut ray = self.space.world.camera.ray(film, sample.lens, sample.time);
-        let (mut kind, mut camera) = (RayKind::Camera, vec![self.space.lens(sample)]);
+        let lens = Vertex::lens(self.space.world.camera.lens_of(&ray));
+        let (mut kind, mut camera) = (RayKind::Camera, vec![lens]);
         let rest = &x.vertices[end + 1..];
         loop {
             let met = self.space.meet(&ray, kind, out);

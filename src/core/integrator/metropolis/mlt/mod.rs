@@ -235,6 +235,10 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
         Seeds::new(&samples, (space.min_vertices, space.max_vertices))
     }
 
+    fn repeats(&self) -> bool {
+        self.world.camera.repeats()
+    }
+
     fn sends_light(&self) -> bool {
         // Chains do; what pixels find is their own.
         false

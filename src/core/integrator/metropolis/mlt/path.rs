@@ -2,6 +2,7 @@
 
 use crate::accel::Accel;
 use crate::bsdf::{Bsdf, TransportMode};
+use crate::camera::LensPoint;
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
 use crate::integrator::opacity::Transmittance;
@@ -57,9 +58,12 @@ impl Path<'_> {
                     n: surface.point.ns,
                     beta: Spectrum::ONE,
                 }),
-                VertexKind::Lens => out.record(PathEvent::Start {
+                VertexKind::Lens { .. } => out.record(PathEvent::Start {
                     p: vertex.p,
-                    direction: vertex.ng,
+                    direction: self
+                        .vertices
+                        .get(i + 1)
+                        .map_or(vertex.ng, |next| vertex.direction_to(next)),
                     light: None,
                     beta: Spectrum::ONE,
                 }),
@@ -79,7 +83,7 @@ impl Path<'_> {
 #[derive(Clone, Debug)]
 pub(super) struct Vertex<'a> {
     pub kind: PathVertexKind<'a>,
-    /// World space; without meaning at infinity.
+    /// World space; without meaning at an infinitely distant light.
     pub p: Vec3,
     /// Unit geometric normal; zero at single points, the direction of travel at infinity.
     pub ng: Vec3,
@@ -183,6 +187,11 @@ impl<'a> Vertex<'a> {
         }
     }
 
+    /// The vertex on the lens.
+    pub fn lens(LensPoint { p, normal, is_far }: LensPoint) -> Self {
+        Self::new(VertexKind::Lens { is_far }, p, normal)
+    }
+
     /// The vertex's surface, if it is on one.
     pub fn surface(&self) -> Option<&Surface<'a>> {
         match &self.kind {
@@ -205,9 +214,13 @@ impl<'a> Vertex<'a> {
         triangle(self).is_some_and(|own| triangle(other) == Some(own))
     }
 
-    /// Whether the vertex is infinitely far away.
+    /// Whether the vertex is infinitely far away, as is the lens of parallel rays.
     pub fn is_infinite(&self) -> bool {
-        self.source().is_some_and(|source| source.kind.is_infinite())
+        match &self.kind {
+            VertexKind::Lens { is_far } => *is_far,
+            VertexKind::Light(source) => source.kind.is_infinite(),
+            VertexKind::Surface(_) => false,
+        }
     }
 
     /// Whether something scatters here that other vertices can be joined to.
@@ -238,7 +251,7 @@ impl<'a> Vertex<'a> {
     /// Where rays start that carry light away in direction `w`.
     pub fn origin_towards_camera(&self, w: Vec3) -> Vec3 {
         match &self.kind {
-            VertexKind::Lens => self.p,
+            VertexKind::Lens { .. } => self.p,
             VertexKind::Surface(surface) => surface.origin_towards_camera(w),
             VertexKind::Light(source) => source.origin,
         }

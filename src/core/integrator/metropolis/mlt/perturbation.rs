@@ -148,7 +148,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         let mut ray = self.space.world.camera.ray(film, sample.lens, sample.time);
         let mut kind = RayKind::Camera;
         let mut camera = Vec::with_capacity(x.len());
-        camera.push(self.space.lens(sample));
+        camera.push(Vertex::lens(self.space.world.camera.lens_of(&ray)));
         for i in 1..=chain.last {
             let old = &x.vertices[i];
             let met = self.space.meet(&ray, kind, out);

@@ -57,8 +57,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The vertex on the lens of a sample.
     pub fn lens(&self, CameraSample { lens, time }: CameraSample) -> Vertex<'a> {
-        let camera = self.world.camera;
-        Vertex::new(VertexKind::Lens, camera.lens_point(lens, time), camera.forward(time))
+        Vertex::lens(self.world.camera.lens_point(lens, time))
     }
 
     /// The surface that `ray` meets.
@@ -171,7 +170,11 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             return Some((ray, RayKind::Bounce));
         }
         let film = self.film.at(numbers.next_2d());
-        Some((self.world.camera.ray(film, sample.lens, sample.time), RayKind::Camera))
+        let ray = self.world.camera.ray(film, sample.lens, sample.time);
+        if let [lens] = path {
+            lens.p = ray.origin;
+        }
+        Some((ray, RayKind::Camera))
     }
 
     /// Adds `count` vertices to a subpath from a light, whose vertices begin there.
@@ -278,7 +281,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     pub fn is_still(&self, vertex: &Vertex) -> bool {
         let scene = self.world.scene;
         match &vertex.kind {
-            VertexKind::Lens => !self.world.camera.is_moving(),
+            VertexKind::Lens { .. } => !self.world.camera.is_moving(),
             VertexKind::Surface(surface) => !scene.moves(&surface.hit),
             VertexKind::Light(source) => !scene.lights()[source.id.0 as usize].is_moving(),
         }
@@ -327,6 +330,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     ) -> Option<Path<'a>> {
         let second = camera.len();
         camera.extend(light.rev());
+        if second == 1 {
+            self.face(&mut camera, sample)?;
+        }
         if second < camera.len() {
             camera[second - 1].transmittance = Transmittance::CLEAR;
             for end in [second - 1, second] {
@@ -355,6 +361,20 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             path.vertices[second - 1].factors.geometry_term *= transmittance.pass as f64;
         }
         Some(path)
+    }
+
+    /// Moves the lens of parallel rays, the first vertex of `path`, to where the second one is seen. `None` where it is not.
+    fn face(&self, path: &mut [Vertex<'a>], sample: CameraSample) -> Option<()> {
+        let [lens, seen, ..] = path else { return None };
+        if lens.is_infinite() {
+            let camera = self.world.camera;
+            let point = camera.lens_point(sample.lens, sample.time);
+            lens.p = camera
+                .lens_facing(point, seen.p, sample.time)
+                .filter(|_| !seen.is_infinite())?
+                .p;
+        }
+        Some(())
     }
 
     /// What chains follow of paths that contribute `color` at the place `film`.

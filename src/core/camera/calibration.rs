@@ -1,0 +1,364 @@
+//! Calibrated cameras: focal lengths and principal point in pixels, and the distortion of a lens after
+//! the models of OpenCV.
+//!
+//! A model takes points of a plane (x, y) at distance 1 before the lens, or angles from the axis, to
+//! distorted points; pixels are `fx x' + cx, fy y' + cy`. Here pixel centres are at .5, so the
+//! middle of a picture of W columns is W/2. Rays need the inverse. The radial part is increasing up to
+//! [`CalibratedLens::limit`], within which it is inverted between bounds; Newton's method adds the tangential
+//! part. A picture beyond the limit is refused.
+
+use super::CameraError;
+use crate::math::{DVec2, UVec2, Vec2, encode_fields, encode_variants};
+use std::f64::consts::PI;
+
+/// Focal lengths and principal point of a camera, pixels of its picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Focal lengths: across and down.
+    pub focal: [f64; 2],
+    /// Principal point from the top left corner of the picture; the centre of the first pixel is 0.5, 0.5.
+    pub center: [f64; 2],
+}
+
+/// Distortion of a lens after OpenCV.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Distortion {
+    /// Of a pinhole: k1, k2, p1, p2, k3.
+    Pinhole([f64; 5]),
+    /// Of a fisheye: k1, k2, k3, k4.
+    Fisheye([f64; 4]),
+}
+
+impl Intrinsics {
+    /// An error if the numbers are not those of a camera.
+    pub fn check(&self) -> Result<(), CameraError> {
+        if self.focal.iter().all(|f| *f > 0.0 && f.is_finite()) && self.center.iter().all(|c| c.is_finite()) {
+            return Ok(());
+        }
+        let [[fx, fy], [cx, cy]] = [self.focal, self.center];
+        let message = format!("must be two focal lengths above 0 and a finite point, not {fx},{fy},{cx},{cy}");
+        Err(CameraError::wrong("intrinsics", message))
+    }
+}
+
+encode_fields!(Intrinsics { focal, center });
+encode_variants!(Distortion {
+    0 => Pinhole(k),
+    1 => Fisheye(k),
+});
+
+/// A calibrated camera with a picture of a size.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CalibratedLens {
+    focal: DVec2,
+    center: DVec2,
+    distortion: Distortion,
+    /// Radius up to which the radial distortion is increasing: a distance in the plane, or an angle.
+    limit: f64,
+}
+
+/// Parts in which the sides of a picture are checked.
+const PARTS: u32 = 32;
+/// Longest distance in the plane that can be in a picture: 89.9° from the axis.
+const MAX_DISTANCE: f64 = 600.0;
+/// Steps of Newton's method and of bisection, at most: bits of a number and some.
+const STEPS: u32 = 80;
+
+impl CalibratedLens {
+    /// An error if the numbers are not those of a camera, or the distortion folds over within the picture.
+    pub fn new(intrinsics: Intrinsics, distortion: Distortion, size: UVec2) -> Result<Self, CameraError> {
+        intrinsics.check()?;
+        let Intrinsics { focal, center } = intrinsics;
+        let mut lens = Self {
+            focal: focal.into(),
+            center: center.into(),
+            distortion,
+            limit: 0.0,
+        };
+        if lens.radial().iter().chain(&lens.tangential()).any(|k| !k.is_finite()) {
+            return Err(CameraError::wrong("distortion", "must be finite numbers"));
+        }
+        lens.limit = lens.find_limit();
+        let places = (0..=PARTS).flat_map(|y| (0..=PARTS).map(move |x| UVec2::new(x, y)));
+        let places = places.map(|place| place.as_vec2() / PARTS as f32 * size.as_vec2());
+        match places.into_iter().find(|film| !lens.is_regular(*film)) {
+            None => Ok(lens),
+            Some(film) => Err(CameraError {
+                parameter: "distortion",
+                message: format!(
+                    "folds over within the picture of {} × {} pixels: no ray belongs to the pixel {},{}",
+                    size.x, size.y, film.x, film.y
+                ),
+                help: Some("use the coefficients, the intrinsics and the --size of one calibration".into()),
+            }),
+        }
+    }
+
+    /// Returns true if the camera maps angles, and not points of a plane.
+    pub fn is_fisheye(&self) -> bool {
+        matches!(self.distortion, Distortion::Fisheye(_))
+    }
+
+    /// Width of a pixel in the middle, at distance 1.
+    pub fn scale(&self) -> f32 {
+        self.focal.element_product().sqrt().recip() as f32
+    }
+
+    /// Coefficients of the powers 2, 4, 6 and 8 of the radius.
+    fn radial(&self) -> [f64; 4] {
+        match self.distortion {
+            Distortion::Pinhole([k1, k2, _, _, k3]) => [k1, k2, k3, 0.0],
+            Distortion::Fisheye(k) => k,
+        }
+    }
+
+    fn tangential(&self) -> [f64; 2] {
+        match self.distortion {
+            Distortion::Pinhole([_, _, p1, p2, _]) => [p1, p2],
+            Distortion::Fisheye(_) => [0.0; 2],
+        }
+    }
+
+    /// Distorted radius over the `radius`.
+    fn factor(&self, radius: f64) -> f64 {
+        let s = radius * radius;
+        let [a, b, c, d] = self.radial();
+        1.0 + s * (a + s * (b + s * (c + s * d)))
+    }
+
+    /// Change of the distorted radius by the `radius`.
+    fn slope(&self, radius: f64) -> f64 {
+        let s = radius * radius;
+        let [a, b, c, d] = self.radial();
+        1.0 + s * (3.0 * a + s * (5.0 * b + s * (7.0 * c + s * 9.0 * d)))
+    }
+
+    /// The radius up to which the radial part is increasing; π of a fisheye, and [`MAX_DISTANCE`], if it always is.
+    fn find_limit(&self) -> f64 {
+        let end = if self.is_fisheye() { PI } else { MAX_DISTANCE };
+        let mut last: f64 = 0.0;
+        while last < end {
+            let next = (last + 1e-3 * (1.0 + last)).min(end);
+            if self.slope(next) <= 0.0 {
+                return bisect(last, next, |radius| self.slope(radius) <= 0.0);
+            }
+            last = next;
+        }
+        end
+    }
+
+    /// Returns true if a ray belongs to the point, and to the points around it one each; points beyond an angle of 180° need none.
+    fn is_regular(&self, film: Vec2) -> bool {
+        let distorted = self.distorted(film);
+        let is_beyond = distorted.length() > self.limit * self.factor(self.limit);
+        if self.is_fisheye() {
+            return !is_beyond || self.limit == PI;
+        }
+        let point = self.point_of(film);
+        let (back, [across, down]) = self.distort(point);
+        // Also on the way from the middle
+        let is_open = |part: f64| {
+            let (_, [across, down]) = self.distort(part * point);
+            across.perp_dot(down) > 0.0
+        };
+        let ways = (1..PARTS).all(|i| is_open(f64::from(i) / f64::from(PARTS)));
+        ways && across.perp_dot(down) > 0.0 && back.distance(distorted) < 1e-7 * (1.0 + distorted.length())
+    }
+
+    /// The distorted point of the plane that is at `film`.
+    fn distorted(&self, film: Vec2) -> DVec2 {
+        (film.as_dvec2() - self.center) / self.focal
+    }
+
+    /// Place on the film of a distorted point.
+    fn film(&self, distorted: DVec2) -> Vec2 {
+        (distorted * self.focal + self.center).as_vec2()
+    }
+
+    /// The distorted point of a `point` of the plane, with its changes by x and by y.
+    fn distort(&self, point: DVec2) -> (DVec2, [DVec2; 2]) {
+        let DVec2 { x, y } = point;
+        let s = point.length_squared();
+        let [a, b, c, _] = self.radial();
+        let [p1, p2] = self.tangential();
+        let factor = self.factor(s.sqrt());
+        let change = a + s * (2.0 * b + s * 3.0 * c);
+        let tangential = DVec2::new(
+            2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
+            p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y,
+        );
+        let mixed = 2.0 * (x * y * change + p1 * x + p2 * y);
+        let by_x = DVec2::new(factor + 2.0 * x * x * change + 2.0 * p1 * y + 6.0 * p2 * x, mixed);
+        let by_y = DVec2::new(mixed, factor + 2.0 * y * y * change + 6.0 * p1 * y + 2.0 * p2 * x);
+        (point * factor + tangential, [by_x, by_y])
+    }
+
+    /// The radius whose distorted one this is, [`CalibratedLens::limit`] at most.
+    fn radius_of(&self, distorted: f64) -> f64 {
+        if self.radial() == [0.0; 4] {
+            return distorted.min(self.limit);
+        }
+        if distorted >= self.limit * self.factor(self.limit) {
+            return self.limit;
+        }
+        // Newton's method, between bounds
+        let (mut low, mut high, mut radius) = (0.0, self.limit, distorted.min(self.limit));
+        for _ in 0..STEPS {
+            let error = radius * self.factor(radius) - distorted;
+            if error > 0.0 {
+                high = radius
+            } else {
+                low = radius
+            }
+            let next = radius - error / self.slope(radius);
+            let next = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+            if (next - radius).abs() <= 1e-15 * (1.0 + next) {
+                return next;
+            }
+            radius = next;
+        }
+        radius
+    }
+
+    /// The point of the plane that is seen at `film`, of a pinhole.
+    fn point_of(&self, film: Vec2) -> DVec2 {
+        let distorted = self.distorted(film);
+        let length = distorted.length();
+        if length == 0.0 && self.tangential() == [0.0; 2] {
+            return distorted;
+        }
+        let mut point = distorted * (self.radius_of(length) / length.max(f64::MIN_POSITIVE));
+        if self.tangential() == [0.0; 2] {
+            return point;
+        }
+        for _ in 0..STEPS {
+            let (at, [across, down]) = self.distort(point);
+            let error = at - distorted;
+            let step = DVec2::new(error.perp_dot(down), across.perp_dot(error)) / across.perp_dot(down);
+            if !step.is_finite() {
+                return point;
+            }
+            point -= step;
+            if step.length() <= 1e-15 * (1.0 + point.length()) {
+                break;
+            }
+        }
+        point
+    }
+
+    /// The point of the plane that is seen at `film`, of a pinhole; y downwards.
+    pub fn plane_point(&self, film: Vec2) -> Vec2 {
+        self.point_of(film).as_vec2()
+    }
+
+    /// Place on the film of a `point` of the plane, with the area of the film over that of the plane there; `None` where the picture does not look.
+    pub fn plane_film(&self, point: Vec2) -> Option<(Vec2, f32)> {
+        let point = point.as_dvec2();
+        if point.length() > self.limit {
+            return None;
+        }
+        let (distorted, [across, down]) = self.distort(point);
+        let area = across.perp_dot(down) * self.focal.element_product();
+        (area > 0.0).then(|| (self.film(distorted), area as f32))
+    }
+
+    /// Angle from the axis that is seen at `film`, and the direction across the axis, of a fisheye; y downwards.
+    pub fn angle(&self, film: Vec2) -> (f32, Vec2) {
+        let distorted = self.distorted(film);
+        let angle = self.radius_of(distorted.length());
+        (angle as f32, distorted.normalize_or_zero().as_vec2())
+    }
+
+    /// Place on the film of an `angle` from the axis in the unit direction `across`, of a fisheye; `None` where the picture does not look.
+    pub fn angle_film(&self, angle: f32, across: Vec2) -> Option<Vec2> {
+        let angle = f64::from(angle);
+        (angle <= self.limit).then(|| self.film(across.as_dvec2() * (angle * self.factor(angle))))
+    }
+
+    /// Film points per solid angle at an `angle` from the axis whose sine is `sin`, of a fisheye.
+    pub fn density(&self, angle: f32, sin: f32) -> f32 {
+        let angle = f64::from(angle);
+        let over_sin = if sin == 0.0 { 1.0 } else { angle / f64::from(sin) };
+        (self.focal.element_product() * self.factor(angle) * self.slope(angle) * over_sin) as f32
+    }
+
+    /// Returns true if the point `film` has a ray.
+    pub fn sees(&self, film: Vec2) -> bool {
+        !self.is_fisheye() || self.distorted(film).length() <= self.limit * self.factor(self.limit)
+    }
+}
+
+/// Place between `low` and `high` from which on `is_beyond` holds.
+fn bisect(mut low: f64, mut high: f64, is_beyond: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..STEPS {
+        let middle = 0.5 * (low + high);
+        if is_beyond(middle) { high = middle } else { low = middle }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: UVec2 = UVec2::new(640, 480);
+    const INTRINSICS: Intrinsics = Intrinsics {
+        focal: [500.0, 510.0],
+        center: [331.0, 228.0],
+    };
+
+    fn lens(distortion: Distortion) -> Result<CalibratedLens, CameraError> {
+        CalibratedLens::new(INTRINSICS, distortion, SIZE)
+    }
+
+    #[test]
+    fn film_points_lead_back_to_themselves() {
+        for k in [
+            [0.0; 5],
+            [-0.25, 0.1, 0.003, -0.002, 0.01],
+            [0.3, -0.1, -0.01, 0.01, 0.02],
+            [-0.28, 0.05, 0.0, 0.0, 0.0],
+        ] {
+            let lens = lens(Distortion::Pinhole(k)).unwrap();
+            for film in [[0.0, 0.0], [331.0, 228.0], [640.0, 480.0], [12.5, 400.0]].map(Vec2::from) {
+                let (back, _) = lens.plane_film(lens.plane_point(film)).unwrap();
+                assert!(back.distance(film) < 1e-3, "{k:?}: {film} becomes {back}");
+            }
+        }
+        for k in [[0.0; 4], [0.05, -0.02, 0.01, -0.003]] {
+            let lens = lens(Distortion::Fisheye(k)).unwrap();
+            for film in [[0.0, 0.0], [331.0, 228.0], [640.0, 480.0], [12.5, 400.0]].map(Vec2::from) {
+                let (angle, across) = lens.angle(film);
+                let back = lens.angle_film(angle, across).unwrap();
+                assert!(back.distance(film) < 1e-3, "{k:?}: {film} becomes {back}");
+            }
+        }
+    }
+
+    /// r (1 − r² / 2) has its maximum at r = √(2/3), where it is 0.544: outside of a narrow picture.
+    #[test]
+    fn distortion_that_folds_over_is_refused() {
+        let folding = Distortion::Pinhole([-0.5, 0.0, 0.0, 0.0, 0.0]);
+        let error = lens(folding).unwrap_err();
+        assert_eq!(error.parameter, "distortion");
+        assert!(error.to_string().contains("folds over"), "{error}");
+        let narrow = Intrinsics {
+            focal: [900.0, 900.0],
+            ..INTRINSICS
+        };
+        let lens = CalibratedLens::new(narrow, folding, SIZE).unwrap();
+        assert!((lens.limit - (2f64 / 3.0).sqrt()).abs() < 1e-9);
+        assert_eq!(lens.plane_film(Vec2::new(0.9, 0.0)), None);
+        for bad in [[f64::NAN; 5], [0.0, 0.0, 5.0, 0.0, 0.0]] {
+            assert!(CalibratedLens::new(INTRINSICS, Distortion::Pinhole(bad), SIZE).is_err());
+        }
+        for focal in [[0.0, 500.0], [500.0, f64::INFINITY]] {
+            let intrinsics = Intrinsics { focal, ..INTRINSICS };
+            assert!(CalibratedLens::new(intrinsics, Distortion::Fisheye([0.0; 4]), SIZE).is_err());
+        }
+    }
+}

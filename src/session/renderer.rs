@@ -16,7 +16,7 @@ use crate::film::{Aov, Film, Image};
 use crate::integrator::Picked;
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Warning};
-use crate::lint::reason_for_darkness;
+use crate::lint::{reason_for_darkness, reason_for_emptiness};
 #[cfg(feature = "view")]
 use crate::math::UVec2;
 use crate::options::IntegratorKind;
@@ -323,6 +323,12 @@ impl<'a> Renderer<'a> {
             settings.resolution,
             &whole,
         ))
+    }
+
+    /// The reason why the picture shows no surface of the scene, in words; `None` if it shows some.
+    pub fn reason_for_emptiness(&self) -> Option<String> {
+        let (session, accel) = (self.session, self.accel.as_dyn());
+        reason_for_emptiness(accel, session.scene(), session.camera(), session.settings().resolution)
     }
 
     /// Takes the noise out of `image` where that was asked for, and has `metadata` say by what; the raw picture stays beside it.

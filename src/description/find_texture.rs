@@ -152,29 +152,30 @@ impl<'a> TextureSearch<'a> {
             folder => folder.display().to_string(),
         };
         let name = unquoted(name);
+        let wanted = match ends_of(name).as_slice() {
+            [others @ .., last] if !others.is_empty() => format!("for {} and {last} ", others.join(", ")),
+            _ => String::new(),
+        };
         let places = self.places();
         let names: Vec<String> = self.given.iter().chain(&places).map(|folder| shown(folder)).collect();
-        let [others @ .., last] = USUAL_FOLDERS;
-        let mut help = format!(
-            "searched in {}, and in the folders {} and {last} there",
-            names.join(", "),
-            others.join(", ")
-        );
         let mut has_few = |place: &&PathBuf| !finder.folders_within(place, MAX_FOLDERS).is_empty();
-        let within: Vec<String> = places.iter().filter(|p| has_few(p)).map(|p| shown(p)).collect();
-        if !within.is_empty() {
-            help += &format!("; one level deep in {}", within.join(", "));
-        }
-        if let [ends @ .., base] = ends_of(name).as_slice() {
-            let ends: String = ends.iter().map(|end| format!(", as {end}")).collect();
-            if !ends.is_empty() {
-                help += &format!("{ends} and as {base}");
-            }
-        }
-        if let Some(resource) = self.resource(name) {
-            help += &format!("; as {}", resource.display());
-        }
-        help + "; put it there, or name its folder with --texture-dir"
+        let within: Vec<String> = places
+            .iter()
+            .filter(|place| has_few(place))
+            .map(|place| shown(place))
+            .collect();
+        let [others @ .., last] = USUAL_FOLDERS;
+        let usual = format!("in the folders {} and {last} there", others.join(", "));
+        let folders = match within.as_slice() {
+            [] => format!("and {usual}"),
+            within => format!("{usual}, and one level deep in {}", within.join(", ")),
+        };
+        let resource = self.resource(name);
+        let resource = resource.map_or(String::new(), |path| format!(", and as {}", path.display()));
+        format!(
+            "searched {wanted}in {}, {folders}{resource}; put it there, or name its folder with --texture-dir",
+            names.join(", ")
+        )
     }
 }
 
@@ -264,8 +265,8 @@ mod tests {
             "textures, ",
             "maps",
             "obj, ",
-            "; one level deep in ",
-            ", as x/y.png and as y.png; ",
+            ", and one level deep in ",
+            "searched for x/y.png and y.png in ",
             "--texture-dir",
         ] {
             assert!(help.contains(part), "{help}");

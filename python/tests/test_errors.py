@@ -137,6 +137,6 @@ def test_warnings_are_those_of_python(tmp_path: Path) -> None:
     obj.write_text("usemtl none\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     scene = tmp_path / "a.toml"
     scene.write_text('version = 1\n[[object]]\nobj = "a.obj"\n')
-    with pytest.warns(em.SceneWarning, match="material `none` is not defined"):
+    with pytest.warns(em.SceneWarning, match="material `none` is rendered in a plain grey"):
         film = em.render(scene, spp=1, size=(8, 8))
     assert any("`none`" in text for text in film.warnings)

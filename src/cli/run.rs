@@ -212,6 +212,7 @@ impl Run<'_> {
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, checkpointer.as_ref(), &mut preview);
 
+        let is_empty_told = warnings.iter().any(|warning| warning.kind == "empty-view");
         // Warnings about the result
         let mut warn = |warning: String| {
             let warning = Warning::new("render", warning);
@@ -256,7 +257,13 @@ impl Run<'_> {
                     "the picture is {darkness}\n  help: `embrasure check {}` may find more",
                     job.scene_path.display()
                 )),
-                None => exposure = metered(job.settings.tone, &image).exposure.stops(),
+                None => {
+                    exposure = metered(job.settings.tone, &image).exposure.stops();
+                    let reason = self.renderer.reason_for_emptiness().filter(|_| !is_empty_told);
+                    if let Some(reason) = reason {
+                        warn(format!("the picture shows nothing: {reason}"));
+                    }
+                }
             }
             if let Some(lost) = preview.finish(&image) {
                 warn(lost.to_string());

@@ -4,7 +4,11 @@ use super::find_file::{FileFinder, base_name, folder_above, unquoted};
 use std::path::{Path, PathBuf};
 
 /// Folders beside a library, or beside its folder, in which textures lie.
-const USUAL_FOLDERS: [&str; 4] = ["textures", "maps", "texture", "images"];
+const USUAL_FOLDERS: [&str; 5] = ["textures", "maps", "texture", "images", "tex"];
+/// Folders of a written path that are looked for with the name of the file.
+const MAX_FOLDERS_OF_NAME: usize = 3;
+/// Folders within a folder that are searched: none of them if there are more.
+const MAX_FOLDERS: usize = 32;
 
 /// Folders, relative to that of an OBJ file, in which its textures usually lie: that one, the usual ones
 /// within it, and those beside it.
@@ -44,9 +48,13 @@ impl<'a> TextureSearch<'a> {
         }
     }
 
-    /// The file of the first of these `names` that is there. Else it is looked for in the folders
-    /// that the user gave, by the whole name and by the base name, then by the base name beside the
-    /// library, the OBJ file and their folders, and in the usual folders there.
+    /// The file of the first of these `names` that is there. Else it is looked for by the ends of the
+    /// name, the longest first:
+    ///
+    /// - in the folders that the user gave;
+    /// - among the resources of Minecraft, if it names one;
+    /// - beside the library, the OBJ file and their folders, and in the usual folders there;
+    /// - in all folders within those, if there are few, and if one of them has it.
     pub fn find<'n>(
         &self,
         names: impl Iterator<Item = &'n str> + Clone,
@@ -59,17 +67,69 @@ impl<'a> TextureSearch<'a> {
     }
 
     fn find_elsewhere(&self, name: &str, finder: &mut FileFinder) -> Option<FoundTexture> {
-        let base = base_name(name)?;
-        let given = self.given.iter().flat_map(|folder| [(folder, name), (folder, base)]);
-        let given = given.map(|(folder, name)| (folder.clone(), name.to_string()));
-        let unquoted = std::iter::once((self.folder.to_path_buf(), name.to_string()));
-        let beside = self.places().into_iter().flat_map(|place| {
-            let usual = USUAL_FOLDERS.map(|folder| (place.clone(), format!("{folder}/{base}")));
-            std::iter::once((place, base.to_string())).chain(usual)
-        });
-        let mut all = given.chain(unquoted).chain(beside);
-        all.find_map(|(folder, name)| finder.find(&folder, &name))
-            .map(FoundTexture::Elsewhere)
+        let ends = ends_of(name);
+        if ends.is_empty() {
+            return None;
+        }
+        let in_folder = |folder: &Path, finder: &mut FileFinder| ends.iter().find_map(|end| finder.find(folder, end));
+        let given = self.given.iter();
+        let given = given
+            .flat_map(|folder| finder.find(folder, name).or_else(|| in_folder(folder, finder)))
+            .next();
+        let found = given
+            .or_else(|| finder.find(self.folder, name))
+            .or_else(|| {
+                self.resource(name)
+                    .and_then(|path| finder.find(Path::new(""), &path.to_string_lossy()))
+            })
+            .or_else(|| self.usual_folders().find_map(|folder| in_folder(&folder, finder)))
+            .or_else(|| ends.iter().find_map(|end| self.find_within(end, finder)));
+        found.map(FoundTexture::Elsewhere)
+    }
+
+    /// The folders of the library and of the OBJ file, those that they lie in, and the usual folders
+    /// there.
+    fn usual_folders(&self) -> impl Iterator<Item = PathBuf> {
+        self.places().into_iter().flat_map(|place| {
+            let usual = USUAL_FOLDERS.map(|folder| place.join(folder));
+            std::iter::once(place).chain(usual)
+        })
+    }
+
+    /// The file of this name if exactly one of the folders within those of the search has it.
+    fn find_within(&self, name: &str, finder: &mut FileFinder) -> Option<PathBuf> {
+        let mut folders: Vec<PathBuf> = Vec::new();
+        for place in self.places() {
+            folders.extend_from_slice(finder.folders_within(&place, MAX_FOLDERS));
+        }
+        folders.sort_unstable();
+        folders.dedup();
+        let mut found = folders.iter().filter_map(|folder| finder.find(folder, name));
+        found.next().filter(|_| found.next().is_none())
+    }
+
+    /// The file of a resource of Minecraft: `domain:block/a` is `assets/domain/textures/block/a.png`,
+    /// where the OBJ file lies within `assets`.
+    fn resource(&self, name: &str) -> Option<PathBuf> {
+        let (domain, path) = name.split_once(':')?;
+        let is_plain = |c: char| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-' | '.');
+        let is_domain = domain.len() > 1 && domain.chars().all(is_plain);
+        let is_path = !path.is_empty() && !path.starts_with('/') && path.chars().all(|c| is_plain(c) || c == '/');
+        if !is_domain || !is_path {
+            return None;
+        }
+        let assets = [self.folder, self.obj].into_iter().find_map(|folder| {
+            let folder = if folder.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                folder
+            };
+            let folder = folder.canonicalize().ok()?;
+            let mut above = folder.ancestors();
+            above.find(|above| above.ends_with("assets")).map(Path::to_path_buf)
+        })?;
+        let file = format!("{}.png", path.trim_end_matches(".png"));
+        Some(assets.join(domain).join("textures").join(file))
     }
 
     /// The folders of the library and of the OBJ file, and those that they lie in.
@@ -84,22 +144,57 @@ impl<'a> TextureSearch<'a> {
         places
     }
 
-    /// What to do about a texture that is nowhere.
-    pub fn help(&self) -> String {
-        let folders = self.given.iter().cloned().chain(self.places());
+    /// What to do about a texture that is nowhere: what was searched, and for which names.
+    pub fn help(&self, name: &str, finder: &mut FileFinder) -> String {
         // Without a trailing `/`
-        let names = folders.map(|folder| match folder.components().as_path() {
+        let shown = |folder: &Path| match folder.components().as_path() {
             folder if folder.as_os_str().is_empty() => ".".to_string(),
             folder => folder.display().to_string(),
-        });
-        let names: Vec<String> = names.collect();
+        };
+        let name = unquoted(name);
+        let wanted = match ends_of(name).as_slice() {
+            [others @ .., last] if !others.is_empty() => format!("for {} and {last} ", others.join(", ")),
+            _ => String::new(),
+        };
+        let places = self.places();
+        let names: Vec<String> = self.given.iter().chain(&places).map(|folder| shown(folder)).collect();
+        let mut has_few = |place: &&PathBuf| !finder.folders_within(place, MAX_FOLDERS).is_empty();
+        let within: Vec<String> = places
+            .iter()
+            .filter(|place| has_few(place))
+            .map(|place| shown(place))
+            .collect();
         let [others @ .., last] = USUAL_FOLDERS;
+        let usual = format!("in the folders {} and {last} there", others.join(", "));
+        let folders = match within.as_slice() {
+            [] => format!("and {usual}"),
+            within => format!("{usual}, and one level deep in {}", within.join(", ")),
+        };
+        let resource = self.resource(name);
+        let resource = resource.map_or(String::new(), |path| format!(", and as {}", path.display()));
         format!(
-            "searched in {}, and in the folders {} and {last} there; put it there, or name its folder with --texture-dir",
-            names.join(", "),
-            others.join(", ")
+            "searched {wanted}in {}, {folders}{resource}; put it there, or name its folder with --texture-dir",
+            names.join(", ")
         )
     }
+}
+
+/// Ends of a path of whatever system, the longest first: the name of the file, and that in some of
+/// the last folders.
+fn ends_of(name: &str) -> Vec<String> {
+    let Some(base) = base_name(name) else {
+        return Vec::new();
+    };
+    let folders = name[..name.len() - base.len()].rsplit(['/', '\\']);
+    let is_folder = |part: &&str| !matches!(*part, "." | "..") && !part.contains(':');
+    let folders = folders.filter(|part| !part.is_empty()).take_while(is_folder);
+    let mut ends = vec![base.to_string()];
+    for folder in folders.take(MAX_FOLDERS_OF_NAME) {
+        let longer = ends.last().map(|end| format!("{folder}/{end}"));
+        ends.extend(longer);
+    }
+    ends.reverse();
+    ends
 }
 
 #[cfg(test)]
@@ -121,6 +216,11 @@ mod tests {
             "textures/g.png",
             "h.png",
             "obj/i j.png",
+            "textures/car/k.png",
+            "static/l.png",
+            "static/twice.png",
+            "other/twice.png",
+            "lib/tex/n.png",
         ] {
             fs::create_dir_all(at(name).parent().unwrap()).unwrap();
             fs::write(at(name), name).unwrap();
@@ -140,6 +240,11 @@ mod tests {
             ("g.png", Some("textures/g.png")),
             ("D:/h.png", Some("h.png")),
             ("\"i j.png\"", Some("obj/i j.png")),
+            ("car/k.png", Some("textures/car/k.png")),
+            ("..\\old\\car\\k.png", Some("textures/car/k.png")),
+            ("l.png", Some("static/l.png")),
+            ("n.png", Some("lib/tex/n.png")),
+            ("twice.png", None),
             ("gone.png", None),
             ("lib/", None),
             ("..", None),
@@ -153,17 +258,64 @@ mod tests {
             assert_eq!(content.as_deref(), expected, "{name}");
             assert_eq!(is_named, name == "a.png", "{name}");
         }
-        let help = search.help();
-        for part in ["given, ", "lib, ", "textures, ", "maps", "obj, ", "--texture-dir"] {
+        let help = search.help("C:\\x\\y.png", &mut FileFinder::default());
+        for part in [
+            "given, ",
+            "lib, ",
+            "textures, ",
+            "maps",
+            "obj, ",
+            ", and one level deep in ",
+            "searched for x/y.png and y.png in ",
+            "--texture-dir",
+        ] {
             assert!(help.contains(part), "{help}");
         }
+        // Many folders are not searched.
+        for i in 0..MAX_FOLDERS {
+            fs::create_dir(at(&format!("more{i}"))).unwrap();
+        }
+        let found = search.find(std::iter::once("l.png"), &mut FileFinder::default());
+        assert_eq!(found, None);
+    }
+
+    #[test]
+    fn resources_of_minecraft_have_a_folder_of_their_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join("assets").join(name);
+        for name in ["mod1/textures/block/a.png", "mod_2/textures/b.png"] {
+            fs::create_dir_all(at(name).parent().unwrap()).unwrap();
+            fs::write(at(name), name).unwrap();
+        }
+        let obj = at("mod1/models/item/m.obj");
+        fs::create_dir_all(obj.parent().unwrap()).unwrap();
+        let search = TextureSearch::new(&obj, &[], &obj);
+        for (name, expected) in [
+            ("mod1:block/a", Some("mod1/textures/block/a.png")),
+            ("mod_2:b.png", Some("mod_2/textures/b.png")),
+            ("mod1:block/gone", None),
+            ("m:block/a", None),
+        ] {
+            let found = search.find(std::iter::once(name), &mut FileFinder::default());
+            let content = found.map(|found| match found {
+                FoundTexture::AsNamed(path) | FoundTexture::Elsewhere(path) => fs::read_to_string(path).unwrap(),
+            });
+            assert_eq!(content.as_deref(), expected, "{name}");
+        }
+        let help = search.help("mod1:block/gone", &mut FileFinder::default());
+        assert!(help.contains("gone.png; put it there"), "{help}");
     }
 
     #[test]
     fn folders_of_one_place_are_named_once() {
-        let search = TextureSearch::new(Path::new("a.mtl"), &[], Path::new("a.obj"));
-        let help = "searched in ., .., and in the folders textures, maps, texture and images there; put it there, or name its \
-                    folder with --texture-dir";
-        assert_eq!(search.help(), help);
+        let folder = tempfile::tempdir().unwrap();
+        let [library, obj] = ["x/a.mtl", "x/a.obj"].map(|name| folder.path().join(name));
+        let search = TextureSearch::new(&library, &[], &obj);
+        let folder = folder.path().display();
+        let help = format!(
+            "searched in {folder}/x, {folder}, and in the folders textures, maps, texture, images and tex there; put it \
+             there, or name its folder with --texture-dir"
+        );
+        assert_eq!(search.help("b.png", &mut FileFinder::default()), help);
     }
 }

@@ -2,7 +2,7 @@ use super::FileError;
 use super::section::{key_types, section};
 use super::source::Source;
 use crate::light::{LightGroupId, LightGroups};
-use crate::math::excerpt;
+use crate::math::excerpt_of_name;
 use crate::scene::{BuildError, SceneBuilder};
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -44,7 +44,10 @@ impl LightGroupSection {
         }
         for material in self.materials.get_ref() {
             if groups.insert(material.get_ref().clone(), group).is_some() {
-                let message = format!("material `{}` is in a light group already", excerpt(material.get_ref()));
+                let message = format!(
+                    "material `{}` is in a light group already",
+                    excerpt_of_name(material.get_ref())
+                );
                 return Err(file.error(material.span(), message).help("name each material once"));
             }
         }

@@ -6,7 +6,7 @@ use super::mtl::MapRequest;
 use super::mtl::{MapSlot, MapStatement};
 use super::section::{Section, key_types, section, table};
 use super::source::Source;
-use crate::math::{excerpt, list};
+use crate::math::{excerpt, excerpt_of_name, list};
 use crate::texture::{Channel, Mapping, Wrap};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
@@ -153,7 +153,7 @@ impl TextureSection {
         if let Some(given) = infinite {
             let message = format!(
                 "material `{}`: a number of a texture is {}",
-                excerpt(name),
+                excerpt_of_name(name),
                 list(given.numbers)
             );
             return Err(file.error(given.span.clone(), message).help("write finite numbers"));
@@ -201,7 +201,7 @@ fn named<T: Copy>(
         None => {
             let message = format!(
                 "material `{}`: unknown {key} `{}`",
-                excerpt(material),
+                excerpt_of_name(material),
                 excerpt(word.get_ref())
             );
             let all: Vec<&str> = names.iter().map(|(name, _)| *name).collect();

@@ -16,7 +16,7 @@ use crate::film::{Aov, Film, Image};
 use crate::integrator::Picked;
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Warning};
-use crate::lint::{dark_lamps, reason_for_darkness};
+use crate::lint::{dark_lamps, reason_for_darkness, reason_for_emptiness};
 #[cfg(feature = "view")]
 use crate::math::UVec2;
 use crate::options::IntegratorKind;
@@ -331,6 +331,12 @@ impl<'a> Renderer<'a> {
         let whole = |message: String| FileError::new(Path::new(""), message);
         let reason = reason_for_darkness(accel, scene, camera, settings.resolution, &whole);
         Some(format!("black: {reason}"))
+    }
+
+    /// The reason why the picture shows no surface of the scene, in words; `None` if it shows some.
+    pub fn reason_for_emptiness(&self) -> Option<String> {
+        let (session, accel) = (self.session, self.accel.as_dyn());
+        reason_for_emptiness(accel, session.scene(), session.camera(), session.settings().resolution)
     }
 
     /// Takes the noise out of `image` where that was asked for, and has `metadata` say by what; the raw picture stays beside it.

@@ -41,7 +41,12 @@ pub fn folder_above(folder: &Path) -> PathBuf {
 pub struct FileFinder {
     /// First entry of each folder by its name in lower case.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
+    /// Folders within each folder.
+    folders: HashMap<PathBuf, Vec<PathBuf>>,
 }
+
+/// Entries of a folder that are looked at for the folders among them.
+const MAX_ENTRIES: usize = 10_000;
 
 impl FileFinder {
     /// The file that another one, in `folder`, calls `name`.
@@ -58,6 +63,21 @@ impl FileFinder {
             };
         }
         is_there(&path).then_some(path)
+    }
+
+    /// The folders within `folder`, in the order of their names, if there are `max` at most; hidden
+    /// ones do not count.
+    pub fn folders_within(&mut self, folder: &Path, max: usize) -> &[PathBuf] {
+        let found = self.folders.entry(folder.to_path_buf()).or_insert_with(|| {
+            let entries = fs::read_dir(listed(folder)).into_iter().flatten().flatten();
+            let entries = entries.take(MAX_ENTRIES);
+            let visible = entries.filter(|entry| !entry.file_name().as_encoded_bytes().starts_with(b"."));
+            let folders = visible.filter(|entry| entry.path().is_dir());
+            let mut folders: Vec<PathBuf> = folders.map(|entry| folder.join(entry.file_name())).collect();
+            folders.sort_unstable();
+            folders
+        });
+        if found.len() <= max { found } else { &[] }
     }
 
     /// The entry of a folder that has this name, in whatever case, with blanks or underscores.

@@ -1,9 +1,10 @@
-//! Reasons for a picture without any light.
+//! Reasons for a picture without any light, or of nothing.
 
 use super::Whole;
-use super::view::{camera_rays, inspect_view};
+use super::view::{camera_rays, fine_camera_rays, inspect_view};
 use crate::accel::Accel;
 use crate::camera::Camera;
+use crate::color::Spectrum;
 use crate::geometry::GeomId;
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
@@ -41,6 +42,37 @@ pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution:
     }
     show_backs(accel, scene, camera, resolution)
         .then_some("the camera sees the backs of the lamps, and nothing that they light")
+}
+
+/// Invisible surfaces in front of each other that a ray passes.
+const MAX_PASSED: usize = 64;
+
+/// The reason why a picture of `scene` from `camera` shows none of its surfaces, in words; `None` if
+/// it shows some, or if there are none.
+pub fn reason_for_emptiness(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<String> {
+    if scene.triangle_count() == 0 {
+        return None;
+    }
+    let offset = OFFSET * scene.bounds().radius();
+    let mut passes_surfaces = false;
+    for mut ray in fine_camera_rays(camera, resolution) {
+        for _ in 0..MAX_PASSED {
+            let Some(hit) = accel.intersect(&ray) else { break };
+            let material = scene.material(&hit);
+            let is_clear = material.thin && material.ior == 1.0 && material.transmission == Spectrum::ONE;
+            if scene.opacity(&hit) > 0.0 && !is_clear {
+                return None;
+            }
+            passes_surfaces = true;
+            ray = Ray::new(ray.at(hit.t + offset), ray.direction);
+        }
+    }
+    let reason = if passes_surfaces {
+        "all surfaces in the picture are invisible"
+    } else {
+        "the camera sees none of the scene's surfaces"
+    };
+    Some(reason.into())
 }
 
 /// Returns true if most triangles of lamps face another one of their own mesh.

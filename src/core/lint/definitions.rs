@@ -1,6 +1,6 @@
 use super::Inspection;
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
-use crate::math::excerpt;
+use crate::math::excerpt_of_name;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
@@ -34,7 +34,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
             if let Some((file, first)) = defined.insert(name, (library, line)).filter(|_| is_new) {
                 let message = format!(
                     "material `{}` is defined again; this one counts, not that of {}:{first}",
-                    excerpt(name),
+                    excerpt_of_name(name),
                     file.display()
                 );
                 let error = FileError::new(library, message).at(Position::line(line));
@@ -53,7 +53,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
         materials.dedup();
         let names: Vec<_> = materials
             .iter()
-            .map(|&(name, _)| excerpt(name))
+            .map(|&(name, _)| excerpt_of_name(name))
             .take(1 + MAX_PLACES)
             .collect();
         let rest = if materials.len() > names.len() { ", …" } else { "" };

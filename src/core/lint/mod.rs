@@ -15,7 +15,7 @@ mod profile;
 mod tally;
 mod view;
 
-pub use darkness::{dark_lamps, reason_for_darkness};
+pub use darkness::{dark_lamps, reason_for_darkness, reason_for_emptiness};
 pub use inspection::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};
 pub use profile::{DeltaDirection, LobeProfile, Profile, direction_at};

@@ -102,6 +102,11 @@ pub(super) fn camera_rays(camera: &Camera, resolution: UVec2) -> impl Iterator<I
     cells().map(move |cell| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0))
 }
 
+/// Rays by which small things are met, when the camera starts to look.
+pub(super) fn fine_camera_rays(camera: &Camera, resolution: UVec2) -> impl Iterator<Item = Ray> {
+    grid(FINE_RAYS).map(move |cell| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0))
+}
+
 /// Whether the camera sees anything when it starts to look, and is not inside of a wall.
 pub fn inspect_view(
     accel: &dyn Accel,
@@ -214,7 +219,7 @@ pub fn inspect_place(
     let has_others = !(0..8).all(|i| is_on(corner(i)));
     // Small things pass between the rays of a coarse grid.
     let is_alone = || {
-        let mut fine = grid(FINE_RAYS).map(|cell| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0));
+        let mut fine = fine_camera_rays(camera, resolution);
         fine.all(|ray| Seen::by(accel, scene, &ray).is_some_and(|seen| is_like(&seen)))
     };
     if has_others && seen.iter().all(is_like) && is_alone() {

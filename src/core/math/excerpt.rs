@@ -20,6 +20,25 @@ pub fn excerpt(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
+/// Maximum number of characters that an error quotes of a name, and how many of them come from its end.
+const MAX_NAME_CHARS: usize = 120;
+const NAME_END: usize = 50;
+
+/// A name in an input file, of a material or of a part, as an error may quote it: a longer one than
+/// 120 characters lacks its middle, since long names often differ at their ends alone.
+pub fn excerpt_of_name(text: &str) -> Cow<'_, str> {
+    let count = text.chars().count();
+    if count <= MAX_NAME_CHARS && !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    if count <= MAX_NAME_CHARS {
+        return Cow::Owned(text.chars().map(visible).collect());
+    }
+    let start = text.chars().take(MAX_NAME_CHARS - NAME_END).map(visible);
+    let end = text.chars().skip(count - NAME_END).map(visible);
+    Cow::Owned(start.chain(['…']).chain(end).collect())
+}
+
 /// Maximum number of characters that an error quotes of a file name in a file.
 const MAX_PATH_CHARS: usize = 120;
 
@@ -54,5 +73,10 @@ mod tests {
         );
         assert_eq!(excerpt_of_path("a/\n.png"), "a/\u{fffd}.png");
         assert_eq!(excerpt("a\u{1b}[2Jb\0"), "a\u{fffd}[2Jb\u{fffd}");
+        let long = format!("{}{}", "ä".repeat(70), "b".repeat(50));
+        assert_eq!(excerpt_of_name(&long), long);
+        let longer = format!("{}c{}", "ä".repeat(70), "b".repeat(50));
+        assert_eq!(excerpt_of_name(&longer), longer.replace('c', "…"));
+        assert_eq!(excerpt_of_name("a\n"), "a\u{fffd}");
     }
 }

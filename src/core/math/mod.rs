@@ -20,7 +20,7 @@ pub use bounds::Bounds3;
 pub use encode::Encode;
 pub use encode::encode_fields;
 pub(crate) use encode::encode_variants;
-pub use excerpt::{excerpt, excerpt_of_path};
+pub use excerpt::{excerpt, excerpt_of_name, excerpt_of_path};
 pub use frame::Frame;
 /// Three coordinates in one SIMD register, padded to 16 bytes. Against the packed type a render of the suite's cornell takes
 /// 8 % less time, and Embree's 16-byte loads of a last vertex stay inside the array.

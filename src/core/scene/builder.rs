@@ -337,6 +337,13 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Gives a material another opacity.
+    pub fn set_opacity(&mut self, id: MaterialId, opacity: f32) {
+        if let Some(material) = self.materials.get_mut(id.0 as usize) {
+            material.opacity = opacity;
+        }
+    }
+
     /// Exchanges a material's heights and normals: each of the two textures was taken for the other.
     /// The maps keep their mappings.
     pub fn exchange_bumps(&mut self, id: MaterialId) {

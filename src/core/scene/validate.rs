@@ -7,7 +7,7 @@
 use crate::geometry::{Mesh, Placement, triangle_area};
 use crate::light::LightGroups;
 use crate::material::{Material, Quantity};
-use crate::math::{Affine3A, Bounds3, Vec3, excerpt};
+use crate::math::{Affine3A, Bounds3, Vec3, excerpt, excerpt_of_name};
 use half::f16;
 use thiserror::Error;
 
@@ -310,7 +310,7 @@ pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
     for quantity in Quantity::all() {
         if let Some((value, rule)) = quantity.range.violation(&(quantity.numbers)(material)) {
             return Err(BuildError::BadMaterial {
-                material: excerpt(&material.name).into_owned(),
+                material: excerpt_of_name(&material.name).into_owned(),
                 key: quantity.key,
                 value,
                 rule,

@@ -6,10 +6,10 @@ use crate::description::light_group_section::idle_members;
 use crate::description::mtl::{FileMaterial, default_material};
 use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
-use crate::description::{FileError, Position, SceneFile, Severity};
-use crate::io::MapsByName;
+use crate::description::{FileError, Finding, Position, SceneFile, Severity};
+use crate::io::{MapsByName, MtlDialect};
 use crate::material::MaterialId;
-use crate::math::excerpt;
+use crate::math::excerpt_of_name;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
@@ -50,24 +50,6 @@ impl Loader<'_> {
                         // The colours of vertices are the whole colour.
                         found.material.diffuse = Spectrum::ONE;
                     }
-                    if let Some(name) = &group.material {
-                        let message = format!(
-                            "material `{}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` (diffuse {:.1})",
-                            excerpt(name),
-                            found.material.diffuse.max_component(),
-                        );
-                        let help = format!(
-                            "define it in the MTL file, or as [material.\"{}\"] in a scene file",
-                            excerpt(name)
-                        );
-                        let error = FileError::new(path, message);
-                        // A mesh that is made in code has no line.
-                        let error = match group.line {
-                            0 => error,
-                            line => error.at(Position::line(line)),
-                        };
-                        self.warn("missing-material", error.help(help));
-                    }
                     (found, None)
                 }
             },
@@ -76,7 +58,19 @@ impl Loader<'_> {
         let is_file = section.is_none() && obj.has_uvs;
         let names_maps = self.file.load.parameters.maps_by_name() == MapsByName::Auto;
         if is_file && names_maps && found.maps.is_empty() && !found.material.emits_or_transmits() {
-            self.add_named_maps(&mut found, path, obj.groups.len());
+            self.add_named_maps(&mut found, path, obj);
+        }
+        if let Some(name) = group
+            .material
+            .as_ref()
+            .filter(|_| place.is_none() && found.maps.is_empty())
+        {
+            let undefined = self.undefined.entry(path.to_path_buf()).or_insert_with(|| Undefined {
+                has_library: !obj.libraries.is_empty(),
+                diffuse: found.material.diffuse.max_component(),
+                materials: Vec::new(),
+            });
+            undefined.materials.push((name.clone(), group.line));
         }
         let mut found = self.patched(found);
         let material = self.textured(&mut found, path);
@@ -102,6 +96,85 @@ impl Loader<'_> {
             found,
         });
         id
+    }
+
+    /// Tells of materials that no library defines, once for each OBJ file.
+    pub(super) fn tell_of_undefined(&mut self) {
+        for (path, undefined) in std::mem::take(&mut self.undefined) {
+            let is_told = |finding: &Finding| finding.code == "missing-library" && finding.error.file == path;
+            let is_library_told = self.findings.iter().any(is_told);
+            let names = undefined.materials.iter().map(|(name, _)| name.as_str());
+            let (shown, one) = (names_in_words(names), undefined.materials.len() == 1);
+            let look = format!("in a plain grey (diffuse {:.1})", undefined.diffuse);
+            let (noun, is_not, it_is) = match one {
+                true => ("material", "is", "it is"),
+                false => ("materials", "are", "they are"),
+            };
+            let words = format!("{noun} {shown} {is_not} not defined; {it_is} rendered {look}");
+            let (severity, code, message) = match (undefined.has_library, is_library_told) {
+                (true, _) => (Severity::Warning, "missing-material", words),
+                // The missing library is the warning.
+                (false, true) => (Severity::Note, "missing-material", words),
+                (false, false) => {
+                    let message =
+                        format!("the file names no material library; {noun} {shown} {is_not} rendered {look}");
+                    (Severity::Note, "no-library", message)
+                }
+            };
+            // A mesh that is made in code has no line.
+            let lines = undefined
+                .materials
+                .iter()
+                .map(|&(_, line)| line)
+                .filter(|&line| line > 0);
+            let mut places = lines.map(Position::line);
+            let error = FileError::new(&path, message);
+            let error = match places.next() {
+                Some(first) => error.at(first),
+                None => error,
+            };
+            let first = undefined.materials.first().map_or("", |(name, _)| name.as_str());
+            let help = format!(
+                "define {} in the MTL file, or as [material.\"{}\"] in a scene file",
+                if one { "it" } else { "them" },
+                excerpt_of_name(first)
+            );
+            let finding = Finding::new(severity, code, error.help(help));
+            self.findings
+                .push(finding.repeated(undefined.materials.len() as u64, places));
+        }
+    }
+
+    /// Renders a scene whose materials are all invisible as an opaque one: exporters write `d 0` for
+    /// opaque surfaces by mistake. Wishes of the user, and the literal reading, stay.
+    pub(super) fn make_visible(&mut self) {
+        let is_invisible = |source: &MaterialSource| {
+            let found = &source.found;
+            let is_of_library = found.opacity_line.is_some() && source.obj.is_some();
+            is_of_library && found.material.opacity == 0.0
+        };
+        let is_literal = self.file.load.strict || self.file.load.parameters.mtl_dialect() == MtlDialect::Spec;
+        if is_literal || !self.materials.iter().all(is_invisible) {
+            return;
+        }
+        let Some(first) = self.materials.first() else { return };
+        let others = match self.materials.len() - 1 {
+            0 => String::new(),
+            1 => " and another one".into(),
+            n => format!(" and {n} others"),
+        };
+        let name = excerpt_of_name(&first.name);
+        let message = format!(
+            "nothing could be seen: the opacity of material `{name}`{others}, all of the scene, is 0; they are rendered opaque"
+        );
+        let line = first.found.opacity_line.unwrap_or(first.found.line);
+        let error = FileError::new(&first.found.library, message).at(Position::line(line));
+        let error = error.help("write `d 1` in the library; --strict keeps them invisible");
+        self.warn("invisible-scene", error);
+        for (id, source) in (0..).map(MaterialId).zip(&mut self.materials) {
+            source.found.material.opacity = 1.0;
+            self.builder.set_opacity(id, 1.0);
+        }
     }
 
     /// The material with what all patches of its name say, one after the other.
@@ -140,7 +213,7 @@ impl Loader<'_> {
         for (span, written, literal) in unused.into_iter().take(MAX_NAMED) {
             let warning = file.error(
                 span.clone(),
-                format!("no face uses the material `{}`", excerpt(&written)),
+                format!("no face uses the material `{}`", excerpt_of_name(&written)),
             );
             let names = self.materials.iter().map(|material| material.name.as_str());
             if file.must_match(&span) {
@@ -150,7 +223,7 @@ impl Loader<'_> {
             }
             let nearest: Vec<String> = nearest_names(&literal, names)
                 .into_iter()
-                .map(|name| format!("`{}`", excerpt(name)))
+                .map(|name| format!("`{}`", excerpt_of_name(name)))
                 .collect();
             let help = match nearest.as_slice() {
                 [] => "use a name from a `usemtl` line".to_string(),
@@ -161,7 +234,10 @@ impl Loader<'_> {
         }
         self.warn_of_more("unused-material", "no face uses", count);
         for (name, why) in idle.iter().take(MAX_NAMED) {
-            let message = format!("material `{}` is in a light group, but {why}", excerpt(name.get_ref()));
+            let message = format!(
+                "material `{}` is in a light group, but {why}",
+                excerpt_of_name(name.get_ref())
+            );
             let warning = file.error(name.span(), message);
             self.warn("idle-light-group", warning.help("correct or remove the name"));
         }
@@ -175,6 +251,33 @@ impl Loader<'_> {
             self.warn(code, self.file.whole(format!("{words} {more} other materials")));
         }
     }
+}
+
+/// Materials of an OBJ file that no library defines.
+#[derive(Debug)]
+pub(super) struct Undefined {
+    /// True if the file has a library.
+    has_library: bool,
+    /// Diffuse reflectance of their surfaces.
+    diffuse: f32,
+    /// Names, and the lines of the first `usemtl`.
+    materials: Vec<(String, usize)>,
+}
+
+/// Materials that are named for one reason; more of them are counted.
+const MAX_USERS: usize = 3;
+
+/// Names of materials in words: the first ones, and the number of others.
+pub(super) fn names_in_words<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let more = match names.len().saturating_sub(MAX_USERS) {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    let shown: Vec<String> = names
+        .take(MAX_USERS)
+        .map(|name| format!("`{}`", excerpt_of_name(name)))
+        .collect();
+    shown.join(", ") + &more
 }
 
 /// Materials that the error of a pattern lists.
@@ -195,7 +298,10 @@ fn error_of_pattern<'a>(
 /// The names that are nearest to `literal`, and all names, of `things`.
 pub(super) fn help_of_names<'a>(things: &str, literal: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
     let quoted = |names: Vec<&str>| {
-        let quoted: Vec<String> = names.into_iter().map(|name| format!("`{}`", excerpt(name))).collect();
+        let quoted: Vec<String> = names
+            .into_iter()
+            .map(|name| format!("`{}`", excerpt_of_name(name)))
+            .collect();
         quoted.join(", ")
     };
     let near = nearest_names(literal, names.clone());

@@ -23,11 +23,11 @@ use crate::io::{LoadOptions, part_names};
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
-use crate::math::{Glob, excerpt};
+use crate::math::{Glob, excerpt_of_name, significant};
 use crate::scene::{
     BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
 };
-use materials::help_of_names;
+use materials::{Undefined, help_of_names};
 use named_maps::NamedMaps;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -155,6 +155,8 @@ struct Loader<'a> {
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
     /// Uses of textures that are nowhere, by the file that names them and their name.
     missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
+    /// Materials of each OBJ file that no library defines.
+    undefined: BTreeMap<PathBuf, Undefined>,
     /// Textures beside each OBJ file, by their names.
     named_maps: BTreeMap<PathBuf, NamedMaps>,
     /// How OBJ files are read.
@@ -212,6 +214,7 @@ impl<'a> Loader<'a> {
             finder: FileFinder::default(),
             found_elsewhere: BTreeMap::new(),
             missing: BTreeMap::new(),
+            undefined: BTreeMap::new(),
             named_maps: BTreeMap::new(),
             load: LoadOptions {
                 parts: file.parts(),
@@ -363,6 +366,8 @@ impl<'a> Loader<'a> {
                 self.wrong("wrong-object", error);
             }
         }
+        self.tell_of_undefined();
+        self.make_visible();
         sources
     }
 
@@ -385,9 +390,10 @@ impl<'a> Loader<'a> {
             .collect();
         for glob in &unfit {
             let literal = glob.literal();
-            let error = self
-                .file
-                .whole(format!("no part of the scene has the name `{}`", excerpt(&literal)));
+            let error = self.file.whole(format!(
+                "no part of the scene has the name `{}`",
+                excerpt_of_name(&literal)
+            ));
             let error = error.help(help_of_names("parts", &literal, names.iter().map(String::as_str)));
             self.wrong("unused-part", error);
         }
@@ -491,6 +497,9 @@ fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
     })
 }
 
+/// Sum of the shares of a surface up to which rounded statements may mean 1.
+const MAX_ROUNDING: f32 = 1.01;
+
 /// Reports what stands twice at one place.
 fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Findings) {
     for (code, noun, count) in [
@@ -533,10 +542,13 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
-    for (name, largest) in &report.scaled_materials {
+    // Statements have few digits.
+    let told = report.scaled_materials.iter().filter(|(_, sum)| *sum > MAX_ROUNDING);
+    for (name, sum) in told {
         let message = format!(
-            "material `{}` reflects more light than it receives: {largest} times, in some channel; scaled to 1",
-            excerpt(name)
+            "material `{}` reflects more light than it receives: {} times, in some channel; scaled to 1",
+            excerpt_of_name(name),
+            significant((*sum).into(), 4)
         );
         let error = match places.get(name.as_str()) {
             Some(Some((path, position))) => FileError::new(path, message).at(*position),

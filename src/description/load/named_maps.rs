@@ -2,16 +2,19 @@
 //! OBJ file or in its folders of textures, as Sketchfab, Substance, ambientCG and Poly Haven call them.
 //!
 //! A material without any texture gets the textures of a set if exactly one set fits its name. The
-//! rules are those of [`Fit`].
+//! rules are those of [`Fit`]. Without any library, a single picture of the file's own name, such as
+//! `raptor.jpg` for `raptor.obj`, is the colour of all materials.
 
 use super::Loader;
 use crate::color::Spectrum;
 use crate::description::find_texture::texture_folders;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
+use crate::description::obj::ObjFile;
 use crate::description::{FileError, Position, Severity};
 use crate::material::Gloss;
-use crate::math::excerpt;
+use crate::math::excerpt_of_name;
 use crate::texture::{Channel, Mapping};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -54,9 +57,11 @@ const WORDS: &[(Role, &[&str])] = &[
             "albedo",
             "diffuse",
             "diff",
+            "dif",
             "color",
             "colour",
             "col",
+            "texture",
         ],
     ),
     (Role::Roughness, &["roughness", "rough", "rgh"]),
@@ -68,7 +73,16 @@ const WORDS: &[(Role, &[&str])] = &[
     ),
     (
         Role::Normal,
-        &["normal", "normals", "normalgl", "normalopengl", "nor", "norgl", "nrm"],
+        &[
+            "normal",
+            "normals",
+            "normalgl",
+            "normalopengl",
+            "norm",
+            "nor",
+            "norgl",
+            "nrm",
+        ],
     ),
     (Role::DirectXNormal, &["normaldx", "normaldirectx", "nordx"]),
     (Role::Opacity, &["opacity", "alpha"]),
@@ -84,6 +98,8 @@ type Sets = BTreeMap<String, BTreeMap<Role, PathBuf>>;
 #[derive(Clone, Debug, Default)]
 pub(super) struct NamedMaps {
     sets: Sets,
+    /// Pictures of the name of the OBJ file.
+    of_file: Vec<PathBuf>,
     /// True if the folder has one OBJ file.
     is_alone: bool,
 }
@@ -103,6 +119,7 @@ impl NamedMaps {
     /// Textures of the folders beside the OBJ file `path`.
     fn beside(path: &Path) -> Self {
         let here = path.parent().unwrap_or(Path::new(""));
+        let file = words_of(&stem_of(path)).concat();
         let mut found = Self::default();
         let mut objs = 0;
         for folder in texture_folders() {
@@ -118,8 +135,14 @@ impl NamedMaps {
             for name in names {
                 let extension = name.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
                 objs += usize::from(extension == "obj" && folder.as_os_str().is_empty());
-                let stem = name.file_stem().and_then(|stem| stem.to_str());
-                if let Some((set, role)) = stem.and_then(role_of).filter(|_| EXTENSIONS.contains(&&*extension)) {
+                if !EXTENSIONS.contains(&&*extension) {
+                    continue;
+                }
+                let stem = stem_of(&name);
+                if words_of(&stem).concat() == file {
+                    found.of_file.push(folder.join(&name));
+                }
+                if let Some((set, role)) = role_of(&stem) {
                     let files = found.sets.entry(set).or_default();
                     files.entry(role).or_insert_with(|| folder.join(&name));
                 }
@@ -130,13 +153,15 @@ impl NamedMaps {
         found
     }
 
-    /// The textures that fit the material `name`, one of `materials`, of the file `stem`.
-    fn of_material(&self, name: &str, stem: &str, materials: usize) -> Option<&BTreeMap<Role, PathBuf>> {
-        let [material, file] = [name, stem].map(|text| words_of(text).concat());
+    /// The textures that fit the material `name` of the file `path`.
+    fn of_material(&self, name: &str, path: &Path, obj: &ObjFile) -> Option<BTreeMap<Role, PathBuf>> {
+        let (materials, stem) = (obj.groups.len(), stem_of(path));
+        let [material, file] = [name, &*stem].map(|text| words_of(text).concat());
+        let plain_file = without_sizes(&words_of(&stem)).concat();
         let fit = |set: &str| {
             if !set.is_empty() && (set == material || set == format!("{file}{material}")) {
                 Some(Fit::Material)
-            } else if materials == 1 && set == file {
+            } else if materials == 1 && (set == file || !set.is_empty() && set == plain_file) {
                 Some(Fit::File)
             } else if materials == 1 && self.is_alone && self.sets.len() == 1 {
                 Some(Fit::Only)
@@ -150,9 +175,10 @@ impl NamedMaps {
             .filter_map(|(set, files)| Some((fit(set)?, files)))
             .collect();
         fits.sort_by_key(|(fit, _)| *fit);
-        match fits.as_slice() {
-            [(_, files)] => Some(files),
-            [(first, files), (second, _), ..] if first < second => Some(files),
+        match (fits.as_slice(), self.of_file.as_slice()) {
+            ([(_, files)], _) => Some((*files).clone()),
+            ([(first, files), (second, _), ..], _) if first < second => Some((*files).clone()),
+            ([], [picture]) if obj.materials.is_empty() => Some(BTreeMap::from([(Role::Color, picture.clone())])),
             _ => None,
         }
     }
@@ -184,35 +210,39 @@ fn is_about_size(word: &str) -> bool {
     (!digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())) || matches!(word, "jpg" | "png" | "exr")
 }
 
+/// The words without those about size at their end.
+fn without_sizes(words: &[String]) -> &[String] {
+    let end = words.iter().rposition(|word| !is_about_size(word));
+    &words[..end.map_or(0, |end| end + 1)]
+}
+
+/// Name of a file without its extension.
+fn stem_of(path: &Path) -> Cow<'_, str> {
+    path.file_stem().unwrap_or_default().to_string_lossy()
+}
+
 /// The set and the role of a picture, by its name without extension.
 fn role_of(stem: &str) -> Option<(String, Role)> {
-    let mut words = words_of(stem);
-    while words.last().is_some_and(|word| is_about_size(word)) {
-        words.pop();
-    }
+    let words = words_of(stem);
+    let words = without_sizes(&words);
     // The longest end that is a role
     for count in (1..=words.len().min(3)).rev() {
         let (set, end) = words.split_at(words.len() - count);
         let end = end.concat();
         if let Some((role, _)) = WORDS.iter().find(|(_, words)| words.contains(&&*end)) {
-            let mut set = set.to_vec();
-            while set.last().is_some_and(|word| is_about_size(word)) {
-                set.pop();
-            }
-            return Some((set.concat(), *role));
+            return Some((without_sizes(set).concat(), *role));
         }
     }
     None
 }
 
 impl Loader<'_> {
-    /// Gives `found`, which has no texture, those of a set that fits it. `path` is the OBJ file, which
-    /// has `materials`.
-    pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, materials: usize) {
+    /// Gives `found`, which has no texture, those of a set that fits it. It is a material of the file
+    /// `path`.
+    pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, obj: &ObjFile) {
         let beside = self.named_maps.entry(path.to_path_buf());
         let beside = beside.or_insert_with(|| NamedMaps::beside(path));
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let Some(files) = beside.of_material(&found.material.name, &stem, materials).cloned() else {
+        let Some(files) = beside.of_material(&found.material.name, path, obj) else {
             return;
         };
         let place = FileError::new(path, "");
@@ -277,8 +307,8 @@ impl Loader<'_> {
         names.dedup();
         let unused: Vec<String> = files.keys().filter(|role| !used.contains(role)).map(name).collect();
         let mut message = format!(
-            "material `{}` names no texture; it has those of its name: {}",
-            excerpt(&found.material.name),
+            "material `{}` names no texture; by their names it has {}",
+            excerpt_of_name(&found.material.name),
             names.join(", ")
         );
         if !unused.is_empty() {
@@ -320,6 +350,8 @@ mod tests {
             ("Cigarette_1001_Roughness", "cigarette", Role::Roughness),
             ("albedo", "", Role::Color),
             ("Wood AO", "wood", Role::Occlusion),
+            ("Woman_posed_001_dif_2k", "womanposed", Role::Color),
+            ("Woman_posed_001_norm_2k", "womanposed", Role::Normal),
         ] {
             assert_eq!(role_of(stem), Some((set.to_string(), role)), "{stem}");
         }

@@ -9,7 +9,7 @@ use crate::description::placement::{ObjectPlacement, place};
 use crate::geometry::Mesh;
 use crate::io::VertexColors;
 use crate::material::MaterialId;
-use crate::math::{Affine3A, excerpt};
+use crate::math::{Affine3A, excerpt_of_name};
 use crate::scene::BuildError;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -97,7 +97,9 @@ impl Loader<'_> {
             }
         };
         self.builder.add_mesh(group.mesh, material).map_err(|error| {
-            let error = self.file.whole(format!("object `{}`: {error}", excerpt(&object.name)));
+            let error = self
+                .file
+                .whole(format!("object `{}`: {error}", excerpt_of_name(&object.name)));
             error.help("correct its arrays")
         })
     }

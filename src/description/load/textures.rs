@@ -1,6 +1,7 @@
 //! Textures that materials of a scene ask for.
 
 use super::Loader;
+use super::materials::names_in_words;
 use crate::color::Spectrum;
 use crate::description::Finding;
 use crate::description::find_file::case_differs;
@@ -9,7 +10,6 @@ use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement, d
 use crate::description::texture::{TextureKind, TextureRequest, load_textures_within};
 use crate::description::{FileError, Severity};
 use crate::material::{Map, Maps, Material};
-use crate::math::excerpt;
 use crate::texture::{Channel, TextureId};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -96,7 +96,7 @@ impl Loader<'_> {
             None => {
                 let (what, help) = match folder.join(&statement.file).is_dir() {
                     true => ("is a directory", "name a picture file".into()),
-                    false => ("is missing", search.help()),
+                    false => ("is missing", search.help(&statement.file, &mut self.finder)),
                 };
                 let file = (request.place.file.clone(), statement.file.clone());
                 self.missing.entry(file).or_default().push(MissingUse {
@@ -140,7 +140,9 @@ impl Loader<'_> {
         for found in std::mem::take(&mut self.found_elsewhere).into_values() {
             let Some((first, path)) = found.first() else { continue };
             let others = others(found.len() - 1, "in that folder");
-            let error = first.remark(&format!("is missing there; {} is used{others}", path.display()));
+            let here = if path.parent() == Some(Path::new("")) { "./" } else { "" };
+            let words = format!("is not where this file says; {here}{} is used{others}", path.display());
+            let error = first.remark(&words);
             let error = error.help("write its path relative to the file that names it");
             let more = found.iter().skip(1).filter_map(|(request, _)| request.place.position);
             let finding = Finding::new(Severity::Note, "found-elsewhere", error);
@@ -288,9 +290,6 @@ pub(super) struct MissingUse {
     help: String,
 }
 
-/// Materials that are named for a missing texture; more of them are counted.
-const MAX_USERS: usize = 3;
-
 /// The look of surfaces without a texture, for each kind of use, with the materials.
 fn words_of_lack(uses: &[MissingUse]) -> String {
     let mut looks: Vec<(&str, Vec<&str>)> = Vec::new();
@@ -303,17 +302,8 @@ fn words_of_lack(uses: &[MissingUse]) -> String {
         }
     }
     let looks = looks.into_iter().map(|(look, users)| {
-        let shown: Vec<String> = users
-            .iter()
-            .take(MAX_USERS)
-            .map(|name| format!("`{}`", excerpt(name)))
-            .collect();
-        let more = match users.len().saturating_sub(MAX_USERS) {
-            0 => String::new(),
-            n => format!(" and {n} more"),
-        };
         let verb = if users.len() == 1 { "is" } else { "are" };
-        format!("{}{more} {verb} rendered {look}", shown.join(", "))
+        format!("{} {verb} rendered {look}", names_in_words(users.into_iter()))
     });
     looks.collect::<Vec<_>>().join("; ")
 }

@@ -5,7 +5,7 @@ use crate::color::Spectrum;
 use crate::description::{FileError, Findings, Position, SceneFile, Severity};
 use crate::lint::MaterialSource;
 use crate::material::Material;
-use crate::math::excerpt;
+use crate::math::excerpt_of_name;
 use crate::scene::{Scene, SceneReport};
 use crate::texture::Texture;
 use std::collections::BTreeSet;
@@ -31,7 +31,7 @@ pub(super) fn report_unseen(
             let source = materials.get(id);
             // A material that the user makes invisible is no surprise.
             if source.is_some_and(|source| source.found.opacity_line.is_some()) {
-                let name = excerpt(&scene.materials()[id].name);
+                let name = excerpt_of_name(&scene.materials()[id].name);
                 let message = format!("material `{name}` is invisible, {}", reason.words);
                 let error = placed(file, source, message).help(reason.help);
                 findings.add(Severity::Warning, "invisible-material", error);
@@ -46,7 +46,7 @@ pub(super) fn report_unseen(
                 1 => ", and so is another material".into(),
                 n => format!(", and so are {n} other materials"),
             };
-            let name = excerpt(&scene.materials()[*id].name);
+            let name = excerpt_of_name(&scene.materials()[*id].name);
             let message = format!(
                 "no face can be seen: material `{name}` is invisible, {}{others}",
                 reason.words

@@ -5,7 +5,7 @@ use crate::description::FileError;
 use crate::description::section::Section;
 use crate::description::source::Source;
 use crate::description::unknown_key::nearest_names;
-use crate::math::excerpt;
+use crate::math::{excerpt, excerpt_of_name};
 use std::ops::Range;
 
 /// A material's name and file, for messages.
@@ -16,7 +16,7 @@ pub(super) struct Named<'a> {
 
 impl Named<'_> {
     pub fn error(&self, span: Range<usize>, message: &str, help: &str) -> FileError {
-        let message = format!("material `{}`: {message}", excerpt(self.name));
+        let message = format!("material `{}`: {message}", excerpt_of_name(self.name));
         self.file.error(span, message).help(help)
     }
 

@@ -193,7 +193,7 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
         (
             "an unknown material",
             "f 1 2 3 4\nusemtl nn\nf 1 2 4\n",
-            &["warning missing-material a.obj:8:0"],
+            &["note no-library a.obj:8:0"],
         ),
         (
             "an unknown word",
@@ -319,7 +319,7 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
         (
             "invisible",
             "newmtl m\nKd 0.5\n\nd 0\n",
-            &["warning no-visible-face a.mtl:4:0"],
+            &["warning invisible-scene a.mtl:4:0"],
         ),
         (
             "all light passes",

@@ -9,7 +9,7 @@ use std::path::Path;
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const SCENE: &str = "version = 1\n[[object]]\nobj = 'a.obj'\n";
 
-/// A scene may name any file. Errors quote 40 characters of it, and 120 of a file name.
+/// A scene may name any file. Errors quote 40 characters of it, and 120 of a name.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn errors_quote_short_parts_of_input_files() {
@@ -103,7 +103,10 @@ fn errors_quote_short_parts_of_input_files() {
             for longest in ["Q", "9"].map(|letter| letter.repeat(121)) {
                 assert!(!text.contains(&longest), "{command} {toml} {obj} {mtl}: {text}");
             }
-            let is_name = text.contains("missing") || text.contains("environment") || text.contains("no such");
+            let is_file = text.contains("missing") || text.contains("environment") || text.contains("no such");
+            let of_material = ["usemtl Q", "newmtl Q", "[material.Q", "[patch.'Q", "materials = ['Q"];
+            let is_material = |name: &&str| [toml, obj, mtl].iter().any(|text| text.contains(*name));
+            let is_name = is_file || of_material.iter().any(is_material);
             for longest in ["Q", "9"].map(|letter| letter.repeat(41)) {
                 assert!(
                     is_name || !text.contains(&longest),
@@ -515,6 +518,124 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
     assert!(said.contains("and another one of this file"), "{said}");
 }
 
+/// Exporters write `d 0` for opaque surfaces: a scene of which nothing could be seen is opaque.
+#[test]
+fn scenes_of_invisible_materials_are_opaque() {
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\nusemtl n\nf 1 3 2\n");
+    let mtl = "newmtl m\nKd 0.8 0.1 0.1\nd 0\nnewmtl n\nKd 0.1 0.8 0.1\nTr 1\nd 0\nnewmtl spare\nd 1\n";
+    let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
+    let at = folder.path();
+    let picture = |flags: &str| {
+        let said = words(&done(
+            at,
+            &split(&format!("render a.obj --size 16x16 --spp 1 -o x.exr {flags}")),
+        ));
+        (read_rgb(&at.join("x.exr")), said)
+    };
+    let (opaque, said) = picture("");
+    let told = "a.mtl:3: nothing could be seen: the opacity of material `m` and another one, all of the scene, is 0";
+    assert!(said.contains(told) && said.contains("[invisible-scene]"), "{said}");
+    assert!(!said.contains("the picture shows nothing"), "{said}");
+    // Wishes of the user, and the literal reading, stay.
+    for flags in ["--strict", "--mtl-dialect spec", "--material '*.opacity=0'"] {
+        let flags = flags.replace('\'', "");
+        let (invisible, said) = picture(&flags);
+        assert!(
+            invisible != opaque && !said.contains("[invisible-scene]"),
+            "{flags}: {said}"
+        );
+        let end = "warning: the picture shows nothing: all surfaces in the picture are invisible";
+        assert!(said.contains(end), "{flags}: {said}");
+    }
+    fs::write(at.join("a.mtl"), mtl.replace("d 0", "d 1")).unwrap();
+    assert!(picture("").0 == opaque);
+    // One visible material shows that the other one is meant.
+    fs::write(at.join("a.mtl"), mtl.replacen("d 0", "d 1", 1)).unwrap();
+    let (_, said) = picture("");
+    assert!(
+        said.contains("[invisible-material]") && !said.contains("[invisible-scene]"),
+        "{said}"
+    );
+    // A camera that looks away
+    let said = picture("--position 0,0,3 --look-at 0,0,9").1;
+    assert!(
+        said.contains("[empty-view]") && !said.contains("the picture shows nothing"),
+        "{said}"
+    );
+}
+
+/// Materials of one kind, and those that no face has, are no flood of messages.
+#[test]
+fn materials_of_a_kind_are_told_once() {
+    let materials: String = (0..9)
+        .map(|i| format!("newmtl m{i}\nKs 0.5 0.5 0.5\nNs -1.960784\nNi 0\n"))
+        .collect();
+    let faces: String = (0..4).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect();
+    let glass = "newmtl glass\nillum 7\nNi 0\n";
+    let folder = folder(&[
+        ("a.obj", &format!("mtllib a.mtl\n{TRIANGLE}{faces}")),
+        ("a.mtl", &format!("{materials}{glass}")),
+    ]);
+    let at = folder.path();
+    let said = printed(&run(at, &split("check a.obj")));
+    assert!(
+        said.contains("a.mtl:3:4: warning: material `m0` and 3 others: Ns is `-1.960784`; 0 counts [wrong-statement]"),
+        "{said}"
+    );
+    assert!(said.contains("also: lines 7, 11, 15\n"), "{said}");
+    assert!(
+        said.contains("Ni of 4 materials has no effect: nothing refracts"),
+        "{said}"
+    );
+    assert!(!said.contains("[no-effect]") && !said.contains("[illum]"), "{said}");
+    // With the glass in use, its index is worth a warning; and errors are told of all.
+    fs::write(
+        at.join("a.obj"),
+        format!("mtllib a.mtl\n{TRIANGLE}{faces}usemtl glass\nf 1 2 3\n"),
+    )
+    .unwrap();
+    let said = printed(&run(at, &split("check a.obj")));
+    assert!(
+        said.contains("material `glass`: Ni 0 is not an index of refraction"),
+        "{said}"
+    );
+    let said = refused(at, &split("render a.obj --strict -o x.exr"), 1);
+    assert!(said.contains("material `m0` and 8 others: Ns is"), "{said}");
+}
+
+/// Materials without a definition are one message with one cause.
+#[test]
+fn materials_without_a_library_are_one_note() {
+    let faces = "usemtl default\nf 1 2 3\nusemtl b\nf 1 2 3\n";
+    let folder = folder(&[("a.obj", &format!("{TRIANGLE}{faces}"))]);
+    let at = folder.path();
+    let said = || words(&done(at, &split("render a.obj --size 4x4 --spp 1 -o x.exr")));
+    let none = said();
+    let told = "note: a.obj:4: the file names no material library; materials `default`, `b` are rendered in a plain grey \
+                (diffuse 0.8) [no-library]";
+    assert!(none.contains(told) && !none.contains("missing-material"), "{none}");
+    fs::write(at.join("a.obj"), format!("mtllib gone.mtl\n{TRIANGLE}{faces}")).unwrap();
+    let missing = said();
+    assert!(missing.contains("[missing-library]"), "{missing}");
+    assert!(
+        !missing.contains("not defined") && !missing.contains("no-library"),
+        "{missing}"
+    );
+    fs::write(at.join("gone.mtl"), "newmtl b\n").unwrap();
+    let one = said();
+    let told = "warning: a.obj:5: material `default` is not defined; it is rendered in a plain grey (diffuse 0.8)";
+    assert!(one.contains(told), "{one}");
+    // Long names are whole.
+    let long = format!("World_{}_01", "a".repeat(100));
+    fs::write(
+        at.join("a.obj"),
+        format!("mtllib gone.mtl\n{TRIANGLE}usemtl {long}\nf 1 2 3\n"),
+    )
+    .unwrap();
+    let said = said();
+    assert!(said.contains(&format!("[material.\"{long}\"]")), "{said}");
+}
+
 /// An empty picture has a reason, which a render tells.
 #[test]
 fn scenes_without_a_visible_face_say_why() {
@@ -556,7 +677,8 @@ fn scenes_without_a_visible_face_say_why() {
     for (mtl, faces, told) in cases {
         fs::write(at.join("a.obj"), face(TRIANGLE, faces)).unwrap();
         fs::write(at.join("a.mtl"), mtl).unwrap();
-        let said = words(&done(at, &split("render a.obj --size 4x4 --spp 1 -o x.exr")));
+        let flags = "render a.obj --mtl-dialect spec --size 4x4 --spp 1 -o x.exr";
+        let said = words(&done(at, &split(flags)));
         assert!(
             said.contains(told) && said.contains("[no-visible-face]"),
             "{mtl} {faces}: {said}"

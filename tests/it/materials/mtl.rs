@@ -228,7 +228,10 @@ fn downloads_have_their_textures_beside_the_source() {
         let said = String::from_utf8_lossy(&checked.stdout).into_owned();
         let told: Vec<&str> = said.lines().filter(|line| line.contains("[found-elsewhere]")).collect();
         assert_eq!(told.len(), 2, "{said}");
-        assert!(said.contains("note: texture `a.png` is missing there; "), "{said}");
+        assert!(
+            said.contains("note: texture `a.png` is not where this file says; "),
+            "{said}"
+        );
         assert!(said.contains("a.png is used, and 2 others in that folder"), "{said}");
         assert!(said.contains("c_d.png is used [found-elsewhere]"), "{said}");
         assert!(!said.contains("missing-texture"), "{said}");

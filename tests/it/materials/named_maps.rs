@@ -82,6 +82,46 @@ fn sets_of_the_file_or_alone_are_used_and_several_are_not() {
     assert!(picture(&named, "").0 == picture(&named_alone, "").0);
 }
 
+/// Without a library, the picture of the file's own name is the colour.
+#[test]
+fn a_picture_of_the_file_s_name_is_used_without_a_library() {
+    let pictures = |names: &[&str], mtl: Option<&str>| {
+        let folder = scene(mtl.unwrap_or(""), names);
+        if mtl.is_none() {
+            fs::remove_file(folder.path().join("a.mtl")).unwrap();
+        }
+        folder
+    };
+    let grey = picture(&pictures(&[], None), "").0;
+    for name in ["a.png", "textures/A.png"] {
+        let folder = pictures(&[name], None);
+        let (got, words) = picture(&folder, "");
+        assert!(
+            got != grey && words.contains("by their names it has "),
+            "{name}: {words}"
+        );
+        assert!(words.contains("--maps-by-name off"), "{words}");
+        assert!(picture(&folder, "--maps-by-name off").0 == grey, "{name}");
+    }
+    let plain = picture(&pictures(&[], Some(PLAIN)), "").0;
+    for (names, mtl, expected) in [
+        (&["a.png", "textures/a.png"][..], None, &grey),
+        (&["b.png"], None, &grey),
+        (&["a.png"], Some(PLAIN), &plain),
+    ] {
+        assert!(picture(&pictures(names, mtl), "").0 == *expected, "{names:?}");
+    }
+    // Sizes of a file's name do not count, as in those of pictures.
+    let folder = pictures(&["textures/a_001_dif_2k.png", "textures/c_albedo.png"], None);
+    for name in ["a_001_30k", "a_001_100k"] {
+        fs::rename(folder.path().join("a.obj"), folder.path().join(format!("{name}.obj"))).unwrap();
+        fs::write(folder.path().join("a.obj"), OBJ).unwrap();
+        let toml = SCENE.replace("a.obj", &format!("{name}.obj"));
+        fs::write(folder.path().join("s.toml"), toml).unwrap();
+        assert!(picture(&folder, "").0 != grey, "{name}");
+    }
+}
+
 #[test]
 fn normals_of_directx_are_flipped() {
     let normals = |folder: &TempDir, name: &str, green: u8| {

@@ -12,7 +12,7 @@ pub enum MtlDialect {
     Blender,
     /// 3ds Max: `Ks` and `Ns` stand for a highlight of lamps, maps replace colours, and `Tr` counts before `d`.
     Max,
-    /// Maya: `illum 4` is written for every surface, `Tf` is its opacity, and `Ks` and `Ns` stand for a highlight of lamps.
+    /// Maya: `illum 4` is written for every surface, opaque ones too, `Tf` is its opacity, and `Ks` and `Ns` stand for a highlight of lamps.
     Maya,
     /// SketchUp: `Ks` is a constant without meaning.
     Sketchup,
@@ -70,12 +70,14 @@ pub(super) struct Dissolve {
     pub d: Option<f32>,
     /// Value of `Tr`.
     pub tr: Option<f32>,
+    /// Fourth number of `Kd`, an opacity.
+    pub alpha: Option<f32>,
 }
 
 impl Dissolve {
     /// Whether the material says anything of its opacity.
     pub fn is_given(self) -> bool {
-        self.d.is_some() || self.tr.is_some()
+        self.d.is_some() || self.tr.is_some() || self.alpha.is_some()
     }
 
     /// The opacity, and a message where `d` and `Tr` contradict each other.
@@ -96,7 +98,7 @@ impl Dissolve {
             )),
             _ => None,
         };
-        (opacity, contradiction)
+        (opacity * self.alpha.unwrap_or(1.0), contradiction)
     }
 }
 

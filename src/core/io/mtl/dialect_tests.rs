@@ -240,9 +240,66 @@ fn maya_writes_glass_for_everything() {
         auto(&lambert("1.00 1.00 1.00").replace("Ni 1.00", "Ni 0.00")).diffuse,
         Spectrum::splat(0.5)
     );
-    // Glass that refracts is no habit of Maya's.
+    // Without Tf and Ni it could not be glass, or it has the name of a shading group.
+    for statements in [
+        "newmtl red\nillum 4\nKd 0.66 0.08 0.04\n",
+        "newmtl red\nillum 4\nKd 0.66 0.08 0.04\nTf 1 1 1\n",
+        "newmtl blackSG\nillum 4\nKd 0 0 0\n",
+        "newmtl lambert2SG1\nillum 4\nKd 0 0 0\nTf 1 1 1\n",
+    ] {
+        let (materials, _, told) = read(statements, MtlDialect::Auto);
+        assert!(materials[0].transmission.is_black(), "{statements}");
+        assert!(
+            told[0].contains("a file of Maya by its habits") && told[0].contains("--mtl-dialect spec"),
+            "{told:?}"
+        );
+        assert!(!read(statements, MtlDialect::Spec).0[0].transmission.is_black());
+    }
+    // Of one writer: one material without Ni is opaque like the others.
+    let mixed = lambert("1 1 1") + "newmtl auv\nillum 4\nKd 0 0 0\nTf 1 1 1\nmap_Kd a.png\n";
+    assert!(
+        read(&mixed, MtlDialect::Auto)
+            .0
+            .iter()
+            .all(|m| m.transmission.is_black())
+    );
+    // Glass that refracts is no habit of Maya's, nor is a filter that leaves room for `Kd`.
     let glass = auto("newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nNi 1.5\n");
     assert_eq!((glass.transmission, glass.ior), (Spectrum::ONE, DEFAULT_IOR));
+    for statements in [
+        "illum 4\nKd 0 0 0\nTf 0.9 1 0.9\n",
+        "illum 4\nKd 0 0 0\n",
+        "illum 4\nKd 0.5\nd 0.5\n",
+        "illum 6\nKd 0.5\nTf 1 1 1\n",
+    ] {
+        let glass = auto(&format!("newmtl m\n{statements}"));
+        assert!(!glass.transmission.is_black(), "{statements}");
+    }
+}
+
+#[test]
+fn a_texture_that_glass_would_hide_is_opaque() {
+    let ghost = "newmtl m\nillum 4\nKd 1 1 1\nTf 1 1 1\nNi 1.00\nmap_Kd a.png\n";
+    let other = "newmtl n\nillum 2\nKd 0.5\n";
+    let (materials, _, told) = read(&format!("{ghost}{other}"), MtlDialect::Auto);
+    assert_eq!((materials[0].diffuse, materials[0].opacity), (Spectrum::ONE, 1.0));
+    assert!(materials[0].transmission.is_black());
+    assert!(
+        told.len() == 1
+            && told[0].contains("t.mtl:2: illum 4 with Ni 1 would make the texture of material `m` invisible"),
+        "{told:?}"
+    );
+    for change in [
+        ["Ni 1.00", "Ni 1.2"],
+        ["Tf 1 1 1", "Tf 1 1 0.5"],
+        ["map_Kd", "map_Ks"],
+        ["Kd 1 1 1", "d 0.5"],
+    ] {
+        let glass = ghost.replace(change[0], change[1]);
+        let material = auto(&format!("{glass}{other}"));
+        assert!(!material.transmission.is_black(), "{change:?}");
+    }
+    assert!(!read(ghost, MtlDialect::Spec).0[0].transmission.is_black());
 }
 
 #[test]
@@ -503,6 +560,15 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     }
     let picture = material("a", "Kd 0.5\nmap_Ks a.png\nNs 20");
     assert_eq!(auto(&picture).gloss, Gloss::Phong(20.0));
+    // A sum is printed with digits that show it above 1.
+    for (kd, told) in [
+        ("0.504", " is 1.004, more"),
+        ("0.5002", " is 1.0002, more"),
+        ("0.7", " is 1.2, more"),
+    ] {
+        let (_, _, words) = read(&material("a", &format!("Kd {kd}\nKs 0.5\nNs 20")), MtlDialect::Auto);
+        assert!(words[0].contains(told), "{words:?}");
+    }
     // Up to 1 the file is literal, and so it is if the user says so.
     let (materials, _, told) = read(&dark, MtlDialect::Auto);
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(20.0), 0));

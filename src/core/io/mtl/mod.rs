@@ -11,11 +11,11 @@ mod translate;
 mod writer;
 
 use super::statements::{place_of, possible_names, split_keyword, whole_statements, with_line_feeds};
-use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
+use super::{FileError, Finding, Findings, MAX_PLACES, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::files::input::read_text;
 use crate::material::Material;
-use crate::math::{excerpt, excerpt_of_path};
+use crate::math::{excerpt, excerpt_of_name, excerpt_of_path};
 use crate::texture::Channel;
 pub use dialect::MtlDialect;
 pub use map::{MapSlot, MapStatement};
@@ -118,6 +118,15 @@ pub struct ObjContext {
     pub signature: Option<Signature>,
     /// Names of used materials in which a comment could begin, such as `Paint #1`.
     pub whole_names: HashSet<String>,
+    /// Names of materials that faces have; `None` if that is not known.
+    pub used: Option<HashSet<String>>,
+}
+
+impl ObjContext {
+    /// Returns true unless no face has the material of this name.
+    fn is_used(&self, name: &str) -> bool {
+        self.used.as_ref().is_none_or(|used| used.contains(name))
+    }
 }
 
 /// The materials of an MTL file in its order; `obj` is what the OBJ file says that names it. A
@@ -236,7 +245,7 @@ impl<'a> Library<'a> {
     pub fn sections(&self, path: &Path, text: &str, findings: &mut Findings) -> Vec<Section> {
         let mut sections: Vec<Section> = Vec::new();
         let mut skipped: Vec<(String, usize)> = Vec::new();
-        let mut wrong_count = 0;
+        let mut wrong = WrongStatements::default();
         let mut unknown: HashSet<String> = HashSet::new();
         for statement in whole_statements(text) {
             let ((key, rest), line, whole) = (split_keyword(&statement.text), statement.line, statement.whole_name());
@@ -256,17 +265,13 @@ impl<'a> Library<'a> {
                 }
                 Ok(Effect::None) if unknown.insert(key.to_string()) => skipped.push((key.to_string(), line)),
                 Ok(Effect::None) => {}
-                Err((message, help)) => {
-                    wrong_count += 1;
-                    if wrong_count <= MAX_WRONG {
-                        let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&section.name)));
-                        let error = error.at(place_of(text, line, suspect(key, rest))).help(help);
-                        findings.add(self.wrong_severity, "wrong-statement", error);
-                    }
+                Err(complaint) if self.tells_of(section) => {
+                    wrong.add(&section.name, complaint, || place_of(text, line, suspect(key, rest)));
                 }
+                Err(_) => {}
             }
         }
-        findings.add_untold(self.wrong_severity, path, wrong_count.saturating_sub(MAX_WRONG));
+        wrong.report(path, self.wrong_severity, findings);
         if let Some((first, line)) = skipped.first() {
             let keys: Vec<_> = skipped.iter().map(|(key, _)| excerpt(key)).collect();
             let message = format!("no effect: {}; the first is here", keys.join(", "));
@@ -276,6 +281,12 @@ impl<'a> Library<'a> {
             findings.push(finding.repeated(skipped.len() as u64, others));
         }
         sections
+    }
+
+    /// Returns true if what is wrong with a material matters: a face has it, or wrong statements are
+    /// errors.
+    fn tells_of(&self, section: &Section) -> bool {
+        self.wrong_severity == Severity::Error || self.obj.is_used(&section.name)
     }
 
     /// The materials of these statements, by the habits of the writer.
@@ -294,14 +305,15 @@ impl<'a> Library<'a> {
             let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
             section.translate(reading.writer);
             let (material, remarks) = section.material(reading.tr);
-            for key in section.idle_numbers(&material) {
+            let is_used = self.obj.is_used(&section.name);
+            for key in section.idle_numbers(&material).into_iter().filter(|_| is_used) {
                 idle.entry(key)
                     .or_default()
                     .push(section.line_of(&key.to_ascii_lowercase()));
             }
             is_read_otherwise |= by_letter != (material.clone(), slots(&section));
-            for remark in remarks.into_iter().chain(section.assumed()) {
-                let message = format!("material `{}`: {}", excerpt(&section.name), remark.words);
+            for remark in remarks.into_iter().chain(section.assumed()).filter(|_| is_used) {
+                let message = format!("material `{}`: {}", excerpt_of_name(&section.name), remark.words);
                 let error = FileError::new(path, message);
                 let error = match section.line_of(remark.key) {
                     // A reader without line numbers
@@ -339,6 +351,62 @@ impl<'a> Library<'a> {
             findings.add(Severity::Note, "mtl-dialect", error.help(help));
         }
         materials
+    }
+}
+
+/// Wrong statements of a library, of which those that say the same are one.
+#[derive(Default)]
+struct WrongStatements {
+    kinds: Vec<WrongStatement>,
+    /// Statements of further kinds.
+    untold: usize,
+}
+
+/// What is wrong with a statement, and with others of other materials.
+struct WrongStatement {
+    /// Name of the first material.
+    material: String,
+    complaint: Complaint,
+    /// Number of statements.
+    count: u64,
+    /// The first ones.
+    places: Vec<Position>,
+}
+
+impl WrongStatements {
+    fn add(&mut self, material: &str, complaint: Complaint, place: impl Fn() -> Position) {
+        if let Some(known) = self.kinds.iter_mut().find(|known| known.complaint == complaint) {
+            known.count += 1;
+            if known.places.len() <= MAX_PLACES {
+                known.places.push(place());
+            }
+        } else if self.kinds.len() < MAX_WRONG {
+            self.kinds.push(WrongStatement {
+                material: material.into(),
+                complaint,
+                count: 1,
+                places: vec![place()],
+            });
+        } else {
+            self.untold += 1;
+        }
+    }
+
+    fn report(self, path: &Path, severity: Severity, findings: &mut Findings) {
+        for kind in self.kinds {
+            let others = match kind.count - 1 {
+                0 => String::new(),
+                1 => " and another one".into(),
+                n => format!(" and {n} others"),
+            };
+            let mut places = kind.places.into_iter();
+            let Some(first) = places.next() else { continue };
+            let ((message, help), name) = (kind.complaint, excerpt_of_name(&kind.material));
+            let error = FileError::new(path, format!("material `{name}`{others}: {message}"));
+            let finding = Finding::new(severity, "wrong-statement", error.at(first).help(help));
+            findings.push(finding.repeated(kind.count, places));
+        }
+        findings.add_untold(severity, path, self.untold);
     }
 }
 

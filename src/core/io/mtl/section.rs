@@ -137,7 +137,19 @@ impl Section {
                 self.anisotropy_rotation = turn.unwrap_or(self.anisotropy_rotation);
             }
             "illum" => self.illum = read(&mut complaint, model(rest)).or(self.illum),
-            "kd" => self.diffuse = read(&mut complaint, color(key, rest)).or(self.diffuse),
+            "kd" => {
+                (self.diffuse, self.dissolve.alpha) = match color_and_alpha(rest) {
+                    Some((color, alpha)) => {
+                        let message = format!("{key} has a fourth number; it is read as the opacity {alpha}");
+                        complaint = Some((message, "write three numbers, and the opacity as `d`"));
+                        (Some(color), Some(alpha))
+                    }
+                    None => (
+                        read(&mut complaint, color(key, rest)).or(self.diffuse),
+                        self.dissolve.alpha,
+                    ),
+                };
+            }
             "ks" => self.specular = read(&mut complaint, color(key, rest)).or(self.specular),
             "ke" => self.emission = read(&mut complaint, color(key, rest)).or(self.emission),
             "tf" => self.filter = read(&mut complaint, color(key, rest)).or(self.filter),
@@ -156,7 +168,8 @@ impl Section {
 
     /// The line of the statement that sets the opacity.
     pub(super) fn opacity_line(&self) -> Option<usize> {
-        let mut keys = ["d", "tr", "tf"].into_iter();
+        let alpha = self.dissolve.alpha.map(|_| "kd");
+        let mut keys = ["d", "tr", "tf"].into_iter().chain(alpha);
         keys.find_map(|key| self.line_of_statement(key))
     }
 
@@ -262,13 +275,6 @@ impl Section {
         if self.emission.is_some() && emits && emission.is_black() {
             remarks.push(Remark::warning("black-texture", "ke", counts_alone("Ke")));
         }
-        if self.has_no_ior {
-            remarks.push(Remark::warning(
-                "no-effect",
-                "ni",
-                "Ni 0 is not an index of refraction; it has no effect",
-            ));
-        }
         let names_a_color = self.specular.is_some() || self.filter.is_some() || emits;
         let plain = if names_a_color { 0.0 } else { DEFAULT_DIFFUSE };
         let mut material = Material {
@@ -361,6 +367,13 @@ impl Section {
             // A surface with holes
             _ => material.opacity = opacity,
         }
+        if self.has_no_ior && effects::refracts(&material) {
+            remarks.push(Remark::warning(
+                "no-effect",
+                "ni",
+                "Ni 0 is not an index of refraction; it has no effect",
+            ));
+        }
         remarks.extend(self.lost_numbers(&material));
         (material, remarks)
     }
@@ -450,6 +463,18 @@ fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
     let [r, g, b] = color.to_array().map(|n| n.max(0.0));
     let message = format!("{key}: `{}` is not a colour; `{r} {g} {b}` counts", excerpt(rest));
     Err((Some(Spectrum::rgb(r, g, b)), (message, help)))
+}
+
+/// A colour of four numbers, of which the last is an opacity; `None` for any other one.
+fn color_and_alpha(rest: &str) -> Option<(Spectrum, f32)> {
+    let words: Option<Vec<f32>> = rest.split_whitespace().map(|word| word.parse().ok()).collect();
+    match words?[..] {
+        [r, g, b, alpha] if alpha.is_finite() => {
+            let color = Spectrum::rgb(r, g, b);
+            color.is_valid().then_some((color, alpha.clamp(0.0, 1.0)))
+        }
+        _ => None,
+    }
 }
 
 /// One finite number, three times, or three.

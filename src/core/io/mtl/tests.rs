@@ -279,10 +279,13 @@ fn numbers_without_effect_are_told() {
 }
 
 /// Statements with a wrong value, and with what counts in its place, if anything does.
-const WRONG: [(&str, &str); 20] = [
+const WRONG: [(&str, &str); 23] = [
     ("Kd 0.5 red 0", ""),
     ("Kd 1 2", ""),
     ("Ke -1 0 2", "Ke 0 0 2"),
+    ("Kd 1 0.5 0 0.25", "Kd 1 0.5 0\nd 0.25"),
+    ("Kd 1 0.5 0 0.5\nd 0.5", "Kd 1 0.5 0\nd 0.25"),
+    ("Kd 1 0.5 0 9", "Kd 1 0.5 0"),
     ("Ks nan", ""),
     ("Kd", ""),
     ("Ns -1.960784\nKs 0.5", "Ns 0\nKs 0.5"),

@@ -50,6 +50,9 @@ impl Section {
         if self.has_flat_highlight() && !has_meaning {
             self.drop_highlight();
         }
+        if self.is_transparent_by_mistake() && matches!(writer, Writer::Unknown | Writer::Highlight) {
+            (self.illum, self.filter) = (Some(2), None);
+        }
         match writer {
             Writer::Spec | Writer::Unknown => {}
             Writer::Blender(export) => self.translate_blender(export),
@@ -159,6 +162,17 @@ impl Section {
     /// mirrors, glass and the extension keep their meaning.
     pub(super) fn may_have_highlight(&self) -> bool {
         !self.is_physical() && !matches!(self.illum, Some(0 | 1 | 3..=7))
+    }
+
+    /// Returns true if all light would pass a surface straight that has a picture of its colour: glass
+    /// of index 1 without any filter, as Maya writes opaque surfaces.
+    pub(super) fn is_transparent_by_mistake(&self) -> bool {
+        matches!(self.illum, Some(4 | 6 | 7))
+            && self.ior == Some(1.0)
+            && self.filter.is_none_or(|filter| filter == Spectrum::ONE)
+            && self.has_map(MapSlot::Diffuse)
+            && !self.dissolve.is_given()
+            && !self.is_physical()
     }
 
     /// Returns true if there is a highlight of exponent 0.

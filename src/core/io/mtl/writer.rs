@@ -8,7 +8,7 @@ use super::dialect::{MtlDialect, TrMeaning, is_tr_opacity};
 use super::map::MapSlot;
 use super::section::Section;
 use crate::color::Spectrum;
-use crate::math::excerpt;
+use crate::math::{excerpt_of_name, significant};
 
 /// Exporter of Blender, of which there were three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,9 +103,8 @@ impl Signature {
     fn fits(&self, sections: &[Section]) -> bool {
         match self.dialect {
             MtlDialect::Blender => sections.iter().all(has_statements_of_blender),
-            // By the letter of other programs `Tf` and `Tr` could make everything invisible. The
-            // libraries of Maya have a habit.
-            MtlDialect::Maya => false,
+            // By the letter of other programs `Tf` and `Tr` could make everything invisible.
+            MtlDialect::Maya => sections.iter().all(is_like_maya),
             MtlDialect::Meshlab => sections.iter().all(|section| section.dissolve.tr.is_none()),
             _ => true,
         }
@@ -238,20 +237,30 @@ impl Reading {
 /// Guesses about a library of an unknown program in words, with the line that shows the first.
 fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, String)> {
     let excess = excess_of(sections).map(|(section, sum)| {
-        let name = excerpt(&section.name);
+        let name = excerpt_of_name(&section.name);
         let words = format!(
-            "Kd + Ks of material `{name}` is {sum:.2}, more than all light; so Ks and Ns of this library are read as \
-             the highlight of a dielectric"
+            "Kd + Ks of material `{name}` is {}, more than all light; so Ks and Ns of this library are read as \
+             the highlight of a dielectric",
+            excess_in_words(sum)
         );
         (section.line_of("ks"), words)
     });
     let flat = sections.iter().find(|section| section.has_flat_highlight());
     let flat = flat.map(|section| (section.line_of("ns"), "Ks with Ns 0 is ignored".to_string()));
+    let opaque = sections.iter().find(|section| section.is_transparent_by_mistake());
+    let opaque = opaque.map(|section| {
+        let name = excerpt_of_name(&section.name);
+        let words = format!(
+            "illum {} with Ni 1 would make the texture of material `{name}` invisible; it is read as opaque, as in files of Maya",
+            section.illum.unwrap_or(0)
+        );
+        (section.line_of("illum"), words)
+    });
     let tr = (tr == TrMeaning::Opacity).then(|| {
         let words = "`Tr` is read as opacity: as transparency it would contradict the other statements";
         (1, words.to_string())
     });
-    let guesses: Vec<_> = [tr, excess, flat].into_iter().flatten().collect();
+    let guesses: Vec<_> = [tr, excess, flat, opaque].into_iter().flatten().collect();
     let &(line, _) = guesses.first()?;
     let words: Vec<_> = guesses.into_iter().map(|(_, words)| words).collect();
     Some((line, words.join("; ")))
@@ -285,7 +294,7 @@ impl Writer {
             Self::Spec | Self::Unknown => "the file is read literally",
             Self::Blender(_) => "Ks and Ns are read as specular level and roughness",
             Self::Max => "Ks and Ns are read as specular level and glossiness, and map_Kd replaces Kd",
-            Self::Maya => "Tf is read as opacity, Ks and Ns as the highlight of a dielectric",
+            Self::Maya => "illum 4 is opaque, Tf is read as opacity, Ks and Ns as the highlight of a dielectric",
             Self::Meshlab => "Tr is read as opacity, Ks and Ns as the highlight of a dielectric",
             Self::Sketchup => "its constant Ks is ignored",
             Self::Cinema4d => {
@@ -324,7 +333,7 @@ fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
     let all = |is_so: fn(&Section) -> bool| !sections.is_empty() && sections.iter().all(is_so);
     if all(is_like_blender) && sections.iter().any(|s| s.specular == Some(Spectrum::splat(0.5))) {
         Some(MtlDialect::Blender)
-    } else if all(is_like_maya) {
+    } else if all(is_like_maya) && sections.iter().any(shows_maya) {
         Some(MtlDialect::Maya)
     } else if all(is_like_sketchup) {
         Some(MtlDialect::Sketchup)
@@ -337,8 +346,16 @@ fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
 
 /// Sum of the shares of a surface up to which roundings count as 1.
 const FULL: f32 = 1.0001;
+/// Sum of the shares of a surface up to which rounded numbers may mean 1.
+const MAX_ROUNDING: f32 = 1.01;
 /// Reflectance along the normal that no dielectric exceeds: that of diamond is 0.17.
 const MAX_DIELECTRIC: f32 = 0.2;
+
+/// A sum above 1 with so many digits that it is seen to be.
+fn excess_in_words(sum: f32) -> String {
+    let digits = if sum < MAX_ROUNDING { 5 } else { 3 };
+    significant(sum.into(), digits)
+}
 
 /// The first material by the letter of which `Kd` and `Ks` reflect more than all light, and their
 /// sum.
@@ -377,14 +394,24 @@ fn is_like_blender(section: &Section) -> bool {
         && (is_metal || section.ambient == Some(Spectrum::ONE))
 }
 
-/// Maya writes `illum 4`, glass by the letter, for every surface, and `Ni 1.00` or `Ni 0.00`, by
-/// which that glass could not be seen.
+/// Maya writes `illum 4`, glass by the letter, for every surface, and no index by which it refracts.
 fn is_like_maya(section: &Section) -> bool {
     section.illum == Some(4)
-        && section.filter.is_some()
-        && (section.ior == Some(1.0) || section.has_no_ior)
+        && section.ior.is_none_or(|ior| ior == 1.0)
         && !section.dissolve.is_given()
         && !section.is_physical()
+}
+
+/// A material of Maya has the name of a shading group, or could not be glass: that would not be
+/// seen by its `Ni 1.00` or `Ni 0.00`, or, without any filter, give more light than it receives.
+fn shows_maya(section: &Section) -> bool {
+    let name = section.name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let is_shading_group = name.ends_with("SG") || name == "initialShadingGroup";
+    let is_unseen = section.filter.is_some() && (section.ior == Some(1.0) || section.has_no_ior);
+    let has_filter = section.filter.is_some_and(|filter| filter != Spectrum::ONE);
+    let (material, _) = section.material(TrMeaning::Transparency);
+    let is_excess = (material.diffuse + material.transmission).max_component() > MAX_ROUNDING;
+    is_shading_group || is_unseen || !has_filter && is_excess
 }
 
 /// SketchUp writes one `Ks` for every surface, and neither `Ns` nor `illum`.

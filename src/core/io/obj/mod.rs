@@ -108,21 +108,54 @@ impl ObjFile {
 /// Begin of the error of a file without faces.
 const NO_FACES: &str = "no faces in this OBJ file";
 
-/// The error of a file without faces. It has so many `vertices`, and `skipped` elements.
-pub(super) fn no_faces(path: &Path, vertices: usize, skipped: Option<String>) -> FileError {
-    let (message, help) = match (skipped, vertices) {
-        (Some(elements), _) => (
+/// What a file without faces has.
+#[derive(Default)]
+pub(super) struct Faceless {
+    /// Number of vertices.
+    pub vertices: usize,
+    /// True if it has texture coordinates or names materials, as meshes do and point clouds do not.
+    pub is_of_mesh: bool,
+    /// True if its last line has no end.
+    pub is_cut: bool,
+    /// Elements that are not rendered.
+    pub skipped: Option<String>,
+}
+
+/// The error of a file without faces.
+pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
+    let vertices = match file.vertices {
+        1 => "1 vertex".to_string(),
+        n => format!("{n} vertices"),
+    };
+    let (message, help) = match file {
+        Faceless {
+            skipped: Some(elements),
+            ..
+        } => (
             format!("{NO_FACES}: its {elements} are skipped"),
             "convert lines, points and curves to a mesh, and export it with its faces (`f` lines)",
         ),
-        (None, 0) => (NO_FACES.to_string(), "export the mesh with its faces (`f` lines)"),
-        (None, n) => {
-            let noun = if n == 1 { "vertex" } else { "vertices" };
-            (
-                format!("{NO_FACES}: it is a point cloud of {n} {noun}"),
-                "reconstruct its surface, and export that with its faces (`f` lines)",
-            )
-        }
+        Faceless {
+            is_of_mesh: true,
+            is_cut: true,
+            ..
+        } => (
+            format!("{NO_FACES}: it is cut off in its last line, after {vertices} and before its faces"),
+            "copy or download the file again",
+        ),
+        Faceless {
+            is_of_mesh: false,
+            vertices: 1..,
+            ..
+        } => (
+            format!("{NO_FACES}: it is a point cloud of {vertices}"),
+            "reconstruct its surface, and export that with its faces (`f` lines)",
+        ),
+        Faceless { vertices: 1.., .. } => (
+            format!("{NO_FACES}: of its mesh there are {vertices} alone"),
+            "export the mesh with its faces (`f` lines), or copy the file again if it was longer",
+        ),
+        _ => (NO_FACES.to_string(), "export the mesh with its faces (`f` lines)"),
     };
     FileError::new(path, message).help(help)
 }
@@ -151,6 +184,7 @@ pub(super) fn read_obj(
     };
     let mut outline = parse::parse(path, &chunks, wanted, &|bytes| observer.advance(bytes))?;
     drop(chunks);
+    let is_cut = !text.ends_with('\n');
     drop(text);
     // Without a face there is no picture.
     let has_faces = outline.sections.iter().any(|section| section.corner_count() > 0);
@@ -167,13 +201,19 @@ pub(super) fn read_obj(
     let context = ObjContext {
         signature,
         whole_names: outline.whole_names(),
+        used: Some(outline.used_names()),
     };
     let libraries = find_libraries(path, &outline.libraries, outline.uses_materials());
     let (materials, libraries) = load_libraries(path, &libraries, &context, options, findings);
     outline.set_whole_names(&materials.iter().map(|found| found.material.name.as_str()).collect());
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
-    let (vertices, skipped) = (outline.vertices.positions.len(), outline.remarks.skipped());
+    let faceless = Faceless {
+        vertices: outline.vertices.positions.len(),
+        is_of_mesh: !outline.vertices.uvs.is_empty() || outline.uses_materials(),
+        is_cut,
+        skipped: outline.remarks.skipped(),
+    };
     let part_fits = std::mem::take(&mut outline.part_fits);
     let mut of_colors = Vec::new();
     let colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
@@ -186,7 +226,7 @@ pub(super) fn read_obj(
     }
     // A scene of several files may show parts of one of them.
     if groups.is_empty() && wrong_count == 0 && options.parts.is_empty() {
-        return Err(no_faces(path, vertices, skipped));
+        return Err(no_faces(path, faceless));
     }
     Ok(ObjFile {
         part_fits,

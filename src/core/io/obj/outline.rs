@@ -43,6 +43,22 @@ impl Outline {
         states.any(|state| state.material.is_some() || state.whole_name.is_some())
     }
 
+    /// Names of the materials that faces may have.
+    pub fn used_names(&self) -> HashSet<String> {
+        let mut used = HashSet::new();
+        let mut names: Vec<&str> = Vec::new();
+        for (state, faces) in self.sections.iter().flat_map(Section::states) {
+            if state.material.is_some() || state.whole_name.is_some() {
+                let whole = state.whole_name.iter().flat_map(|whole| possible_names(whole));
+                names = whole.chain(state.material.as_deref()).collect();
+            }
+            if !faces.is_empty() {
+                used.extend(names.drain(..).map(str::to_string));
+            }
+        }
+        used
+    }
+
     /// Names of materials in which a comment could begin.
     pub fn whole_names(&self) -> HashSet<String> {
         let states = self.sections.iter().flat_map(|section| &section.state_changes);

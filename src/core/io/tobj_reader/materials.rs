@@ -3,7 +3,7 @@
 use super::super::mtl::{FileMaterial, Library, LibraryOptions, ObjContext, Section, read_library};
 use super::super::statements::{split_keyword, statements};
 use super::super::{FileError, Findings, Position};
-use crate::math::excerpt;
+use crate::math::excerpt_of_name;
 use std::path::Path;
 
 /// The materials of a library that tobj has read. The file is read once more for what tobj leaves out: comments, which name the writer, and lines.
@@ -39,7 +39,10 @@ fn sections(
         for (key, value) in statements_of(material) {
             let place = FileError::new(path, "").at(Position::line(line));
             if let Err((message, help)) = library.read(&mut section, [&key, &value], None, place) {
-                let error = FileError::new(path, format!("material `{}`: {message}", excerpt(&material.name)));
+                let error = FileError::new(
+                    path,
+                    format!("material `{}`: {message}", excerpt_of_name(&material.name)),
+                );
                 let error = error.at(Position::line(line)).help(help);
                 findings.add(library.wrong_severity, "wrong-statement", error);
             }

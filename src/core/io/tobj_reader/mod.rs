@@ -9,7 +9,7 @@
 mod materials;
 
 use super::mtl::{FileMaterial, ObjContext, Signature, library_path};
-use super::obj::{Group, ObjFile, chosen_origin, no_faces};
+use super::obj::{Faceless, Group, ObjFile, chosen_origin, no_faces};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::files::input::Input;
 use crate::files::memory::Allowance;
@@ -154,7 +154,7 @@ pub(super) fn read_obj(
             .for_each(|p| *p -= origin);
     }
     if groups.is_empty() {
-        return Err(no_faces(path, 0, None));
+        return Err(no_faces(path, Faceless::default()));
     }
     let is_finite = |group: &Group| group.mesh.positions.iter().all(|p| p.is_finite());
     if !groups.iter().all(is_finite) {

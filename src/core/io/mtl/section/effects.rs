@@ -8,6 +8,11 @@ use crate::material::{Gloss, Material};
 /// Sum of the shares of a mixture up to which roundings count as 1.
 const FULL: f32 = 1.0001;
 
+/// Returns true if light that passes the surface is bent by an index of refraction.
+pub(super) fn refracts(material: &Material) -> bool {
+    !material.transmission.is_black() && !material.thin
+}
+
 impl Section {
     /// Whether a filter of an opaque model is the share of a mixture that transmits: it is neither white nor black, as exporters write it for opaque
     /// surfaces, nothing is said of the opacity, and all shares sum to 1 at most.
@@ -77,13 +82,11 @@ impl Section {
     pub fn idle_numbers(&self, material: &Material) -> Vec<&'static str> {
         let is_physical = matches!(material.gloss, Gloss::Metallic(_));
         let has_highlight = !material.specular.is_black() && !is_physical;
-        let refracts = !material.transmission.is_black() && !material.thin;
+        let refracts = refracts(material);
+        let has_ior = self.ior.is_some_and(|ior| ior != 1.0) && !is_physical;
         let idle = [
             ("Ns", self.exponent.is_some() && !has_highlight),
-            (
-                "Ni",
-                self.ior.is_some_and(|ior| ior != 1.0) && !refracts && !is_physical,
-            ),
+            ("Ni", (has_ior || self.has_no_ior) && !refracts),
             ("Ka", self.ambient.is_some_and(|ka| !ka.is_black())),
         ];
         idle.into_iter()

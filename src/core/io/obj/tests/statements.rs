@@ -225,6 +225,16 @@ fn nothing_to_render_is_an_error() {
         ),
         ("v 0 0 0\n".into(), "a point cloud of 1 vertex", "surface"),
         (
+            format!("{SQUARE}vt 0 0\nvt 0.2"),
+            "it is cut off in its last line, after 4 vertices and before its faces",
+            "again",
+        ),
+        (
+            format!("{SQUARE}vt 0 0\n"),
+            "of its mesh there are 4 vertices alone",
+            "again",
+        ),
+        (
             format!("{SQUARE}l 1 2\nl 2 3\np 1"),
             "its 2 lines (`l`) and 1 point (`p`) are skipped",
             "convert",

@@ -81,6 +81,7 @@ impl Loader<'_> {
         let group = Group {
             material: object.material.clone(),
             line: 0,
+            rules: Vec::new(),
             mesh: Mesh::clone(&object.mesh),
         };
         let defines = |obj: &ObjFile| {
@@ -172,5 +173,6 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
             .iter()
             .map(|&n| (of_normals * n).normalize_or(n))
             .collect(),
+        parts: mesh.parts.clone(),
     }
 }

@@ -8,7 +8,7 @@ use crate::description::find_texture::{FoundTexture, TextureSearch};
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement, default_material};
 use crate::description::texture::{TextureKind, TextureRequest, load_textures_within};
 use crate::description::{FileError, Severity};
-use crate::material::{Map, Maps, Material};
+use crate::material::{Map, Maps, Material, MaterialId};
 use crate::math::excerpt;
 use crate::texture::{Channel, TextureId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -211,10 +211,8 @@ impl Loader<'_> {
                 ids.swap(2 * i, 2 * i + 1);
             }
         }
-        for source in exchanged.iter().filter_map(|&material| self.materials.get(material)) {
-            if let Some(&id) = self.used.get(&(source.obj.clone(), source.name.clone())) {
-                self.builder.exchange_bumps(id);
-            }
+        for &material in &exchanged {
+            self.builder.exchange_bumps(MaterialId(material as u32));
         }
         self.builder.set_textures(loaded.textures, &ids);
         self.builder.texture_filter(self.file.load.parameters.texture_filter());

@@ -2,7 +2,8 @@
 //! tests write it.
 
 use crate::description::{
-    GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, PartKeys, SceneOptions, Section, TextureSection,
+    GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, PartKeys, SceneOptions, Section,
+    TextureSection,
 };
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use clap::CommandFactory;

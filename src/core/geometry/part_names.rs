@@ -44,7 +44,7 @@ impl PartNames {
             return UNNAMED;
         }
         if 4 * (self.ends.len() + 1) > 3 * self.slots.len() {
-            self.grow();
+            self.make_slots(2 * self.slots.len());
         }
         let hash = hash(object, groups);
         let mut slot = hash as usize % self.slots.len();
@@ -77,6 +77,14 @@ impl PartNames {
             .parts()
             .map(|part| self.find_or_add(other.object(part), other.groups(part)));
         std::iter::once(UNNAMED).chain(parts).collect()
+    }
+
+    /// Makes room for `count` new parts.
+    pub fn reserve(&mut self, count: usize) {
+        let slots = 4 * (self.ends.len() + count) / 3 + 2;
+        if slots > self.slots.len() {
+            self.make_slots(slots);
+        }
     }
 
     /// Gives back the memory that only new names need.
@@ -147,10 +155,10 @@ impl PartNames {
         self.text.get(start as usize..end as usize).unwrap_or_default()
     }
 
-    /// Doubles the number of slots.
-    fn grow(&mut self) {
+    /// Makes at least `count` slots for the parts and for some more.
+    fn make_slots(&mut self, count: usize) {
         // A table that was shrunk has parts, and no slots
-        let count = (2 * self.slots.len()).max(2 * self.ends.len()).max(16);
+        let count = count.max(2 * self.ends.len()).max(16);
         self.slots = vec![FREE; count];
         for part in self.parts() {
             let hash = hash(self.object(part), self.groups(part));

@@ -35,6 +35,7 @@ pub mod statements;
 pub mod texture;
 #[cfg(feature = "tobj")]
 mod tobj_reader;
+mod udim;
 mod write_picture;
 
 pub use crate::files::{FileError, FileErrorKind, LoadObserver, Position};
@@ -58,4 +59,5 @@ pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};
 pub use read_rendering::{Rendering, read_rendering};
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
+pub use udim::{Tiles, path_of_tiles, tile_names};
 pub use write_picture::Format;

@@ -7,6 +7,7 @@ use crate::description::mtl::{FileMaterial, default_material};
 use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
 use crate::description::{FileError, Position, SceneFile, Severity};
+use crate::geometry::Mesh;
 use crate::io::MapsByName;
 use crate::material::MaterialId;
 use crate::math::excerpt;
@@ -20,8 +21,8 @@ const MAX_NAMED: usize = 100;
 
 impl Loader<'_> {
     /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one; with what patches of it and of its
-    /// parts say.
-    pub(super) fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> MaterialId {
+    /// parts say. `mesh` is that of the group.
+    pub(super) fn material_of(&mut self, group: &Group, mesh: &Mesh, path: &Path, obj: &ObjFile) -> MaterialId {
         let file = self.file;
         let (other, parts) = self.material_of_parts(group);
         let name = other.as_ref().map(|name| name.get_ref()).or(group.material.as_ref());
@@ -93,7 +94,7 @@ impl Loader<'_> {
             self.add_named_maps(&mut found, path, obj.groups.len());
         }
         let mut found = self.patched(found, &used.parts);
-        let material = self.textured(&mut found, path);
+        let material = self.textured(&mut found, path, mesh);
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {

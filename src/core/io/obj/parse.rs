@@ -8,7 +8,7 @@ use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::parts::{CurrentNames, PartState};
 use super::polygon::MAX_CLIPPED;
-use super::remarks::{Remark, Remarks, Skipped};
+use super::remarks::{Remark, Remarks, Skipped, ignored};
 use crate::geometry::PartNames;
 use crate::io::PartFilter;
 use crate::io::statements::{MRGB, Statement, chunks, place_of, split_keyword, statements, whole_statements};
@@ -151,6 +151,9 @@ fn parse_all(
         wrong_positions: Vec::new(),
         parts: PartNames::default(),
     };
+    outline
+        .parts
+        .reserve(parsed.iter().map(|chunk| chunk.parts.count()).sum());
     for mut chunk in parsed {
         chunk.parts.number(&mut outline.parts, &mut chunk.section);
         let first = outline.vertices.positions.len();
@@ -392,20 +395,19 @@ impl<'a> Chunk<'a> {
                 let read = read_mrgb(rest, &mut self.vertices.mrgb);
                 read.unwrap_or_else(|()| self.remarks.add(Remark::BadColor, line));
             }
-            // Names, and how other programs should show the mesh
-            "" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
+            "" => {}
             "p" => self
                 .remarks
                 .skip(Skipped::Point, rest.split_ascii_whitespace().count(), line),
             "l" => self.remarks.skip(Skipped::Line, 1, line),
             "curv" | "curv2" | "cdc" => self.remarks.skip(Skipped::Curve, 1, line),
             "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(Skipped::Surface, 1, line),
-            // Parts of curves and surfaces
-            "vp" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end" | "con"
-            | "ctech" | "stech" | "res" => {}
             // Blocks that are filled up with zeros
             _ if keyword.bytes().all(|byte| byte == 0) => {}
-            _ => self.remarks.add_unknown(&excerpt(keyword), line),
+            _ => match ignored(keyword) {
+                Some(index) => self.remarks.ignore(index, line),
+                None => self.remarks.add_unknown(&excerpt(keyword), line),
+            },
         }
         Ok(())
     }

@@ -120,6 +120,11 @@ impl<'a> PartState<'a> {
         self.changes.shrink_to_fit();
     }
 
+    /// Maximum number of parts of the chunk.
+    pub fn count(&self) -> usize {
+        self.changes.len()
+    }
+
     /// Adds the parts of the chunk to `names`, and gives them to its faces.
     pub fn number(&self, names: &mut PartNames, section: &mut Section) {
         let mut current = self.before.clone();

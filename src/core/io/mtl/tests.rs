@@ -121,7 +121,8 @@ fn what_has_no_effect_is_said() {
         "{warnings:?}"
     );
     assert!(
-        warnings[1].contains("t.mtl:2: 2 statements `disp` have no effect, the first is here: surfaces are not displaced"),
+        warnings[1]
+            .contains("t.mtl:2: 2 statements `disp` have no effect, the first is here: surfaces are not displaced"),
         "{warnings:?}"
     );
     assert!(

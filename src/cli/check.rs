@@ -73,6 +73,7 @@ impl Report {
         };
         let Some(mut file) = file else { return Ok(None) };
         file.patch_materials(&args.load.patches)?;
+        file.patch_parts(&args.load.parts)?;
         set_load(&mut file, &args.load);
         let camera = CameraSettings::of(&file);
         file.change_light(args.light.changes(), &camera.viewpoint());

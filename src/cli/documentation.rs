@@ -2,7 +2,8 @@
 //! tests write it.
 
 use crate::description::{
-    GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, SceneOptions, Section, TextureSection,
+    GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, PartKeys, SceneOptions, Section,
+    TextureSection,
 };
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use clap::CommandFactory;
@@ -76,6 +77,7 @@ fn documented(page: &str) -> String {
             "| `material.NAME.".into(),
             rows("material.NAME.", MaterialSection::KEYS),
         ),
+        ("| `part.GLOB.".into(), rows("part.GLOB.", PartKeys::KEYS)),
         ("| `object.".into(), rows("object.", ObjectSection::KEYS)),
         ("| `ground.".into(), rows("ground.", GroundSection::KEYS)),
         ("| `light_group.".into(), rows("light_group.", LightGroupSection::KEYS)),

@@ -65,6 +65,11 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "thin": m.thin,
             "emission": decimal(m.emission.to_array()),
         })).collect::<Vec<_>>(),
+        "parts": scene.part_sizes().iter().map(|part| json!({
+            "name": Some(&part.name).filter(|name| !name.is_empty()),
+            "triangles": part.triangles,
+            "area": decimal_of(part.area),
+        })).collect::<Vec<_>>(),
         "lights": {
             "triangle": count("triangle"),
             "sphere": count("sphere"),
@@ -118,6 +123,11 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
 /// The shortest decimals that name these `f32`, where their `f64` neighbours would show seventeen digits.
 pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
+}
+
+/// A sum of `f32` products with the digits that these have.
+fn decimal_of(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 /// Coordinates of `p` in the OBJ file whose point `origin` is the scene's.
@@ -207,6 +217,15 @@ fn print_text(info: &serde_json::Value, warnings: &[Warning]) {
             m["ior"],
             m["emission"]
         );
+    }
+    let parts = info["parts"].as_array().map_or(&[][..], Vec::as_slice);
+    if !parts.is_empty() {
+        outln!("  parts");
+    }
+    for part in parts {
+        let name = part["name"].as_str().unwrap_or("(no name)");
+        let triangles = words::count(part["triangles"].as_u64().unwrap_or(0), "triangle");
+        outln!("    {name}: {triangles}, area {}", part["area"]);
     }
     for warning in warnings {
         let kind = if warning.is_note() { "note" } else { "warning" };

@@ -214,6 +214,7 @@ pub(super) fn scene_of_text(path: &Path, text: &str, args: &LoadArgs) -> Result<
 /// A scene that was read, with the flags `args` besides those that set keys.
 fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliError> {
     scene.patch_materials(&args.patches)?;
+    scene.patch_parts(&args.parts)?;
     set_load(&mut scene, args);
     scene.settle_origin();
     Ok(scene)

@@ -70,6 +70,7 @@ impl Request {
 
     fn of_args(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         scene.patch_materials(&args.load.patches)?;
+        scene.patch_parts(&args.load.parts)?;
         set_load(&mut scene, &args.load);
         let exr = args.exr.format()?;
         let job = Job::to_show_scene(args, scene)?;

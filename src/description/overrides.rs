@@ -1,4 +1,5 @@
-//! Keys that are set over those of a scene file (`--set KEY=VALUE`), and patches of materials (`--material GLOB.KEY=VALUE`).
+//! Keys that are set over those of a scene file (`--set KEY=VALUE`), and patches of materials and parts
+//! (`--material GLOB.KEY=VALUE`, `--part GLOB.KEY=VALUE`).
 //!
 //! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`, where the next free index adds an entry). Any other value replaces
 //! that of the file. A value that is no TOML is a string: `render.sampler=halton`. Each text is parsed behind more blanks than the file has bytes, so that
@@ -12,8 +13,25 @@ use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
 /// Keys of a scene file whose values are arrays of tables.
 const ARRAYS: [&str; 3] = ["object", "light", "light_group"];
 
-/// Sections whose entries have the names of materials.
-const SECTIONS_BY_NAME: [&str; 2] = ["material", "patch"];
+/// Sections whose entries have the names of materials or parts.
+const SECTIONS_BY_NAME: [&str; 3] = ["material", "patch", "part"];
+
+/// Kind of things that a flag patches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Patched {
+    Materials,
+    Parts,
+}
+
+impl Patched {
+    /// The flag.
+    pub fn flag(self) -> &'static str {
+        match self {
+            Self::Materials => "--material",
+            Self::Parts => "--part",
+        }
+    }
+}
 
 /// Keys and values, in the order in which they are set.
 #[derive(Clone, Debug, Default)]
@@ -27,8 +45,8 @@ struct Override {
     toml: String,
     /// Number of these blanks.
     start: usize,
-    /// Names of the materials that it is about; `None` where it is a key of the file.
-    materials: Option<String>,
+    /// Names of the things that it patches; `None` if it is a key of the file.
+    patches: Option<(Patched, String)>,
     /// Whether a patch that matches no material is an error.
     must_match: bool,
 }
@@ -49,36 +67,43 @@ impl Overrides {
                 written: format!("--set {written}"),
                 toml,
                 start: before,
-                materials: None,
+                patches: None,
                 must_match: false,
             })
         });
         overrides.collect::<Result<_, _>>().map(Self)
     }
 
-    /// Adds a patch `KEY=VALUE` of the materials that `glob` matches, which errors name as `written`; the file has `bytes`.
+    /// Adds a patch `KEY=VALUE` of the things that `glob` matches, which errors name as `written`; the file has `bytes`.
     ///
     /// # Errors
     ///
     /// `patch` is not `KEY=VALUE`, or the glob is empty.
-    pub fn add_patch_of(&mut self, glob: &str, patch: &str, written: &str, bytes: usize) -> Result<(), ()> {
+    pub fn add_patch_of(
+        &mut self,
+        (patched, glob): (Patched, &str),
+        patch: &str,
+        written: &str,
+        bytes: usize,
+    ) -> Result<(), ()> {
         let toml = key_and_value(patch).filter(|_| !glob.is_empty()).ok_or(())?;
         let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
         self.0.push(Override {
-            written: format!("--material {written}"),
+            written: format!("{} {written}", patched.flag()),
             toml: " ".repeat(start) + &toml,
             start,
-            materials: Some(glob.into()),
+            patches: Some((patched, glob.into())),
             must_match: false,
         });
         Ok(())
     }
 
-    /// Patches of materials: the glob, and a line of TOML whose places [`Overrides::at`] knows.
-    pub fn patches(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.0
-            .iter()
-            .filter_map(|o| Some((o.materials.as_deref()?, o.toml.as_str())))
+    /// Patches of one kind: the glob, and a line of TOML whose places [`Overrides::at`] knows.
+    pub fn patches(&self, wanted: Patched) -> impl Iterator<Item = (&str, &str)> {
+        self.0.iter().filter_map(move |o| match &o.patches {
+            Some((patched, glob)) if *patched == wanted => Some((glob.as_str(), o.toml.as_str())),
+            _ => None,
+        })
     }
 
     /// A place behind all others for what another flag sets, over a file of `bytes`.
@@ -88,7 +113,7 @@ impl Overrides {
             written,
             toml: String::new(),
             start,
-            materials: None,
+            patches: None,
             must_match: false,
         });
         start..start
@@ -124,7 +149,7 @@ impl Overrides {
     /// The file's `text` with the overrides over it.
     fn root<'i>(&'i self, text: &'i str) -> Result<Spanned<DeTable<'i>>, Error> {
         let mut root = DeTable::parse(text)?;
-        for Override { toml, .. } in self.0.iter().filter(|o| o.materials.is_none()) {
+        for Override { toml, .. } in self.0.iter().filter(|o| o.patches.is_none()) {
             merge(root.as_mut(), DeTable::parse(toml)?.into_inner());
         }
         Ok(root)

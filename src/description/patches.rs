@@ -1,23 +1,28 @@
-//! Patches of materials, in the order in which they apply: those of the scene file as it has them, then those of flags.
+//! Patches of materials and of parts, in the order in which they apply: those of the scene file as it has them, then those of flags.
 
+use super::overrides::Patched;
+use super::part_section::PartSection;
 use super::presets::Preset;
 use super::section::Section;
 use super::unknown_key::parser_error;
 use super::{FileError, MaterialSection, SceneFile};
 use crate::math::Glob;
+use crate::options::Parameter;
+use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 use toml::Spanned;
 
-/// Keys that materials whose names match get in place of their own.
-pub(super) struct Patch<'a> {
+/// Keys that things whose names match get in place of their own: a [`MaterialSection`], or a
+/// [`PartSection`].
+pub(super) struct Patch<'a, S: Clone = MaterialSection> {
     pub glob: Glob,
     /// The glob or name, as it is written.
     pub written: &'a str,
     /// Place of the patch in the file.
     pub span: Range<usize>,
-    pub section: Cow<'a, MaterialSection>,
+    pub section: Cow<'a, S>,
 }
 
 /// The glob that matches `name` alone.
@@ -72,12 +77,15 @@ impl<'a> PatchList<'a> {
 }
 
 /// The glob and the patch `KEY=VALUE` of `GLOB.KEY=VALUE` or `GLOB=PRESET`. The last dot before the
-/// `=` ends the glob if a key follows. The glob may stand between quotes.
-fn parts(written: &str) -> Option<(&str, Cow<'_, str>)> {
+/// `=` ends the glob if one of the keys `known` follows. The glob may stand between quotes.
+fn split_patch<'w>(
+    written: &'w str,
+    mut known: impl Iterator<Item = &'static Parameter>,
+) -> Option<(&'w str, Cow<'w, str>)> {
     let (name, value) = written.split_once('=')?;
     let key = name.rsplit_once('.').filter(|(_, key)| {
         // Names of materials may have dots.
-        MaterialSection::KEYS.iter().any(|known| known.key == key.trim()) || Preset::of_name(value.trim()).is_none()
+        known.any(|known| known.key == key.trim()) || Preset::of_name(value.trim()).is_none()
     });
     let (glob, patch) = match key {
         Some((glob, _)) => (glob, Cow::Borrowed(&written[glob.len() + 1..])),
@@ -101,19 +109,44 @@ impl SceneFile {
     /// A text that is no patch. Keys and values are checked when the scene is loaded.
     pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
         for written in written {
-            let bytes = self.source.bytes();
-            let added = parts(written)
-                .ok_or(())
-                .and_then(|(glob, patch)| self.source.overrides.add_patch_of(glob, &patch, written, bytes));
-            // A picture that a flag does not change is a surprise.
-            let added = added.map(|()| self.source.overrides.require_match());
-            added.map_err(|()| {
+            let patch = split_patch(written, MaterialSection::KEYS.iter());
+            if !self.add_patch(Patched::Materials, patch, written) {
                 let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE or NAME=PRESET"));
                 let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2' or ring=gold";
-                error.of_flag().help(help)
-            })?;
+                return Err(error.of_flag().help(help));
+            }
         }
         Ok(())
+    }
+
+    /// Adds patches of parts after those of the file, each as `GLOB.KEY=VALUE` or `GLOB=PRESET`: a glob
+    /// of names, a key of `[part."GLOB"]` and a value of TOML or a plain string.
+    ///
+    /// # Errors
+    ///
+    /// A text that is no patch. Keys and values are checked when the scene is loaded.
+    pub fn patch_parts(&mut self, written: &[String]) -> Result<(), FileError> {
+        for written in written {
+            if !self.add_patch(Patched::Parts, split_patch(written, PartSection::all_keys()), written) {
+                let error = self.whole(format!("--part {written}: expected NAME.KEY=VALUE or NAME=PRESET"));
+                let help = "NAME is a part or a pattern, as in 'Chair*.visible=false' or Ring=gold";
+                return Err(error.of_flag().help(help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a patch of a flag: the glob and `KEY=VALUE`. Returns false if it is none.
+    fn add_patch(&mut self, patched: Patched, patch: Option<(&str, Cow<'_, str>)>, written: &str) -> bool {
+        let Some((glob, patch)) = patch else { return false };
+        let bytes = self.source.bytes();
+        let overrides = &mut self.source.overrides;
+        let added = overrides.add_patch_of((patched, glob), &patch, written, bytes).is_ok();
+        if added {
+            // A picture that a flag does not change is a surprise.
+            overrides.require_match();
+        }
+        added
     }
 
     /// Adds a patch of the material `name`, whatever characters that has: `value` of TOML, or a plain string, for a key of `[material.NAME]`.
@@ -125,10 +158,10 @@ impl SceneFile {
     pub(crate) fn patch_material(&mut self, name: &str, key: &str, value: &str) -> Result<(), FileError> {
         let (bytes, patch) = (self.source.bytes(), format!("{key}={value}"));
         let written = format!("{name}.{patch}");
-        let added = self
-            .source
-            .overrides
-            .add_patch_of(&glob_of_name(name), &patch, &written, bytes);
+        let added =
+            self.source
+                .overrides
+                .add_patch_of((Patched::Materials, &glob_of_name(name)), &patch, &written, bytes);
         added.map_err(|()| {
             self.whole(format!("--material {written}: expected NAME.KEY=VALUE"))
                 .of_flag()
@@ -163,20 +196,45 @@ impl SceneFile {
         }
         patches.sort_by_key(|patch| patch.span.start);
 
-        // Flags with one glob are one patch: `--material Gold.metallic=1 --material Gold.specular=0.5` in either order.
+        self.add_flags(&mut patches, Patched::Materials, MaterialSection::set_over)?;
+        let mut of_flags = patches.iter().filter(|patch| matches!(patch.section, Cow::Owned(_)));
+        of_flags.try_for_each(|patch| self.check_patch(&patch.section))?;
+        Ok(patches)
+    }
+
+    /// All patches of parts. What no patch can be is an error at its place.
+    pub(super) fn part_patches(&self) -> Result<Vec<Patch<'_, PartSection>>, FileError> {
+        let of_file = self.part.0.iter().map(|(key, section)| Patch {
+            glob: Glob::new(key.get_ref()),
+            written: key.get_ref(),
+            span: key.span(),
+            section: Cow::Borrowed(section),
+        });
+        let mut patches = of_file.collect();
+        self.add_flags(&mut patches, Patched::Parts, PartSection::set_over)?;
+        Ok(patches)
+    }
+
+    /// Adds the patches of flags. Those with one glob are one patch: `--material Gold.metallic=1
+    /// --material Gold.specular=0.5` in either order.
+    fn add_flags<'a, S: Clone + for<'de> Deserialize<'de>>(
+        &'a self,
+        patches: &mut Vec<Patch<'a, S>>,
+        patched: Patched,
+        set_over: impl Fn(&mut S, S),
+    ) -> Result<(), FileError> {
         let first = patches.len();
-        for (written, line) in self.source.overrides.patches() {
-            let section: MaterialSection = toml::from_str(line).map_err(|error| {
+        for (written, line) in self.source.overrides.patches(patched) {
+            let section: S = toml::from_str(line).map_err(|error| {
                 let (message, help) = parser_error(error.message());
                 let place = error
                     .span()
                     .map_or(line.len() - 1, |span| span.start.min(line.len() - 1));
                 self.error(place..place, message).help(help)
             })?;
-            self.check_patch(&section)?;
             let glob = Glob::new(written);
             match patches[first..].iter_mut().find(|patch| patch.glob == glob) {
-                Some(patch) => patch.section.to_mut().set_over(section),
+                Some(patch) => set_over(patch.section.to_mut(), section),
                 None => patches.push(Patch {
                     glob,
                     written,
@@ -185,7 +243,7 @@ impl SceneFile {
                 }),
             }
         }
-        Ok(patches)
+        Ok(())
     }
 
     /// An error where a patch of its own section has the key `patch`.

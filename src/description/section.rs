@@ -5,6 +5,7 @@ use super::exact_list::ExactList;
 use super::key_schema::{COLOR_TEXT, closed, described, either, list};
 use super::{ChannelValues, ColorValue};
 use crate::options::{Parameter, Range};
+use serde::de::MapAccess;
 use serde::{Deserialize, Deserializer};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -22,6 +23,9 @@ pub(crate) trait Section: Sized {
 
     /// Sets the keys of `other` over those of this section.
     fn set_over(&mut self, other: Self);
+
+    /// Reads the value of an optional `key` from `table`. Returns false if the section has no such key.
+    fn read_key<'de, A: MapAccess<'de>>(&mut self, key: &str, table: &mut A) -> Result<bool, A::Error>;
 
     /// The place of a key, if it is there.
     fn span_of(&self, key: &str) -> Option<std::ops::Range<usize>> {
@@ -76,6 +80,15 @@ pub(crate) fn optional<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -
 pub(crate) fn required<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -> Result<Spanned<T>, D::Error> {
     let value = Spanned::<Read<T>>::deserialize(deserializer)?;
     Ok(Spanned::new(value.span(), value.into_inner().0))
+}
+
+/// The value of an optional key with its place.
+pub(crate) struct Optional<T>(pub Option<Spanned<T>>);
+
+impl<'de, T: KeyType> Deserialize<'de> for Optional<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        optional(deserializer).map(Self)
+    }
 }
 
 /// A value as its [`KeyType`] reads it.
@@ -259,6 +272,21 @@ macro_rules! section {
             #[allow(unused_variables, reason = "some sections have no optional key")]
             fn set_over(&mut self, other: Self) {
                 $(self.$key = other.$key.or(self.$key.take());)*
+            }
+
+            #[allow(unused_variables, reason = "some sections have no optional key")]
+            fn read_key<'de, A: serde::de::MapAccess<'de>>(
+                &mut self,
+                key: &str,
+                table: &mut A,
+            ) -> Result<bool, A::Error> {
+                match key {
+                    $(stringify!($key) => {
+                        self.$key = table.next_value::<$crate::description::section::Optional<$ty>>()?.0;
+                        Ok(true)
+                    })*
+                    _ => Ok(false),
+                }
             }
         }
     };

@@ -4,9 +4,10 @@
 //! paths are relative to the file that has them. Numbers are written with as many digits as bring back the same 32 bits.
 
 use super::option_section::OptionSection;
+use super::patches::Patch;
 use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
 use super::section::Section;
-use super::{FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
+use super::{FileError, Instances, LightSection, MapSection, MaterialSection, PartSection, SceneFile, SceneOptions};
 use crate::camera::CameraDescription;
 use crate::options::CameraOptions;
 use std::collections::HashSet;
@@ -50,29 +51,13 @@ impl SceneFile {
         file.render = OptionSection::of(&options.render());
         file.texture_dirs = self.all_texture_dirs()?;
         [file.hide, file.only] = self.part_patterns();
-        file.patch.0 = self.own_patches()?;
+        file.patch.0 = own_patches(self.patches()?, MaterialSection::set_over);
+        file.part.0 = own_patches(self.part_patches()?, PartSection::set_over);
+        for (_, section) in &mut file.patch.0 {
+            section.patch = None;
+        }
         file.material.retain(|_, section| !section.is_patch());
         Ok(file)
-    }
-
-    /// All patches in their order, those of flags too, by globs that differ from each other.
-    fn own_patches(&self) -> Result<Vec<(Spanned<String>, MaterialSection)>, FileError> {
-        let mut written: Vec<(Spanned<String>, MaterialSection)> = Vec::new();
-        let mut taken = HashSet::new();
-        for patch in self.patches()? {
-            let section = MaterialSection {
-                patch: None,
-                ..patch.section.into_owned()
-            };
-            // Of globs that are the same, each is spelled in a way of its own.
-            let mut spellings = (0..MAX_SPELLINGS).map(|copy| patch.glob.text(copy));
-            let free = spellings.find(|text| taken.insert(text.clone()));
-            match (free, written.last_mut()) {
-                (None, Some((_, last))) => last.set_over(section),
-                (free, _) => written.push((said(free.unwrap_or_default()), section)),
-            }
-        }
-        Ok(written)
     }
 
     /// The text of a scene file at `path` that describes this scene: paths are relative to its folder, and what is not UTF-8 is an error.
@@ -127,7 +112,8 @@ impl SceneFile {
             files.extend(light.image.as_mut().map(Spanned::get_mut));
         }
         let patches = self.patch.0.iter_mut().map(|(_, section)| section);
-        let sections = self.material.values_mut().chain(patches);
+        let parts = self.part.0.iter_mut().map(|(_, section)| &mut section.material);
+        let sections = self.material.values_mut().chain(patches).chain(parts);
         let maps = sections
             .flat_map(MaterialSection::maps_mut)
             .filter_map(|(_, map)| map.as_mut());
@@ -137,6 +123,23 @@ impl SceneFile {
         });
         (files, textures.collect())
     }
+}
+
+/// Patches in their order, by globs that differ from each other.
+fn own_patches<S: Clone>(patches: Vec<Patch<S>>, set_over: impl Fn(&mut S, S)) -> Vec<(Spanned<String>, S)> {
+    let mut written: Vec<(Spanned<String>, S)> = Vec::new();
+    let mut taken = HashSet::new();
+    for patch in patches {
+        let section = patch.section.into_owned();
+        // Of globs that are the same, each is spelled in a way of its own.
+        let mut spellings = (0..MAX_SPELLINGS).map(|copy| patch.glob.text(copy));
+        let free = spellings.find(|text| taken.insert(text.clone()));
+        match (free, written.last_mut()) {
+            (None, Some((_, last))) => set_over(last, section),
+            (free, _) => written.push((said(free.unwrap_or_default()), section)),
+        }
+    }
+    written
 }
 
 /// The folder by its full name, as far as it is there.

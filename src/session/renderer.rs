@@ -272,6 +272,13 @@ impl<'a> Renderer<'a> {
                 .map(String::from)
                 .collect(),
             objects: scene.objects().to_vec(),
+            parts_of_objects: match aovs.iter().any(|aov| aov.names_parts()) {
+                true => {
+                    let names = scene.part_names();
+                    names.parts().map(|part| names.name(part).into_owned()).collect()
+                }
+                false => Vec::new(),
+            },
             materials: scene.materials().iter().map(|m| m.name.clone()).collect(),
             lights: match aovs.contains(&Aov::Lights) {
                 true => scene.light_groups().names().to_vec(),

@@ -477,6 +477,35 @@ pub fn read_channel(path: &Path, name: &str) -> Vec<f32> {
         .collect()
 }
 
+/// A reader of mattes: the picture of the share that `name` covers, by the file's own manifest.
+pub fn matte(path: &Path, layer: &str, name: &str) -> Vec<f32> {
+    use exr::prelude::*;
+    let file = read_first_flat_layer_from_file(path).unwrap();
+    let attributes = &file.layer_data.attributes.other;
+    let text = |key: &str| match attributes.get(&Text::from(key)) {
+        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    };
+    let keys = attributes.keys().map(Text::to_string);
+    let mut prefixes = keys.filter_map(|k| k.strip_suffix("/name").map(str::to_string));
+    let prefix = prefixes
+        .find(|p| text(&format!("{p}/name")).as_deref() == Some(layer))
+        .unwrap();
+    assert_eq!(text(&format!("{prefix}/conversion")).unwrap(), "uint32_to_float32");
+    let manifest: serde_json::Value = serde_json::from_str(&text(&format!("{prefix}/manifest")).unwrap()).unwrap();
+    let id = u32::from_str_radix(manifest[name].as_str().unwrap(), 16).unwrap();
+    let mut share = vec![0.0; read_channel(path, "R").len()];
+    for level in 0..3 {
+        for [id_channel, coverage] in [["R", "G"], ["B", "A"]] {
+            let channel = |c: &str| read_channel(path, &format!("{layer}{level:02}.{c}"));
+            for (share, (found, covered)) in share.iter_mut().zip(channel(id_channel).iter().zip(channel(coverage))) {
+                *share += if found.to_bits() == id { covered } else { 0.0 };
+            }
+        }
+    }
+    share
+}
+
 /// Red, green and blue of an EXR file.
 pub fn read_rgb(path: &Path) -> [Vec<f32>; 3] {
     ["R", "G", "B"].map(|name| read_channel(path, name))

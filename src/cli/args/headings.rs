@@ -58,6 +58,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
         "Materials and files",
         &[
             "material",
+            "part",
             "set",
             "hide",
             "only",

@@ -24,6 +24,10 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(id = "patches", long = "material", value_name = "GLOB.KEY=VALUE")]
     pub patches: Vec<String>,
 
+    /// Change parts by their `o` or `g` name: 'Chair*.visible=false', or 'Ring=gold'; repeatable
+    #[arg(id = "parts", long = "part", value_name = "GLOB.KEY=VALUE")]
+    pub parts: Vec<String>,
+
     /// Folder to search for missing textures; repeatable
     #[arg(long, value_name = "DIR", value_parser = parse_folder)]
     pub texture_dir: Vec<PathBuf>,

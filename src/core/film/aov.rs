@@ -21,9 +21,9 @@ pub enum Aov {
     Motion,
     /// `points`: photons, or records of irradiance, between which a method interpolates.
     Points,
-    /// `id`: object and material that cover most of the pixel, counted from 1.
+    /// `id`: object, part and material that cover most of the pixel, counted from 1.
     Ids,
-    /// Mattes of objects and materials (Friedman and Jones, Cryptomatte).
+    /// Mattes of objects, parts and materials (Friedman and Jones, Cryptomatte).
     Cryptomatte,
     /// `light_NAME`: the picture as lit by each light group alone.
     Lights,
@@ -49,11 +49,16 @@ impl Aov {
         !matches!(self, Self::Lights | Self::Strategies)
     }
 
+    /// Returns true if the channels name parts of objects.
+    pub fn names_parts(self) -> bool {
+        matches!(self, Self::Ids | Self::Cryptomatte)
+    }
+
     /// Number of channels; 0 for light groups and strategies, whose number depends on scene and method.
     pub(super) fn channel_count(self) -> usize {
         match self {
-            // Objects and materials, three pairs of ranks with two channels each
-            Self::Cryptomatte => 24,
+            // Objects, parts and materials, three pairs of ranks with two channels each
+            Self::Cryptomatte => 36,
             _ => self.channels().len(),
         }
     }
@@ -76,6 +81,7 @@ impl Aov {
             ],
             Self::Ids => &[
                 ("id.object", |f| max(&f.objects)),
+                ("id.part", |f| max(&f.parts)),
                 ("id.material", |f| max(&f.materials)),
             ],
             Self::Cryptomatte | Self::Lights | Self::Strategies => &[],

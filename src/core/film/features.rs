@@ -1,4 +1,4 @@
-//! Further channels of the first surface: position, texture coordinates, motion, points of interpolation, object and material (`--aov`).
+//! Further channels of the first surface: position, texture coordinates, motion, points of interpolation, object, part and material (`--aov`).
 //!
 //! The integrator adds them to the first surface, and the film sums them like all others. Coverage is counted by name; ids and Cryptomattes
 //! (`io/cryptomatte.rs`) are made from it when files are written. Nothing of this is stored or computed unless it is asked for.
@@ -19,6 +19,8 @@ pub struct Features {
     pub points: Points,
     /// Which object it is part of.
     pub object: u32,
+    /// Which part it is, by [`Scene::part`](crate::scene::Scene::part).
+    pub part: u32,
     /// Which material it has.
     pub material: u32,
 }
@@ -43,6 +45,7 @@ pub struct Points {
 pub struct FeatureBlock {
     sums: [f64; FeatureSums::SUMS],
     objects: Coverage,
+    parts: Coverage,
     materials: Coverage,
 }
 
@@ -64,6 +67,7 @@ impl FeatureBlock {
             *sum += value as f64;
         }
         self.objects.add(features.object, 1);
+        self.parts.add(features.part, 1);
         self.materials.add(features.material, 1);
     }
 
@@ -71,6 +75,7 @@ impl FeatureBlock {
     pub fn clear(&mut self) {
         self.sums = Default::default();
         self.objects.0.clear();
+        self.parts.0.clear();
         self.materials.0.clear();
     }
 }
@@ -82,6 +87,8 @@ pub struct FeatureSums {
     pub(super) sums: [Fixed; Self::SUMS],
     /// Samples that met each object.
     pub objects: Coverage,
+    /// Samples that met each part.
+    pub parts: Coverage,
     /// Samples that met each material.
     pub materials: Coverage,
 }
@@ -96,6 +103,7 @@ impl FeatureSums {
             *sum = sum.plus(Fixed::new(value));
         }
         block.objects.iter().for_each(|(id, n)| self.objects.add(id, n));
+        block.parts.iter().for_each(|(id, n)| self.parts.add(id, n));
         block.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
     }
 
@@ -105,6 +113,7 @@ impl FeatureSums {
             *sum = sum.minus(Fixed::new(value));
         }
         block.objects.iter().for_each(|(id, n)| self.objects.take_back(id, n));
+        block.parts.iter().for_each(|(id, n)| self.parts.take_back(id, n));
         block
             .materials
             .iter()
@@ -117,6 +126,7 @@ impl FeatureSums {
             *sum = sum.plus(*other);
         }
         other.objects.iter().for_each(|(id, n)| self.objects.add(id, n));
+        other.parts.iter().for_each(|(id, n)| self.parts.add(id, n));
         other.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
     }
 
@@ -199,6 +209,7 @@ mod tests {
                 ..Points::default()
             },
             object: i % 3,
+            part: i % 5,
             material: 7,
         }
     }
@@ -223,7 +234,7 @@ mod tests {
         assert_eq!(all, first);
         blocks[1..].iter().for_each(|block| all.take_back(block));
         assert_eq!(all, sum(&blocks[..1]));
-        assert_eq!((all.surfaces(), all.objects.len(), all.materials.len()), (2, 2, 1));
+        assert_eq!((all.surfaces(), all.objects.len(), all.parts.len()), (2, 2, 2));
         assert!((all.mean(0) - 0.05).abs() < 1e-7 && all.mean(6) == 0.5);
     }
 

@@ -315,7 +315,7 @@ impl Film {
     /// Bytes that sums of features take in all pixels of this crop. What a pixel sees, up to four things, is on the heap.
     pub fn feature_bytes(crop: Rect) -> u64 {
         crop.area()
-            .saturating_mul((size_of::<FeatureSums>() + 2 * Coverage::USUAL_BYTES) as u64)
+            .saturating_mul((size_of::<FeatureSums>() + 3 * Coverage::USUAL_BYTES) as u64)
     }
 
     /// Bytes of the channels of `aovs` in all pixels of this crop, but for parts of the light.

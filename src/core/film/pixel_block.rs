@@ -99,6 +99,7 @@ mod tests {
                     motion: Vec2::ZERO,
                     points: Points::default(),
                     object: i % 3,
+                    part: 3,
                     material: 7,
                 }),
             };

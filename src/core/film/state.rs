@@ -112,7 +112,7 @@ const FEATURES: [&str; FeatureSums::SUMS] = [
     "points.gradient",
 ];
 /// Its coverages.
-const COVERAGES: [&str; 2] = ["objects", "materials"];
+const COVERAGES: [&str; 3] = ["objects", "parts", "materials"];
 
 /// Name of the sum of the share of the background.
 const BACKGROUND: &str = "background";
@@ -127,8 +127,8 @@ pub struct StateLayout {
     parts: usize,
     /// True if the share of the background is summed.
     has_background: bool,
-    /// Maximum numbers of objects and of materials that a pixel names, where there are features.
-    levels: Option<[usize; 2]>,
+    /// Maximum numbers of objects, of parts and of materials that a pixel names, where there are features.
+    levels: Option<[usize; 3]>,
 }
 
 impl StateLayout {
@@ -141,7 +141,7 @@ impl StateLayout {
             has_background: film.backing().is_some(),
             levels: film
                 .has_features()
-                .then(|| [max(|f| &f.objects), max(|f| &f.materials)]),
+                .then(|| [max(|f| &f.objects), max(|f| &f.parts), max(|f| &f.materials)]),
         }
     }
 
@@ -218,7 +218,8 @@ impl StateLayout {
             return;
         };
         words.extend(features.sums.iter().flat_map(|sum| sum.to_words()));
-        for (coverage, levels) in [&features.objects, &features.materials].into_iter().zip(levels) {
+        let coverages = [&features.objects, &features.parts, &features.materials];
+        for (coverage, levels) in coverages.into_iter().zip(levels) {
             let end = words.len() + 2 * levels;
             words.extend(coverage.iter().take(levels).flat_map(|(id, count)| [id, count]));
             words.resize(end, 0);
@@ -250,15 +251,17 @@ impl StateLayout {
         for (PartSum(sum), words) in tile.part_sums_mut(pixel).iter_mut().zip(parts) {
             *sum = [0, 1, 2].map(|c| fixed(&words[c * Fixed::WORDS..]));
         }
-        let (Some(sums), Some([objects, _])) = (tile.features_mut(pixel), self.levels) else {
+        let (Some(sums), Some(levels)) = (tile.features_mut(pixel), self.levels) else {
             return;
         };
-        let (values, coverages) = features.split_at(FEATURES.len() * Fixed::WORDS);
+        let (values, mut coverages) = features.split_at(FEATURES.len() * Fixed::WORDS);
         for (sum, words) in sums.sums.iter_mut().zip(values.chunks_exact(Fixed::WORDS)) {
             *sum = fixed(words);
         }
-        let (of_objects, of_materials) = coverages.split_at(2 * objects);
-        for (coverage, words) in [(&mut sums.objects, of_objects), (&mut sums.materials, of_materials)] {
+        let of_kinds = [&mut sums.objects, &mut sums.parts, &mut sums.materials];
+        for (coverage, levels) in of_kinds.into_iter().zip(levels) {
+            let words;
+            (words, coverages) = coverages.split_at(2 * levels);
             for entry in words.chunks_exact(2).filter(|entry| entry[1] > 0) {
                 coverage.add(entry[0], entry[1]);
             }
@@ -324,6 +327,7 @@ mod tests {
                     motion: Vec2::ZERO,
                     points: Default::default(),
                     object: i as u32,
+                    part: 7,
                     material: 1,
                 }),
             };

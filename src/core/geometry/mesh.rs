@@ -13,9 +13,9 @@
 //! Each triangle that stands in the world keeps its normal and its share of the ray offset, a `Facet` of 16 bytes. Together with the ray offset that
 //! emitting triangles keep for all their points, that saves 7 % of a render (docs/benchmarks.md, "Single steps").
 
-use super::PrimId;
+use super::{PrimId, UNNAMED};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3, Vec4, encode_fields, float::gamma};
+use crate::math::{Encode, Vec2, Vec3, Vec4, float::gamma};
 use half::f16;
 
 /// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
@@ -39,18 +39,34 @@ pub struct Mesh {
     pub positions_close: Vec<Vec3>,
     /// Shading normals at time 1; empty where there are none, or where the mesh keeps its shape.
     pub normals_close: Vec<Vec3>,
+    /// Part of each triangle, by its number in the scene's [`PartNames`](super::PartNames); a single
+    /// number if all have the same part, and empty if none has a name. It decides no pixel.
+    pub parts: Vec<u32>,
 }
 
-encode_fields!(Mesh {
-    positions,
-    triangles,
-    normals,
-    uvs,
-    colors,
-    alphas,
-    positions_close,
-    normals_close,
-});
+impl Encode for Mesh {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        let Self {
+            positions,
+            triangles,
+            normals,
+            uvs,
+            colors,
+            alphas,
+            positions_close,
+            normals_close,
+            parts: _,
+        } = self;
+        positions.encode(sink);
+        triangles.encode(sink);
+        normals.encode(sink);
+        uvs.encode(sink);
+        colors.encode(sink);
+        alphas.encode(sink);
+        positions_close.encode(sink);
+        normals_close.encode(sink);
+    }
+}
 
 /// A point on a surface, with all that shading needs of the geometry.
 #[derive(Clone, Copy, Debug)]
@@ -139,6 +155,23 @@ impl Mesh {
             + size_of_val(self.alphas.as_slice())
             + size_of_val(self.positions_close.as_slice())
             + size_of_val(self.normals_close.as_slice())
+            + size_of_val(self.parts.as_slice())
+    }
+
+    /// Part of triangle `prim`.
+    pub fn part(&self, prim: PrimId) -> u32 {
+        let part = self.parts.get(prim.0 as usize).or(self.parts.first());
+        part.copied().unwrap_or(UNNAMED)
+    }
+
+    /// Gives the triangles these parts, one for each.
+    pub fn set_parts(&mut self, parts: Vec<u32>) {
+        self.parts = match parts.as_slice() {
+            [first, others @ ..] if others.iter().all(|part| part == first) => {
+                Some(*first).filter(|&part| part != UNNAMED).into_iter().collect()
+            }
+            _ => parts,
+        };
     }
 
     /// What all points of triangle `prim` share.
@@ -202,6 +235,23 @@ impl Mesh {
         let [a, b, c] = self.triangles[prim.0 as usize];
         Some([uv(a)?, uv(b)?, uv(c)?])
     }
+}
+
+/// Keeps the triangles for which `keeps` returns true, with their `parts` ([`Mesh::parts`]).
+pub fn retain_triangles(triangles: &mut Vec<[u32; 3]>, parts: &mut Vec<u32>, mut keeps: impl FnMut(&[u32; 3]) -> bool) {
+    if parts.len() < triangles.len() {
+        triangles.retain(keeps);
+        return;
+    }
+    let mut kept = 0;
+    for i in 0..triangles.len() {
+        if keeps(&triangles[i]) {
+            (triangles[kept], parts[kept]) = (triangles[i], parts[i]);
+            kept += 1;
+        }
+    }
+    triangles.truncate(kept);
+    parts.truncate(kept);
 }
 
 /// What all points of a triangle share.

@@ -143,6 +143,7 @@ impl<A: Accel> World<'_, A> {
             motion,
             points: Default::default(),
             object: self.scene.object(hit),
+            part: self.scene.part(hit),
             material: self.scene.shape(hit.geom).material.0,
         }
     }

@@ -4,69 +4,91 @@
 use super::FeatureNames;
 use crate::film::{Aov, Channel, Coverage, FeatureSums, Film};
 use serde_json::Value;
+use std::collections::HashMap;
 
-/// Layers, and the names of their channels: two ranks of identity and coverage each, six in all.
-type Layer = (&'static str, [&'static str; 12]);
-const OBJECTS: Layer = (
-    "CryptoObject",
-    [
-        "CryptoObject00.R",
-        "CryptoObject00.G",
-        "CryptoObject00.B",
-        "CryptoObject00.A",
-        "CryptoObject01.R",
-        "CryptoObject01.G",
-        "CryptoObject01.B",
-        "CryptoObject01.A",
-        "CryptoObject02.R",
-        "CryptoObject02.G",
-        "CryptoObject02.B",
-        "CryptoObject02.A",
-    ],
-);
-const MATERIALS: Layer = (
-    "CryptoMaterial",
-    [
-        "CryptoMaterial00.R",
-        "CryptoMaterial00.G",
-        "CryptoMaterial00.B",
-        "CryptoMaterial00.A",
-        "CryptoMaterial01.R",
-        "CryptoMaterial01.G",
-        "CryptoMaterial01.B",
-        "CryptoMaterial01.A",
-        "CryptoMaterial02.R",
-        "CryptoMaterial02.G",
-        "CryptoMaterial02.B",
-        "CryptoMaterial02.A",
-    ],
-);
+/// Suffixes of the channels of a layer: three ranks of identity and coverage, in pairs of two.
+const CHANNELS: [&str; 12] = [
+    "00.R", "00.G", "00.B", "00.A", "01.R", "01.G", "01.B", "01.A", "02.R", "02.G", "02.B", "02.A",
+];
 
-/// The channels of both mattes: for what covers most of a pixel, next to most, and so on, the hash of its name as a float and the share of the
-/// pixel's samples that met it.
-pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
-    let objects = layer(film, &OBJECTS, &names.objects, |f| &f.objects);
-    let materials = layer(film, &MATERIALS, &names.materials, |f| &f.materials);
-    objects.into_iter().chain(materials).collect()
+/// Mattes of one kind.
+struct Layer<'a> {
+    name: &'static str,
+    /// Names by the ids of the coverage.
+    names: Vec<&'a str>,
+    coverage: fn(&FeatureSums) -> &Coverage,
 }
 
-fn layer(film: &Film, layer: &Layer, names: &[String], of: fn(&FeatureSums) -> &Coverage) -> Vec<Channel> {
-    let hashes: Vec<f32> = names.iter().map(|name| id_of(name)).collect();
-    let mut channels = layer.1.map(|name| Channel {
-        name: name.into(),
-        values: Vec::with_capacity(film.crop().area() as usize),
-    });
-    for pixel in film.crop().pixels() {
-        let samples = film.sums(pixel).map_or(0, |sums| sums.samples()).max(1) as f32;
-        let ranked = film.features(pixel).map(|f| of(f).by_rank()).unwrap_or_default();
-        for (rank, pair) in channels.chunks_exact_mut(2).enumerate() {
-            let found = ranked.get(rank);
-            let id = found.and_then(|&(id, _)| hashes.get(id as usize)).copied();
-            pair[0].values.push(id.unwrap_or(0.0));
-            pair[1].values.push(found.map_or(0.0, |&(_, n)| n as f32 / samples));
-        }
+/// The layers of a scene with these names; that of parts if there are parts.
+fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
+    fn texts(names: &[String]) -> Vec<&str> {
+        names.iter().map(String::as_str).collect()
     }
-    channels.into()
+    let objects = Layer {
+        name: "CryptoObject",
+        names: texts(&names.objects),
+        coverage: |features| &features.objects,
+    };
+    let parts = Layer {
+        name: "CryptoPart",
+        names: names
+            .objects
+            .iter()
+            .chain(&names.parts_of_objects)
+            .map(String::as_str)
+            .collect(),
+        coverage: |features| &features.parts,
+    };
+    let materials = Layer {
+        name: "CryptoMaterial",
+        names: texts(&names.materials),
+        coverage: |features| &features.materials,
+    };
+    let parts = Some(parts).filter(|_| !names.parts_of_objects.is_empty());
+    [Some(objects), parts, Some(materials)].into_iter().flatten().collect()
+}
+
+/// The channels of all mattes: for what covers most of a pixel, next to most, and so on, the hash of its name as a float and the share of the
+/// pixel's samples that met it.
+pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
+    layers(names).iter().flat_map(|layer| layer.channels(film)).collect()
+}
+
+impl Layer<'_> {
+    fn channels(&self, film: &Film) -> Vec<Channel> {
+        let hashes: Vec<f32> = self.names.iter().map(|name| id_of(name)).collect();
+        // Several materials may have one name, and so may a part and an object.
+        let mut first: HashMap<&str, u32> = HashMap::new();
+        let ids = (0..).zip(&self.names);
+        let first_of: Vec<u32> = ids.map(|(id, name)| *first.entry(name).or_insert(id)).collect();
+        let has_repetitions = first.len() < self.names.len();
+        let mut channels = CHANNELS.map(|suffix| Channel {
+            name: format!("{}{suffix}", self.name).into(),
+            values: Vec::with_capacity(film.crop().area() as usize),
+        });
+        for pixel in film.crop().pixels() {
+            let samples = film.sums(pixel).map_or(0, |sums| sums.samples()).max(1) as f32;
+            let coverage = film.features(pixel).map(self.coverage);
+            let ranked = match coverage {
+                Some(coverage) if has_repetitions => {
+                    let mut by_name = Coverage::default();
+                    for (id, n) in coverage.iter() {
+                        by_name.add(first_of.get(id as usize).copied().unwrap_or(id), n);
+                    }
+                    by_name.by_rank()
+                }
+                Some(coverage) => coverage.by_rank(),
+                None => Vec::new(),
+            };
+            for (rank, pair) in channels.chunks_exact_mut(2).enumerate() {
+                let found = ranked.get(rank);
+                let id = found.and_then(|&(id, _)| hashes.get(id as usize)).copied();
+                pair[0].values.push(id.unwrap_or(0.0));
+                pair[1].values.push(found.map_or(0.0, |&(_, n)| n as f32 / samples));
+            }
+        }
+        channels.into()
+    }
 }
 
 /// What the header says of the mattes, if there are any.
@@ -74,20 +96,24 @@ pub(super) fn attributes(names: &FeatureNames) -> Vec<(String, String)> {
     if !names.aovs().contains(&Aov::Cryptomatte) {
         return Vec::new();
     }
-    let layers = [(OBJECTS.0, &names.objects), (MATERIALS.0, &names.materials)];
-    let of_layer = |(layer, names): (&str, &Vec<String>)| {
-        let key = &format!("{:08x}", hash_of(layer))[..7];
-        let hexadecimal = |name: &String| (name.clone(), Value::String(format!("{:08x}", id_of(name).to_bits())));
-        let manifest = Value::Object(names.iter().map(hexadecimal).collect());
+    let of_layer = |layer: &Layer| {
+        let key = &format!("{:08x}", hash_of(layer.name))[..7];
+        let hexadecimal = |name: &&str| {
+            (
+                name.to_string(),
+                Value::String(format!("{:08x}", id_of(name).to_bits())),
+            )
+        };
+        let manifest = Value::Object(layer.names.iter().map(hexadecimal).collect());
         [
-            ("name", layer.to_string()),
+            ("name", layer.name.to_string()),
             ("hash", "MurmurHash3_32".into()),
             ("conversion", "uint32_to_float32".into()),
             ("manifest", manifest.to_string()),
         ]
         .map(|(what, text)| (format!("cryptomatte/{key}/{what}"), text))
     };
-    layers.into_iter().flat_map(of_layer).collect()
+    layers(names).iter().flat_map(of_layer).collect()
 }
 
 /// The number by which mattes know a name: its hash as the bits of a float, without those that mean infinity, NaN or a subnormal number.

@@ -27,7 +27,7 @@ pub fn load_obj(
             obj::read_obj(path, options, changes, allowance, observer, findings)?
         }
         ObjReader::Tobj if !options.parts.is_empty() => {
-            let error = FileError::new(path, "--hide and --only: obj-reader tobj reads all parts").of_flag();
+            let error = FileError::new(path, "--hide, --only and [part]: obj-reader tobj reads no parts").of_flag();
             return Err(error.help("use --obj-reader own"));
         }
         #[cfg(feature = "tobj")]

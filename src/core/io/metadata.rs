@@ -103,6 +103,10 @@ pub struct FeatureNames {
     pub aovs: Vec<String>,
     /// Objects of the scene, from the first.
     pub objects: Vec<String>,
+    /// Parts of the scene besides its objects: [`Scene::part`](crate::scene::Scene::part) numbers them
+    /// behind these.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts_of_objects: Vec<String>,
     /// Materials of the scene, from the first.
     pub materials: Vec<String>,
     /// Groups of lights, where these are distinguished.
@@ -119,6 +123,7 @@ pub struct FeatureNames {
 encode_fields!(FeatureNames {
     aovs,
     objects,
+    parts_of_objects,
     materials,
     lights,
     strategies,

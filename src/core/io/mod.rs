@@ -35,6 +35,7 @@ pub mod statements;
 pub mod texture;
 #[cfg(feature = "tobj")]
 mod tobj_reader;
+mod udim;
 mod write_picture;
 
 pub use crate::files::{FileError, FileErrorKind, LoadObserver, Position};
@@ -50,12 +51,13 @@ pub use load_options::{LoadOptions, LoadParameters, MapsByName, ObjReader, Verte
 pub use metadata::{FeatureNames, Metadata};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
-pub use obj::{Face, FaceMaterial, ObjFaces, part_names};
+pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use origin::Origin;
-pub use part_filter::PartFilter;
+pub use part_filter::{PartFilter, PartRule};
 pub use png::{display_bytes, png_bytes};
 pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};
 pub use read_rendering::{Rendering, read_rendering};
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
+pub use udim::{Tiles, path_of_tiles, tile_names};
 pub use write_picture::Format;

@@ -57,6 +57,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
         });
         smooth.triangles.push(new);
     }
+    smooth.parts = std::mem::take(&mut mesh.parts);
     *mesh = smooth;
 }
 

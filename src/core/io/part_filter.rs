@@ -1,25 +1,57 @@
 //! Choice of the parts of OBJ files by their names.
 
+use crate::geometry::PartNames;
 use crate::math::Glob;
 
-/// Patterns of the names of parts. A face is hidden if any name of its part fits `hide`, or if `only`
-/// has patterns and no name fits one of them.
+/// Which parts are shown, and which ones are different from the rest of their file. Patterns fit each
+/// name of a part ([`PartNames::fits`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFilter {
     /// Parts that are left out.
     pub hide: Vec<Glob>,
     /// Parts that are kept, if there are any patterns.
     pub only: Vec<Glob>,
+    /// Rules of a scene file, in their order.
+    pub rules: Vec<PartRule>,
+}
+
+/// A rule for the parts that a pattern fits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartRule {
+    /// The parts.
+    pub glob: Glob,
+    /// True if they are shown; `None` leaves that to the rules before.
+    pub visible: Option<bool>,
+    /// True if they have materials apart from those of the file, and so meshes of their own.
+    pub has_material: bool,
 }
 
 impl PartFilter {
-    /// Returns true if all parts are shown.
+    /// Returns true if all parts are shown as the file has them.
     pub fn is_empty(&self) -> bool {
-        self.hide.is_empty() && self.only.is_empty()
+        self.hide.is_empty() && self.only.is_empty() && self.rules.is_empty()
     }
 
-    /// All patterns: those of `hide`, then those of `only`.
+    /// All patterns: those of `hide`, those of `only`, then those of the rules.
     pub fn globs(&self) -> impl Iterator<Item = &Glob> {
-        self.hide.iter().chain(&self.only)
+        let of_rules = self.rules.iter().map(|rule| &rule.glob);
+        self.hide.iter().chain(&self.only).chain(of_rules)
+    }
+
+    /// Returns true if the faces of `part` are shown. The last rule with `visible` decides, and `hide`
+    /// and `only` can hide more.
+    pub fn shows(&self, names: &PartNames, part: u32) -> bool {
+        let fits = |globs: &[Glob]| globs.iter().any(|glob| names.fits(part, glob));
+        let mut rules = self.rules.iter().rev();
+        let rule = rules.find(|rule| rule.visible.is_some() && names.fits(part, &rule.glob));
+        let is_visible = rule.and_then(|rule| rule.visible).unwrap_or(true);
+        is_visible && !fits(&self.hide) && (self.only.is_empty() || fits(&self.only))
+    }
+
+    /// Indices of the rules that give `part` another material.
+    pub fn material_rules(&self, names: &PartNames, part: u32) -> Vec<u32> {
+        let rules = (0..).zip(&self.rules);
+        let fitting = rules.filter(|(_, rule)| rule.has_material && names.fits(part, &rule.glob));
+        fitting.map(|(index, _)| index).collect()
     }
 }

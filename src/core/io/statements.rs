@@ -10,6 +10,8 @@ pub(crate) const MRGB: &str = "#MRGB";
 pub(crate) struct Statement<'a> {
     /// Line it starts on, counted from 1.
     pub line: usize,
+    /// Byte of the text at which that line begins.
+    pub start: usize,
     /// Statement without its comment.
     pub text: Cow<'a, str>,
     /// Line with its comment, if it has one and no line continues it.
@@ -36,13 +38,19 @@ pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
         let (index, line) = lines.next()?;
+        let start = line.as_ptr() as usize - text.as_ptr() as usize;
         let (line, commented) = parts(line);
-        let (text, commented) = match line.strip_suffix('\\') {
+        let (statement, commented) = match line.strip_suffix('\\') {
             None => (Cow::Borrowed(line), commented),
             Some(start) => (Cow::Owned(joined(start, lines.by_ref().map(|(_, line)| line))), None),
         };
         let line = index + 1;
-        Some(Statement { line, text, commented })
+        Some(Statement {
+            line,
+            start,
+            text: statement,
+            commented,
+        })
     })
     .filter(|statement| !statement.text.is_empty())
 }

@@ -4,6 +4,7 @@
 use super::normal_map::BumpContent;
 use super::picture::{Picture, PictureHeader, Samples};
 use super::read_picture::{Wanted, picture_size, png_gamma, read_picture};
+use super::udim::Tiles;
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
 use crate::files::memory::Allowance;
@@ -163,7 +164,7 @@ pub fn load_textures_within(
 /// largest ones.
 fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
     let cost = |request: &&TextureRequest| {
-        let size = picture_size(&request.path, wanted_for(request.kind), allowance);
+        let size = header_of(&request.path, request.kind, allowance);
         // An error in a header is reported when the picture is read.
         size.map_or((0, 0), |size| cost(&size, request.kind))
     };
@@ -188,6 +189,15 @@ fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<()
             error.unreadable()
         }),
         None => Ok(()),
+    }
+}
+
+/// The header of a picture, or of all tiles of one.
+fn header_of(path: &Path, kind: TextureKind, allowance: Allowance) -> Result<PictureHeader, FileError> {
+    let size = |path: &Path| picture_size(path, wanted_for(kind), allowance);
+    match Tiles::of_path(path) {
+        Some(tiles) => size(tiles.files().next().unwrap_or(path)).map(|one| tiles.header(one)),
+        None => size(path),
     }
 }
 
@@ -251,7 +261,11 @@ fn load_texture_within(
     wrap: Wrap,
     allowance: Allowance,
 ) -> Result<(Texture, TextureKind, Vec<FileError>), FileError> {
-    let picture = read_picture(path, wanted_for(kind), allowance)?;
+    let read = |path: &Path| read_picture(path, wanted_for(kind), allowance);
+    let picture = match Tiles::of_path(path) {
+        Some(tiles) => tiles.picture(read)?,
+        None => read(path)?,
+    };
     let kind = kind.decided(&picture);
     if kind == TextureKind::Normal && picture.channels < 3 {
         let error = FileError::new(path, "a normal map has red, green and blue, but this picture is grey");

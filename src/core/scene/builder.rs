@@ -8,7 +8,7 @@ use super::validate::{
     BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
 };
 use crate::color::Spectrum;
-use crate::geometry::{Mesh, Placement};
+use crate::geometry::{Mesh, PartNames, Placement};
 use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
     SpotLight, TriangleSampling,
@@ -57,6 +57,8 @@ pub struct SceneBuilder {
     pub(super) objects: Vec<String>,
     /// Those that are taken, each with the last number that was put behind it.
     object_names: HashMap<String, u32>,
+    /// Names of the parts of all meshes.
+    pub(super) parts: PartNames,
     pub(super) meshes: Vec<(Mesh, MaterialId)>,
     /// The object of each.
     pub(super) mesh_objects: Vec<u32>,
@@ -92,6 +94,7 @@ impl SceneBuilder {
         Self {
             objects: self.objects.clone(),
             object_names: self.object_names.clone(),
+            parts: PartNames::default(),
             meshes: Vec::new(),
             mesh_objects: self.mesh_objects.clone(),
             prototypes: Vec::new(),
@@ -169,6 +172,24 @@ impl SceneBuilder {
         self.object_names.insert(name.to_string(), number);
         self.object_names.entry(unique.clone()).or_insert(1);
         self.objects.push(unique);
+    }
+
+    /// Adds names of parts, by which `meshes` number theirs, and gives these the numbers of the scene. A
+    /// part of the same names is the same part.
+    pub fn add_parts<'m>(&mut self, names: PartNames, meshes: impl Iterator<Item = &'m mut Mesh>) {
+        if self.parts.is_empty() {
+            self.parts = names;
+            return;
+        }
+        let numbers = self.parts.append(&names);
+        for part in meshes.flat_map(|mesh| &mut mesh.parts) {
+            *part = numbers[*part as usize];
+        }
+    }
+
+    /// Names of the parts that were added.
+    pub fn part_names(&self) -> &PartNames {
+        &self.parts
     }
 
     /// The object that things are added to.

@@ -12,7 +12,7 @@
 //! with several samples are counted.
 
 use super::{LightNumbering, Scene};
-use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId};
+use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_triangles};
 use crate::material::MaterialId;
 use crate::math::hash::mix;
 use crate::math::{Affine3A, Vec3};
@@ -100,6 +100,7 @@ pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleS
         positions,
         positions_close,
         triangles,
+        parts,
         ..
     } = mesh;
     let key = |corners: &[u32; 3]| key_in_mesh(positions, positions_close, corners);
@@ -110,7 +111,7 @@ pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleS
         return 0;
     }
     let mut known = HashSet::new();
-    triangles.retain(|corners| {
+    retain_triangles(triangles, parts, |corners| {
         let key = key(corners);
         !repeated.contains(&hash(&key)) || known.insert(key)
     });

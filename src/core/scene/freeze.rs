@@ -66,6 +66,7 @@ impl SceneBuilder {
         let stopped = |material: &Material| material.stopped_bsdf().filter(|_| is_straight);
         let bsdf = |material: &Material| stopped(material).unwrap_or_else(|| material.bsdf());
         let absorptions: Vec<Spectrum> = self.materials.iter().map(Material::absorption_of_body).collect();
+        self.parts.shrink_to_fit();
         let mut scene = Scene {
             bounds,
             ground: None,
@@ -97,6 +98,7 @@ impl SceneBuilder {
                 true => vec![ONLY_OBJECT.into()],
                 false => self.objects,
             },
+            parts: self.parts,
             materials: self.materials,
             lights: Vec::new(),
             light_numbers: Vec::new(),

@@ -12,6 +12,7 @@ mod ground;
 mod lamp_hulls;
 mod light_checks;
 mod made_lights;
+mod part_sizes;
 mod passing;
 mod rebuilt;
 mod recognise;
@@ -25,13 +26,16 @@ pub use made_lights::{
     DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
     StudioParameters,
 };
+pub use part_sizes::PartSize;
 pub use rebuilt::UnlitBuilder;
 pub use recognise::Panes;
 pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, PrimId, SurfacePoint};
+use crate::geometry::{
+    Facet, GeomId, Hit, InstanceId, Mesh, PartNames, PlacedTriangle, Placement, PrimId, SurfacePoint, UNNAMED,
+};
 use crate::light::{
     EmissionSelection, Lamps, Light, LightChoice, LightGroups, LightId, LightSampleContext, LightSelection,
     TexturedTriangle, TriangleLight,
@@ -99,6 +103,8 @@ pub struct Scene {
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     objects: Vec<String>,
+    /// Names of the parts of all meshes.
+    parts: PartNames,
     materials: Vec<Material>,
     /// The BSDF of each material by its constants, for rays that it stops.
     bsdfs: Vec<Bsdf>,
@@ -295,7 +301,7 @@ impl Scene {
         let numbers: usize = self.light_numbers.iter().map(|n| size_of_val(n.as_slice())).sum();
         let lights = size_of_val(self.lights.as_slice()) + numbers + self.light_groups.bytes();
         let lights = lights + selection;
-        (meshes + facets + instances + maps + textures + lights) as u64
+        (meshes + self.parts.bytes() + facets + instances + maps + textures + lights) as u64
     }
 
     /// The shape that mesh `geom` is part of.
@@ -360,6 +366,20 @@ impl Scene {
         match self.instance(hit.inst) {
             Some(instance) => instance.object,
             None => self.shape(hit.geom).object,
+        }
+    }
+
+    /// Names of the parts of meshes.
+    pub fn part_names(&self) -> &PartNames {
+        &self.parts
+    }
+
+    /// The part that was hit. Objects are the first parts, in the order of [`Scene::objects`]: each is
+    /// the part of its triangles that have no name. The parts of [`Scene::part_names`] follow.
+    pub fn part(&self, hit: &Hit) -> u32 {
+        match self.mesh(hit.geom).part(hit.prim) {
+            UNNAMED => self.object(hit),
+            part => self.objects.len() as u32 + part - 1,
         }
     }
 

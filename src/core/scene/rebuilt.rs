@@ -1,5 +1,5 @@
-//! Builders of scenes that are built again with other lights: triangles and textures of the first
-//! scene are moved to the second one, so that no file is read twice.
+//! Builders of scenes that are built again with other lights: triangles, parts and textures of the
+//! first scene are moved to the second one, so that no file is read twice.
 
 use super::{Scene, SceneBuilder};
 use crate::material::MaterialId;
@@ -59,6 +59,7 @@ impl UnlitBuilder {
             .map(|count| all.by_ref().take(count).collect())
             .collect();
         builder.textures = scene.textures;
+        builder.parts = scene.parts;
         Some(builder)
     }
 }

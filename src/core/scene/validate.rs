@@ -4,7 +4,7 @@
 //! computes distances as volumes of three lengths over areas, in f32: they vanish in small scenes and overflow in large ones. The limits keep a
 //! margin to the scales at which pictures were wrong (docs/benchmarks.md, "Range of scales").
 
-use crate::geometry::{Mesh, Placement, triangle_area};
+use crate::geometry::{Mesh, Placement, retain_triangles, triangle_area};
 use crate::light::LightGroups;
 use crate::material::{Material, Quantity};
 use crate::math::{Affine3A, Bounds3, Vec3, excerpt, excerpt_of_name};
@@ -181,9 +181,10 @@ pub(super) fn remove_degenerate(mesh: &mut Mesh) -> u64 {
         positions,
         positions_close,
         triangles,
+        parts,
         ..
     } = mesh;
-    triangles.retain(|corners| {
+    retain_triangles(triangles, parts, |corners| {
         let has_area = |positions: &[Vec3]| {
             let [p0, p1, p2] = corners.map(|i| positions[i as usize]);
             triangle_area(p0, p1, p2) > 0.0

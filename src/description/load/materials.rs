@@ -1,16 +1,17 @@
 //! Materials of a scene: those of the scene file, of material libraries, and the default one.
 
-use super::{DEFAULT_MATERIAL, Loader, MaterialSource};
+use super::{DEFAULT_MATERIAL, Loader, MaterialSource, UsedMaterial};
 use crate::color::Spectrum;
 use crate::description::light_group_section::idle_members;
 use crate::description::mtl::{FileMaterial, default_material};
 use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
 use crate::description::{FileError, Finding, Position, SceneFile, Severity};
+use crate::geometry::Mesh;
 use crate::io::{MapsByName, MtlDialect};
 use crate::material::MaterialId;
-use crate::math::excerpt_of_name;
-use std::collections::BTreeSet;
+use crate::math::{excerpt, excerpt_of_name};
+use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -19,13 +20,21 @@ use toml::Spanned;
 const MAX_NAMED: usize = 100;
 
 impl Loader<'_> {
-    /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one; with what patches say of it.
-    pub(super) fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> MaterialId {
+    /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one; with what patches of it and of its
+    /// parts say. `mesh` is that of the group.
+    pub(super) fn material_of(&mut self, group: &Group, mesh: &Mesh, path: &Path, obj: &ObjFile) -> MaterialId {
         let file = self.file;
-        let name = group.material.as_deref().unwrap_or(DEFAULT_MATERIAL);
+        let (other, parts) = self.material_of_parts(group);
+        let name = other.as_ref().map(|name| name.get_ref()).or(group.material.as_ref());
+        let name = name.map_or(DEFAULT_MATERIAL, String::as_str);
         let section = file.replacement(name);
         let source = section.is_none().then(|| path.to_path_buf());
-        if let Some(&id) = self.used.get(&(source.clone(), name.to_string())) {
+        let used = UsedMaterial {
+            obj: source.clone(),
+            name: name.to_string(),
+            parts,
+        };
+        if let Some(&id) = self.used.get(&used) {
             return id;
         }
         let (found, place) = match section {
@@ -43,6 +52,12 @@ impl Loader<'_> {
                 Some(found) => {
                     let place = (found.library.clone(), Position::line(found.line));
                     (found.clone(), Some(place))
+                }
+                None if other.is_some() => {
+                    if let Some(other) = &other {
+                        self.refuse_material(other, obj);
+                    }
+                    (FileMaterial::default_of(name), None)
                 }
                 None => {
                     let mut found = FileMaterial::default_of(name);
@@ -72,8 +87,8 @@ impl Loader<'_> {
             });
             undefined.materials.push((name.clone(), group.line));
         }
-        let mut found = self.patched(found);
-        let material = self.textured(&mut found, path);
+        let mut found = self.patched(found, &used.parts);
+        let material = self.textured(&mut found, path, mesh);
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {
@@ -88,9 +103,10 @@ impl Loader<'_> {
         if let Some(&group) = self.light_groups.get(name) {
             self.builder.group_material(id, group);
         }
-        self.used.insert((source.clone(), name.to_string()), id);
+        let name = name.to_string();
+        self.used.insert(used, id);
         self.materials.push(MaterialSource {
-            name: name.to_string(),
+            name,
             obj: source,
             place,
             found,
@@ -177,12 +193,38 @@ impl Loader<'_> {
         }
     }
 
-    /// The material with what all patches of its name say, one after the other.
-    fn patched(&mut self, mut found: FileMaterial) -> FileMaterial {
+    /// The material that patches give to the parts of a group, and the indices of those that change it.
+    /// What stands before the last patch with `material` changes nothing.
+    fn material_of_parts(&self, group: &Group) -> (Option<Spanned<String>>, Vec<u32>) {
+        let section = |&rule: &u32| self.parts.get(rule as usize).map(|patch| &*patch.section);
+        let other = |rule: &u32| section(rule).and_then(|section| section.keys.material.clone());
+        let last = group.rules.iter().rposition(|rule| other(rule).is_some());
+        let changes = |rule: &u32| section(rule).is_some_and(|section| section.changes_material());
+        let rules = group.rules.iter().skip(last.unwrap_or(0)).copied();
+        (
+            last.and_then(|last| other(&group.rules[last])),
+            rules.filter(changes).collect(),
+        )
+    }
+
+    /// Says that a patch of parts names a material that neither the scene file nor `obj` has.
+    fn refuse_material(&mut self, name: &Spanned<String>, obj: &ObjFile) {
+        let known = obj.materials.iter().map(|found| found.material.name.as_str());
+        let replaced = self.file.material.keys().map(|key| key.get_ref().as_str());
+        let help = help_of_names("materials", name.get_ref(), known.chain(replaced));
+        let message = format!("there is no material `{}`", excerpt(name.get_ref()));
+        let error = self.file.error(name.span(), message).help(help);
+        self.wrong("wrong-part", error);
+    }
+
+    /// The material with what all patches of its name say, one after the other, and then those of `parts`.
+    fn patched(&mut self, mut found: FileMaterial, parts: &[u32]) -> FileMaterial {
         let mut remarks = Vec::new();
         let name = found.material.name.clone();
-        for patch in self.patches.of_material(&name) {
-            match patch.section.patched(&found, &self.file.source) {
+        let of_name = self.patches.of_material(&name).into_iter().map(|patch| &*patch.section);
+        let of_parts = parts.iter().filter_map(|&rule| self.parts.get(rule as usize));
+        for section in of_name.chain(of_parts.map(|patch| &patch.section.material)) {
+            match section.patched(&found, &self.file.source) {
                 Ok((patched, warning)) => {
                     found = patched;
                     remarks.extend(warning.map(|warning| (Severity::Warning, "no-effect", warning)));
@@ -199,7 +241,9 @@ impl Loader<'_> {
     /// Says which names and globs of materials in the scene file are of no use.
     pub(super) fn warn_of_idle_materials(&mut self) {
         let file = self.file;
-        let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
+        let used = self.used.keys().filter(|used| used.obj.is_none());
+        let used: HashSet<&str> = used.map(|used| used.name.as_str()).collect();
+        let is_unused = |key: &&Spanned<String>| !used.contains(key.get_ref().as_str());
         let replacements = file.material.iter().filter(|(_, section)| !section.is_patch());
         let mut unused: Vec<_> = replacements
             .map(|(key, _)| key)

@@ -15,15 +15,16 @@ use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest};
 use super::obj::ObjFile;
 use super::object_section::ObjectSection;
-use super::patches::PatchList;
+use super::part_section::PartSection;
+use super::patches::{Patch, PatchList};
 use super::scene_file::SceneFile;
 use super::texture::TextureRequest;
 use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Severity, Warning};
-use crate::io::{LoadOptions, part_names};
+use crate::io::LoadOptions;
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
-use crate::math::{Glob, excerpt_of_name, significant};
+use crate::math::{excerpt_of_name, significant};
 use crate::scene::{
     BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
 };
@@ -136,11 +137,13 @@ struct Loader<'a> {
     findings: Findings,
     /// Whether to go on after what is wrong.
     goes_on: bool,
-    /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
-    used: HashMap<(Option<PathBuf>, String), MaterialId>,
+    /// Materials handed to the builder.
+    used: HashMap<UsedMaterial, MaterialId>,
     materials: Vec<MaterialSource>,
     /// Patches of materials.
     patches: PatchList<'a>,
+    /// Patches of parts.
+    parts: Vec<Patch<'a, PartSection>>,
     /// Whether any material of this name emits, of those that are used.
     emits: HashMap<String, bool>,
     /// The group of lights that materials of this name are in.
@@ -169,6 +172,16 @@ struct Loader<'a> {
     prototypes: HashMap<Shapes, PrototypeId>,
     /// Files that were read, or tried.
     files: Vec<PathBuf>,
+}
+
+/// A material in use.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct UsedMaterial {
+    /// The OBJ file that it comes from; `None` if it is the scene file's.
+    obj: Option<PathBuf>,
+    name: String,
+    /// Indices of the patches of parts that change it.
+    parts: Vec<u32>,
 }
 
 /// The files that an object's shape comes from: at time 0, and at time 1 where that is another one.
@@ -206,6 +219,7 @@ impl<'a> Loader<'a> {
             used: HashMap::new(),
             materials: Vec::new(),
             patches: PatchList::default(),
+            parts: Vec::new(),
             emits: HashMap::new(),
             light_groups: HashMap::new(),
             textures: Vec::new(),
@@ -216,10 +230,7 @@ impl<'a> Loader<'a> {
             missing: BTreeMap::new(),
             undefined: BTreeMap::new(),
             named_maps: BTreeMap::new(),
-            load: LoadOptions {
-                parts: file.parts(),
-                ..file.load.clone()
-            },
+            load: file.load.clone(),
             part_fits: Vec::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
@@ -319,6 +330,12 @@ impl<'a> Loader<'a> {
             Ok(patches) => self.patches = PatchList::new(patches),
             Err(error) => self.wrong("wrong-material", error),
         }
+        match self.file.part_patches() {
+            Ok(parts) => self.parts = parts,
+            Err(error) => self.wrong("wrong-part", error),
+        }
+        self.load.parts = self.file.part_filter(&self.parts);
+        self.part_fits = vec![false; self.load.parts.globs().count()];
         // A file that several objects name is read once.
         let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
         let mut tried = HashSet::new();
@@ -335,11 +352,12 @@ impl<'a> Loader<'a> {
                 }
                 match load_obj(&path, &self.load, self.allowance, self.observer, &mut self.findings) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
-                    Ok(obj) => {
-                        self.part_fits.resize(obj.part_fits.len(), false);
-                        for (all, fits) in self.part_fits.iter_mut().zip(&obj.part_fits) {
-                            *all |= fits;
+                    Ok(mut obj) => {
+                        for (fits, glob) in self.part_fits.iter_mut().zip(self.load.parts.globs()) {
+                            *fits |= obj.parts.parts().any(|part| obj.parts.fits(part, glob));
                         }
+                        let meshes = obj.groups.iter_mut().map(|group| &mut group.mesh);
+                        self.builder.add_parts(std::mem::take(&mut obj.parts), meshes);
                         self.files.push(path.clone());
                         self.files.extend(obj.libraries.iter().cloned());
                         sources.push(ObjSource::new(path.clone(), &obj));
@@ -373,33 +391,35 @@ impl<'a> Loader<'a> {
 
     /// Errors about patterns that fit no part of any file, and about a scene whose parts are all hidden.
     fn check_parts(&mut self, objs: &BTreeMap<PathBuf, ObjFile>) {
-        if self.load.parts.is_empty() || objs.is_empty() {
+        let filter = &self.load.parts;
+        if filter.is_empty() || objs.is_empty() && !self.files.is_empty() {
             return;
         }
-        let globs: Vec<Glob> = self.load.parts.globs().cloned().collect();
-        let fits = globs.iter().zip(&self.part_fits);
-        let unfit: Vec<&Glob> = fits.filter(|(_, fits)| !**fits).map(|(glob, _)| glob).collect();
-        let is_empty = objs.values().all(|obj| obj.groups.is_empty()) && self.file.made.is_empty();
-        if unfit.is_empty() && !is_empty {
-            return;
-        }
-        // The files are read once more for the names in the message alone.
-        let names: Vec<String> = objs
-            .keys()
-            .flat_map(|path| part_names(path).unwrap_or_default())
+        let names = self.builder.part_names();
+        let names: Vec<&str> = (names.parts())
+            .flat_map(|part| [names.object(part), names.groups(part)])
+            .filter(|name| !name.is_empty())
             .collect();
-        for glob in &unfit {
-            let literal = glob.literal();
-            let error = self.file.whole(format!(
-                "no part of the scene has the name `{}`",
-                excerpt_of_name(&literal)
-            ));
-            let error = error.help(help_of_names("parts", &literal, names.iter().map(String::as_str)));
-            self.wrong("unused-part", error);
-        }
-        if unfit.is_empty() && self.findings.first_error().is_none() {
+        let unfit = (filter.globs().zip(&self.part_fits).enumerate()).filter(|(_, (_, fits))| !**fits);
+        let first_rule = filter.hide.len() + filter.only.len();
+        let mut errors: Vec<FileError> = unfit
+            .map(|(index, (glob, _))| {
+                let literal = glob.literal();
+                let message = format!("no part of the scene has the name `{}`", excerpt_of_name(&literal));
+                let rule = index.checked_sub(first_rule).and_then(|rule| self.parts.get(rule));
+                let error = match rule {
+                    Some(patch) => self.file.error(patch.span.clone(), message),
+                    None => self.file.whole(message),
+                };
+                error.help(help_of_names("parts", &literal, names.iter().copied()))
+            })
+            .collect();
+        let is_empty = objs.values().all(|obj| obj.groups.is_empty()) && self.file.made.is_empty();
+        if errors.is_empty() && is_empty && self.findings.first_error().is_none() {
             let error = self.file.whole("all parts of the scene are hidden");
-            let error = error.help(help_of_names("parts", "", names.iter().map(String::as_str)));
+            errors.push(error.help(help_of_names("parts", "", names.iter().copied())));
+        }
+        for error in errors {
             self.wrong("unused-part", error);
         }
     }

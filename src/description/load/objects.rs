@@ -81,6 +81,7 @@ impl Loader<'_> {
         let group = Group {
             material: object.material.clone(),
             line: 0,
+            rules: Vec::new(),
             mesh: Mesh::clone(&object.mesh),
         };
         let defines = |obj: &ObjFile| {
@@ -90,10 +91,10 @@ impl Loader<'_> {
                 .is_some_and(|name| obj.material(name).is_some())
         };
         let material = match objs.iter().find(|(_, obj)| defines(obj)) {
-            Some((path, obj)) => self.material_of(&group, path, obj),
+            Some((path, obj)) => self.material_of(&group, &group.mesh, path, obj),
             None => {
                 let none = ObjFile::new(Vec::new(), Vec::new(), Vec::new());
-                self.material_of(&group, self.file.path().unwrap_or(Path::new("")), &none)
+                self.material_of(&group, &group.mesh, self.file.path().unwrap_or(Path::new("")), &none)
             }
         };
         self.builder.add_mesh(group.mesh, material).map_err(|error| {
@@ -138,7 +139,7 @@ impl Loader<'_> {
                 mesh.positions_close = last.mesh.positions.clone();
                 mesh.normals_close = last.mesh.normals.clone();
             }
-            let material = self.material_of(group, &path, obj);
+            let material = self.material_of(group, &mesh, &path, obj);
             let is_auto = self.file.load.parameters.vertex_colors() == VertexColors::Auto;
             if is_auto && !mesh.colors.is_empty() && self.builder.has_diffuse_map(material) {
                 mesh.colors = Vec::new();
@@ -174,5 +175,6 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
             .iter()
             .map(|&n| (of_normals * n).normalize_or(n))
             .collect(),
+        parts: mesh.parts.clone(),
     }
 }

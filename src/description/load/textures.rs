@@ -9,8 +9,11 @@ use crate::description::find_texture::{FoundTexture, TextureSearch};
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement, default_material};
 use crate::description::texture::{TextureKind, TextureRequest, load_textures_within};
 use crate::description::{FileError, Severity};
-use crate::material::{Map, Maps, Material};
-use crate::texture::{Channel, TextureId};
+use crate::geometry::{Mesh, PrimId};
+use crate::io::{Tiles, path_of_tiles, tile_names};
+use crate::material::{Map, Maps, Material, MaterialId};
+use crate::math::Vec2;
+use crate::texture::{Channel, TextureId, Wrap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -31,8 +34,9 @@ impl AskedTexture {
 
 impl Loader<'_> {
     /// The material of a file with maps that name requests for textures: 2 i is the request i in
-    /// the slot that is written, and 2 i + 1 in the other one, if its picture decides so.
-    pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path) -> Material {
+    /// the slot that is written, and 2 i + 1 in the other one, if its picture decides so. `mesh` has the
+    /// material.
+    pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
         for request in &mut found.maps {
@@ -45,10 +49,19 @@ impl Loader<'_> {
                 continue;
             };
             let first = 2 * self.textures.len() as u32;
+            let mut mapping = statement.mapping;
+            if let Some(tiles) = Tiles::of_path(&path) {
+                self.tell_of_tiles(request, &tiles, mesh);
+                // All tiles are one picture.
+                let size = Vec2::from(tiles.size().map(|count| count as f32));
+                mapping.scale /= size;
+                mapping.offset /= size;
+                mapping.wrap = Wrap::Clamp;
+            }
             let map = |id| {
                 Some(Map {
                     texture: TextureId(id),
-                    mapping: statement.mapping,
+                    mapping,
                 })
             };
             *map_of(&mut material.maps, statement.slot) = map(first);
@@ -58,7 +71,7 @@ impl Loader<'_> {
             self.textures.push(TextureRequest {
                 path,
                 kind: kind_of(request),
-                wrap: statement.mapping.wrap,
+                wrap: mapping.wrap,
             });
             self.asked.push(AskedTexture {
                 request: request.clone(),
@@ -74,15 +87,21 @@ impl Loader<'_> {
         let statement = &request.statement;
         let folder = request.place.file.parent().unwrap_or(Path::new(""));
         let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
-        match search.find(statement.names(), &mut self.finder) {
+        let names = statement.names().flat_map(|name| match tile_names(name) {
+            Some(tiles) => tiles.collect(),
+            None => vec![name.to_string()],
+        });
+        let names: Vec<String> = names.collect();
+        let names = names.iter().map(String::as_str);
+        match search.find(names.clone(), &mut self.finder) {
             Some(FoundTexture::AsNamed(path)) => {
                 let is_exact = |name: &str| !case_differs(folder, name, &path) && !name.contains('\\');
-                if !statement.names().any(is_exact) {
+                if !names.clone().any(is_exact) {
                     let found = request.remark(&format!("is found as {}", path.display()));
                     let help = "write the name exactly as the file is called; other systems may not find it";
                     self.findings.add(Severity::Note, "other-case", found.help(help));
                 }
-                Some(path)
+                Some(with_all_tiles(path, statement))
             }
             Some(FoundTexture::Elsewhere(path)) => {
                 let place = path.parent().unwrap_or(Path::new(""));
@@ -91,7 +110,7 @@ impl Loader<'_> {
                 if found.iter().all(|(known, _)| known.statement.file != statement.file) {
                     found.push((request.clone(), path.clone()));
                 }
-                Some(path)
+                Some(with_all_tiles(path, statement))
             }
             None => {
                 let (what, help) = match folder.join(&statement.file).is_dir() {
@@ -107,6 +126,42 @@ impl Loader<'_> {
                 });
                 None
             }
+        }
+    }
+
+    /// Tells of a texture of several tiles, and of those that triangles of `mesh` need and that are
+    /// missing.
+    fn tell_of_tiles(&mut self, request: &MapRequest, tiles: &Tiles, mesh: &Mesh) {
+        let mapping = request.statement.mapping;
+        let number = |corners: [Vec2; 3]| {
+            let st = mapping.st((corners[0] + corners[1] + corners[2]) / 3.0);
+            Tiles::number_at(st.x, st.y)
+        };
+        let prims = (0..mesh.triangles.len() as u32).map(PrimId);
+        let needed: BTreeSet<u32> = prims
+            .filter_map(|prim| mesh.corner_uvs(prim))
+            .filter_map(number)
+            .collect();
+        let missing: Vec<String> = needed
+            .into_iter()
+            .filter(|number| !tiles.has(*number))
+            .map(|number| number.to_string())
+            .collect();
+        let count = tiles.files().count();
+        let found = request.remark(&format!("is a texture of {count} tiles (UDIM)"));
+        self.findings.add(Severity::Note, "udim-tiles", found);
+        if let [first, others @ ..] = missing.as_slice() {
+            let words = match others {
+                [] => format!("has no tile {first}, where the material's constant is used"),
+                _ => format!(
+                    "has no tiles {}, where the material's constant is used",
+                    missing.join(", ")
+                ),
+            };
+            let help = "put the tiles beside the others, or move the texture coordinates";
+            let severity = self.file.load.severity_of_lack();
+            self.findings
+                .add(severity, "missing-tile", request.remark(&words).help(help));
         }
     }
 
@@ -153,8 +208,12 @@ impl Loader<'_> {
     pub(super) fn load_textures(&mut self) {
         self.tell_of_missing();
         self.tell_of_found_elsewhere();
-        self.files
-            .extend(self.textures.iter().map(|texture| texture.path.clone()));
+        for texture in &self.textures {
+            match Tiles::of_path(&texture.path) {
+                Some(tiles) => self.files.extend(tiles.files().map(Path::to_path_buf)),
+                None => self.files.push(texture.path.clone()),
+            }
+        }
         let loaded = match load_textures_within(&self.textures, self.allowance, self.observer) {
             Ok(loaded) => loaded,
             Err(error) => {
@@ -213,10 +272,8 @@ impl Loader<'_> {
                 ids.swap(2 * i, 2 * i + 1);
             }
         }
-        for source in exchanged.iter().filter_map(|&material| self.materials.get(material)) {
-            if let Some(&id) = self.used.get(&(source.obj.clone(), source.name.clone())) {
-                self.builder.exchange_bumps(id);
-            }
+        for &material in &exchanged {
+            self.builder.exchange_bumps(MaterialId(material as u32));
         }
         self.builder.set_textures(loaded.textures, &ids);
         self.builder.texture_filter(self.file.load.parameters.texture_filter());
@@ -288,6 +345,18 @@ pub(super) struct MissingUse {
     /// State of the file, such as "is missing".
     what: &'static str,
     help: String,
+}
+
+/// The path of all tiles if `found` is one of several (UDIM): the name in the library says so, or tile
+/// 1001 that it names has others beside it.
+fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
+    let is_said = statement.names().any(|name| tile_names(name).is_some());
+    let is_first = || found.to_string_lossy().contains("1001");
+    let Some(path) = path_of_tiles(&found).filter(|_| is_said || is_first()) else {
+        return found;
+    };
+    let count = Tiles::of_path(&path).map_or(0, |tiles| tiles.files().count());
+    if is_said || count > 1 { path } else { found }
 }
 
 /// The look of surfaces without a texture, for each kind of use, with the materials.

@@ -12,14 +12,16 @@ use super::light_changes::ChangedLight;
 use super::obj::{named_unit, origin_of, usual_up};
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
+use super::patches::Patch;
+use super::section::value;
 use super::source::Source;
 use super::unknown_key::parser_error;
 use super::{
     FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection, ObjectSection,
-    Position, SceneOptions,
+    PartSection, Position, SceneOptions,
 };
 use crate::io::Origin;
-use crate::io::PartFilter;
+use crate::io::{PartFilter, PartRule};
 use crate::math::Glob;
 use crate::math::{DVec3, Vec3};
 use crate::options::CameraOptions;
@@ -56,6 +58,9 @@ pub struct SceneFile {
     /// Patches of materials, by globs of their names.
     #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub patch: InOrder<MaterialSection>,
+    /// Changes of parts of OBJ files, by globs of their names.
+    #[serde(default, skip_serializing_if = "InOrder::is_empty")]
+    pub part: InOrder<PartSection>,
     /// Lights besides emitting triangles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light: Vec<LightSection>,
@@ -353,12 +358,21 @@ impl SceneFile {
         })
     }
 
-    /// The parts of OBJ files that are read.
-    pub(super) fn parts(&self) -> PartFilter {
+    /// The parts of OBJ files that are read, under the rules of `patches`.
+    pub(super) fn part_filter(&self, patches: &[Patch<PartSection>]) -> PartFilter {
         let [hide, only] = self
             .part_patterns()
             .map(|patterns| patterns.iter().map(|pattern| Glob::new(pattern)).collect());
-        PartFilter { hide, only }
+        let rule = |patch: &Patch<PartSection>| PartRule {
+            glob: patch.glob.clone(),
+            visible: value(&patch.section.keys.visible),
+            has_material: patch.section.has_material(),
+        };
+        PartFilter {
+            hide,
+            only,
+            rules: patches.iter().map(rule).collect(),
+        }
     }
 
     /// Whether any light, or the emission of any material, is said to be in a group.

@@ -10,7 +10,9 @@ use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
 #[cfg(feature = "view")]
 use super::section::Section;
 use super::section::table;
-use super::{GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, SceneOptions};
+use super::{
+    GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, PartSection, SceneOptions,
+};
 use crate::color::Spectrum;
 use crate::options::{CameraOptions, Parameter};
 use serde_json::{Map, Value, json};
@@ -43,6 +45,7 @@ fn schema() -> Value {
             "object": list(object(), 1, "Objects"),
             "material": named(material, "Materials that replace those of MTL files, by name"),
             "patch": named(patch, "Changes of materials, by globs of their names"),
+            "part": named(part(), "Changes of parts of OBJ files, by globs of their `o` and `g` names"),
             "light": list(light(), 0, "Lights besides emitting triangles"),
             "ground": table::<GroundSection>(Some("A plane that shows only shadows")),
             "light_group": list(table::<LightGroupSection>(Some("Group of emitting materials")), 0, "Light groups"),
@@ -130,6 +133,16 @@ fn object() -> Value {
         not_both("transform_close", "matrix_close")
     ]);
     object
+}
+
+/// Changes of parts.
+fn part() -> Value {
+    let properties = PartSection::all_keys().map(|key| (key.key.into(), described(key)));
+    closed(
+        Some("Changes of all parts whose names match"),
+        properties.collect(),
+        &[],
+    )
 }
 
 /// A light: its type decides which keys it has.

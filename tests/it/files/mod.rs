@@ -8,5 +8,6 @@ mod parts;
 mod readers;
 mod schema;
 mod smoothing_groups;
+mod specification;
 mod told_repairs;
 mod written_scenes;

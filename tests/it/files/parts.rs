@@ -1,6 +1,7 @@
 //! Parts of an OBJ file by the names of `o` and `g`: hidden, or shown alone.
 
 use crate::support::program::*;
+use crate::support::{matte, read_channel};
 use std::fs;
 use tempfile::TempDir;
 
@@ -95,4 +96,211 @@ fn patterns_without_a_part_are_errors() {
     assert!(words.contains("--obj-reader own"), "{words}");
     let words = refused(folder.path(), &split("render s.toml -o t.png --set render.hide=3"), 2);
     assert!(words.contains("hide is not the name of a part"), "{words}");
+}
+
+/// The scene of squares in which each part is an object with a file of its own.
+fn split_scene() -> TempDir {
+    let names = ["Chair.001/seat", "Table/top wood", "Table/leg wood", "Table"];
+    let objects: String = (0..4)
+        .map(|i| format!("[[object]]\nname = \"{}\"\nobj = \"{i}.obj\"\n", names[i]))
+        .collect();
+    let text = SCENE.replace("[[object]]\nobj = \"a.obj\"\n", &objects);
+    let files: Vec<(String, String)> = (0..4)
+        .map(|i| (format!("{i}.obj"), format!("{VERTICES}{}", PARTS[i].1)))
+        .collect();
+    let mut all: Vec<(&str, &str)> = files.iter().map(|(name, text)| (&**name, &**text)).collect();
+    all.push(("s.toml", &text));
+    folder(&all)
+}
+
+#[test]
+fn objects_of_single_parts_have_the_bits_of_one_file() {
+    let (whole, split_up) = (scene([true; 4]), split_scene());
+    for folder in [&whole, &split_up] {
+        done(
+            folder.path(),
+            &split("render s.toml -q --spp 16 --aov cryptomatte,id -o t.exr"),
+        );
+    }
+    let [whole, split_up] = [&whole, &split_up].map(|folder| folder.path().join("t.exr"));
+    let bits = |path: &std::path::Path, channel: &str| -> Vec<u32> {
+        read_channel(path, channel)
+            .iter()
+            .map(|value| value.to_bits())
+            .collect()
+    };
+    for channel in ["R", "G", "B", "N.X", "albedo.G", "Z"] {
+        assert_eq!(bits(&whole, channel), bits(&split_up, channel), "{channel}");
+    }
+    for suffix in ["00.R", "00.G", "00.B", "00.A", "01.R", "01.G", "01.B", "01.A"] {
+        let (part, object) = (format!("CryptoPart{suffix}"), format!("CryptoObject{suffix}"));
+        assert_eq!(bits(&whole, &part), bits(&split_up, &object), "{part}");
+    }
+}
+
+#[test]
+fn mattes_of_parts_and_the_background_sum_to_one() {
+    let folder = scene([true; 4]);
+    let args = "render s.toml -q --spp 64 --background transparent --aov cryptomatte,id -o t.exr --set";
+    done(folder.path(), &joined(&split(args), &["camera.position=[1, 3, 6]"]));
+    let path = folder.path().join("t.exr");
+    let names = ["Chair.001/seat", "Table/top wood", "Table/leg wood", "Table"];
+    let mattes = names.map(|name| matte(&path, "CryptoPart", name));
+    let alpha = read_channel(&path, "A");
+    for i in 0..alpha.len() {
+        let sum: f32 = mattes.iter().map(|matte| matte[i]).sum();
+        assert!((sum - alpha[i]).abs() < 1e-6, "{sum}, alpha {}", alpha[i]);
+    }
+    // Each part is seen, and so is the background.
+    for (matte, name) in mattes.iter().zip(names) {
+        assert!(matte.iter().sum::<f32>() > 1.0, "{name}");
+    }
+    assert!(alpha.contains(&0.0));
+    // One object, whose number is 1: parts follow.
+    let ids = read_channel(&path, "id.part");
+    let mut seen: Vec<u32> = ids.iter().map(|id| *id as u32).collect();
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen, [0, 2, 3, 4, 5]);
+    assert!(read_channel(&path, "id.object").iter().all(|id| *id <= 1.0));
+}
+
+/// A rule for one part equals a file whose faces name that material.
+#[test]
+fn parts_have_materials_of_their_own() {
+    let library = "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl red\nKd 0.8 0.1 0.1\nnewmtl shiny\nKd 0.5 0.5 0.5\nKs 0.4 0.4 0.4\nNs 50\n";
+    let with = |materials: [&str; 4], more: &str| {
+        let parts: String = PARTS
+            .iter()
+            .zip(materials)
+            .map(|((names, faces), material)| format!("{names}usemtl {material}\n{faces}"))
+            .collect();
+        let obj = format!("mtllib a.mtl\n{VERTICES}{parts}");
+        folder(&[
+            ("a.obj", &obj),
+            ("a.mtl", library),
+            ("s.toml", &format!("{SCENE}{more}")),
+        ])
+    };
+    let grey = || with(["grey"; 4], "");
+    let shiny = "specular=[0.4,0.4,0.4]";
+    let cases = [
+        (
+            "--part seat.material=red",
+            "[part.seat]\nmaterial = \"red\"\n",
+            ["red", "grey", "grey", "grey"],
+        ),
+        (
+            "--part Table.material=red --part top.material=grey",
+            "[part.Table]\nmaterial = \"red\"\n[part.top]\nmaterial = \"grey\"\n",
+            ["grey", "grey", "red", "red"],
+        ),
+        (
+            "--part *wood.specular=0.4 --part *wood.exponent=50",
+            "[part.\"*wood\"]\nspecular = 0.4\nexponent = 50.0\n",
+            ["grey", "shiny", "shiny", "grey"],
+        ),
+    ];
+    for (flags, sections, materials) in cases {
+        let expected = picture(&with(materials, ""), "");
+        assert!(picture(&grey(), "") != expected, "{flags} {shiny}");
+        assert!(picture(&grey(), flags) == expected, "{flags}");
+        assert!(picture(&with(["grey"; 4], sections), "") == expected, "{sections}");
+        // The dump of a scene has the flags in sections.
+        let folder = grey();
+        picture(&folder, &format!("{flags} --dump-scene d.toml"));
+        fs::copy(folder.path().join("d.toml"), folder.path().join("s.toml")).unwrap();
+        assert!(picture(&folder, "") == expected, "{flags}, dumped");
+    }
+}
+
+#[test]
+fn parts_are_hidden_by_rules() {
+    let whole = scene([true; 4]);
+    for (flags, shown) in [
+        ("--part Chair*.visible=false", [false, true, true, true]),
+        (
+            "--part wood.visible=false --part leg.visible=true",
+            [true, false, true, true],
+        ),
+        ("--part Table.visible=true --hide top", [true, false, true, true]),
+    ] {
+        assert!(picture(&whole, flags) == picture(&scene(shown), ""), "{flags}");
+    }
+}
+
+#[test]
+fn wrong_rules_are_errors() {
+    let folder = scene([true; 4]);
+    let scene = |more: &str| fs::write(folder.path().join("s.toml"), format!("{SCENE}{more}")).unwrap();
+    for (more, words) in [
+        (
+            "[part.Chiar]\nroughness = 0.1\n",
+            [
+                "s.toml:",
+                "no part of the scene has the name `Chiar`",
+                "did you mean `Chair.001`?",
+            ],
+        ),
+        (
+            "[part.leg]\nmaterial = \"god\"\n[material.gold]\ndiffuse = 1\n",
+            ["s.toml:", "there is no material `god`", "`gold`"],
+        ),
+        (
+            "[part.leg]\nrougness = 0.1\n",
+            ["s.toml:", "unknown key `rougness`", "`roughness`"],
+        ),
+        ("[part.leg]\nvisible = 3\n", ["s.toml:", "true or false", ""]),
+        ("[part.leg.a]\nvisible = true\n", ["s.toml:", "[part.leg.a]", "quote"]),
+        ("[part.leg]\nroughness = 3\n", ["s.toml:", "roughness", ""]),
+    ] {
+        scene(more);
+        let out = run(folder.path(), &split("render s.toml -o t.png"));
+        let said = crate::support::program::words(&out);
+        assert!(
+            code(&out) != 0 && words.iter().all(|words| said.contains(words)),
+            "{more}: {said}"
+        );
+    }
+    scene("");
+    for (flag, words) in [
+        ("Chiar.visible=false", "did you mean `Chair.001`?"),
+        ("leg", "--part leg: expected NAME.KEY=VALUE or NAME=PRESET"),
+        ("leg.visible=maybe", "true or false"),
+    ] {
+        let out = run(folder.path(), &["render", "s.toml", "-o", "t.png", "--part", flag]);
+        let said = crate::support::program::words(&out);
+        assert!(code(&out) != 0 && said.contains(words), "{flag}: {said}");
+    }
+    done(
+        folder.path(),
+        &split("render s.toml -q -o t.png --part leg=gold --part Chair.001.roughness=0.2"),
+    );
+}
+
+#[test]
+fn info_lists_parts() {
+    let folder = scene([true; 4]);
+    let info = json(&run(folder.path(), &split("info s.toml --json")));
+    let parts = info["parts"].as_array().unwrap();
+    let found: Vec<_> = parts
+        .iter()
+        .map(|part| {
+            (
+                part["name"].as_str().unwrap(),
+                part["triangles"].as_u64().unwrap(),
+                part["area"].as_f64().unwrap(),
+            )
+        })
+        .collect();
+    let expected = ["Chair.001/seat", "Table/top wood", "Table/leg wood", "Table"].map(|name| (name, 2, 4.0));
+    assert_eq!(found, expected);
+    let printed = printed(&run(folder.path(), &split("info s.toml")));
+    assert!(printed.contains("Chair.001/seat: 2 triangles, area 4"), "{printed}");
+    // A file without names has no parts, and a matte of objects alone.
+    fs::write(folder.path().join("a.obj"), format!("{VERTICES}f 1 2 3 4\nf 2 5 6 3\n")).unwrap();
+    assert_eq!(
+        json(&run(folder.path(), &split("info s.toml --json")))["parts"],
+        serde_json::json!([])
+    );
 }

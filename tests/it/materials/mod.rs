@@ -8,4 +8,5 @@ mod named_maps;
 mod patches;
 mod surfaces;
 mod textures;
+mod udim;
 mod vertex_colors;

@@ -20,7 +20,7 @@ use crate::texture::Channel;
 pub use dialect::MtlDialect;
 pub use map::{MapSlot, MapStatement};
 pub(super) use section::{Complaint, Section};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 pub use writer::Signature;
 use writer::{Reading, Signatures};
@@ -140,6 +140,32 @@ pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings
     library.materials(path, sections, findings)
 }
 
+/// Statements of the format that have no effect, in lower case, and why. A note is for those whose effect
+/// a path tracer has anyway.
+const IGNORED: [(&str, Severity, &str); 8] = [
+    ("map_ka", Severity::Note, "ambient light is computed"),
+    ("sharpness", Severity::Note, "reflections are computed"),
+    ("map_aat", Severity::Note, "all textures are filtered"),
+    (
+        "refl",
+        Severity::Warning,
+        "reflections are computed, without pictures of them",
+    ),
+    (
+        "map_refl",
+        Severity::Warning,
+        "reflections are computed, without pictures of them",
+    ),
+    ("disp", Severity::Warning, "surfaces are not displaced"),
+    ("map_disp", Severity::Warning, "surfaces are not displaced"),
+    ("decal", Severity::Warning, "pictures do not replace the material"),
+];
+
+/// The entry of a statement that has no effect; `None` if the format has no such statement.
+fn ignored(key: &str) -> Option<&'static (&'static str, Severity, &'static str)> {
+    IGNORED.iter().find(|(known, ..)| key.eq_ignore_ascii_case(known))
+}
+
 /// The text of a library; `None` where it cannot be read.
 pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<String> {
     read_text(path, "the material library")
@@ -247,6 +273,7 @@ impl<'a> Library<'a> {
         let mut skipped: Vec<(String, usize)> = Vec::new();
         let mut wrong = WrongStatements::default();
         let mut unknown: HashSet<String> = HashSet::new();
+        let mut ignored_lines: HashMap<&str, Vec<usize>> = HashMap::new();
         for statement in whole_statements(text) {
             let ((key, rest), line, whole) = (split_keyword(&statement.text), statement.line, statement.whole_name());
             if key.eq_ignore_ascii_case("newmtl") {
@@ -263,8 +290,11 @@ impl<'a> Library<'a> {
                 Ok(Effect::Without(options)) => {
                     skipped.extend(options.into_iter().map(|option| (option.to_string(), line)));
                 }
-                Ok(Effect::None) if unknown.insert(key.to_string()) => skipped.push((key.to_string(), line)),
-                Ok(Effect::None) => {}
+                Ok(Effect::None) => match ignored(key) {
+                    Some((known, ..)) => ignored_lines.entry(known).or_default().push(line),
+                    None if unknown.insert(key.to_string()) => skipped.push((key.to_string(), line)),
+                    None => {}
+                },
                 Err(complaint) if self.tells_of(section) => {
                     wrong.add(&section.name, complaint, || place_of(text, line, suspect(key, rest)));
                 }
@@ -272,6 +302,17 @@ impl<'a> Library<'a> {
             }
         }
         wrong.report(path, self.wrong_severity, findings);
+        for (key, severity, why) in &IGNORED {
+            let Some(lines) = ignored_lines.get(key) else { continue };
+            let message = match lines.len() {
+                1 => format!("`{key}` has no effect: {why}"),
+                count => format!("{count} statements `{key}` have no effect, the first is here: {why}"),
+            };
+            let mut places = lines.iter().map(|&line| Position::line(line));
+            let first = FileError::new(path, message).at(places.next().unwrap_or(Position::line(1)));
+            let finding = Finding::new(*severity, "ignored-statement", first);
+            findings.push(finding.repeated(lines.len() as u64, places));
+        }
         if let Some((first, line)) = skipped.first() {
             let keys: Vec<_> = skipped.iter().map(|(key, _)| excerpt(key)).collect();
             let message = format!("no effect: {}; the first is here", keys.join(", "));

@@ -117,11 +117,16 @@ fn plain_materials_are_grey_and_lamps_black() {
 fn what_has_no_effect_is_said() {
     let (_, warnings) = load("newmtl a\ndisp a.png\nrefl r.png\nnewmtl b\ndisp b.png\nd 0.5\nTr 0.9\n").unwrap();
     assert!(
-        warnings[0].contains("t.mtl:2:1: no effect: disp, refl;"),
+        warnings[0].contains("t.mtl:3: `refl` has no effect: reflections are computed"),
         "{warnings:?}"
     );
     assert!(
-        warnings[1].contains("material `b`: d is 0.5 but Tr is 0.9"),
+        warnings[1]
+            .contains("t.mtl:2: 2 statements `disp` have no effect, the first is here: surfaces are not displaced"),
+        "{warnings:?}"
+    );
+    assert!(
+        warnings[2].contains("material `b`: d is 0.5 but Tr is 0.9"),
         "{warnings:?}"
     );
 }

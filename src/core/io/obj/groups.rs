@@ -1,4 +1,4 @@
-//! Meshes from the faces of an OBJ file, one for each material.
+//! Meshes from the faces of an OBJ file, one for each material, and for each list of rules of a scene file that change it.
 //!
 //! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex. Where normals are missing among others, smoothing
 //! groups (`smoothing`) or the triangle itself give them, as indices counted on from those of the file, so that one rule joins corners in every case.
@@ -6,8 +6,9 @@
 use super::Group;
 use super::colors::Colors;
 use super::outline::{FaceRange, NONE, Outline, Section, VertexData};
+use super::parts::MaterialRules;
 use super::polygon::triangulate;
-use crate::geometry::{Mesh, triangle_normal};
+use crate::geometry::{Mesh, UNNAMED, triangle_normal};
 use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -17,6 +18,8 @@ pub(super) struct Faces {
     pub material: Option<String>,
     /// Line of the first `usemtl` with that name; 0 where there is none.
     pub line: usize,
+    /// Number of the list of rules for the parts of the faces.
+    pub rules: u32,
     /// Runs of faces in the file's order.
     pub runs: Vec<Run>,
 }
@@ -31,10 +34,10 @@ pub(super) struct Run {
     pub smoothing: u32,
 }
 
-/// The faces of each material, in the order of first use.
-pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
+/// The faces of each material under the same rules, in the order of first use.
+pub(super) fn by_material(sections: &[Section], rules: &MaterialRules) -> Vec<Faces> {
     let mut all: Vec<Faces> = Vec::new();
-    let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
+    let mut index_of: HashMap<(Option<&str>, u32), usize> = HashMap::new();
     let (mut material, mut line, mut smoothing) = (None, 0, 0);
     for (index, section) in sections.iter().enumerate() {
         for (state_change, faces) in section.states() {
@@ -45,19 +48,27 @@ pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
             if faces.is_empty() {
                 continue;
             }
-            let group = *index_of.entry(material).or_insert_with(|| {
-                all.push(Faces {
-                    material: material.map(str::to_string),
-                    line,
-                    runs: Vec::new(),
+            let ranges = if rules.is_empty() {
+                vec![(0, faces)]
+            } else {
+                section.split_by(&faces, |part| rules.list_of(part))
+            };
+            for (rules, faces) in ranges {
+                let group = *index_of.entry((material, rules)).or_insert_with(|| {
+                    all.push(Faces {
+                        material: material.map(str::to_string),
+                        line,
+                        rules,
+                        runs: Vec::new(),
+                    });
+                    all.len() - 1
                 });
-                all.len() - 1
-            });
-            all[group].runs.push(Run {
-                section: index,
-                faces,
-                smoothing,
-            });
+                all[group].runs.push(Run {
+                    section: index,
+                    faces,
+                    smoothing,
+                });
+            }
         }
     }
     all
@@ -65,8 +76,9 @@ pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
 
 impl Faces {
     /// The faces as triangles.
-    pub fn into_group(self, outline: &Outline, colors: &Colors) -> Group {
+    pub fn into_group(self, outline: &Outline, colors: &Colors, rules: &MaterialRules) -> Group {
         Group {
+            rules: rules.list(self.rules).to_vec(),
             mesh: mesh(outline, colors, &self.runs),
             material: self.material,
             line: self.line,
@@ -83,6 +95,7 @@ fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
             section.faces(&run.faces).map(move |face| (section, face))
         })
     };
+    let parts = || runs.iter().flat_map(|run| sections[run.section].parts(&run.faces));
     let any_corner = |has: &dyn Fn(&Section, usize) -> bool| all().any(|(s, mut face)| face.any(|i| has(s, i)));
     let has_uvs = any_corner(&|section, i| section.corner(i)[1] != NONE);
     let has_normals = any_corner(&|section, i| vertices.has_normal(section, i));
@@ -98,8 +111,17 @@ fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
             ..Mesh::default()
         },
     };
+    // A file whose faces are all of one part needs no list.
+    let mut of_faces = parts();
+    let first = of_faces.next().unwrap_or(UNNAMED);
+    let has_parts = of_faces.any(|part| part != first);
+    let mut of_triangles = Vec::with_capacity(if has_parts { triangles } else { 0 });
+    if !has_parts {
+        of_triangles.extend(Some(first).filter(|&part| part != UNNAMED));
+    }
     let mut corners: Vec<Vec3> = Vec::new();
-    for (section, face) in all() {
+    for ((section, face), part) in all().zip(parts()) {
+        let before = builder.mesh.triangles.len();
         if face.len() > 3 {
             corners.clear();
             corners.extend(face.clone().map(|i| vertices.position(section, i)));
@@ -107,7 +129,12 @@ fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
         } else {
             builder.add(section, [face.start, face.start + 1, face.start + 2]);
         }
+        if has_parts {
+            let added = builder.mesh.triangles.len() - before;
+            of_triangles.extend(std::iter::repeat_n(part, added));
+        }
     }
+    builder.mesh.parts = of_triangles;
     builder.mesh
 }
 

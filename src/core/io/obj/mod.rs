@@ -25,7 +25,7 @@ use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::files::input;
 use crate::files::memory::Allowance;
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, PartNames};
 use crate::math::DVec3;
 use colors::{Colors, take_colors};
 pub use faces::{Face, FaceMaterial, ObjFaces};
@@ -35,7 +35,7 @@ pub(super) use origin::chosen_origin;
 pub use origin::origin_of;
 use outline::Outline;
 use parse::{Chunks, Wanted};
-pub use parts::part_names;
+use parts::MaterialRules;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fs::{self, File};
@@ -54,13 +54,15 @@ pub(super) struct Changes {
     pub moves_apart: bool,
 }
 
-/// Triangles of an OBJ file that share a material.
+/// Triangles of an OBJ file that share a material and the rules that change it.
 #[derive(Debug)]
 pub struct Group {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
     /// Line of its first `usemtl`; 0 where there is none.
     pub line: usize,
+    /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that give its parts another material.
+    pub rules: Vec<u32>,
     /// The triangles, in the file's units.
     pub mesh: Mesh,
 }
@@ -68,14 +70,14 @@ pub struct Group {
 /// An OBJ file and its material libraries.
 #[derive(Debug)]
 pub struct ObjFile {
-    /// One group for each material in use, in the order of first use.
+    /// One group for each material in use under the same rules, in the order of first use.
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
     pub materials: Vec<FileMaterial>,
     /// Files of the libraries that were found.
     pub libraries: Vec<PathBuf>,
-    /// Patterns of the names of parts that fit one, in the order of [`PartFilter::globs`](crate::io::PartFilter::globs).
-    pub part_fits: Vec<bool>,
+    /// Names of the parts, by which meshes number theirs; those that are hidden too.
+    pub parts: PartNames,
     /// True if a mesh has texture coordinates.
     pub has_uvs: bool,
     /// True if meshes have colours of vertices.
@@ -89,7 +91,7 @@ impl ObjFile {
     pub fn new(groups: Vec<Group>, materials: Vec<FileMaterial>, libraries: Vec<PathBuf>) -> Self {
         let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
         Self {
-            part_fits: Vec::new(),
+            parts: PartNames::default(),
             has_uvs: groups.iter().any(|group| !group.mesh.uvs.is_empty()),
             has_colors: groups.iter().any(|group| !group.mesh.colors.is_empty()),
             groups,
@@ -214,11 +216,12 @@ pub(super) fn read_obj(
         is_cut,
         skipped: outline.remarks.skipped(),
     };
-    let part_fits = std::mem::take(&mut outline.part_fits);
     let mut of_colors = Vec::new();
     let colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
     findings.extend(of_colors);
-    let (groups, pairs) = into_groups(outline, colors, changes.moves_apart);
+    let parts = std::mem::take(&mut outline.parts);
+    let rules = MaterialRules::new(&options.parts, &parts);
+    let (groups, pairs) = into_groups(outline, colors, &rules, changes.moves_apart);
     if pairs > 0 {
         let noun = if pairs == 1 { "face has" } else { "faces have" };
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
@@ -229,7 +232,7 @@ pub(super) fn read_obj(
         return Err(no_faces(path, faceless));
     }
     Ok(ObjFile {
-        part_fits,
+        parts,
         ..ObjFile::new(groups, materials, libraries)
     })
 }
@@ -249,8 +252,13 @@ fn open_regular(path: &Path) -> Option<File> {
 
 /// The triangles of each material, in the order of first use, and the number of faces with another
 /// material on the back.
-fn into_groups(mut outline: Outline, mut colors: Colors, moves_apart: bool) -> (Vec<Group>, usize) {
-    let faces = groups::by_material(&outline.sections);
+fn into_groups(
+    mut outline: Outline,
+    mut colors: Colors,
+    rules: &MaterialRules,
+    moves_apart: bool,
+) -> (Vec<Group>, usize) {
+    let faces = groups::by_material(&outline.sections, rules);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
     let pairs = if moves_apart {
         sides::separate(&mut outline, &mut colors, &faces)
@@ -258,7 +266,10 @@ fn into_groups(mut outline: Outline, mut colors: Colors, moves_apart: bool) -> (
         0
     };
     (
-        faces.into_par_iter().map(|f| f.into_group(&outline, &colors)).collect(),
+        faces
+            .into_par_iter()
+            .map(|f| f.into_group(&outline, &colors, rules))
+            .collect(),
         pairs,
     )
 }

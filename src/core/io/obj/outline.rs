@@ -3,6 +3,7 @@
 
 use super::libraries::LibraryName;
 use super::remarks::Remarks;
+use crate::geometry::{PartNames, UNNAMED};
 use crate::io::FileError;
 use crate::io::statements::possible_names;
 use crate::math::{Vec2, Vec3};
@@ -32,8 +33,8 @@ pub(super) struct Outline {
     pub wrong_count: usize,
     /// Indices of wrong positions, sorted; empty once no face has them.
     pub wrong_positions: Vec<usize>,
-    /// Patterns of the names of parts that fit one.
-    pub part_fits: Vec<bool>,
+    /// Names of the parts of faces, those that are hidden too.
+    pub parts: PartNames,
 }
 
 impl Outline {
@@ -143,8 +144,19 @@ pub(super) struct Section {
     vn: Vec<u32>,
     /// Changes of state, in their order.
     state_changes: Vec<StateChange>,
+    /// Changes of the part, in their order: a file may have one for each face.
+    part_changes: Vec<PartChange>,
     /// The line of each face, where lines are kept.
     lines: Vec<u32>,
+}
+
+/// A change of the part that faces belong to.
+#[derive(Clone, Copy)]
+struct PartChange {
+    /// The first face it is for.
+    face: u32,
+    /// Number of the part.
+    part: u32,
 }
 
 /// A change of what faces belong to.
@@ -198,6 +210,40 @@ impl Section {
         })
     }
 
+    /// The part of each face.
+    pub fn parts(&self, range: &FaceRange) -> impl Iterator<Item = u32> {
+        let mut next = self
+            .part_changes
+            .partition_point(|change| change.face as usize <= range.faces.start);
+        range.faces.clone().map(move |face| {
+            while self
+                .part_changes
+                .get(next)
+                .is_some_and(|change| change.face as usize <= face)
+            {
+                next += 1;
+            }
+            next.checked_sub(1).map_or(UNNAMED, |last| self.part_changes[last].part)
+        })
+    }
+
+    /// Cuts faces into ranges between which the value that `of_part` gives changes.
+    pub fn split_by(&self, range: &FaceRange, of_part: impl Fn(u32) -> u32) -> Vec<(u32, FaceRange)> {
+        let mut ranges: Vec<(u32, FaceRange)> = Vec::new();
+        let faces = range.faces.clone().zip(self.faces(range)).zip(self.parts(range));
+        for ((face, corners), part) in faces {
+            let value = of_part(part);
+            match ranges.last_mut() {
+                Some((last, range)) if *last == value => range.faces.end = face + 1,
+                _ => {
+                    let (faces, corner) = (face..face + 1, corners.start);
+                    ranges.push((value, FaceRange { faces, corner }));
+                }
+            }
+        }
+        ranges
+    }
+
     /// The lines of faces, where lines are kept.
     pub fn lines(&self, range: &FaceRange) -> impl Iterator<Item = usize> {
         let lines = self.lines.get(range.faces.clone()).unwrap_or_default();
@@ -223,6 +269,12 @@ impl Section {
     pub fn have_uvs(&self, corners: Range<usize>) -> bool {
         let uvs = part(&self.vt, corners);
         !uvs.is_empty() && !uvs.contains(&NONE)
+    }
+
+    /// Number of faces.
+    #[inline]
+    pub fn face_count(&self) -> usize {
+        self.sizes.len()
     }
 
     /// Number of corners.
@@ -263,6 +315,22 @@ impl Section {
         self.lines.extend(line);
     }
 
+    /// Makes room for so many changes of the part.
+    pub fn reserve_parts(&mut self, count: usize) {
+        self.part_changes.reserve_exact(count);
+    }
+
+    /// Says of which part faces are from the one of this number on.
+    pub fn begin_part(&mut self, face: u32, part: u32) {
+        // Parts before it may have no face that is shown.
+        if self.part_changes.last().is_some_and(|last| last.face == face) {
+            self.part_changes.pop();
+        }
+        if part != self.part_changes.last().map_or(UNNAMED, |last| last.part) {
+            self.part_changes.push(PartChange { face, part });
+        }
+    }
+
     /// Forgets all corners but the first `len`.
     pub fn truncate(&mut self, len: usize) {
         self.v.truncate(len);
@@ -275,6 +343,7 @@ impl Section {
     pub fn remove_faces(&mut self, is_wrong: impl Fn(u32) -> bool) -> Vec<usize> {
         let mut old = std::mem::take(self);
         let mut state_changes = std::mem::take(&mut old.state_changes).into_iter().peekable();
+        let parts: Vec<u32> = old.parts(&old.all_faces()).collect();
         let mut removed = Vec::new();
         let mut end = 0;
         for (face, &size) in old.sizes.iter().enumerate() {
@@ -289,10 +358,19 @@ impl Section {
                 continue;
             }
             corners.for_each(|i| self.push_corner(old.corner(i)));
+            self.begin_part(self.sizes.len() as u32, parts[face]);
             self.push_face(size, line);
         }
         state_changes.for_each(|state_change| self.push_state_change(state_change));
         removed
+    }
+
+    /// All faces.
+    fn all_faces(&self) -> FaceRange {
+        FaceRange {
+            faces: 0..self.sizes.len(),
+            corner: 0,
+        }
     }
 
     /// Adds a change of state before the next face.
@@ -325,6 +403,7 @@ impl Section {
         self.vt.shrink_to_fit();
         self.vn.shrink_to_fit();
         self.lines.shrink_to_fit();
+        self.part_changes.shrink_to_fit();
     }
 }
 

@@ -6,14 +6,16 @@
 use super::colors::{color_of, read_mrgb};
 use super::libraries::LibraryName;
 use super::outline::{NONE, Outline, Section, VertexData};
-use super::parts::PartState;
+use super::parts::{CurrentNames, PartState};
 use super::polygon::MAX_CLIPPED;
-use super::remarks::{Remark, Remarks, Skipped};
+use super::remarks::{Remark, Remarks, Skipped, ignored};
+use crate::geometry::PartNames;
 use crate::io::PartFilter;
 use crate::io::statements::{MRGB, Statement, chunks, place_of, split_keyword, statements, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{DVec3, Vec2, Vec3, excerpt};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::path::Path;
 use std::str;
 
@@ -23,21 +25,29 @@ pub(super) struct Chunks<'a> {
     /// Counts of all that is before each chunk.
     before: Vec<Counts>,
     total: Counts,
+    /// Names of parts that the first face of each chunk stands below.
+    names: Vec<CurrentNames>,
 }
 
 impl<'a> Chunks<'a> {
     /// Cuts and counts a text in chunks of some `chunk_bytes`, in parallel.
     pub fn count(text: &'a str, chunk_bytes: usize) -> Self {
         let texts = chunks(text, chunk_bytes);
-        let counts: Vec<Counts> = texts.par_iter().map(|chunk| Counts::of(chunk)).collect();
-        let mut total = Counts::default();
-        let running = |&counts: &Counts| {
-            let before = total;
-            total = before.plus(counts);
+        let counts: Vec<(Counts, [Option<String>; 2])> = texts.par_iter().map(|chunk| Counts::of(chunk)).collect();
+        let (mut total, mut last) = (Counts::default(), CurrentNames::default());
+        let running = |(counts, names): &(Counts, [Option<String>; 2])| {
+            let before = (total, last.clone());
+            total = total.plus(*counts);
+            last.follow(names);
             before
         };
-        let before = counts.iter().map(running).collect();
-        Self { texts, before, total }
+        let (before, names) = counts.iter().map(running).unzip();
+        Self {
+            texts,
+            before,
+            total,
+            names,
+        }
     }
 
     /// About how many bytes reading takes at most, of which the text takes `length`.
@@ -108,13 +118,18 @@ fn parse_all(
     wanted: Wanted,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
-    let Chunks { texts, before, total } = chunks;
-    let states = PartState::of_chunks(wanted.parts, texts);
+    let Chunks {
+        texts,
+        before,
+        total,
+        names,
+    } = chunks;
     let parsed: Vec<Chunk> = texts
         .par_iter()
         .zip(before)
-        .zip(states)
-        .map(|((text, before), state)| {
+        .zip(names)
+        .map(|((text, before), names)| {
+            let state = PartState::new(wanted.parts, text, names);
             let chunk = Chunk::parse(path, text, [before, total], wanted, state);
             advance(text.len() as u64);
             chunk
@@ -134,12 +149,13 @@ fn parse_all(
         wrong: Vec::new(),
         wrong_count: 0,
         wrong_positions: Vec::new(),
-        part_fits: vec![false; wanted.parts.globs().count()],
+        parts: PartNames::default(),
     };
+    outline
+        .parts
+        .reserve(parsed.iter().map(|chunk| chunk.parts.count()).sum());
     for mut chunk in parsed {
-        for (all, fits) in outline.part_fits.iter_mut().zip(&chunk.parts.fits) {
-            *all |= fits;
-        }
+        chunk.parts.number(&mut outline.parts, &mut chunk.section);
         let first = outline.vertices.positions.len();
         let wrong_positions = chunk.wrong_positions.iter().map(|i| first + i);
         outline.wrong_positions.extend(wrong_positions);
@@ -151,6 +167,7 @@ fn parse_all(
         outline.wrong.extend(chunk.wrong.into_iter().take(free));
         outline.wrong_count += chunk.wrong_count;
     }
+    outline.parts.shrink_to_fit();
     // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
     // most.
     let corners: usize = outline.sections.iter().map(Section::corner_count).sum();
@@ -175,7 +192,9 @@ struct Counts {
 }
 
 impl Counts {
-    fn of(text: &str) -> Self {
+    /// Counts the statements of a text, and finds its last `o` and its last `g`.
+    fn of(text: &str) -> (Self, [Option<String>; 2]) {
+        let mut names = [None, None];
         let mut counts = Self {
             lines: text.bytes().filter(|&b| b == b'\n').count(),
             ..Self::default()
@@ -187,9 +206,11 @@ impl Counts {
             } else if keyword == "f" {
                 counts.faces += 1;
                 counts.corners += rest.split_ascii_whitespace().count();
+            } else if let Some(kind) = ["o", "g"].into_iter().position(|k| k == keyword) {
+                names[kind] = Some(statement);
             }
         }
-        counts
+        (counts, names.map(|name| name.map(Cow::into_owned)))
     }
 
     fn plus(self, other: Self) -> Self {
@@ -284,6 +305,7 @@ impl<'a> Chunk<'a> {
             }
         }
         chunk.section.shrink_to_fit();
+        chunk.parts.shrink_to_fit();
         chunk
     }
 
@@ -350,9 +372,10 @@ impl<'a> Chunk<'a> {
                 }
                 self.vertices.normals.push(normal);
             }
-            "f" | "fo" if self.parts.is_shown() => self.read_face(rest, line)?,
+            "f" | "fo" if self.parts.is_shown(self.section.face_count()) => self.read_face(rest, line)?,
             "f" | "fo" => {}
-            "o" | "g" => self.parts.follow(keyword, rest),
+            "o" => self.parts.begin_object(whole.start),
+            "g" => self.parts.begin_groups(whole.start),
             "usemtl" => {
                 let whole_name = whole.whole_name();
                 if !rest.is_empty() || whole_name.is_some() {
@@ -372,20 +395,19 @@ impl<'a> Chunk<'a> {
                 let read = read_mrgb(rest, &mut self.vertices.mrgb);
                 read.unwrap_or_else(|()| self.remarks.add(Remark::BadColor, line));
             }
-            // Names, and how other programs should show the mesh
-            "" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
+            "" => {}
             "p" => self
                 .remarks
                 .skip(Skipped::Point, rest.split_ascii_whitespace().count(), line),
             "l" => self.remarks.skip(Skipped::Line, 1, line),
             "curv" | "curv2" | "cdc" => self.remarks.skip(Skipped::Curve, 1, line),
             "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(Skipped::Surface, 1, line),
-            // Parts of curves and surfaces
-            "vp" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end" | "con"
-            | "ctech" | "stech" | "res" => {}
             // Blocks that are filled up with zeros
             _ if keyword.bytes().all(|byte| byte == 0) => {}
-            _ => self.remarks.add_unknown(&excerpt(keyword), line),
+            _ => match ignored(keyword) {
+                Some(index) => self.remarks.ignore(index, line),
+                None => self.remarks.add_unknown(&excerpt(keyword), line),
+            },
         }
         Ok(())
     }

@@ -1,139 +1,201 @@
 //! Parts of an OBJ file: faces below the names of `o` and `g` statements.
+//!
+//! A file may have a part for each face. Chunks that are read in parallel therefore note where the
+//! statements are, and names are read once, when chunks are joined.
 
-use super::read_text;
+use super::outline::Section;
+use crate::geometry::{PartNames, UNNAMED};
+use crate::io::PartFilter;
 use crate::io::statements::{split_keyword, statements};
-use crate::io::{FileError, PartFilter};
-use crate::math::Glob;
-use rayon::prelude::*;
-use std::collections::HashSet;
-use std::path::Path;
+
+/// Place of a statement that is before the chunk.
+const BEFORE: u32 = u32::MAX;
 
 /// Names that faces stand below.
 #[derive(Clone, Debug, Default)]
-struct PartNames {
+pub(super) struct CurrentNames {
     /// What follows the last `o`.
     object: String,
     /// What follows the last `g`: one name, or several between blanks.
     groups: String,
 }
 
-impl PartNames {
-    fn fit(&self, glob: &Glob) -> bool {
-        self.all().any(|name| glob.matches(name))
-    }
-
-    /// The name of the object, that of the group as a whole, and each word of it.
-    fn all(&self) -> impl Iterator<Item = &str> {
-        let words = self.groups.split_whitespace().filter(|word| *word != self.groups);
-        [&*self.object, &*self.groups]
-            .into_iter()
-            .chain(words)
-            .filter(|name| !name.is_empty())
-    }
-
-    /// Follows a statement, if it is `o` or `g`.
-    fn follow(&mut self, keyword: &str, rest: &str) {
-        match keyword {
-            "o" => self.object = rest.into(),
-            "g" => self.groups = rest.into(),
-            _ => {}
+impl CurrentNames {
+    /// Follows the last `o` and the last `g` statement of a text.
+    pub fn follow(&mut self, statements: &[Option<String>; 2]) {
+        for (kind, statement) in statements.iter().enumerate() {
+            if let Some(statement) = statement {
+                self.set(kind, statement);
+            }
         }
     }
-}
 
-/// Returns true if the faces of `part` are shown. Patterns that fit a name are marked in `fits`, in the
-/// order of [`PartFilter::globs`].
-fn shows(filter: &PartFilter, part: &PartNames, fits: &mut [bool]) -> bool {
-    for (glob, fits) in filter.globs().zip(&mut *fits) {
-        *fits |= part.fit(glob);
+    /// Follows the statements at these bytes of `text`.
+    fn follow_places(&mut self, text: &str, places: [u32; 2]) {
+        for (kind, place) in places.into_iter().enumerate().filter(|(_, place)| *place != BEFORE) {
+            let rest = text.get(place as usize..).unwrap_or_default();
+            if let Some((_, statement)) = statements(rest).next() {
+                self.set(kind, &statement);
+            }
+        }
     }
-    let fits = |globs: &[Glob]| globs.iter().any(|glob| part.fit(glob));
-    !fits(&filter.hide) && (filter.only.is_empty() || fits(&filter.only))
+
+    /// Follows an `o` statement, kind 0, or a `g` statement.
+    fn set(&mut self, kind: usize, statement: &str) {
+        let name = if kind == 0 { &mut self.object } else { &mut self.groups };
+        name.clear();
+        name.push_str(split_keyword(statement).1);
+    }
 }
 
-/// Which faces of a chunk of an OBJ file are shown.
-#[derive(Clone, Debug)]
+/// A face below other names than the one before.
+#[derive(Clone, Copy, Debug)]
+struct NewNames {
+    /// Number of faces before it that are shown.
+    face: u32,
+    /// Where the last `o` and the last `g` statement begin in the chunk.
+    places: [u32; 2],
+}
+
+/// The part of the next face of a chunk of an OBJ file.
+#[derive(Debug)]
 pub(super) struct PartState<'a> {
     filter: &'a PartFilter,
-    names: PartNames,
+    text: &'a str,
+    /// Names before the chunk.
+    before: &'a CurrentNames,
+    /// Where the last `o` and the last `g` statement begin.
+    places: [u32; 2],
+    /// True if a name has changed since the last face.
+    is_new: bool,
     is_shown: bool,
-    /// Patterns that fit a name, in the order of [`PartFilter::globs`].
-    pub fits: Vec<bool>,
+    changes: Vec<NewNames>,
 }
 
 impl<'a> PartState<'a> {
-    /// States at the begin of each of these consecutive `chunks`.
-    pub fn of_chunks(filter: &'a PartFilter, chunks: &[&str]) -> Vec<Self> {
-        let first = Self {
+    /// State at the begin of a chunk `text` below the names `before`.
+    pub fn new(filter: &'a PartFilter, text: &'a str, before: &'a CurrentNames) -> Self {
+        Self {
             filter,
-            names: PartNames::default(),
-            is_shown: filter.only.is_empty(),
-            fits: vec![false; filter.globs().count()],
-        };
-        if filter.is_empty() {
-            return vec![first; chunks.len()];
+            text,
+            before,
+            places: [BEFORE; 2],
+            is_new: true,
+            is_shown: true,
+            changes: Vec::new(),
         }
-        // The last names of each chunk
-        let last_names = |chunk: &&str| {
-            let mut last = [None, None];
-            for (_, statement) in statements(chunk) {
-                let (keyword, rest) = split_keyword(&statement);
-                match keyword {
-                    "o" => last[0] = Some(rest.to_string()),
-                    "g" => last[1] = Some(rest.to_string()),
-                    _ => {}
-                }
-            }
-            last
-        };
-        let last: Vec<[Option<String>; 2]> = chunks.par_iter().map(last_names).collect();
-        let mut state = first;
-        let mut states = Vec::with_capacity(chunks.len());
-        for [object, groups] in last {
-            states.push(state.clone());
-            if let Some(object) = object {
-                state.names.object = object;
-            }
-            if let Some(groups) = groups {
-                state.names.groups = groups;
-            }
-            state.is_shown = shows(filter, &state.names, &mut state.fits);
-        }
-        states
     }
 
-    /// Returns true if the next face is shown.
-    pub fn is_shown(&self) -> bool {
+    /// Follows an `o` statement that begins at this byte of the chunk.
+    pub fn begin_object(&mut self, place: usize) {
+        self.places[0] = place as u32;
+        self.is_new = true;
+    }
+
+    /// Follows a `g` statement that begins at this byte of the chunk.
+    pub fn begin_groups(&mut self, place: usize) {
+        self.places[1] = place as u32;
+        self.is_new = true;
+    }
+
+    /// Returns true if the next face is shown; `faces` of the chunk are before it.
+    pub fn is_shown(&mut self, faces: usize) -> bool {
+        if self.is_new {
+            self.is_new = false;
+            let (face, places) = (faces as u32, self.places);
+            self.changes.push(NewNames { face, places });
+            if !self.filter.is_empty() {
+                let mut current = self.before.clone();
+                current.follow_places(self.text, places);
+                let mut names = PartNames::default();
+                let part = names.find_or_add(&current.object, &current.groups);
+                self.is_shown = self.filter.shows(&names, part);
+            }
+        }
         self.is_shown
     }
 
-    /// Follows an `o` or a `g` statement.
-    pub fn follow(&mut self, keyword: &str, rest: &str) {
-        if !self.filter.is_empty() {
-            self.names.follow(keyword, rest);
-            self.is_shown = shows(self.filter, &self.names, &mut self.fits);
+    /// Gives back memory that no change uses.
+    pub fn shrink_to_fit(&mut self) {
+        self.changes.shrink_to_fit();
+    }
+
+    /// Maximum number of parts of the chunk.
+    pub fn count(&self) -> usize {
+        self.changes.len()
+    }
+
+    /// Adds the parts of the chunk to `names`, and gives them to its faces.
+    pub fn number(&self, names: &mut PartNames, section: &mut Section) {
+        let mut current = self.before.clone();
+        let mut last = [BEFORE; 2];
+        section.reserve_parts(self.changes.len());
+        for NewNames { face, places } in &self.changes {
+            let is_new = |kind: usize| {
+                if places[kind] == last[kind] {
+                    BEFORE
+                } else {
+                    places[kind]
+                }
+            };
+            current.follow_places(self.text, [0, 1].map(is_new));
+            last = *places;
+            section.begin_part(*face, names.find_or_add(&current.object, &current.groups));
         }
     }
 }
 
-/// Names of the parts of the OBJ file `path`, each once, in the order of the file.
-pub fn part_names(path: &Path) -> Result<Vec<String>, FileError> {
-    let text = read_text(path)?;
-    let (mut names, mut known) = (Vec::new(), HashSet::new());
-    for (_, statement) in statements(&text) {
-        let (keyword, rest) = split_keyword(&statement);
-        if matches!(keyword, "o" | "g") && !rest.is_empty() && known.insert(rest.to_string()) {
-            names.push(rest.to_string());
+/// Rules of a scene file that give parts other materials.
+#[derive(Debug, Default)]
+pub(super) struct MaterialRules {
+    /// The list for each part, [`UNNAMED`] first; empty if all parts have the first list.
+    of_parts: Vec<u32>,
+    /// Distinct lists of indices of rules. The first one is empty.
+    lists: Vec<Vec<u32>>,
+}
+
+impl MaterialRules {
+    /// Finds the rules for each part.
+    pub fn new(filter: &PartFilter, names: &PartNames) -> Self {
+        let mut rules = Self {
+            of_parts: Vec::new(),
+            lists: vec![Vec::new()],
+        };
+        if filter.rules.iter().any(|rule| rule.has_material) {
+            for part in std::iter::once(UNNAMED).chain(names.parts()) {
+                let list = filter.material_rules(names, part);
+                let known = rules.lists.iter().position(|known| *known == list);
+                rules.of_parts.push(known.unwrap_or(rules.lists.len()) as u32);
+                if known.is_none() {
+                    rules.lists.push(list);
+                }
+            }
         }
+        rules
     }
-    Ok(names)
+
+    /// Returns true if no part has another material.
+    pub fn is_empty(&self) -> bool {
+        self.lists.len() == 1
+    }
+
+    /// Number of the list of rules for `part`.
+    pub fn list_of(&self, part: u32) -> u32 {
+        self.of_parts.get(part as usize).copied().unwrap_or(0)
+    }
+
+    /// Indices of the rules of a list.
+    pub fn list(&self, number: u32) -> &[u32] {
+        self.lists.get(number as usize).map_or(&[], Vec::as_slice)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::io::obj::parse::{Chunks, Wanted, parse};
-    use crate::math::DVec3;
+    use crate::math::{DVec3, Glob};
+    use std::path::Path;
 
     /// Parts go on over the ends of chunks.
     #[test]
@@ -152,7 +214,11 @@ mod tests {
             (glob("x"), vec![], 2),
             (glob("part0"), glob("x"), 18),
         ] {
-            let filter = PartFilter { hide, only };
+            let filter = PartFilter {
+                hide,
+                only,
+                rules: Vec::new(),
+            };
             for bytes in (1..text.len()).step_by(7) {
                 let wanted = Wanted {
                     origin: DVec3::ZERO,
@@ -162,7 +228,9 @@ mod tests {
                 let outline = parse(Path::new("t.obj"), &Chunks::count(&text, bytes), wanted, &|_| ()).unwrap();
                 let corners: usize = outline.sections.iter().map(|section| section.corner_count()).sum();
                 assert_eq!(corners, 3 * expected, "{filter:?}, chunks of {bytes} bytes");
-                assert!(outline.part_fits.iter().all(|fits| *fits));
+                for glob in filter.globs() {
+                    assert!(outline.parts.parts().any(|part| outline.parts.fits(part, glob)));
+                }
             }
         }
     }

@@ -40,6 +40,45 @@ pub(super) enum Skipped {
 /// Nouns and keywords by [`Skipped`].
 const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"], ["surface", "surf"]];
 
+const FREE_FORM: &str = "it belongs to free-form curves and surfaces, which are skipped";
+const DISPLAY: &str = "it is about the display in Wavefront's programs";
+
+/// Statements of the format that have no effect, and why.
+const IGNORED: [(&str, &str); 27] = [
+    ("vp", FREE_FORM),
+    ("cstype", FREE_FORM),
+    ("deg", FREE_FORM),
+    ("bmat", FREE_FORM),
+    ("step", FREE_FORM),
+    ("parm", FREE_FORM),
+    ("trim", FREE_FORM),
+    ("hole", FREE_FORM),
+    ("scrv", FREE_FORM),
+    ("sp", FREE_FORM),
+    ("end", FREE_FORM),
+    ("con", FREE_FORM),
+    ("mg", FREE_FORM),
+    ("ctech", FREE_FORM),
+    ("stech", FREE_FORM),
+    ("res", FREE_FORM),
+    ("bevel", DISPLAY),
+    ("c_interp", DISPLAY),
+    ("d_interp", DISPLAY),
+    ("lod", DISPLAY),
+    ("maplib", "textures come from material libraries"),
+    ("usemap", "textures come from material libraries"),
+    ("shadow_obj", "the object itself casts its shadow"),
+    ("trace_obj", "the object itself is reflected"),
+    ("call", "other files are not included: join them"),
+    ("csh", "commands are not run"),
+    ("-csh", "commands are not run"),
+];
+
+/// Index in [`IGNORED`] of a statement that has no effect; `None` if the format has no such statement.
+pub(super) fn ignored(keyword: &str) -> Option<usize> {
+    IGNORED.iter().position(|(known, _)| *known == keyword)
+}
+
 /// Number of remarks, and their places.
 #[derive(Default)]
 pub(super) struct Remarks {
@@ -48,6 +87,8 @@ pub(super) struct Remarks {
     /// Elements that are not rendered: their numbers, by [`Skipped`], and their places.
     skipped_counts: [u64; 4],
     skipped: Tally,
+    /// By [`IGNORED`].
+    ignored: [Tally; IGNORED.len()],
     /// Statements that are not known.
     unknown: Tally,
     /// The first keywords of those, each once.
@@ -88,7 +129,12 @@ impl Remarks {
         }
     }
 
-    /// A statement that has no effect.
+    /// A statement of the format that has no effect, by its index.
+    pub fn ignore(&mut self, index: usize, line: usize) {
+        self.ignored[index].add(1, &[line]);
+    }
+
+    /// A statement that no format has.
     pub fn add_unknown(&mut self, keyword: &str, line: usize) {
         self.unknown.add(1, &[line]);
         self.name(keyword);
@@ -103,6 +149,9 @@ impl Remarks {
             *count += more;
         }
         self.skipped.add(later.skipped.count, &later.skipped.lines);
+        for (tally, more) in self.ignored.iter_mut().zip(&later.ignored) {
+            tally.add(more.count, &more.lines);
+        }
         self.unknown.add(later.unknown.count, &later.unknown.lines);
         later.keywords.iter().for_each(|keyword| self.name(keyword));
     }
@@ -189,7 +238,15 @@ impl Remarks {
             let message = format!("{elements} {verb}");
             self.skipped.finding(path, Severity::Note, "skipped-elements", message)
         });
-        warnings.chain(skipped).collect()
+        let ignored = IGNORED.iter().zip(&self.ignored);
+        let ignored = ignored.filter_map(|((keyword, why), tally)| {
+            let message = match tally.count {
+                1 => format!("`{keyword}` has no effect: {why}"),
+                count => format!("{count} statements `{keyword}` have no effect, the first is here: {why}"),
+            };
+            tally.finding(path, Severity::Note, "ignored-statement", message)
+        });
+        warnings.chain(skipped).chain(ignored).collect()
     }
 
     fn name(&mut self, keyword: &str) {

@@ -218,6 +218,7 @@ fn joined(parts: Vec<Part>) -> Group {
         mesh.uvs.append(&mut more.uvs);
     }
     Group {
+        rules: Vec::new(),
         material,
         line: 0,
         mesh,

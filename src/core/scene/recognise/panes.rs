@@ -18,7 +18,7 @@
 
 use super::components::{components, welded};
 use crate::bsdf::{Bsdf, Lobe};
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, PrimId, retain_triangles};
 use crate::material::{Material, MaterialId};
 use crate::math::{Bounds3, DVec3};
 use std::collections::HashMap;
@@ -132,7 +132,7 @@ impl FlatPanes {
             is_left[triangle as usize] = false;
         }
         let mut left = is_left.into_iter();
-        mesh.triangles.retain(|_| left.next().unwrap_or(true));
+        retain_triangles(&mut mesh.triangles, &mut mesh.parts, |_| left.next().unwrap_or(true));
         let parts = [(mesh, material), (flat, thin)];
         parts
             .into_iter()
@@ -163,6 +163,7 @@ fn thin_pane_of(body: &Material) -> Material {
 /// One face of each pane, moved into the middle.
 fn faces_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
     let mut flat = Mesh::default();
+    let mut parts = Vec::new();
     for pane in panes {
         let mut moved: HashMap<u32, u32> = HashMap::new();
         for &triangle in &pane.face {
@@ -174,8 +175,10 @@ fn faces_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
                 })
             });
             flat.triangles.push(corners);
+            parts.push(mesh.part(PrimId(triangle)));
         }
     }
+    flat.set_parts(parts);
     flat
 }
 

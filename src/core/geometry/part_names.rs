@@ -1,0 +1,250 @@
+use crate::math::Glob;
+use crate::math::hash::mix;
+use std::borrow::Cow;
+
+/// Part of triangles that have no name.
+pub const UNNAMED: u32 = 0;
+
+/// An empty slot of the hash table.
+const FREE: Slot = Slot { hash: 0, part: UNNAMED };
+
+/// Names of parts, each part once: the name of an object, and that of its groups. A file may have as many
+/// parts as triangles, so all names are in one text, and the hash table has indices alone.
+///
+/// Parts are numbered from 1. [`UNNAMED`] is the part without names.
+#[derive(Clone, Debug, Default)]
+pub struct PartNames {
+    /// Object and groups of each part, one after the other.
+    text: String,
+    ends: Vec<End>,
+    /// Parts by the hash of their names, with linear probing; [`FREE`] if there is none.
+    slots: Vec<Slot>,
+}
+
+/// A part in the hash table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Slot {
+    /// Hash of its names: others are seldom compared.
+    hash: u32,
+    part: u32,
+}
+
+/// Ends of the two names of a part in the text.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    object: u32,
+    groups: u32,
+}
+
+impl PartNames {
+    /// The part of these names, which is added if it is new. If the text would be longer than 4 GiB, the
+    /// part is [`UNNAMED`].
+    pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
+        if object.is_empty() && groups.is_empty() {
+            return UNNAMED;
+        }
+        if 4 * (self.ends.len() + 1) > 3 * self.slots.len() {
+            self.make_slots(2 * self.slots.len());
+        }
+        let hash = hash(object, groups);
+        let mut slot = hash as usize % self.slots.len();
+        while self.slots[slot] != FREE {
+            let Slot { hash: of_part, part } = self.slots[slot];
+            if of_part == hash && self.object(part) == object && self.groups(part) == groups {
+                return part;
+            }
+            slot = (slot + 1) % self.slots.len();
+        }
+        let end = |length: usize| u32::try_from(length).ok();
+        let object_end = self.text.len() + object.len();
+        let (Some(of_object), Some(of_groups)) = (end(object_end), end(object_end + groups.len())) else {
+            return UNNAMED;
+        };
+        self.text.push_str(object);
+        self.text.push_str(groups);
+        self.ends.push(End {
+            object: of_object,
+            groups: of_groups,
+        });
+        let part = self.ends.len() as u32;
+        self.slots[slot] = Slot { hash, part };
+        part
+    }
+
+    /// Adds the parts of `other`. Returns the new number of each, [`UNNAMED`] first.
+    pub fn append(&mut self, other: &Self) -> Vec<u32> {
+        let parts = other
+            .parts()
+            .map(|part| self.find_or_add(other.object(part), other.groups(part)));
+        std::iter::once(UNNAMED).chain(parts).collect()
+    }
+
+    /// Makes room for `count` new parts.
+    pub fn reserve(&mut self, count: usize) {
+        let slots = 4 * (self.ends.len() + count) / 3 + 2;
+        if slots > self.slots.len() {
+            self.make_slots(slots);
+        }
+    }
+
+    /// Gives back the memory that only new names need.
+    pub fn shrink_to_fit(&mut self) {
+        self.slots = Vec::new();
+        self.text.shrink_to_fit();
+        self.ends.shrink_to_fit();
+    }
+
+    /// Number of parts with names.
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Returns true if no part has a name.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// The parts with names, in the order in which they were added.
+    pub fn parts(&self) -> impl Iterator<Item = u32> + use<> {
+        1..=self.ends.len() as u32
+    }
+
+    /// Name of the object of a part; empty if it has none.
+    pub fn object(&self, part: u32) -> &str {
+        let end = self.end(part);
+        self.text(self.end(part.saturating_sub(1)).groups, end.object)
+    }
+
+    /// Names of the groups of a part, as the file has them: one, or several between blanks.
+    pub fn groups(&self, part: u32) -> &str {
+        let end = self.end(part);
+        self.text(end.object, end.groups)
+    }
+
+    /// The name of a part: that of its object or of its groups, or `OBJECT/GROUPS` if these differ. Empty
+    /// for [`UNNAMED`].
+    pub fn name(&self, part: u32) -> Cow<'_, str> {
+        match (self.object(part), self.groups(part)) {
+            (object, "") => object.into(),
+            ("", groups) => groups.into(),
+            (object, groups) if object == groups => object.into(),
+            (object, groups) => format!("{object}/{groups}").into(),
+        }
+    }
+
+    /// Returns true if `glob` matches the name of the part, its object, its groups, or one of them.
+    pub fn fits(&self, part: u32, glob: &Glob) -> bool {
+        let groups = self.groups(part);
+        let names = [&*self.name(part), self.object(part), groups];
+        let mut names = names.into_iter().chain(groups.split_whitespace());
+        names.any(|name| !name.is_empty() && glob.matches(name))
+    }
+
+    /// Bytes of the names.
+    pub fn bytes(&self) -> usize {
+        self.text.len() + size_of_val(self.ends.as_slice()) + size_of_val(self.slots.as_slice())
+    }
+
+    fn end(&self, part: u32) -> End {
+        let none = End { object: 0, groups: 0 };
+        let index = (part as usize).checked_sub(1);
+        index.and_then(|index| self.ends.get(index)).copied().unwrap_or(none)
+    }
+
+    fn text(&self, start: u32, end: u32) -> &str {
+        self.text.get(start as usize..end as usize).unwrap_or_default()
+    }
+
+    /// Makes at least `count` slots for the parts and for some more.
+    fn make_slots(&mut self, count: usize) {
+        // A table that was shrunk has parts, and no slots
+        let count = count.max(2 * self.ends.len()).max(16);
+        self.slots = vec![FREE; count];
+        for part in self.parts() {
+            let hash = hash(self.object(part), self.groups(part));
+            let mut slot = hash as usize % count;
+            while self.slots[slot] != FREE {
+                slot = (slot + 1) % count;
+            }
+            self.slots[slot] = Slot { hash, part };
+        }
+    }
+}
+
+/// A hash of the names of a part.
+fn hash(object: &str, groups: &str) -> u32 {
+    let words = [object, groups].into_iter().flat_map(|name| {
+        name.as_bytes().chunks(8).map(|chunk| {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            u64::from_le_bytes(word)
+        })
+    });
+    (words.fold(object.len() as u64, |hash, word| mix(hash ^ word)) >> 32) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_found_by_their_names() {
+        let mut names = PartNames::default();
+        assert_eq!(names.find_or_add("", ""), UNNAMED);
+        let all = |i: u32| {
+            (
+                format!("o{}", i % 70),
+                if i % 3 == 0 { String::new() } else { format!("g{i} x") },
+            )
+        };
+        for i in 0..1000 {
+            let (object, groups) = all(i);
+            names.find_or_add(&object, &groups);
+        }
+        let count = names.len();
+        names.shrink_to_fit();
+        for i in 0..1000 {
+            let (object, groups) = all(i);
+            let part = names.find_or_add(&object, &groups);
+            assert_eq!((names.object(part), names.groups(part)), (&*object, &*groups));
+        }
+        // Of the objects of one name, those without groups are one part.
+        assert_eq!((names.len(), count), (count, 666 + 70));
+
+        let mut other = PartNames::default();
+        let new = other.find_or_add("new", "");
+        let known = other.find_or_add("o1", "g1 x");
+        let numbers = names.append(&other);
+        assert_eq!(numbers[0], UNNAMED);
+        assert_eq!(numbers[new as usize] as usize, count + 1);
+        assert_eq!(names.name(numbers[known as usize]), "o1/g1 x");
+    }
+
+    /// The border between both names counts.
+    #[test]
+    fn names_are_not_joined() {
+        let mut names = PartNames::default();
+        let parts = [("ab", "c"), ("a", "bc"), ("abc", ""), ("", "abc")].map(|(o, g)| names.find_or_add(o, g));
+        assert_eq!(parts, [1, 2, 3, 4]);
+        let written = parts.map(|part| names.name(part).into_owned());
+        assert_eq!(written, ["ab/c", "a/bc", "abc", "abc"]);
+    }
+
+    #[test]
+    fn patterns_fit_each_name() {
+        let mut names = PartNames::default();
+        let part = names.find_or_add("Chair", "seat wood");
+        for (pattern, fits) in [
+            ("Chair", true),
+            ("seat", true),
+            ("wood", true),
+            ("seat wood", true),
+            ("Chair/seat*", true),
+            ("sea", false),
+            ("*oak*", false),
+        ] {
+            assert_eq!(names.fits(part, &Glob::new(pattern)), fits, "{pattern}");
+        }
+        assert!(!names.fits(UNNAMED, &Glob::new("*")));
+    }
+}

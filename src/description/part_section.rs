@@ -1,0 +1,101 @@
+//! `[part."GLOB"]`: keys for the parts of OBJ files whose names match.
+
+use super::MaterialSection;
+use super::section::{Section, section};
+use crate::options::Parameter;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::sync::LazyLock;
+
+section! {
+    /// Keys of `[part."GLOB"]` that materials do not have.
+    #[derive(Default)]
+    pub struct PartKeys {
+        required {}
+        /// false: leaves the parts out; true: shows them if an earlier section hides them
+        visible: bool, default "true";
+        /// Material of the parts, by its name in the MTL file or in the scene file
+        ///
+        /// Other keys of the section change it for these parts alone.
+        material: String, default "that of the file";
+    }
+}
+
+/// `[part."GLOB"]`: changes of parts. Keys of `[material.NAME]` change the material of these parts alone.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct PartSection {
+    /// Keys that only parts have.
+    #[serde(flatten)]
+    pub keys: PartKeys,
+    /// Changes of the material.
+    #[serde(flatten)]
+    pub material: MaterialSection,
+}
+
+/// Names of all keys.
+static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| PartSection::all_keys().map(|key| key.key).collect());
+
+impl PartSection {
+    /// All keys, those of materials last.
+    pub(crate) fn all_keys() -> impl Iterator<Item = &'static Parameter> {
+        let of_materials = MaterialSection::KEYS.iter().filter(|key| key.key != "patch");
+        PartKeys::KEYS.iter().chain(of_materials)
+    }
+
+    /// Sets the keys of `other` over those of this section.
+    pub(super) fn set_over(&mut self, other: Self) {
+        self.keys.set_over(other.keys);
+        self.material.set_over(other.material);
+    }
+
+    /// Returns true if the parts have another material than in their file.
+    pub(super) fn has_material(&self) -> bool {
+        self.keys.material.is_some() || self.changes_material()
+    }
+
+    /// Returns true if keys change the material of the parts.
+    pub(super) fn changes_material(&self) -> bool {
+        !self.material.given().is_empty()
+    }
+}
+
+/// The name of a key of the section. Unknown names are errors at their place.
+struct Key(&'static str);
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let names: &'static [&'static str] = &NAMES;
+        let known = names.iter().find(|known| **known == name);
+        known
+            .map(|known| Self(known))
+            .ok_or_else(|| D::Error::unknown_field(&name, names))
+    }
+}
+
+impl<'de> Deserialize<'de> for PartSection {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Table;
+        impl<'de> Visitor<'de> for Table {
+            type Value = PartSection;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a table with keys of a part")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<PartSection, A::Error> {
+                let mut section = PartSection::default();
+                while let Some(Key(key)) = table.next_key()? {
+                    let is_read =
+                        section.keys.read_key(key, &mut table)? || section.material.read_key(key, &mut table)?;
+                    if !is_read {
+                        return Err(A::Error::unknown_field(key, &NAMES));
+                    }
+                }
+                Ok(section)
+            }
+        }
+        deserializer.deserialize_map(Table)
+    }
+}

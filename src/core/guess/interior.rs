@@ -28,12 +28,6 @@ const FREE_DISTANCE: f32 = 0.3;
 /// Eye heights below which a surface stands in the way of a view.
 const NEAR: f32 = 0.8;
 
-/// Distance from the eye to the sides, in eye heights, at which the floor is looked for below a
-/// piece of furniture; how much lower it is, in eye heights; and the score of a view from there.
-const BESIDE: f32 = 1.0;
-const LOWER: (f32, f32) = (0.15, 1.6);
-const ON_FURNITURE: f32 = -2.0;
-
 /// A view from within.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InteriorView {
@@ -85,16 +79,7 @@ pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u
         .flat_map_iter(|&(x, z)| {
             let eyes = eyes(&floors, x, z).into_iter();
             let eyes = eyes.filter(|&(eye, _)| is_inside(looker, horizon, eye, inside));
-            eyes.filter_map(|(eye, height)| {
-                let view = best_direction(looker, horizon, eye, height, width)?;
-                let furniture = if is_on_furniture(&floors, eye, height) {
-                    ON_FURNITURE
-                } else {
-                    0.0
-                };
-                let score = view.score + furniture;
-                Some(InteriorView { score, ..view })
-            })
+            eyes.filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
         })
         .collect();
     // Stable: of equal ones the first place counts.
@@ -280,20 +265,6 @@ fn eyes(floors: &Floors, x: f32, z: f32) -> Vec<(Vec3, f32)> {
         (floors.horizon.point(Vec3::new(x, surface.y + eye, z)), eye)
     };
     with_room.map(eye).collect()
-}
-
-/// Returns true if the floor is lower around an eye than below it: on a table or a bed.
-fn is_on_furniture(floors: &Floors, eye: Vec3, height: f32) -> bool {
-    let horizon = floors.horizon;
-    let (p, reach) = (horizon.coordinates(eye), BESIDE * height);
-    let is_lower = |side: &&Vec3| {
-        let way = horizon.point(**side);
-        let is_free = floors.looker.look(eye, way).is_none_or(|seen| seen.distance > reach);
-        let below = floors.below(p + reach * **side).map(|y| p.y - height - y);
-        is_free && below.is_some_and(|below| below > LOWER.0 * height && below < LOWER.1 * height)
-    };
-    let sides = [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z];
-    sides.iter().filter(is_lower).count() >= 2
 }
 
 /// Surfaces all around a point: columns by azimuth, each with rows from the bottom.

@@ -148,9 +148,8 @@ fn wide_grounds_do_not_frame_the_object() {
         (0..3).map(|i| (eye[i] - target[i]).powi(2)).sum::<f64>().sqrt()
     };
     let alone = distance(&chair().text);
-    for (i, [x, z]) in [[-3.0, -3.0], [-3.0, 3.0], [3.0, 3.0], [3.0, -3.0]].into_iter().enumerate() {
+    for [x, z] in [[-3.0, -3.0], [-3.0, 3.0], [3.0, 3.0], [3.0, -3.0]] {
         writeln!(text, "v {x} -0.001 {z}").unwrap();
-        assert!(i < 4);
     }
     let ground = |size: f32| turned(&text, |[x, y, z]| [size * x, y, size * z]) + "f -4 -3 -2 -1\n";
     let on_ground = |size: f32| distance(&(chair().text + &ground(size)));
@@ -174,17 +173,4 @@ fn rooms_without_a_ceiling_are_looked_into() {
     let (azimuth, words) = seen(&house.text);
     assert!(apart(azimuth, 180.0) <= 60.0, "{words}");
     assert!(words.contains("elevation 35°"), "{words}");
-}
-
-/// The camera of a room stands on its floor, and not on the table in the middle.
-#[test]
-fn cameras_do_not_stand_on_tables() {
-    let room = Boxes::default()
-        .room([-3.0, 0.0, -3.0], [3.0, 2.6, 3.0], &[])
-        .add([-1.0, 0.7, -1.0], [1.0, 0.8, 1.0])
-        .add([-2.9, 0.0, -2.9], [-2.0, 2.0, -1.0])
-        .add([2.0, 0.0, 2.0], [2.9, 1.0, 2.9]);
-    let folder = folder(&[("room.obj", &room.text)]);
-    let position = vector(&camera(folder.path(), "room.obj")["position"]);
-    assert!(position[0].abs() > 0.9 || position[2].abs() > 0.9, "{position:?}");
 }

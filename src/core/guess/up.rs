@@ -220,7 +220,7 @@ impl UpScores {
         self.margin() <= Sisters::LARGEST
     }
 
-    /// How much better the best direction is than all others.
+    /// Score of the best direction, less that of the second best.
     pub(super) fn margin(&self) -> f32 {
         let mut scores = self.0;
         scores.sort_by(f32::total_cmp);

@@ -101,7 +101,15 @@ fn sheets_of_grass_lie() {
 fn slender_bodies_do_not_stand_on_a_tip() {
     // Off the middle in height and along z, as fish are.
     let fish = rings(
-        &[(0.0, -15.0), (0.6, -12.0), (2.0, -6.0), (3.4, 0.0), (3.0, 4.0), (1.4, 6.5), (0.0, 7.0)],
+        &[
+            (0.0, -15.0),
+            (0.6, -12.0),
+            (2.0, -6.0),
+            (3.4, 0.0),
+            (3.0, 4.0),
+            (1.4, 6.5),
+            (0.0, 7.0),
+        ],
         [0.7, 1.0],
     );
     let fins = "v 0 0 -15\nv 0 4 -17\nv 0 -4 -17\nv 0 3 1\nv 0 6 -2\nv 0 3 -4\nf 113 114 115\nf 116 117 118\n";
@@ -122,7 +130,10 @@ fn seats_and_feet_tell_the_front() {
             let text = turned(&model.text, |[x, y, z]| [cos * x + sin * z, y, cos * z - sin * x]);
             let (azimuth, words) = seen(&text);
             assert!(apart(azimuth, front) <= 75.0, "{azimuth} {front}: {words}");
-            assert!(words.contains(&format!("; its front is at azimuth {front}°;")), "{words}");
+            assert!(
+                words.contains(&format!("; its front is at azimuth {front}°;")),
+                "{words}"
+            );
         }
     }
 }
@@ -153,7 +164,11 @@ fn wide_grounds_do_not_frame_the_object() {
     }
     let ground = |size: f32| turned(&text, |[x, y, z]| [size * x, y, size * z]) + "f -4 -3 -2 -1\n";
     let on_ground = |size: f32| distance(&(chair().text + &ground(size)));
-    assert!((on_ground(1.0) - alone).abs() < 0.1 * alone, "{} {alone}", on_ground(1.0));
+    assert!(
+        (on_ground(1.0) - alone).abs() < 0.1 * alone,
+        "{} {alone}",
+        on_ground(1.0)
+    );
     // A base belongs to the object.
     assert!(on_ground(0.2) > 1.2 * alone, "{} {alone}", on_ground(0.2));
 }

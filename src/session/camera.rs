@@ -7,7 +7,7 @@ use crate::camera::{
 };
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
-use crate::guess::{Asked, CameraFinder, CameraGuess, Sisters, near_distance};
+use crate::guess::{Asked, CameraFinder, CameraGuess, FileAxes, Sisters, near_distance};
 use crate::io::{FileError, Finding};
 use crate::lint::{inspect_place, inspect_view};
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
@@ -27,8 +27,8 @@ pub struct CameraSettings {
     pub options: CameraOptions,
     /// Length of the OBJ file's unit in metres, if its comments name it; evidence for guesses.
     pub unit: Option<f32>,
-    /// Axis that is up in most files of the program that wrote the scene; evidence for guesses.
-    pub usual_up: Option<Vec3>,
+    /// Axes by the comments of the OBJ file; evidence for guesses.
+    pub axes: FileAxes,
     /// Point of the OBJ file's coordinates that is the scene's origin, for messages.
     pub origin: DVec3,
 }
@@ -53,7 +53,7 @@ impl CameraSettings {
         Self {
             options: file.options.camera.placed(),
             unit: file.unit(),
-            usual_up: file.usual_up(),
+            axes: file.axes(),
             origin: file.origin(),
         }
     }
@@ -101,7 +101,7 @@ impl CameraSettings {
             stand: self.stand,
             yaw: self.yaw,
             unit: self.unit,
-            usual_up: self.usual_up,
+            axes: self.axes,
             sisters,
             origin: self.origin,
         };

@@ -53,7 +53,7 @@ impl Session {
                 up: self.said_camera.up,
                 ..CameraOptions::default()
             },
-            usual_up: self.said_camera.usual_up,
+            axes: self.said_camera.axes,
             ..CameraSettings::default()
         };
         let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);

@@ -4,7 +4,7 @@
 use crate::files::memory::Allowance;
 use crate::guess::{Asked, CameraFinder, Sisters};
 use crate::io::load_obj::load_obj;
-use crate::io::obj::{first_comment, usual_up};
+use crate::io::obj::{file_axes, first_comment};
 use crate::io::{Findings, LoadOptions};
 use crate::material::Material;
 use crate::options::Backend;
@@ -30,7 +30,7 @@ pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) ->
             continue;
         };
         let asked = Asked {
-            usual_up: usual_up(&path),
+            axes: file_axes(&path),
             ..Asked::default()
         };
         let survey = pool.install(|| *CameraFinder::new(&scene, accel.as_dyn(), asked, 1.0).survey());

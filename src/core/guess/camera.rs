@@ -2,11 +2,13 @@
 
 mod inside;
 
+use super::file_axes::FileAxes;
 use super::framing::Frame;
+use super::groups;
 use super::interior::{self, Inside, upright_bounds};
 use super::light::LightGuess;
 use super::look::Looker;
-use super::object;
+use super::object::{self, Front};
 use super::region::Region;
 use super::stand::Stand;
 use super::survey::Survey;
@@ -25,6 +27,9 @@ const FILL: f32 = 0.84;
 const MAX_TRIANGLES: u64 = 1 << 23;
 /// Candidates at most.
 const MAX_CANDIDATES: usize = 12;
+
+/// Logarithm of the odds of the upright axis below which it is called a guess.
+const UNSURE: f32 = 2.0;
 
 /// Parts of a camera that flags or a scene file give.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,8 +52,8 @@ pub struct Asked {
     pub yaw: Option<f32>,
     /// Length of the file's unit in metres, if the file names it.
     pub unit: Option<f32>,
-    /// Axis that is up in most files of the program that wrote the scene.
-    pub usual_up: Option<Vec3>,
+    /// Axes by the comments of the file.
+    pub axes: FileAxes,
     /// Evidence of other files of the folder on the upright axis.
     pub sisters: Sisters,
     /// Point of the file's coordinates that is the scene's origin, for flags.
@@ -118,11 +123,15 @@ impl<'a> CameraFinder<'a> {
             accel,
             region: Region::of(scene),
         };
-        let up = asked.up.or(height_axis(asked.origin));
+        let declared = asked.axes.declared.map(|axes| axes.up);
+        let up = asked.up.or(declared).or(height_axis(asked.origin));
         let wants_inside = asked.stand.is_some() || asked.orbit.is_none() && asked.view == View::Inside;
-        let (survey, region, inside) = Survey::new(&looker, up, asked.usual_up, wants_inside);
+        let (survey, region, inside) = Survey::new(&looker, up, asked.axes.usual_up, wants_inside);
         let (survey, is_up_of_sisters) = survey.with(&asked.sisters);
-        looker.region = region;
+        looker.region = match survey.is_interior {
+            true => region,
+            false => groups::without_sheet(&Looker { region, ..looker }, &survey.horizon),
+        };
         Self {
             survey,
             is_up_of_sisters,
@@ -227,6 +236,7 @@ impl<'a> CameraFinder<'a> {
                     up: self.asked.up,
                     vertical_fov: self.asked.vertical_fov,
                     origin: self.asked.origin,
+                    axes: self.asked.axes,
                     ..asked
                 },
                 ..*self
@@ -241,7 +251,7 @@ impl<'a> CameraFinder<'a> {
             }
         }
         let inside = candidates.len();
-        let front = object::front(&self.looker, self.horizon(), &self.frame());
+        let front = self.front().azimuth;
         let (azimuth, elevation) = object::three_quarter(&self.looker, self.horizon(), &self.frame(), front);
         let mirrored = 2.0 * front - azimuth;
         for azimuth in [azimuth, mirrored, azimuth + 180.0, mirrored + 180.0] {
@@ -307,27 +317,28 @@ impl<'a> CameraFinder<'a> {
         if position.is_some() {
             return (0.0, 0.0, "towards the middle of the scene".into());
         }
-        let front = object::front(&self.looker, self.horizon(), &self.frame());
-        match view.angles() {
-            Some((turn, elevation)) => {
-                let azimuth = wrapped(front + turn);
-                (
-                    azimuth,
-                    elevation,
-                    format!(
-                        "the object from azimuth {azimuth}°, elevation {elevation}°; its front is at azimuth {front}°"
-                    ),
-                )
-            }
+        let front = self.front();
+        let (azimuth, elevation, what) = match view.angles() {
+            Some((turn, elevation)) => (wrapped(front.azimuth + turn), elevation, "the object"),
             None => {
-                let (azimuth, elevation) = object::three_quarter(&self.looker, self.horizon(), &self.frame(), front);
-                let azimuth = wrapped(azimuth);
-                let words = format!(
-                    "an object, from azimuth {azimuth}°, elevation {elevation}° (--orbit AZ,EL or --view NAME changes that); its front is at azimuth {front}°"
-                );
-                (azimuth, elevation, words)
+                let (azimuth, elevation) =
+                    object::three_quarter(&self.looker, self.horizon(), &self.frame(), front.azimuth);
+                (wrapped(azimuth), elevation, "an object,")
             }
-        }
+        };
+        let change = match view.angles() {
+            Some(_) => "",
+            None => " (--orbit AZ,EL or --view NAME changes that)",
+        };
+        let words = format!(
+            "{what} from azimuth {azimuth}°, elevation {elevation}°{change}; {}",
+            front_words(&front, azimuth, elevation)
+        );
+        (azimuth, elevation, words)
+    }
+
+    fn front(&self) -> Front {
+        Front::of(&self.looker, self.horizon(), &self.frame(), &self.asked.axes)
     }
 
     fn width(&self) -> f32 {
@@ -349,8 +360,12 @@ impl<'a> CameraFinder<'a> {
             let scale = left_out_at.abs().max_element().max(self.size());
             position_text(short(left_out_at, scale), self.asked.origin).join(",")
         };
+        let ground = match self.looker.region.has_wide_ground {
+            true => "; its ground reaches beyond the view",
+            false => "",
+        };
         match left_out {
-            0 => String::new(),
+            0 => ground.into(),
             1 => format!("; 1 triangle that reaches to {} is left out of the view", place()),
             n => format!("; {n} triangles far away, around {}, are left out of the view", place()),
         }
@@ -376,15 +391,14 @@ impl<'a> CameraFinder<'a> {
                 let axis = horizon.up().abs().max_position();
                 let sign = if horizon.up()[axis] < 0.0 { '-' } else { '+' };
                 let other = if horizon.up() == Vec3::Y { "0,0,1" } else { "0,1,0" };
-                format!(
-                    "{words}; {sign}{} is up{} (--up {other} changes that)",
-                    ["x", "y", "z"][axis],
-                    if self.is_up_of_sisters {
-                        " as in other files of its folder"
-                    } else {
-                        ""
-                    }
-                )
+                let (doubt, reason) = match self.survey.up_scores {
+                    _ if self.asked.axes.declared.is_some() => ("", " as the file says"),
+                    _ if self.is_up_of_sisters => ("", " as in other files of its folder"),
+                    Some(scores) if scores.margin() < UNSURE => ("probably ", ""),
+                    _ => ("", ""),
+                };
+                let axis = ["x", "y", "z"][axis];
+                format!("{words}; {doubt}{sign}{axis} is up{reason} (--up {other} changes that)")
             }
             Some(_) => words,
         };
@@ -401,6 +415,19 @@ impl<'a> CameraFinder<'a> {
             words,
         }
     }
+}
+
+/// Words on the front of an object that is seen from `azimuth` and `elevation`.
+fn front_words(front: &Front, azimuth: f32, elevation: f32) -> String {
+    let side = format!("its front is at azimuth {}°", front.azimuth);
+    if front.is_declared {
+        return format!("{side} as the file says");
+    }
+    if front.is_clear {
+        return side;
+    }
+    let behind = wrapped(azimuth + 180.0);
+    format!("probably {side} (--orbit {behind},{elevation} shows the other side)")
 }
 
 /// The upright axis of a file that lies far from its own origin, at `origin`: national grids have

@@ -1,10 +1,15 @@
 //! Groups of connected parts of a scene that stand apart.
 
+use super::floors::upright_bounds;
 use super::look::Looker;
 use super::parts::Parts;
 use super::region::{Region, extent};
-use crate::math::{Bounds3, Vec3};
+use crate::math::{Bounds3, Horizon, Vec3};
 
+/// Extents of a ground that does not decide how an object is framed, in extents of the object, at
+/// least, and the height of the object at which it lies at most.
+const WIDE_GROUND: f32 = 3.0;
+const AT_BOTTOM: f32 = 0.05;
 /// Thickness of a sheet, such as a ground, as a share of its extent, at most.
 const SHEET: f32 = 0.02;
 /// Share of a sheet's extents that the rest of the scene covers at most, if the sheet is around it.
@@ -45,6 +50,28 @@ pub(super) fn groups(looker: &Looker) -> Vec<Region> {
     groups.truncate(MAX_GROUPS);
     let region = |(bounds, count): (Bounds3, usize)| whole.with_group(bounds, count as f32 / corners as f32);
     groups.into_iter().map(region).collect()
+}
+
+/// The looker's region without a ground that is much wider than what stands on it.
+pub(super) fn without_sheet(looker: &Looker, horizon: &Horizon) -> Region {
+    let whole = looker.region;
+    let mut boxes = Parts::of(looker).boxes();
+    boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
+    let Some(((sheet, _), others)) = boxes.split_first() else {
+        return whole;
+    };
+    let Some(rest) = others.iter().map(|(part, _)| *part).reduce(|a, b| union(a, &b)) else {
+        return whole;
+    };
+    let [ground, object] = [*sheet, rest].map(|bounds| upright_bounds(bounds, horizon));
+    let (size, around) = (object.max - object.min, ground.max - ground.min);
+    let is_wide = around.x.min(around.z) >= WIDE_GROUND * size.x.max(size.z) && size.x.min(size.z) > 0.0;
+    let is_flat = around.y <= SHEET * extent(&ground);
+    let is_below = ground.max.y <= object.min.y + AT_BOTTOM * size.y;
+    match is_wide && is_flat && is_below {
+        true => whole.on_ground(rest),
+        false => whole,
+    }
 }
 
 /// Returns true if `sheet` is flat, and reaches far beyond `others` along it.

@@ -8,6 +8,8 @@
 
 mod camera;
 mod emitters;
+mod facing;
+mod file_axes;
 mod floors;
 mod framing;
 mod groups;
@@ -16,6 +18,7 @@ mod lathe;
 mod light;
 mod look;
 mod object;
+mod open_house;
 mod parts;
 mod plan;
 mod region;
@@ -30,6 +33,7 @@ mod up;
 mod views;
 
 pub use camera::{Asked, CameraFinder, CameraGuess, position_text};
+pub use file_axes::{DeclaredAxes, FileAxes};
 pub use light::LightGuess;
 pub use plan::{Plan, PlanCamera};
 pub use scale::near_distance;

@@ -1,8 +1,12 @@
 //! The view of an object: which of its sides is its front, and from where around it shows most.
 
+use super::facing::facing;
+use super::file_axes::FileAxes;
 use super::framing::Frame;
 use super::interior::upright_bounds;
 use super::look::{Looker, Seen, Tally};
+use super::open_house;
+use super::surfaces;
 use crate::camera::{Camera, CameraParameters};
 use crate::math::{Horizon, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
@@ -37,24 +41,82 @@ const USUAL_FRONT: f32 = 1.2;
 /// Doublings of detail that a side counts more whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
 const SYMMETRY: f32 = 0.6;
 
-/// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with the most detail and
-/// materials: faces have eyes and noses, backs are smooth. Azimuth 0 and symmetry count for
-/// something, and edges of plates are no fronts.
-pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
-    let azimuths = [0.0, 180.0, 90.0, 270.0];
-    let scores: Vec<f32> = azimuths
-        .par_iter()
-        .map(|&azimuth| {
-            let side = Side::new(looker, horizon, azimuth);
-            if side.width <= EDGE * side.depth && side.height >= PLATE * side.depth {
-                return f32::NEG_INFINITY;
-            }
-            let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
-            let usual = if azimuth == 0.0 { USUAL_FRONT } else { 0.0 };
-            picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry() + usual
-        })
-        .collect();
-    azimuths[first_best(&scores)]
+/// Doublings of detail that the usual front of the program which wrote the file counts more, in
+/// place of azimuth 0.
+const FRONT_OF_PROGRAM: f32 = 2.5;
+/// Doublings of detail that a side counts more if shapes tell that it is the front.
+const FACING: f32 = 4.0;
+/// Doublings of detail by which the front must be ahead of all other sides to be no guess, if
+/// azimuth 0 counts no more than they do.
+const CLEAR: f32 = 1.0;
+
+/// The side of an object that is its front.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Front {
+    /// Degrees: 0, 90, 180 or 270.
+    pub azimuth: f32,
+    /// True if the file declares it.
+    pub is_declared: bool,
+    /// True if detail, shapes or the program tell it, and not the habit of most files alone.
+    pub is_clear: bool,
+}
+
+impl Front {
+    /// The side that the file declares, or else the one with the most detail and materials: faces
+    /// have eyes and noses, backs are smooth. Seats, feet, azimuth 0 and symmetry count for something,
+    /// and edges of plates are no fronts.
+    pub fn of(looker: &Looker, horizon: &Horizon, frame: &Frame, axes: &FileAxes) -> Self {
+        let toward = |side: Vec3| {
+            let azimuth = horizon.azimuth(side)?;
+            Some((azimuth / 90.0).round().rem_euclid(4.0) * 90.0)
+        };
+        let declared = axes.declared.and_then(|axes| toward(axes.front));
+        if let Some(azimuth) = declared {
+            return Self {
+                azimuth,
+                is_declared: true,
+                is_clear: true,
+            };
+        }
+        let of_program = axes.usual_front.and_then(toward);
+        let points = surfaces::points(looker);
+        let told = facing(&points, upright_bounds(looker.region.bounds, horizon), horizon);
+        let azimuths = [0.0, 180.0, 90.0, 270.0];
+        let evidence: Vec<f32> = azimuths
+            .par_iter()
+            .map(|&azimuth| {
+                let side = Side::new(looker, horizon, azimuth);
+                if side.width <= EDGE * side.depth && side.height >= PLATE * side.depth {
+                    return f32::NEG_INFINITY;
+                }
+                let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
+                let mut evidence = picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry();
+                evidence += if told == Some(azimuth) { FACING } else { 0.0 };
+                evidence
+                    + if of_program == Some(azimuth) {
+                        FRONT_OF_PROGRAM
+                    } else {
+                        0.0
+                    }
+            })
+            .collect();
+        let usual = |azimuth: f32| match azimuth == 0.0 && of_program.is_none() {
+            true => USUAL_FRONT,
+            false => 0.0,
+        };
+        let scores: Vec<f32> = evidence
+            .iter()
+            .zip(azimuths)
+            .map(|(evidence, azimuth)| evidence + usual(azimuth))
+            .collect();
+        let best = first_best(&scores);
+        let others = (0..azimuths.len()).filter(|&i| i != best).map(|i| evidence[i]);
+        Self {
+            azimuth: azimuths[best],
+            is_declared: false,
+            is_clear: evidence[best] - others.fold(f32::NEG_INFINITY, f32::max) >= CLEAR,
+        }
+    }
 }
 
 /// Size of an object as it is seen from one side.
@@ -79,6 +141,9 @@ impl Side {
 
 /// Azimuth and elevation, in degrees, of the three-quarter view that shows most of an object whose front is at `front`.
 pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
+    if let Some(azimuth) = open_house::azimuth(looker, horizon, front) {
+        return (azimuth, open_house::ELEVATION);
+    }
     let side = Side::new(looker, horizon, front);
     let elevations: &[f32] = match side.height <= FLAT * side.width.max(side.depth) {
         true => &FLAT_ELEVATION,

@@ -38,6 +38,8 @@ pub(super) struct Region {
     pub left_out: u64,
     /// Middle of those corners.
     pub left_out_at: Vec3,
+    /// True if a ground reaches far beyond the bounds.
+    pub has_wide_ground: bool,
     /// Share of the corners of all groups, if this is a group of parts with others around.
     pub group: Option<f32>,
 }
@@ -53,6 +55,7 @@ impl Region {
             },
             left_out: 0,
             left_out_at: Vec3::ZERO,
+            has_wide_ground: false,
             group: None,
         };
         let mut corners: Vec<Vec3> = Vec::new();
@@ -71,6 +74,21 @@ impl Region {
         Self {
             bounds,
             group: Some(share),
+            ..self
+        }
+    }
+
+    /// The part in `bounds`, which stands on a ground that reaches beyond.
+    pub fn on_ground(self, bounds: Bounds3) -> Self {
+        let margin = Vec3::splat(1e-4 * extent(&bounds));
+        let limits = Bounds3 {
+            min: self.limits.min.max(bounds.min - margin),
+            max: self.limits.max.min(bounds.max + margin),
+        };
+        Self {
+            bounds,
+            limits,
+            has_wide_ground: true,
             ..self
         }
     }

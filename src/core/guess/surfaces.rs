@@ -121,6 +121,10 @@ pub(super) struct Surfaces {
     /// Vector from materials with names of low things to those with names of high things, in
     /// extents.
     pub named: Vec3,
+    /// Share of the surfaces whose materials have names of low things.
+    pub low: f32,
+    /// Extents of the scene.
+    pub extent: Vec3,
     ways: [Way; 6],
 }
 
@@ -154,6 +158,11 @@ impl Surfaces {
         let stand: f32 = standing.iter().sum();
         let oriented: Vec<(Vec3, Vec3)> = points.iter().map(|point| (point.p, point.n)).collect();
         let lathes = [0, 1, 2].map(|axis| Lathe::new(&oriented, bounds, axis));
+        let materials = looker.scene.materials();
+        let are_low: Vec<bool> = materials
+            .iter()
+            .map(|material| is_high(&material.name) == Some(false))
+            .collect();
         Self {
             mirror: [0, 1, 2].map(|axis| cells.mirror(axis)),
             turn: [0, 1, 2].map(|axis| turn(&points, bounds, axis)),
@@ -162,7 +171,9 @@ impl Surfaces {
             off_center: (bounds.center().abs() / extent).min(Vec3::splat(0.5)).to_array(),
             off_balance: ((mean(|point| point.p) - bounds.center()).abs() / extent).to_array(),
             v: mean(|point| point.v),
-            named: named(looker.scene.materials(), &points) / extent,
+            named: named(materials, &points) / extent,
+            low: share(&points, |point| are_low[point.material as usize]),
+            extent,
             ways: Direction::ALL.map(|up| Way {
                 standing: standing[up.index()] / (stand + FEW_STAND),
                 contact: contact(&points, bounds, up),
@@ -180,16 +191,17 @@ impl Surfaces {
 }
 
 /// A point of a surface.
-struct Point {
-    p: Vec3,
-    n: Vec3,
+pub(super) struct Point {
+    pub p: Vec3,
+    /// Unit normal by the winding.
+    pub n: Vec3,
     /// Direction in which the texture coordinate v increases; zero without texture coordinates.
     v: Vec3,
     material: u32,
 }
 
 /// Points all over the scene's surfaces; none if the surfaces have no area.
-fn points(looker: &Looker) -> Vec<Point> {
+pub(super) fn points(looker: &Looker) -> Vec<Point> {
     let mut area = 0.0;
     for_each_triangle(looker.scene, MAX_TRIANGLES, |triangle| area += triangle.area);
     let (mut points, mut due) = (Vec::new(), 0.5);

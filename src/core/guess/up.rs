@@ -9,7 +9,7 @@
 //! penalty. It was fitted to 173 public files, whose upright axis was told by eye, and with a weight
 //! of 0.3 to turned copies of them with other axes up. Evidence was kept if it lowered the loss in a
 //! cross-validation by repository. Weights of bodies of revolution and of other files were fitted
-//! later, with all other weights fixed. Weights of interiors were set by hand on 9 files and on 5
+//! later, with all other weights fixed, and those of grounds and tips were set by hand. Weights of interiors were set by hand on 9 files and on 5
 //! rooms in four positions. Wrong directions: 6 of the 183 files, and 5 of 147 files of 45 other
 //! repositories, for which nothing was fitted. Without bodies of revolution and other files they
 //! were 7 and 7; by an earlier version with 6 kinds of evidence 16 and 21.
@@ -34,7 +34,7 @@ const MARGIN: f32 = 0.02;
 type Evidence = fn(&Surfaces, Direction) -> f32;
 
 /// Weights of the evidence in objects.
-const OUTSIDE: [(f32, Evidence); 13] = [
+const OUTSIDE: [(f32, Evidence); 15] = [
     (5.5, rests),
     (2.6, stands),
     (6.5, looks_up),
@@ -48,6 +48,8 @@ const OUTSIDE: [(f32, Evidence); 13] = [
     (2.5, is_vessel),
     (4.1, has_upright_textures),
     (10.0, is_named),
+    (5.0, is_ground),
+    (-2.5, is_on_tip),
 ];
 /// Weights of the evidence in interiors.
 const INSIDE: [(f32, Evidence); 4] = [
@@ -136,6 +138,33 @@ fn is_named(surfaces: &Surfaces, up: Direction) -> f32 {
     surfaces.named.dot(up.vector()).clamp(-0.5, 0.5)
 }
 
+/// Flat sheets of grass, dirt or asphalt lie, with their fronts up.
+fn is_ground(surfaces: &Surfaces, up: Direction) -> f32 {
+    const THIN: f32 = 1e-3;
+    const LOW: f32 = 0.5;
+    let is_flat = surfaces.extent[up.axis] <= THIN * surfaces.extent.max_element();
+    let shows_front = surfaces.way(up).looks_up > surfaces.way(up.opposite()).looks_up;
+    match is_flat && shows_front && surfaces.low > LOW {
+        true => surfaces.low,
+        false => 0.0,
+    }
+}
+
+/// Slender bodies whose left and right are alike do not stand on a tip: fish, ships and planes.
+fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
+    const SLENDER: f32 = 1.8;
+    const TIP: f32 = 0.01;
+    const ALIKE: f32 = 0.85;
+    const ROUND: f32 = 0.3;
+    let across = [(up.axis + 1) % 3, (up.axis + 2) % 3];
+    let width = surfaces.extent[across[0]].max(surfaces.extent[across[1]]);
+    let is_slender = surfaces.extent[up.axis] >= SLENDER * width;
+    let has_sides = across.iter().any(|&axis| surfaces.mirror[axis] >= ALIKE);
+    let is_round = over_others(surfaces.round, up) >= ROUND;
+    let is = is_slender && has_sides && !is_round && surfaces.way(up).contact <= TIP;
+    f32::from(u8::from(is))
+}
+
 /// Value of an axis, less the larger one of both other axes.
 fn over_others(values: [f32; 3], up: Direction) -> f32 {
     values[up.axis] - values[(up.axis + 1) % 3].max(values[(up.axis + 2) % 3])
@@ -188,9 +217,14 @@ impl UpScores {
 
     /// Returns true if other files of the folder can change the best direction.
     pub(super) fn are_close(&self) -> bool {
+        self.margin() <= Sisters::LARGEST
+    }
+
+    /// Score of the best direction, less that of the second best.
+    pub(super) fn margin(&self) -> f32 {
         let mut scores = self.0;
         scores.sort_by(f32::total_cmp);
-        scores[5] - scores[4] <= Sisters::LARGEST
+        scores[5] - scores[4]
     }
 
     /// The scores with the evidence of other files.

@@ -9,7 +9,7 @@ mod tests;
 use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::light_changes::ChangedLight;
-use super::obj::{named_unit, origin_of, usual_up};
+use super::obj::{file_axes, named_unit, origin_of};
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::patches::Patch;
@@ -20,6 +20,7 @@ use super::{
     FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection, ObjectSection,
     PartSection, Position, SceneOptions,
 };
+use crate::guess::FileAxes;
 use crate::io::Origin;
 use crate::io::{PartFilter, PartRule};
 use crate::math::Glob;
@@ -254,10 +255,9 @@ impl SceneFile {
         }
     }
 
-    /// The axis that is up in most files of the program that wrote the scene's OBJ file; `None` if
-    /// that is unknown, or if there are several objects.
-    pub(crate) fn usual_up(&self) -> Option<Vec3> {
-        usual_up(&self.only_obj()?)
+    /// Axes by the comments of the scene's OBJ file; none of several objects.
+    pub(crate) fn axes(&self) -> FileAxes {
+        self.only_obj().map(|obj| file_axes(&obj)).unwrap_or_default()
     }
 
     /// The OBJ file that is the scene as it was written; `None` if there are several objects.

@@ -3,6 +3,7 @@
 mod check;
 mod command_line;
 mod first_picture;
+mod first_side;
 mod guess;
 mod inside;
 mod lab;

@@ -7,6 +7,7 @@
 
 mod colors;
 mod faces;
+mod file_axes;
 mod groups;
 mod libraries;
 mod named_unit;
@@ -18,7 +19,6 @@ mod polygon;
 mod remarks;
 mod sides;
 mod smoothing;
-mod usual_up;
 
 use super::mtl::{FileMaterial, ObjContext, Signature};
 use super::statements::with_line_feeds;
@@ -29,6 +29,7 @@ use crate::geometry::{Mesh, PartNames};
 use crate::math::DVec3;
 use colors::{Colors, take_colors};
 pub use faces::{Face, FaceMaterial, ObjFaces};
+pub use file_axes::{file_axes, first_comment};
 use libraries::{find_libraries, load_libraries};
 pub use named_unit::named_unit;
 pub(super) use origin::chosen_origin;
@@ -40,7 +41,6 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-pub use usual_up::{first_comment, usual_up};
 
 /// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
 const CHUNK_BYTES: usize = 1 << 20;

@@ -1,0 +1,190 @@
+//! Shapes that tell the front of an object: the back-rest of a seat is at its back, and feet stick
+//! out to the front of the ankles.
+//!
+//! Limits were set on some 700 public files, whose seats and people were told by name and by eye.
+//! Both are rare among other files: about one in a hundred has the shape of a seat or of feet.
+
+use super::surfaces::Point;
+use crate::math::{Bounds3, Horizon, Vec3};
+use std::ops::RangeInclusive;
+
+/// Azimuths of the sides, degrees.
+const SIDES: [f32; 4] = [0.0, 90.0, 180.0, 270.0];
+/// Share of points left out at either end of a range.
+const TAIL: f32 = 0.02;
+/// Minimum height of a seat over its larger width.
+const HIGH: f32 = 0.25;
+/// Heights above which there is only the back-rest, as shares of the height, and points there.
+const RESTS: [f32; 4] = [0.6, 0.7, 0.8, 0.9];
+const MIN_POINTS: usize = 40;
+/// Places from the back, −1/2, to the front, 1/2, where the back-rest begins and ends.
+const REST: (f32, f32) = (-0.2, -0.1);
+/// Width of a back-rest as a share of the width, at least.
+const REST_WIDTH: f32 = 0.45;
+/// Heights of a seat, and its thickness, as shares of the height.
+const SEAT: RangeInclusive<f32> = 0.2..=0.5;
+const SEAT_BAND: f32 = 0.15;
+/// Minimum |cos| between up and the normals of a seat.
+const LEVEL: f32 = 0.8;
+/// Share of the outline that a seat covers at least, in cells of a grid.
+const SEAT_AREA: f32 = 0.35;
+const CELLS: f32 = 16.0;
+/// Share of all points that are above the middle of the seat at most.
+const CLUTTER: f32 = 0.06;
+
+/// Heights of feet and of ankles, as shares of the height.
+const FEET: RangeInclusive<f32> = 0.0..=0.04;
+const ANKLES: RangeInclusive<f32> = 0.07..=0.14;
+/// Height of a person over the length from front to back, at least.
+const UPRIGHT: f32 = 1.25;
+/// Width between the ankles as a share of the width, and the share of points in either leg, at least.
+const APART: RangeInclusive<f32> = 0.03..=0.7;
+const LEG: f32 = 0.25;
+/// Length of a foot, and by how much the toes stick out farther than the heel, in heights.
+const FOOT: RangeInclusive<f32> = 0.05..=0.35;
+const TOES: RangeInclusive<f32> = 0.03..=0.25;
+
+/// A point with coordinates of one side: to the right, up and to the front.
+#[derive(Clone, Copy)]
+struct Placed {
+    right: f32,
+    height: f32,
+    front: f32,
+    is_level: bool,
+}
+
+/// Azimuth of the side that shapes tell to be the front, degrees; `None` if they tell none.
+pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Option<f32> {
+    let size = bounds.max - bounds.min;
+    if !(size.y > 0.0) {
+        return None;
+    }
+    let seat = || {
+        let areas = SIDES.map(|azimuth| seat_area(&placed(points, bounds, horizon, azimuth), size));
+        let best = (0..SIDES.len()).max_by(|&a, &b| areas[a].total_cmp(&areas[b]))?;
+        (areas[best] >= SEAT_AREA).then_some(SIDES[best])
+    };
+    let has_toes = |azimuth: &f32| toes_stick_out(&placed(points, bounds, horizon, *azimuth), size.y);
+    seat().or_else(|| SIDES.into_iter().find(has_toes))
+}
+
+/// The points in coordinates of a side around the middle of the box; height from 0 to 1.
+fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) -> Vec<Placed> {
+    let [front, right] = [azimuth, azimuth + 90.0].map(|azimuth| {
+        let way = horizon.coordinates(horizon.direction(azimuth, 0.0));
+        way.round()
+    });
+    let (center, height) = (bounds.center(), bounds.max.y - bounds.min.y);
+    let place = |point: &Point| {
+        let p = horizon.coordinates(point.p) - center;
+        Placed {
+            right: p.dot(right),
+            height: p.y / height + 0.5,
+            front: p.dot(front),
+            is_level: point.n.dot(horizon.up()).abs() > LEVEL,
+        }
+    };
+    points.iter().map(place).collect()
+}
+
+/// Range of values without the tails; `None` of few values.
+fn range(values: impl Iterator<Item = f32>, min: usize) -> Option<(f32, f32)> {
+    let mut values: Vec<f32> = values.collect();
+    values.sort_unstable_by(f32::total_cmp);
+    let tail = (TAIL * values.len() as f32) as usize;
+    (values.len() >= min.max(1)).then(|| (values[tail], values[values.len() - 1 - tail]))
+}
+
+/// Area in front of a back-rest on which one can sit, as a share of the outline; 0 without a back-rest.
+fn seat_area(points: &[Placed], size: Vec3) -> f32 {
+    let extent = |of: fn(&Placed) -> f32| {
+        let values = || points.iter().map(of);
+        values().fold(f32::NEG_INFINITY, f32::max) - values().fold(f32::INFINITY, f32::min)
+    };
+    let (width, depth) = (extent(|p| p.right), extent(|p| p.front));
+    if size.y < HIGH * width.max(depth) || width.min(depth) <= 0.0 {
+        return 0.0;
+    }
+    let areas = RESTS.map(|above| {
+        let rest = || points.iter().filter(|p| p.height > above);
+        let ends = (
+            range(rest().map(|p| p.front / depth), MIN_POINTS),
+            range(rest().map(|p| p.right / width), MIN_POINTS),
+        );
+        let (Some((back, front)), Some((left, right))) = ends else {
+            return 0.0;
+        };
+        if back > REST.0 || front > REST.1 || right - left < REST_WIDTH {
+            return 0.0;
+        }
+        let before = || points.iter().filter(|p| p.front / depth > front + 0.03);
+        // The height at which most level points lie.
+        let step = SEAT_BAND / 3.0;
+        let low = SEAT.start() - step..=SEAT.end().min(above - SEAT_BAND);
+        let count = |from: f32| {
+            let band = from..=from + SEAT_BAND;
+            before().filter(|p| p.is_level && band.contains(&p.height)).count()
+        };
+        let bands = (0..).map(|i| SEAT.start() + i as f32 * step);
+        let best = bands
+            .take_while(|from| low.contains(from))
+            .max_by_key(|&from| count(from));
+        let Some(from) = best.filter(|&from| count(from) >= MIN_POINTS) else {
+            return 0.0;
+        };
+        let clutter = before().filter(|p| p.height > from + 1.2 * SEAT_BAND && p.right.abs() < 0.35 * width);
+        if clutter.count() as f32 > CLUTTER * points.len() as f32 {
+            return 0.0;
+        }
+        let band = from..=from + SEAT_BAND;
+        let cell = |p: &Placed| {
+            let of = |x: f32| ((x + 0.5) * CELLS).clamp(0.0, CELLS - 1.0) as u32;
+            of(p.right / width) * CELLS as u32 + of(p.front / depth)
+        };
+        let mut cells: Vec<u32> = before()
+            .filter(|p| p.is_level && band.contains(&p.height))
+            .map(cell)
+            .collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells.len() as f32 / (CELLS * CELLS)
+    });
+    areas.into_iter().fold(0.0, f32::max)
+}
+
+/// Returns true if the object stands on two feet whose toes point to this side.
+fn toes_stick_out(points: &[Placed], height: f32) -> bool {
+    let of_band = |band: RangeInclusive<f32>| points.iter().filter(move |p| band.contains(&p.height));
+    let mut legs: Vec<f32> = of_band(ANKLES).map(|p| p.right).collect();
+    legs.sort_unstable_by(f32::total_cmp);
+    let (Some(depth), Some(width)) = (
+        range(points.iter().map(|p| p.front), MIN_POINTS),
+        range(points.iter().map(|p| p.right), MIN_POINTS),
+    ) else {
+        return false;
+    };
+    let gaps = legs.windows(2).enumerate();
+    let widest = gaps.max_by(|(_, a), (_, b)| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+    let Some((at, &[left, right])) = widest.map(|(at, gap)| (at, <&[f32; 2]>::try_from(gap).unwrap_or(&[0.0; 2])))
+    else {
+        return false;
+    };
+    let share = (at + 1) as f32 / legs.len() as f32;
+    let apart = (right - left) / (width.1 - width.0).max(f32::MIN_POSITIVE);
+    let stands = height >= UPRIGHT * (depth.1 - depth.0) && (LEG..=1.0 - LEG).contains(&share);
+    if !stands || !APART.contains(&apart) {
+        return false;
+    }
+    let middle = 0.5 * (left + right);
+    [true, false].into_iter().all(|is_left| {
+        let leg = |band: RangeInclusive<f32>| {
+            let points = of_band(band).filter(|p| (p.right < middle) == is_left);
+            range(points.map(|p| p.front), MIN_POINTS / 4)
+        };
+        let (Some(foot), Some(ankle)) = (leg(FEET), leg(ANKLES)) else {
+            return false;
+        };
+        let toes = ((foot.1 - ankle.1) - (ankle.0 - foot.0)) / height;
+        FOOT.contains(&((foot.1 - foot.0) / height)) && TOES.contains(&toes)
+    })
+}

@@ -1,0 +1,30 @@
+use crate::math::Vec3;
+
+/// Axes of a file by its comments.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FileAxes {
+    /// Axes that the file declares.
+    pub declared: Option<DeclaredAxes>,
+    /// Axis that is up in most files of the program that wrote this one.
+    pub usual_up: Option<Vec3>,
+    /// Side that is the front in most files of the program that wrote this one.
+    pub usual_front: Option<Vec3>,
+}
+
+/// Axes that a file declares: unit vectors along its coordinates, at a right angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DeclaredAxes {
+    /// Up.
+    pub up: Vec3,
+    /// Side that faces the viewer.
+    pub front: Vec3,
+}
+
+impl DeclaredAxes {
+    /// Axes of these directions; `None` unless they are at a right angle.
+    pub fn new(up: Vec3, front: Vec3) -> Option<Self> {
+        (up.dot(front) == 0.0).then_some(Self { up, front })
+    }
+}

@@ -1,0 +1,63 @@
+//! Rooms without a ceiling, seen from above: dolls' houses and furnished floor plans. They are looked
+//! into from a side whose outer wall is low, open or missing.
+
+use super::floors::{Floors, PLACES};
+use super::look::Looker;
+use crate::math::{Horizon, Vec3};
+
+/// Elevation from which rooms without a ceiling are seen, degrees.
+pub(super) const ELEVATION: f32 = 35.0;
+/// Height of a scene over its smaller width, at most: cups and crates are higher.
+const LOW: f32 = 0.6;
+/// Share of the scene's height below which a place inside has its highest surface.
+const INSIDE: f32 = 0.6;
+/// Height above the ground at which walls are looked for, as a share of the scene's.
+const WALL: f32 = 0.5;
+/// Walls around a place inside, of 8 directions, and the share of the places that are inside.
+const WALLS: usize = 5;
+const ROOMS: f32 = 0.3;
+/// Height above the highest surface of a place at which it is looked at, as a share of the scene's.
+const OFF_SURFACE: f32 = 0.02;
+/// Azimuths from the front that are tried, those nearest to it first, and the share of the places
+/// that one must show more to be preferred to one before it.
+const TURNS: [f32; 12] = [
+    30.0, -30.0, 60.0, -60.0, 0.0, 90.0, -90.0, 120.0, -120.0, 150.0, -150.0, 180.0,
+];
+const MORE: f32 = 0.04;
+
+/// Azimuth from which most of the rooms shows, degrees; `None` if the scene has no rooms without a
+/// ceiling.
+pub(super) fn azimuth(looker: &Looker, horizon: &Horizon, front: f32) -> Option<f32> {
+    let floors = Floors::new(looker, horizon);
+    let (bounds, height) = (floors.bounds(), floors.height());
+    let size = bounds.max - bounds.min;
+    if height > LOW * size.x.min(size.z) {
+        return None;
+    }
+    let places = floors.places(PLACES);
+    let count = places.len();
+    let inside = |(x, z): (f32, f32)| {
+        let top = floors.at(x, z).into_iter().next()?;
+        let eye = Vec3::new(x, (bounds.min.y + WALL * height).max(top.y + OFF_SURFACE * height), z);
+        let has_wall = |i: &u8| {
+            let way = horizon.direction(f32::from(*i) * 45.0, 0.0);
+            looker.look(horizon.point(eye), way).is_some()
+        };
+        let is_inside = top.y < bounds.min.y + INSIDE * height && (0..8).filter(has_wall).count() >= WALLS;
+        is_inside.then(|| horizon.point(Vec3::new(x, top.y + OFF_SURFACE * height, z)))
+    };
+    let points: Vec<Vec3> = places.into_iter().filter_map(inside).collect();
+    if (points.len() as f32) < ROOMS * count as f32 {
+        return None;
+    }
+    let mut best = (front, f32::NEG_INFINITY);
+    for turn in TURNS {
+        let back = horizon.direction(front + turn, ELEVATION);
+        let shown = points.iter().filter(|&&p| looker.look(p, back).is_none()).count();
+        let share = shown as f32 / points.len() as f32;
+        if share > best.1 + MORE {
+            best = (front + turn, share);
+        }
+    }
+    Some(best.0)
+}

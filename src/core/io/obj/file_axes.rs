@@ -1,0 +1,186 @@
+//! Axes by the first comments of an OBJ file: those that the file declares, and those that the program
+//! that wrote it usually writes.
+
+use super::open_regular;
+use crate::guess::{DeclaredAxes, FileAxes};
+use crate::io::mtl::{MtlDialect, Signature};
+use crate::math::Vec3;
+use std::io::Read;
+use std::path::Path;
+
+/// Bytes in which the comments are looked for.
+const HEAD: u64 = 4096;
+/// Further programs that turn their models so that +y is up, as most viewers expect it.
+const TURN: [&str; 7] = [
+    "sweet home",
+    "art of illusion",
+    "magicavoxel",
+    "blockbench",
+    "kenney",
+    "mineways",
+    "houdini",
+];
+/// Further programs of surveyors, scanners and engineers, to whom +z is up.
+const KEEP: [&str; 10] = [
+    "openscad",
+    "freecad",
+    "ifcconvert",
+    "ifcopenshell",
+    "cloudcompare",
+    "metashape",
+    "photoscan",
+    "opendronemap",
+    "qgis",
+    "gdal",
+];
+
+/// Programs whose models face −z.
+const FACE_BACK: [&str; 1] = ["blockbench"];
+
+/// Axes by the comments at the beginning of a file; none of a file that cannot be read.
+pub fn file_axes(path: &Path) -> FileAxes {
+    let mut head = Vec::new();
+    let file = open_regular(path).map(|file| file.take(HEAD));
+    let read = file.and_then(|mut file| file.read_to_end(&mut head).ok());
+    match read {
+        Some(_) => axes_of(&String::from_utf8_lossy(&head).to_lowercase()),
+        None => FileAxes::default(),
+    }
+}
+
+/// Axes by the text at the beginning of a file, in lower case.
+fn axes_of(head: &str) -> FileAxes {
+    let comments = || head.lines().filter_map(|line| line.trim_start().strip_prefix('#'));
+    let is_named = |comment: &str, programs: &[&str]| programs.iter().any(|program| comment.contains(program));
+    FileAxes {
+        declared: comments().find_map(declared_axes),
+        usual_up: match Signature::find(head).map(|signature| signature.dialect) {
+            Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
+            // Maya writes whatever axis is up in its scene, and Assimp that of another program.
+            Some(MtlDialect::Maya | MtlDialect::Assimp) => None,
+            Some(_) => Some(Vec3::Y),
+            None => comments().find_map(|comment| match (is_named(comment, &TURN), is_named(comment, &KEEP)) {
+                (true, _) => Some(Vec3::Y),
+                (false, true) => Some(Vec3::Z),
+                (false, false) => None,
+            }),
+        },
+        usual_front: comments()
+            .any(|comment| is_named(comment, &FACE_BACK))
+            .then_some(Vec3::NEG_Z),
+        ..FileAxes::default()
+    }
+}
+
+/// Axes that a comment such as `CoordSystemRUF: [+X,-Y,+Z]` declares: a letter and an axis for each
+/// of three directions as the viewer sees them (right or left, up or down, forward or back).
+fn declared_axes(comment: &str) -> Option<DeclaredAxes> {
+    let (_, declaration) = comment.split_once("coordsystem")?;
+    let (letters, axes) = declaration.split_once(':')?;
+    let (mut up, mut back) = (None, None);
+    let axes = axes.trim().trim_start_matches('[').trim_end_matches(']').split(',');
+    for (letter, axis) in letters.trim().chars().zip(axes) {
+        let axis = signed_axis(axis.trim())?;
+        match letter {
+            'u' => up = Some(axis),
+            'd' => up = Some(Vec3::ZERO - axis),
+            'f' => back = Some(Vec3::ZERO - axis),
+            'b' => back = Some(axis),
+            _ => {}
+        }
+    }
+    DeclaredAxes::new(up?, back?)
+}
+
+/// The unit vector of a text such as `+x` or `-z`.
+fn signed_axis(text: &str) -> Option<Vec3> {
+    let (sign, name) = match text.strip_prefix('-') {
+        Some(name) => (-1.0, name),
+        None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+    };
+    let axis = ["x", "y", "z"].iter().position(|axis| *axis == name)?;
+    // Adding 0 turns −0 into 0.
+    Some(sign * Vec3::AXES[axis] + Vec3::ZERO)
+}
+
+/// Beginning of the comment in the first line of an OBJ file, which names the program that wrote
+/// it: up to its version or the name of the file. Empty without such a comment; `None` if the file
+/// cannot be read.
+pub fn first_comment(path: &Path) -> Option<String> {
+    let mut head = Vec::new();
+    open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;
+    let head = String::from_utf8_lossy(&head);
+    let line = head.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
+    let ends = |c: char| c.is_ascii_digit() || matches!(c, '\'' | '"' | ':');
+    let name = line.split(ends).next().unwrap_or("").trim();
+    Some(if line.starts_with('#') {
+        name.to_lowercase()
+    } else {
+        String::new()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_name_the_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        for (text, expected) in [
+            ("# Blender v2.79 (sub 0) OBJ File: 'a'\nv 0 0 0\n", Some(Vec3::Y)),
+            ("\n  # OBJ File Generated by MeshLab\n", Some(Vec3::Z)),
+            ("# a house\nv 0 0 0\n", None),
+            ("v 0 0 0\ng blender\n", None),
+            ("", None),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            assert_eq!(file_axes(&path).usual_up, expected, "{text}");
+        }
+        assert_eq!(file_axes(&folder.path().join("b.obj")), FileAxes::default());
+    }
+
+    #[test]
+    fn comments_declare_axes() {
+        for (text, expected) in [
+            (
+                "# CoordSystemRUF: [+X,-Y,+Z]\nv 0 0 0\n",
+                Some((Vec3::NEG_Y, Vec3::NEG_Z)),
+            ),
+            ("#\n#CoordSystemRUF: [+X,+Y,-Z]\n", Some((Vec3::Y, Vec3::Z))),
+            ("# CoordSystemLBU: X, -y, Z\n", Some((Vec3::Z, Vec3::NEG_Y))),
+            ("# CoordSystemRUF: [+X,+Y,+Y]\n", None),
+            ("# CoordSystemRUF: [+X,+Y]\n", None),
+            ("# CoordSystemRUF: [+X,+Q,+Z]\n", None),
+            ("g CoordSystemRUF: [+X,-Y,+Z]\n", None),
+        ] {
+            let declared = axes_of(&text.to_lowercase()).declared;
+            assert_eq!(declared.map(|axes| (axes.up, axes.front)), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn programs_have_a_usual_front() {
+        let front = |text: &str| axes_of(&text.to_lowercase()).usual_front;
+        assert_eq!(front("# Made in Blockbench 4.8.1\n"), Some(Vec3::NEG_Z));
+        assert_eq!(front("# Blender v2.79\n"), None);
+        assert_eq!(front("o blockbench\n"), None);
+    }
+
+    #[test]
+    fn first_comment_names_the_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        for (text, expected) in [
+            ("\n# Blender v2.79 (sub 0) OBJ File: 'a'\nv 0 0 0\n", "# blender v"),
+            ("# Exported: today\n", "# exported"),
+            ("v 0 0 0\n# later\n", ""),
+            ("", ""),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            assert_eq!(first_comment(&path).as_deref(), Some(expected), "{text}");
+        }
+        assert_eq!(first_comment(&folder.path().join("b.obj")), None);
+    }
+}

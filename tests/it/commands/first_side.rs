@@ -1,0 +1,191 @@
+//! Up, the front and the frame of the first picture, by what a file says and by shapes.
+
+use super::guess::{Boxes, camera, turned, vector};
+use crate::support::program::folder;
+use std::fmt::Write;
+
+/// Azimuth of the camera from what it looks at, in degrees from +z towards +x, and the words on the
+/// guess; +y is up.
+fn seen(text: &str) -> (f64, String) {
+    let folder = folder(&[("a.obj", text)]);
+    let camera = camera(folder.path(), "a.obj");
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let azimuth = (eye[0] - target[0]).atan2(eye[2] - target[2]).to_degrees();
+    (azimuth, camera["guess"].as_str().unwrap().into())
+}
+
+fn up(text: &str) -> [f64; 3] {
+    let folder = folder(&[("a.obj", text)]);
+    vector(&camera(folder.path(), "a.obj")["up"])
+}
+
+/// Degrees between azimuths.
+fn apart(a: f64, b: f64) -> f64 {
+    ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs()
+}
+
+/// A solid of revolution around the z axis, squeezed: radius and z of each ring.
+fn rings(radii: &[(f32, f32)], [wide, high]: [f32; 2]) -> String {
+    const AROUND: usize = 16;
+    let mut text = String::new();
+    for (radius, z) in radii {
+        for i in 0..AROUND {
+            let (sin, cos) = (std::f32::consts::TAU * i as f32 / AROUND as f32).sin_cos();
+            writeln!(text, "v {} {} {z}", wide * radius * cos, high * radius * sin).unwrap();
+        }
+    }
+    for ring in 1..radii.len() {
+        for i in 0..AROUND {
+            let corner = |ring: usize, i: usize| ring * AROUND + i % AROUND + 1;
+            let (low, high) = (ring - 1, ring);
+            let face = [corner(low, i), corner(low, i + 1), corner(high, i + 1), corner(high, i)];
+            writeln!(text, "f {} {} {} {}", face[0], face[1], face[2], face[3]).unwrap();
+        }
+    }
+    text
+}
+
+/// Seat, back-rest at z = −0.25 and legs.
+fn chair() -> Boxes {
+    let mut chair = Boxes::default()
+        .add([-0.25, 0.4, -0.25], [0.25, 0.46, 0.25])
+        .add([-0.25, 0.46, -0.25], [0.25, 1.0, -0.2]);
+    for (x, z) in [(-0.25, -0.25), (0.2, -0.25), (-0.25, 0.2), (0.2, 0.2)] {
+        chair = chair.add([x, 0.0, z], [x + 0.05, 0.4, z + 0.05]);
+    }
+    chair
+}
+
+/// A figure of boxes whose feet point to +z.
+fn figure() -> Boxes {
+    let mut figure = Boxes::default()
+        .add([-0.25, 0.9, -0.12], [0.25, 1.5, 0.12])
+        .add([-0.12, 1.5, -0.12], [0.12, 1.8, 0.12]);
+    for x in [-0.22, 0.06] {
+        figure = figure
+            .add([x, 0.0, -0.08], [x + 0.16, 0.9, 0.08])
+            .add([x, 0.0, 0.08], [x + 0.16, 0.07, 0.22]);
+    }
+    figure
+}
+
+/// The axes that the file declares decide, whatever its shapes say.
+#[test]
+fn declared_axes_decide() {
+    let head = "# CoordSystemRUF: [+X,-Y,+Z]\n";
+    let text = format!("{head}{}", turned(&chair().text, |[x, y, z]| [x, -y, -z]));
+    assert_eq!(up(&text), [0.0, -1.0, 0.0]);
+    let (azimuth, words) = seen(&text);
+    // The chair faces −z, which is azimuth 0 about −y.
+    assert!(apart(azimuth, 180.0) < 60.0, "{azimuth}");
+    assert!(words.contains("its front is at azimuth 0° as the file says"), "{words}");
+    assert!(words.contains("-y is up as the file says"), "{words}");
+    // A declared front wins over the back-rest.
+    let text = format!("# CoordSystemRUF: [+X,+Y,+Z]\n{}", chair().text);
+    assert!(seen(&text).1.contains("its front is at azimuth 180° as the file says"));
+}
+
+/// A flat sheet with textures of a playing field lies, and one of a poster hangs.
+#[test]
+fn sheets_of_grass_lie() {
+    let sheet = |material: &str| {
+        let corners = "v -40 -25 0\nv 40 -25 0\nv 40 25 0\nv -40 25 0\nvt 0 0\nvt 8 0\nvt 8 5\nvt 0 5\n";
+        format!("{corners}usemtl {material}\nf 1/1 2/2 3/3 4/4\n")
+    };
+    assert_eq!(up(&sheet("field_grass")), [0.0, 0.0, 1.0]);
+    assert_eq!(up(&sheet("poster")), [0.0, 1.0, 0.0]);
+}
+
+/// A fish along z lies; a tower of the same shape, which rests on a wide base, stands.
+#[test]
+fn slender_bodies_do_not_stand_on_a_tip() {
+    // Off the middle in height and along z, as fish are.
+    let fish = rings(
+        &[
+            (0.0, -15.0),
+            (0.6, -12.0),
+            (2.0, -6.0),
+            (3.4, 0.0),
+            (3.0, 4.0),
+            (1.4, 6.5),
+            (0.0, 7.0),
+        ],
+        [0.7, 1.0],
+    );
+    let fins = "v 0 0 -15\nv 0 4 -17\nv 0 -4 -17\nv 0 3 1\nv 0 6 -2\nv 0 3 -4\nf 113 114 115\nf 116 117 118\n";
+    assert_eq!(up(&(fish + fins)), [0.0, 1.0, 0.0]);
+    let tower = Boxes::default()
+        .add([-2.0, 0.0, -2.0], [2.0, 1.0, 2.0])
+        .add([-1.0, 1.0, -1.0], [1.0, 14.0, 1.0])
+        .add([-1.5, 14.0, -1.5], [1.5, 15.0, 1.5]);
+    assert_eq!(up(&tower.upended()), [0.0, 0.0, 1.0]);
+}
+
+/// Chairs are seen from the side that one sits down from, people from where their feet point.
+#[test]
+fn seats_and_feet_tell_the_front() {
+    for model in [chair(), figure()] {
+        for (turn, front) in [(0.0, 0.0), (180.0, 180.0), (90.0, 90.0)] {
+            let (sin, cos) = f32::to_radians(turn).sin_cos();
+            let text = turned(&model.text, |[x, y, z]| [cos * x + sin * z, y, cos * z - sin * x]);
+            let (azimuth, words) = seen(&text);
+            assert!(apart(azimuth, front) <= 75.0, "{azimuth} {front}: {words}");
+            assert!(
+                words.contains(&format!("; its front is at azimuth {front}°;")),
+                "{words}"
+            );
+        }
+    }
+}
+
+/// Models of Blockbench face −z.
+#[test]
+fn programs_have_a_front() {
+    let cube = Boxes::default().add([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]).text;
+    assert!(seen(&cube).1.contains("probably its front is at azimuth 0° (--orbit "));
+    let (azimuth, words) = seen(&format!("# Made in Blockbench 4.8.1\n{cube}"));
+    assert!(apart(azimuth, 180.0) < 60.0, "{words}");
+    assert!(words.contains("; its front is at azimuth 180°;"), "{words}");
+}
+
+/// A ground much wider than the object does not decide how large the object is seen.
+#[test]
+fn wide_grounds_do_not_frame_the_object() {
+    let mut text = String::new();
+    let distance = |text: &str| {
+        let folder = folder(&[("a.obj", text)]);
+        let camera = camera(folder.path(), "a.obj");
+        let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+        (0..3).map(|i| (eye[i] - target[i]).powi(2)).sum::<f64>().sqrt()
+    };
+    let alone = distance(&chair().text);
+    for [x, z] in [[-3.0, -3.0], [-3.0, 3.0], [3.0, 3.0], [3.0, -3.0]] {
+        writeln!(text, "v {x} -0.001 {z}").unwrap();
+    }
+    let ground = |size: f32| turned(&text, |[x, y, z]| [size * x, y, size * z]) + "f -4 -3 -2 -1\n";
+    let on_ground = |size: f32| distance(&(chair().text + &ground(size)));
+    assert!(
+        (on_ground(1.0) - alone).abs() < 0.1 * alone,
+        "{} {alone}",
+        on_ground(1.0)
+    );
+    // A base belongs to the object.
+    assert!(on_ground(0.2) > 1.2 * alone, "{} {alone}", on_ground(0.2));
+}
+
+/// A furnished room without a ceiling is seen over the wall that hides least, from 35° above.
+#[test]
+fn rooms_without_a_ceiling_are_looked_into() {
+    let house = Boxes::default()
+        .add([-4.0, -0.2, -3.0], [4.0, 0.0, 3.0])
+        // Walls on all sides but −z, where it is low
+        .add([-4.0, 0.0, 2.8], [4.0, 3.0, 3.0])
+        .add([-4.0, 0.0, -3.0], [-3.8, 3.0, 3.0])
+        .add([3.8, 0.0, -3.0], [4.0, 3.0, 3.0])
+        .add([-4.0, 0.0, -3.0], [4.0, 0.6, -2.8])
+        .add([-2.0, 0.0, -1.0], [0.0, 0.8, 1.0])
+        .add([2.0, 0.0, 1.0], [3.0, 2.0, 2.0]);
+    let (azimuth, words) = seen(&house.text);
+    assert!(apart(azimuth, 180.0) <= 60.0, "{words}");
+    assert!(words.contains("elevation 35°"), "{words}");
+}

@@ -181,11 +181,12 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scenes that `--help` leaves out.
-const RARE: [&str; 24] = [
+const RARE: [&str; 25] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
     "checkpoint-interval",
+    "compact",
     "compression",
     "denoise-radius",
     "filter-radius",

@@ -3,9 +3,10 @@
 use super::overrides::Patched;
 use super::part_section::PartSection;
 use super::presets::Preset;
-use super::section::Section;
+use super::section::{Section, value};
 use super::unknown_key::parser_error;
 use super::{FileError, MaterialSection, SceneFile};
+use crate::io::{PartFilter, PartRule};
 use crate::math::Glob;
 use crate::options::Parameter;
 use serde::Deserialize;
@@ -213,6 +214,23 @@ impl SceneFile {
         let mut patches = of_file.collect();
         self.add_flags(&mut patches, Patched::Parts, PartSection::set_over)?;
         Ok(patches)
+    }
+
+    /// The parts of OBJ files that are read, under the rules of `patches`.
+    pub(super) fn part_filter(&self, patches: &[Patch<PartSection>]) -> PartFilter {
+        let [hide, only] = self
+            .part_patterns()
+            .map(|patterns| patterns.iter().map(|pattern| Glob::new(pattern)).collect());
+        let rule = |patch: &Patch<PartSection>| PartRule {
+            glob: patch.glob.clone(),
+            visible: value(&patch.section.keys.visible),
+            has_material: patch.section.has_material(),
+        };
+        PartFilter {
+            hide,
+            only,
+            rules: patches.iter().map(rule).collect(),
+        }
     }
 
     /// Adds the patches of flags. Those with one glob are one patch: `--material Gold.metallic=1

@@ -181,11 +181,12 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scenes that `--help` leaves out.
-const RARE: [&str; 27] = [
+const RARE: [&str; 28] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
     "checkpoint-interval",
+    "compact",
     "compression",
     "denoise-radius",
     "distortion",

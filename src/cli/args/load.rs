@@ -24,7 +24,7 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(id = "patches", long = "material", value_name = "GLOB.KEY=VALUE")]
     pub patches: Vec<String>,
 
-    /// Change parts by their `o` or `g` name: 'Chair*.visible=false', or 'Ring=gold'; repeatable
+    /// Change parts: 'Chair*.visible=false', or a preset: 'Ring=gold'; repeatable
     #[arg(id = "parts", long = "part", value_name = "GLOB.KEY=VALUE")]
     pub parts: Vec<String>,
 

@@ -12,8 +12,6 @@ use super::light_changes::ChangedLight;
 use super::obj::{file_axes, named_unit, origin_of};
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
-use super::patches::Patch;
-use super::section::value;
 use super::source::Source;
 use super::unknown_key::parser_error;
 use super::{
@@ -22,8 +20,6 @@ use super::{
 };
 use crate::guess::FileAxes;
 use crate::io::Origin;
-use crate::io::{PartFilter, PartRule};
-use crate::math::Glob;
 use crate::math::{DVec3, Vec3};
 use crate::options::CameraOptions;
 use serde::{Deserialize, Serialize};
@@ -356,23 +352,6 @@ impl SceneFile {
             let written = written.into_iter().flatten().map(|name| name.to_string());
             own.iter().cloned().chain(written).collect()
         })
-    }
-
-    /// The parts of OBJ files that are read, under the rules of `patches`.
-    pub(super) fn part_filter(&self, patches: &[Patch<PartSection>]) -> PartFilter {
-        let [hide, only] = self
-            .part_patterns()
-            .map(|patterns| patterns.iter().map(|pattern| Glob::new(pattern)).collect());
-        let rule = |patch: &Patch<PartSection>| PartRule {
-            glob: patch.glob.clone(),
-            visible: value(&patch.section.keys.visible),
-            has_material: patch.section.has_material(),
-        };
-        PartFilter {
-            hide,
-            only,
-            rules: patches.iter().map(rule).collect(),
-        }
     }
 
     /// Whether any light, or the emission of any material, is said to be in a group.

@@ -197,8 +197,13 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
         ),
         (
             "an unknown word",
-            "f 1 2 3 4\ncall b.obj\n",
+            "f 1 2 3 4\nfoo b.obj\n",
             &["warning unknown-statement a.obj:8:0"],
+        ),
+        (
+            "a statement without effect",
+            "f 1 2 3 4\ncall b.obj\n",
+            &["warning ignored-statement a.obj:8:0"],
         ),
         (
             "a missing library",
@@ -267,7 +272,10 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
         (
             "unknown words",
             "newmtl m\nKd 1\n  Kdd 1\nrefl a.png\n",
-            &["warning unknown-keyword a.mtl:3:3"],
+            &[
+                "warning unknown-keyword a.mtl:3:3",
+                "warning ignored-statement a.mtl:4:0",
+            ],
         ),
         (
             "opacity",

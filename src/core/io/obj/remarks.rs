@@ -244,7 +244,13 @@ impl Remarks {
                 1 => format!("`{keyword}` has no effect: {why}"),
                 count => format!("{count} statements `{keyword}` have no effect, the first is here: {why}"),
             };
-            tally.finding(path, Severity::Note, "ignored-statement", message)
+            // Of the other statements the picture may be another one.
+            let severity = if [FREE_FORM, DISPLAY].contains(why) {
+                Severity::Note
+            } else {
+                Severity::Warning
+            };
+            tally.finding(path, severity, "ignored-statement", message)
         });
         warnings.chain(skipped).chain(ignored).collect()
     }

@@ -1,14 +1,13 @@
 //! The search for textures. Libraries name them as they lay on the machine of the modeller, such as `C:\\Users\\bob\\Textures\\a.png`.
 
 use super::find_file::{FileFinder, base_name, folder_above, unquoted};
+use crate::math::excerpt_of_path;
 use std::path::{Path, PathBuf};
 
 /// Folders beside a library, or beside its folder, in which textures lie.
 const USUAL_FOLDERS: [&str; 5] = ["textures", "maps", "texture", "images", "tex"];
 /// Folders of a written path that are looked for with the name of the file.
 const MAX_FOLDERS_OF_NAME: usize = 3;
-/// Folders within a folder that are searched: none of them if there are more.
-const MAX_FOLDERS: usize = 32;
 
 /// Folders, relative to that of an OBJ file, in which its textures usually lie: that one, the usual ones
 /// within it, and those beside it.
@@ -54,7 +53,7 @@ impl<'a> TextureSearch<'a> {
     /// - in the folders that the user gave;
     /// - among the resources of Minecraft, if it names one;
     /// - beside the library, the OBJ file and their folders, and in the usual folders there;
-    /// - in all folders within those, if there are few, and if one of them has it.
+    /// - in the folders within those, as [`FileFinder::folders_within`] lists them, if exactly one has it.
     pub fn find<'n>(
         &self,
         names: impl Iterator<Item = &'n str> + Clone,
@@ -100,7 +99,7 @@ impl<'a> TextureSearch<'a> {
     fn find_within(&self, name: &str, finder: &mut FileFinder) -> Option<PathBuf> {
         let mut folders: Vec<PathBuf> = Vec::new();
         for place in self.places() {
-            folders.extend_from_slice(finder.folders_within(&place, MAX_FOLDERS));
+            folders.extend_from_slice(finder.folders_within(&place));
         }
         folders.sort_unstable();
         folders.dedup();
@@ -128,7 +127,7 @@ impl<'a> TextureSearch<'a> {
             let mut above = folder.ancestors();
             above.find(|above| above.ends_with("assets")).map(Path::to_path_buf)
         })?;
-        let file = format!("{}.png", path.trim_end_matches(".png"));
+        let file = format!("{}.png", path.strip_suffix(".png").unwrap_or(path));
         Some(assets.join(domain).join("textures").join(file))
     }
 
@@ -152,13 +151,14 @@ impl<'a> TextureSearch<'a> {
             folder => folder.display().to_string(),
         };
         let name = unquoted(name);
-        let wanted = match ends_of(name).as_slice() {
+        let ends: Vec<String> = ends_of(name).iter().map(|end| excerpt_of_path(end).into()).collect();
+        let wanted = match ends.as_slice() {
             [others @ .., last] if !others.is_empty() => format!("for {} and {last} ", others.join(", ")),
             _ => String::new(),
         };
         let places = self.places();
         let names: Vec<String> = self.given.iter().chain(&places).map(|folder| shown(folder)).collect();
-        let mut has_few = |place: &&PathBuf| !finder.folders_within(place, MAX_FOLDERS).is_empty();
+        let mut has_few = |place: &&PathBuf| !finder.folders_within(place).is_empty();
         let within: Vec<String> = places
             .iter()
             .filter(|place| has_few(place))
@@ -171,7 +171,9 @@ impl<'a> TextureSearch<'a> {
             within => format!("{usual}, and one level deep in {}", within.join(", ")),
         };
         let resource = self.resource(name);
-        let resource = resource.map_or(String::new(), |path| format!(", and as {}", path.display()));
+        let resource = resource.map_or(String::new(), |path| {
+            format!(", and as {}", excerpt_of_path(&path.to_string_lossy()))
+        });
         format!(
             "searched {wanted}in {}, {folders}{resource}; put it there, or name its folder with --texture-dir",
             names.join(", ")
@@ -220,6 +222,8 @@ mod tests {
             "static/l.png",
             "static/twice.png",
             "other/twice.png",
+            "model/o.png",
+            "model/other.OBJ",
             "lib/tex/n.png",
         ] {
             fs::create_dir_all(at(name).parent().unwrap()).unwrap();
@@ -245,6 +249,7 @@ mod tests {
             ("l.png", Some("static/l.png")),
             ("n.png", Some("lib/tex/n.png")),
             ("twice.png", None),
+            ("o.png", None),
             ("gone.png", None),
             ("lib/", None),
             ("..", None),
@@ -272,7 +277,7 @@ mod tests {
             assert!(help.contains(part), "{help}");
         }
         // Many folders are not searched.
-        for i in 0..MAX_FOLDERS {
+        for i in 0..32 {
             fs::create_dir(at(&format!("more{i}"))).unwrap();
         }
         let found = search.find(std::iter::once("l.png"), &mut FileFinder::default());

@@ -41,12 +41,14 @@ pub fn folder_above(folder: &Path) -> PathBuf {
 pub struct FileFinder {
     /// First entry of each folder by its name in lower case.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
-    /// Folders within each folder.
+    /// Folders within each folder, without those of models.
     folders: HashMap<PathBuf, Vec<PathBuf>>,
 }
 
-/// Entries of a folder that are looked at for the folders among them.
+/// Entries of a folder that are looked at for folders and models among them.
 const MAX_ENTRIES: usize = 10_000;
+/// Folders of a folder that is more than the place of a model.
+const MAX_FOLDERS: usize = 32;
 
 impl FileFinder {
     /// The file that another one, in `folder`, calls `name`.
@@ -65,19 +67,31 @@ impl FileFinder {
         is_there(&path).then_some(path)
     }
 
-    /// The folders within `folder`, in the order of their names, if there are `max` at most; hidden
-    /// ones do not count.
-    pub fn folders_within(&mut self, folder: &Path, max: usize) -> &[PathBuf] {
-        let found = self.folders.entry(folder.to_path_buf()).or_insert_with(|| {
-            let entries = fs::read_dir(listed(folder)).into_iter().flatten().flatten();
-            let entries = entries.take(MAX_ENTRIES);
-            let visible = entries.filter(|entry| !entry.file_name().as_encoded_bytes().starts_with(b"."));
-            let folders = visible.filter(|entry| entry.path().is_dir());
-            let mut folders: Vec<PathBuf> = folders.map(|entry| folder.join(entry.file_name())).collect();
+    /// The folders within `folder` that may be parts of one download, in the order of their names:
+    /// without those of other models, which have an OBJ or MTL file, and hidden ones. There are none
+    /// in the root, in the folder of temporary files, and in one with more than 32 folders.
+    pub fn folders_within(&mut self, folder: &Path) -> &[PathBuf] {
+        let found = self.folders.entry(folder.to_path_buf());
+        found.or_insert_with(|| {
+            let whole = listed(folder).canonicalize().unwrap_or_default();
+            if whole.parent().is_none() || std::env::temp_dir().canonicalize().is_ok_and(|temp| temp == whole) {
+                return Vec::new();
+            }
+            let is_visible = |path: &PathBuf| path.file_name().is_some_and(|name| !lowercase(name).starts_with('.'));
+            let mut folders: Vec<PathBuf> = entries_of(folder)
+                .filter(|path| is_visible(path) && path.is_dir())
+                .collect();
+            if folders.len() > MAX_FOLDERS {
+                return Vec::new();
+            }
+            let is_model = |path: PathBuf| {
+                let extension = path.extension().map(lowercase);
+                extension.is_some_and(|extension| matches!(&*extension, "obj" | "mtl"))
+            };
+            folders.retain(|folder| !entries_of(folder).any(is_model));
             folders.sort_unstable();
             folders
-        });
-        if found.len() <= max { found } else { &[] }
+        })
     }
 
     /// The entry of a folder that has this name, in whatever case, with blanks or underscores.
@@ -112,6 +126,13 @@ fn listing(folder: &Path) -> HashMap<String, OsString> {
         }
     }
     entries
+}
+
+/// Paths of the first entries of a folder; none if it cannot be read.
+fn entries_of(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let entries = fs::read_dir(listed(folder)).into_iter().flatten().flatten();
+    let names = entries.take(MAX_ENTRIES).map(|entry| entry.file_name());
+    names.map(move |name| folder.join(name))
 }
 
 fn lowercase(name: &OsStr) -> String {

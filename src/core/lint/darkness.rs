@@ -5,7 +5,7 @@ use super::view::{camera_rays, fine_camera_rays, inspect_view};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::color::Spectrum;
-use crate::geometry::GeomId;
+use crate::geometry::{GeomId, Hit};
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
 
@@ -57,7 +57,10 @@ pub fn reason_for_emptiness(accel: &dyn Accel, scene: &Scene, camera: &Camera, r
     let mut passes_surfaces = false;
     for mut ray in fine_camera_rays(camera, resolution) {
         for _ in 0..MAX_PASSED {
-            let Some(hit) = accel.intersect(&ray) else { break };
+            let is_ground = |hit: &Hit| scene.ground().is_some_and(|ground| ground.is_at(hit));
+            let Some(hit) = accel.intersect(&ray).filter(|hit| !is_ground(hit)) else {
+                break;
+            };
             let material = scene.material(&hit);
             let is_clear = material.thin && material.ior == 1.0 && material.transmission == Spectrum::ONE;
             if scene.opacity(&hit) > 0.0 && !is_clear {

@@ -539,7 +539,11 @@ fn a_missing_library_is_a_warning() {
         assert!(words(&out).contains(needle), "no `{needle}` in: {}", words(&out));
     }
     let out = run(folder.path(), &["check", "s.toml"]);
-    assert!(printed(&out).contains("note: material `floor` is not defined; it is rendered in a plain grey"));
+    let said = printed(&out);
+    assert!(
+        said.contains("`floor`") && said.contains("rendered in a plain grey (diffuse 0.8) [missing-material]"),
+        "{said}"
+    );
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
 }
 

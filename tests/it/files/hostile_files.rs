@@ -450,7 +450,7 @@ fn odd_values_are_told_as_what_they_are() {
     let said = printed(&out);
     assert_eq!(code(&out), 0, "{said}");
     for word in [
-        "a.mtl:3: warning: material `wall`: Ni 0",
+        "a.mtl:3: note: Ni of 1 material has no effect: nothing refracts",
         "a.mtl:4:8: warning: no effect: -colorspace",
         "`a.png` is missing",
     ] {

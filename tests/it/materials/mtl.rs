@@ -141,7 +141,11 @@ fn textures_are_found_elsewhere() {
         "{said}"
     );
     assert!(
-        said.contains("searched in lib, ., .., and in the folders textures, maps, texture and images there; put it there, or name its folder with --texture-dir"),
+        said.contains(
+            "searched for Users/bob/Textures/Wall.PNG, bob/Textures/Wall.PNG, Textures/Wall.PNG and Wall.PNG in lib, ., .., \
+             in the folders textures, maps, texture, images and tex there, and one level deep in lib, .; put it there, or \
+             name its folder with --texture-dir"
+        ),
         "{said}"
     );
     let said = refused(at, &["render", "a.obj", "--strict"], 1);

@@ -403,7 +403,7 @@ struct WrongStatements {
     untold: usize,
 }
 
-/// What is wrong with a statement, and with others of other materials.
+/// Mistake of a statement, and of those of other materials that have the same.
 struct WrongStatement {
     /// Name of the first material.
     material: String,

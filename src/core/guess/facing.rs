@@ -56,7 +56,7 @@ struct Placed {
 /// Azimuth of the side that shapes tell to be the front, degrees; `None` if they tell none.
 pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Option<f32> {
     let size = bounds.max - bounds.min;
-    if !(size.y > 0.0) {
+    if size.y <= 0.0 || !size.is_finite() {
         return None;
     }
     let seat = || {

@@ -70,8 +70,8 @@ impl Stand {
 /// without a ceiling is a roof.
 pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, usual: Option<f32>) -> Option<f32> {
     let surfaces = floors.at(place.x, place.z);
-    // A ceiling shows its back to what is above it. The lowest surface is no ceiling: the bottom of a
-    // piece of furniture may lie in the floor.
+    // A ceiling shows its back to what is above it. The lowest surface is no ceiling: the bottom of
+    // furniture may lie in the floor.
     let has_fronts = surfaces.iter().any(|surface| surface.is_flat() && surface.is_front);
     let lowest = surfaces.last().map_or(0.0, |surface| surface.y);
     let is_floor = |surface: &&Surface| surface.is_flat() && (surface.is_front || !has_fronts || surface.y <= lowest);

@@ -88,7 +88,7 @@ fn channels_are_listed_and_shown() {
         "albedo (R G B): reflectance",
         "N (X Y Z): directions",
         "Z: depth",
-        "id (material object): ids",
+        "id (material object part): ids",
         "CryptoObject00 (R G B A): Cryptomatte",
         "samples: numbers",
         "variance (R G B): magnitudes",

@@ -547,10 +547,10 @@ fn scenes_of_invisible_materials_are_opaque() {
         let end = "warning: the picture shows nothing: all surfaces in the picture are invisible";
         assert!(said.contains(end), "{flags}: {said}");
     }
-    fs::write(at.join("a.mtl"), mtl.replace("d 0", "d 1")).unwrap();
+    fs::write(at.join("a.mtl"), mtl.replace("\nd 0", "\nd 1")).unwrap();
     assert!(picture("").0 == opaque);
     // One visible material shows that the other one is meant.
-    fs::write(at.join("a.mtl"), mtl.replacen("d 0", "d 1", 1)).unwrap();
+    fs::write(at.join("a.mtl"), mtl.replacen("\nd 0", "\nd 1", 1)).unwrap();
     let (_, said) = picture("");
     assert!(
         said.contains("[invisible-material]") && !said.contains("[invisible-scene]"),

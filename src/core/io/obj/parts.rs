@@ -176,7 +176,7 @@ impl MaterialRules {
 
     /// Returns true if no part has another material.
     pub fn is_empty(&self) -> bool {
-        self.lists.len() == 1
+        self.lists.len() <= 1
     }
 
     /// Number of the list of rules for `part`.

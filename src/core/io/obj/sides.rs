@@ -167,7 +167,7 @@ fn move_out(
 #[cfg(test)]
 mod tests {
     use super::super::parse::{Chunks, Wanted, parse};
-    use super::super::{Colors, Group, into_groups};
+    use super::super::{Colors, Group, MaterialRules, into_groups};
     use crate::io::PartFilter;
     use crate::math::DVec3;
     use std::path::Path;
@@ -182,7 +182,7 @@ mod tests {
             parts: &PartFilter::default(),
         };
         let outline = parse(Path::new("t.obj"), &chunks, wanted, &|_| ()).unwrap();
-        into_groups(outline, Colors::default(), true)
+        into_groups(outline, Colors::default(), &MaterialRules::default(), true)
     }
 
     #[test]

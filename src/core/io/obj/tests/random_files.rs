@@ -1,5 +1,5 @@
 use super::super::parse::{self, Chunks, Wanted};
-use super::super::{Colors, Group, into_groups};
+use super::super::{Colors, Group, MaterialRules, into_groups};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
 use crate::io::PartFilter;
@@ -151,7 +151,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let wrong = std::mem::take(&mut outline.wrong).into_iter();
     match wrong.min_by_key(|error| error.position.map(|place| place.line)) {
         Some(error) => Err(error),
-        None => Ok(into_groups(outline, Colors::default(), false).0),
+        None => Ok(into_groups(outline, Colors::default(), &MaterialRules::default(), false).0),
     }
 }
 

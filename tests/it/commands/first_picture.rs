@@ -452,7 +452,7 @@ fn black_pictures_say_why() {
     let folder = folder(&[
         (
             "m.mtl",
-            "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nnewmtl none\nd 0\nnewmtl black\nKd 0 0 0\n",
+            "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nnewmtl none\nKd 0.5 0.5 0.5\nnewmtl black\nKd 0 0 0\n",
         ),
         (
             "bulb.obj",
@@ -475,10 +475,11 @@ fn black_pictures_say_why() {
         words(&done(at, &split("render s.toml -o o.png")))
     };
     let white = "[[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n";
+    let invisible = format!("{white}[patch.none]\nopacity = 0\n");
     let far = "position = [0, 3, 12]\nlook_at = [0, -1, 0]";
     for (name, camera, light, reason) in [
         ("bulb", far, "", "the lamps face inwards"),
-        ("none", far, white, "all surfaces are invisible"),
+        ("none", far, &invisible, "all surfaces are invisible"),
         ("black", far, white, "no light reaches what the camera sees"),
         (
             "shown",

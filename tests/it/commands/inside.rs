@@ -303,14 +303,13 @@ fn places_without_a_floor_are_refused() {
         "{words}"
     );
     assert!(words.contains("x from -2 to 2, z from -3 to 3"), "{words}");
-    // On top of a solid pillar up to the roof there is only the roof.
-    let pillar = Boxes::default()
+    // Below the eaves of a room there is nothing, and nobody stands on the roof.
+    let eaves = Boxes::default()
         .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])
-        .add([-4.2, 2.7, -3.2], [4.2, 3.0, 3.2])
-        .add([1.0, 0.0, 1.0], [2.5, 2.7, 2.5])
+        .add([-4.4, 2.7, -3.4], [4.4, 3.0, 3.4])
         .text;
-    fs::write(at.join("pillar.obj"), pillar).unwrap();
-    let words = crate::support::program::refused(at, &split("render pillar.obj --stand 1.7,1.7"), 2);
+    fs::write(at.join("eaves.obj"), eaves).unwrap();
+    let words = crate::support::program::refused(at, &split("render eaves.obj --stand 4.2,0"), 2);
     assert!(words.contains("no floor with room for a camera"), "{words}");
     let words = refused("--stand 0,0,2.59");
     assert!(words.contains("no floor with room for a camera"), "{words}");

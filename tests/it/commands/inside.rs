@@ -303,7 +303,7 @@ fn places_without_a_floor_are_refused() {
         "{words}"
     );
     assert!(words.contains("x from -2 to 2, z from -3 to 3"), "{words}");
-    // Below the eaves of a room there is nothing, and nobody stands on the roof.
+    // Below the eaves of a room there is no floor. The roof is none.
     let eaves = Boxes::default()
         .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])
         .add([-4.4, 2.7, -3.4], [4.4, 3.0, 3.4])

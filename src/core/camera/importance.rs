@@ -235,7 +235,9 @@ mod tests {
                 if is_flat {
                     assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
                 }
-                // The solid angle of a part of a pixel, by the directions of its edges; of parallel rays its area across them
+                // The solid angle of a square of the film per area, by the directions of its edges; of
+                // parallel rays its area across them. Towards the rim of a fisheye directions bend.
+                let half = if is_flat { 0.5 } else { 0.02 };
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);
                     let [a, b] = [-step, step].map(|s| match end.is_far {
@@ -244,8 +246,9 @@ mod tests {
                     });
                     b - a
                 };
-                let size = edge(Vec2::new(0.5, 0.0)).cross(edge(Vec2::new(0.0, 0.5))).length();
-                // The directions of a large pixel are no plane.
+                let square = edge(Vec2::new(half, 0.0)).cross(edge(Vec2::new(0.0, half))).length();
+                let size = square / f64::from(4.0 * half * half);
+                // The directions of a square are no plane.
                 let error = if is_flat { 1e-3 } else { 1e-2 };
                 assert!(
                     (seen.pdf as f64 * size - 1.0).abs() < error,

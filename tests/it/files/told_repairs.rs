@@ -556,8 +556,14 @@ fn scenes_of_invisible_materials_are_opaque() {
         said.contains("[invisible-material]") && !said.contains("[invisible-scene]"),
         "{said}"
     );
-    // A camera that looks away
-    let said = picture("--position 0,0,3 --look-at 0,0,9").1;
+    // A camera that looks away sees the ground alone, or nothing, which is told once.
+    let away = "--position 0,0,3 --look-at 0,0,9";
+    let said = picture(away).1;
+    assert!(
+        said.contains("the picture shows nothing: the camera sees none of the scene's surfaces"),
+        "{said}"
+    );
+    let said = picture(&format!("{away} --no-ground")).1;
     assert!(
         said.contains("[empty-view]") && !said.contains("the picture shows nothing"),
         "{said}"

@@ -153,7 +153,8 @@ impl PoseMatrix {
             .to_cols_array()
             .into_iter()
             .fold(0.0, |size: f64, x| size.max(x.abs()));
-        if !(determinant.abs() > 1e-12 * size.powi(3)) || !offset.is_finite() {
+        let is_regular = determinant.abs() > 1e-12 * size.powi(3);
+        if !is_regular || !offset.is_finite() {
             return Err(format!("has a singular matrix, whose determinant is {determinant}"));
         }
         if determinant < 0.0 {

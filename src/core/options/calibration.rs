@@ -1,5 +1,5 @@
-//! Calibrated cameras as users write them: intrinsics, distortion, and poses by the convention of another
-//! program.
+//! Calibrated cameras as users write them: intrinsics, distortion, and poses by the convention of
+//! another program.
 
 use crate::camera::{Distortion, Intrinsics};
 use crate::math::{DMat3, DVec3};
@@ -44,7 +44,7 @@ pub struct DistortionCoefficients {
 }
 
 impl DistortionCoefficients {
-    /// The coefficients of `distortion`; `None` where there is none.
+    /// The coefficients of `distortion`; `None` if there is none.
     pub fn of(distortion: Distortion) -> Option<Self> {
         let (first, last) = match distortion {
             Distortion::Pinhole([k1, k2, p1, p2, k3]) => ([k1, k2, p1, p2], Some(k3)),
@@ -54,7 +54,8 @@ impl DistortionCoefficients {
         (!is_none).then_some(Self { first, last })
     }
 
-    /// The distortion of a perspective or a fisheye; `None` if it has another number of coefficients.
+    /// The distortion of a perspective or a fisheye; `None` if it has another number of
+    /// coefficients.
     pub fn distortion(&self, is_fisheye: bool) -> Option<Distortion> {
         let [k1, k2, p1, p2] = self.first;
         match (is_fisheye, self.last) {
@@ -142,7 +143,7 @@ pub struct PoseMatrix {
 }
 
 impl PoseMatrix {
-    /// The pose; an error where the matrix is singular, mirrors or is skewed.
+    /// The pose; an error if the matrix is singular, mirrors or is skewed.
     pub fn pose(&self) -> Result<Pose, String> {
         let axis = |column: usize| DVec3::from(self.rows.map(|row| row[column]));
         let (axes, offset) = (DMat3::from_cols(axis(0), axis(1), axis(2)), axis(3));
@@ -186,7 +187,7 @@ impl PoseMatrix {
 }
 
 impl Value for PoseMatrix {
-    const PLACEHOLDER: &'static str = "CONVENTION:M";
+    const PLACEHOLDER: &'static str = "MATRIX";
     const KIND: &'static str =
         "opencv, opengl or blender with 12 or 16 numbers by rows, as in blender:1,0,0,0,0,1,0,0,0,0,1,5";
     const IS_STRING: bool = true;

@@ -39,8 +39,8 @@ pub struct Mesh {
     pub positions_close: Vec<Vec3>,
     /// Shading normals at time 1; empty where there are none, or where the mesh keeps its shape.
     pub normals_close: Vec<Vec3>,
-    /// Part of each triangle, by its number in the scene's [`PartNames`](super::PartNames); a single
-    /// number if all have the same part, and empty if none has a name. It decides no pixel.
+    /// Part of each triangle, by its number in the scene's [`PartNames`](super::PartNames); a
+    /// single number if all have the same part, and empty if none has a name. It decides no pixel.
     pub parts: Vec<u32>,
 }
 

@@ -1,4 +1,5 @@
-//! Triangles: mesh arrays, names of parts, typed ids, hits, surface points and the ray origins that leave them.
+//! Triangles: mesh arrays, names of parts, typed ids, hits, surface points and the ray origins that
+//! leave them.
 //!
 //! Independent of materials and ray-tracing backends: hits of any backend are turned into points and normals here,
 //! so backends cannot disagree on them.

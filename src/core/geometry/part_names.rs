@@ -1,15 +1,13 @@
 use crate::math::Glob;
 use crate::math::hash::mix;
+use hashbrown::HashTable;
 use std::borrow::Cow;
 
 /// Part of triangles that have no name.
 pub const UNNAMED: u32 = 0;
 
-/// An empty slot of the hash table.
-const FREE: Slot = Slot { hash: 0, part: UNNAMED };
-
-/// Names of parts, each part once: the name of an object, and that of its groups. A file may have as many
-/// parts as triangles, so all names are in one text, and the hash table has indices alone.
+/// Names of parts, each part once: the name of an object, and that of its groups. A file may have
+/// as many parts as triangles, so all names are in one text, and the hash table has indices alone.
 ///
 /// Parts are numbered from 1. [`UNNAMED`] is the part without names.
 #[derive(Clone, Debug, Default)]
@@ -17,14 +15,14 @@ pub struct PartNames {
     /// Object and groups of each part, one after the other.
     text: String,
     ends: Vec<End>,
-    /// Parts by the hash of their names, with linear probing; [`FREE`] if there is none.
-    slots: Vec<Slot>,
+    /// Parts by the hash of their names.
+    table: HashTable<Slot>,
 }
 
 /// A part in the hash table.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 struct Slot {
-    /// Hash of its names: others are seldom compared.
+    /// Hash of its names: names of other parts are seldom compared.
     hash: u32,
     part: u32,
 }
@@ -37,23 +35,21 @@ struct End {
 }
 
 impl PartNames {
-    /// The part of these names, which is added if it is new. If the text would be longer than 4 GiB, the
-    /// part is [`UNNAMED`].
+    /// The part of these names, which is added if it is new. If the text would be longer than 4
+    /// GiB, the part is [`UNNAMED`].
     pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
         if object.is_empty() && groups.is_empty() {
             return UNNAMED;
         }
-        if 4 * (self.ends.len() + 1) > 3 * self.slots.len() {
-            self.make_slots(2 * self.slots.len());
+        if self.table.len() < self.ends.len() {
+            // The table was freed
+            self.fill_table();
         }
         let hash = hash(object, groups);
-        let mut slot = hash as usize % self.slots.len();
-        while self.slots[slot] != FREE {
-            let Slot { hash: of_part, part } = self.slots[slot];
-            if of_part == hash && self.object(part) == object && self.groups(part) == groups {
-                return part;
-            }
-            slot = (slot + 1) % self.slots.len();
+        let is_same =
+            |slot: &Slot| slot.hash == hash && self.object(slot.part) == object && self.groups(slot.part) == groups;
+        if let Some(slot) = self.table.find(spread(hash), is_same) {
+            return slot.part;
         }
         let end = |length: usize| u32::try_from(length).ok();
         let object_end = self.text.len() + object.len();
@@ -67,7 +63,7 @@ impl PartNames {
             groups: of_groups,
         });
         let part = self.ends.len() as u32;
-        self.slots[slot] = Slot { hash, part };
+        self.add_to_table(part, hash);
         part
     }
 
@@ -81,15 +77,12 @@ impl PartNames {
 
     /// Makes room for `count` new parts.
     pub fn reserve(&mut self, count: usize) {
-        let slots = 4 * (self.ends.len() + count) / 3 + 2;
-        if slots > self.slots.len() {
-            self.make_slots(slots);
-        }
+        self.table.reserve(count, |slot| spread(slot.hash));
     }
 
-    /// Gives back the memory that only new names need.
+    /// Frees the memory that only new names need. Names that are added later are found as before.
     pub fn shrink_to_fit(&mut self) {
-        self.slots = Vec::new();
+        self.table = HashTable::new();
         self.text.shrink_to_fit();
         self.ends.shrink_to_fit();
     }
@@ -121,8 +114,8 @@ impl PartNames {
         self.text(end.object, end.groups)
     }
 
-    /// The name of a part: that of its object or of its groups, or `OBJECT/GROUPS` if these differ. Empty
-    /// for [`UNNAMED`].
+    /// The name of a part: that of its object or of its groups, or `OBJECT/GROUPS` if these differ.
+    /// Empty for [`UNNAMED`].
     pub fn name(&self, part: u32) -> Cow<'_, str> {
         match (self.object(part), self.groups(part)) {
             (object, "") => object.into(),
@@ -142,7 +135,7 @@ impl PartNames {
 
     /// Bytes of the names.
     pub fn bytes(&self) -> usize {
-        self.text.len() + size_of_val(self.ends.as_slice()) + size_of_val(self.slots.as_slice())
+        self.text.len() + size_of_val(self.ends.as_slice()) + self.table.allocation_size()
     }
 
     fn end(&self, part: u32) -> End {
@@ -155,20 +148,22 @@ impl PartNames {
         self.text.get(start as usize..end as usize).unwrap_or_default()
     }
 
-    /// Makes at least `count` slots for the parts and for some more.
-    fn make_slots(&mut self, count: usize) {
-        // A table that was shrunk has parts, and no slots
-        let count = count.max(2 * self.ends.len()).max(16);
-        self.slots = vec![FREE; count];
+    fn fill_table(&mut self) {
+        self.table.clear();
         for part in self.parts() {
-            let hash = hash(self.object(part), self.groups(part));
-            let mut slot = hash as usize % count;
-            while self.slots[slot] != FREE {
-                slot = (slot + 1) % count;
-            }
-            self.slots[slot] = Slot { hash, part };
+            self.add_to_table(part, hash(self.object(part), self.groups(part)));
         }
     }
+
+    fn add_to_table(&mut self, part: u32, hash: u32) {
+        self.table
+            .insert_unique(spread(hash), Slot { hash, part }, |slot| spread(slot.hash));
+    }
+}
+
+/// The bits of `hash` in all places that the table looks at.
+fn spread(hash: u32) -> u64 {
+    u64::from(hash) << 32 | u64::from(hash)
 }
 
 /// A hash of the names of a part.

@@ -47,13 +47,14 @@ impl<'a> TextureSearch<'a> {
         }
     }
 
-    /// The file of the first of these `names` that is there. Else it is looked for by the ends of the
-    /// name, the longest first:
+    /// The file of the first of these `names` that is there. Else it is looked for by the ends of
+    /// the name, the longest first:
     ///
     /// - in the folders that the user gave;
     /// - among the resources of Minecraft, if it names one;
     /// - beside the library, the OBJ file and their folders, and in the usual folders there;
-    /// - in the folders within those, as [`FileFinder::folders_within`] lists them, if exactly one has it.
+    /// - in the folders within those, as [`FileFinder::folders_within`] lists them, if exactly one
+    ///   has it.
     pub fn find<'n>(
         &self,
         names: impl Iterator<Item = &'n str> + Clone,
@@ -86,8 +87,8 @@ impl<'a> TextureSearch<'a> {
         found.map(FoundTexture::Elsewhere)
     }
 
-    /// The folders of the library and of the OBJ file, those that they lie in, and the usual folders
-    /// there.
+    /// The folders of the library and of the OBJ file, those that they lie in, and the usual
+    /// folders there.
     fn usual_folders(&self) -> impl Iterator<Item = PathBuf> {
         self.places().into_iter().flat_map(|place| {
             let usual = USUAL_FOLDERS.map(|folder| place.join(folder));
@@ -107,8 +108,8 @@ impl<'a> TextureSearch<'a> {
         found.next().filter(|_| found.next().is_none())
     }
 
-    /// The file of a resource of Minecraft: `domain:block/a` is `assets/domain/textures/block/a.png`,
-    /// where the OBJ file lies within `assets`.
+    /// The file of a resource of Minecraft: `domain:block/a` is
+    /// `assets/domain/textures/block/a.png`, where the OBJ file lies within `assets`.
     fn resource(&self, name: &str) -> Option<PathBuf> {
         let (domain, path) = name.split_once(':')?;
         let is_plain = |c: char| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-' | '.');

@@ -1,5 +1,5 @@
-//! Keys that are set over those of a scene file (`--set KEY=VALUE`), and patches of materials and parts
-//! (`--material GLOB.KEY=VALUE`, `--part GLOB.KEY=VALUE`).
+//! Keys that are set over those of a scene file (`--set KEY=VALUE`), and patches of materials and
+//! parts (`--material GLOB.KEY=VALUE`, `--part GLOB.KEY=VALUE`).
 //!
 //! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`, where the next free index adds an entry). Any other value replaces
 //! that of the file. A value that is no TOML is a string: `render.sampler=halton`. Each text is parsed behind more blanks than the file has bytes, so that
@@ -74,7 +74,8 @@ impl Overrides {
         overrides.collect::<Result<_, _>>().map(Self)
     }
 
-    /// Adds a patch `KEY=VALUE` of the things that `glob` matches, which errors name as `written`; the file has `bytes`.
+    /// Adds a patch `KEY=VALUE` of the things that `glob` matches, which errors name as `written`;
+    /// the file has `bytes`.
     ///
     /// # Errors
     ///

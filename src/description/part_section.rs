@@ -22,7 +22,8 @@ section! {
     }
 }
 
-/// `[part."GLOB"]`: changes of parts. Keys of `[material.NAME]` change the material of these parts alone.
+/// `[part."GLOB"]`: changes of parts. Keys of `[material.NAME]` change the material of these parts
+/// alone.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct PartSection {
     /// Keys that only parts have.

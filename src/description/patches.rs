@@ -1,4 +1,5 @@
-//! Patches of materials and of parts, in the order in which they apply: those of the scene file as it has them, then those of flags.
+//! Patches of materials and of parts, in the order in which they apply: those of the scene file as
+//! it has them, then those of flags.
 
 use super::overrides::Patched;
 use super::part_section::PartSection;
@@ -120,8 +121,8 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds patches of parts after those of the file, each as `GLOB.KEY=VALUE` or `GLOB=PRESET`: a glob
-    /// of names, a key of `[part."GLOB"]` and a value of TOML or a plain string.
+    /// Adds patches of parts after those of the file, each as `GLOB.KEY=VALUE` or `GLOB=PRESET`: a
+    /// glob of names, a key of `[part."GLOB"]` and a value of TOML or a plain string.
     ///
     /// # Errors
     ///

@@ -24,7 +24,8 @@ pub(crate) trait Section: Sized {
     /// Sets the keys of `other` over those of this section.
     fn set_over(&mut self, other: Self);
 
-    /// Reads the value of an optional `key` from `table`. Returns false if the section has no such key.
+    /// Reads the value of an optional `key` from `table`. Returns false if the section has no such
+    /// key.
     fn read_key<'de, A: MapAccess<'de>>(&mut self, key: &str, table: &mut A) -> Result<bool, A::Error>;
 
     /// The place of a key, if it is there.

@@ -171,7 +171,8 @@ impl CameraSettings {
         Ok((description, guess))
     }
 
-    /// Vertical field of view in degrees, if it is known: of a calibrated camera that of its focal length.
+    /// Vertical field of view in degrees, if it is known: of a calibrated camera that of its focal
+    /// length.
     fn fov(&self, resolution: UVec2) -> Option<f32> {
         let of = |intrinsics: Intrinsics| {
             2.0 * (0.5 * f64::from(resolution.y) / intrinsics.focal[1])

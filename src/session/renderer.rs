@@ -317,8 +317,9 @@ impl<'a> Renderer<'a> {
         finding.map(|finding| finding.warning())
     }
 
-    /// Degree of the darkness of `image` and its reason, in words. `None` if the image has light, or shows
-    /// none by intent. Of an image that is nearly black, only faults of the lamps are a reason.
+    /// Degree of the darkness of `image` and its reason, in words. `None` if the image has light,
+    /// or shows none by intent. Of an image that is nearly black, only faults of the lamps are a
+    /// reason.
     pub fn darkness(&self, image: &Image) -> Option<String> {
         let (session, settings) = (self.session, self.session.settings());
         let (mut sum, mut count) = (0.0, 0.0);

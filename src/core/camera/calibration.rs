@@ -1,11 +1,11 @@
-//! Calibrated cameras: focal lengths and principal point in pixels, and the distortion of a lens after
-//! the models of OpenCV.
+//! Calibrated cameras: focal lengths and principal point in pixels, and the distortion of a lens
+//! after the models of OpenCV.
 //!
-//! A model takes points of a plane (x, y) at distance 1 before the lens, or angles from the axis, to
-//! distorted points; pixels are `fx x' + cx, fy y' + cy`. Here pixel centres are at .5, so the
-//! middle of a picture of W columns is W/2. Rays need the inverse. The radial part is increasing up to
-//! [`CalibratedLens::limit`], within which it is inverted between bounds; Newton's method adds the tangential
-//! part. A picture beyond the limit is refused.
+//! A model takes points of a plane (x, y) at distance 1 before the lens, or angles from the axis,
+//! to distorted points; pixels are `fx x' + cx, fy y' + cy`. Here pixel centres are at .5, so the
+//! middle of a picture of W columns is W/2. Rays need the inverse. The radial part is increasing up
+//! to [`CalibratedLens::limit`], within which it is inverted between bounds; Newton's method adds
+//! the tangential part. A picture beyond the limit is refused.
 
 use super::CameraError;
 use crate::math::{DVec2, UVec2, Vec2, encode_fields, encode_variants};
@@ -16,7 +16,8 @@ use std::f64::consts::PI;
 pub struct Intrinsics {
     /// Focal lengths: across and down.
     pub focal: [f64; 2],
-    /// Principal point from the top left corner of the picture; the centre of the first pixel is 0.5, 0.5.
+    /// Principal point from the top left corner of the picture; the centre of the first pixel is
+    /// 0.5, 0.5.
     pub center: [f64; 2],
 }
 
@@ -53,7 +54,8 @@ pub(super) struct CalibratedLens {
     focal: DVec2,
     center: DVec2,
     distortion: Distortion,
-    /// Radius up to which the radial distortion is increasing: a distance in the plane, or an angle.
+    /// Radius up to which the radial distortion is increasing: a distance in the plane, or an
+    /// angle.
     limit: f64,
 }
 
@@ -65,7 +67,8 @@ const MAX_DISTANCE: f64 = 600.0;
 const STEPS: u32 = 80;
 
 impl CalibratedLens {
-    /// An error if the numbers are not those of a camera, or the distortion folds over within the picture.
+    /// An error if the numbers are not those of a camera, or the distortion folds over within the
+    /// picture.
     pub fn new(intrinsics: Intrinsics, distortion: Distortion, size: UVec2) -> Result<Self, CameraError> {
         intrinsics.check()?;
         let Intrinsics { focal, center } = intrinsics;
@@ -133,7 +136,8 @@ impl CalibratedLens {
         1.0 + s * (3.0 * a + s * (5.0 * b + s * (7.0 * c + s * 9.0 * d)))
     }
 
-    /// The radius up to which the radial part is increasing; π of a fisheye, and [`MAX_DISTANCE`], if it always is.
+    /// The radius up to which the radial part is increasing; π of a fisheye, and [`MAX_DISTANCE`],
+    /// if it always is.
     fn find_limit(&self) -> f64 {
         let end = if self.is_fisheye() { PI } else { MAX_DISTANCE };
         let mut last: f64 = 0.0;
@@ -147,7 +151,8 @@ impl CalibratedLens {
         end
     }
 
-    /// Returns true if a ray belongs to the point, and to the points around it one each; points beyond an angle of 180° need none.
+    /// Returns true if a ray belongs to the point, and to the points around it one each; points
+    /// beyond an angle of 180° need none.
     fn is_regular(&self, film: Vec2) -> bool {
         let distorted = self.distorted(film);
         let is_beyond = distorted.length() > self.limit * self.factor(self.limit);
@@ -255,7 +260,8 @@ impl CalibratedLens {
         self.point_of(film).as_vec2()
     }
 
-    /// Place on the film of a `point` of the plane, with the area of the film over that of the plane there; `None` where the picture does not look.
+    /// Place on the film of a `point` of the plane, with the area of the film over that of the
+    /// plane there; `None` if the picture does not look.
     pub fn plane_film(&self, point: Vec2) -> Option<(Vec2, f32)> {
         let point = point.as_dvec2();
         if point.length() > self.limit {
@@ -266,14 +272,16 @@ impl CalibratedLens {
         (area > 0.0).then(|| (self.film(distorted), area as f32))
     }
 
-    /// Angle from the axis that is seen at `film`, and the direction across the axis, of a fisheye; y downwards.
+    /// Angle from the axis that is seen at `film`, and the direction across the axis, of a fisheye;
+    /// y downwards.
     pub fn angle(&self, film: Vec2) -> (f32, Vec2) {
         let distorted = self.distorted(film);
         let angle = self.radius_of(distorted.length());
         (angle as f32, distorted.normalize_or_zero().as_vec2())
     }
 
-    /// Place on the film of an `angle` from the axis in the unit direction `across`, of a fisheye; `None` where the picture does not look.
+    /// Place on the film of an `angle` from the axis in the unit direction `across`, of a fisheye;
+    /// `None` if the picture does not look.
     pub fn angle_film(&self, angle: f32, across: Vec2) -> Option<Vec2> {
         let angle = f64::from(angle);
         (angle <= self.limit).then(|| self.film(across.as_dvec2() * (angle * self.factor(angle))))
@@ -339,7 +347,8 @@ mod tests {
         }
     }
 
-    /// r (1 − r² / 2) has its maximum at r = √(2/3), where it is 0.544: outside of a narrow picture.
+    /// r (1 − r² / 2) has its maximum at r = √(2/3), where it is 0.544: outside of a narrow
+    /// picture.
     #[test]
     fn distortion_that_folds_over_is_refused() {
         let folding = Distortion::Pinhole([-0.5, 0.0, 0.0, 0.0, 0.0]);

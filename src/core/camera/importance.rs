@@ -10,12 +10,15 @@ use std::f32::consts::PI;
 pub struct Importance {
     /// Where on the film: pixels, origin top left. It may lie outside of the image.
     pub film: Vec2,
-    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹: what radiance along the ray, times the cosine to [`LensPoint::normal`], counts in
-    /// the pixel's value per area of the lens and solid angle: `pdf / (cos θ A)` for a lens of area A. For a perspective with pixels of width
-    /// s at distance 1 that is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016, §16.1.1, where the whole film counts as one).
+    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹: what radiance along the ray, times the
+    /// cosine to [`LensPoint::normal`], counts in the pixel's value per area of the lens and solid
+    /// angle: `pdf / (cos θ A)` for a lens of area A. For a perspective with pixels of width s at
+    /// distance 1 that is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016, §16.1.1, where the
+    /// whole film counts as one).
     pub we: f32,
-    /// Density of the ray if film points are uniform, one to a pixel, per solid angle of the direction: `1 / (s² cos³ θ)` for a
-    /// perspective. Of parallel rays it is per area across them: `1 / (s² cos θ)` for pixels of width s.
+    /// Density of the ray if film points are uniform, one to a pixel, per solid angle of the
+    /// direction: `1 / (s² cos³ θ)` for a perspective. Of parallel rays it is per area across them:
+    /// `1 / (s² cos θ)` for pixels of width s.
     pub pdf: f32,
 }
 
@@ -24,15 +27,17 @@ pub struct Importance {
 pub struct LensPoint {
     /// World space.
     pub p: Vec3,
-    /// What the cosine of directions is taken to: the direction of view. Zero where all directions count alike, in panoramas and fisheyes.
-    /// The direction of the rays if they are parallel.
+    /// What the cosine of directions is taken to: the direction of view. Zero where all directions
+    /// count alike, in panoramas and fisheyes. The direction of the rays if they are parallel.
     pub normal: Vec3,
-    /// Returns true if the point stands for all parallel rays that come from the same point of the lens.
+    /// Returns true if the point stands for all parallel rays that come from the same point of the
+    /// lens.
     pub is_far: bool,
 }
 
 impl Camera {
-    /// The end of paths at a point of the lens at `time`, uniform over its area; the pinhole itself.
+    /// The end of paths at a point of the lens at `time`, uniform over its area; the pinhole
+    /// itself.
     pub fn lens_point(&self, u: Vec2, time: f32) -> LensPoint {
         let camera = self.at(time);
         let lens = if self.has_lens() { camera.on_lens(u) } else { Vec3::ZERO };
@@ -58,8 +63,8 @@ impl Camera {
         LensPoint { p, normal, is_far }
     }
 
-    /// The place of `lens` from which the point `seen` can be seen at `time`: of parallel rays that of the ray through it. `None` behind the
-    /// camera.
+    /// The place of `lens` from which the point `seen` can be seen at `time`: of parallel rays that
+    /// of the ray through it. `None` behind the camera.
     pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
         if !lens.is_far {
             return Some(lens);
@@ -82,7 +87,8 @@ impl Camera {
     }
 
     /// How a pixel sees along the ray from the lens point `p` in the unit direction `w` out into the scene, at `time`: the inverse of
-    /// [`Camera::ray`]. `None` where no pixel looks: behind the camera, and outside of the circle of a fisheye.
+    /// [`Camera::ray`]. `None` if no pixel looks: behind the camera, and outside of the circle of a
+    /// fisheye.
     pub fn importance(&self, p: Vec3, w: Vec3, time: f32) -> Option<Importance> {
         let camera = self.at(time);
         if camera.film.is_curved() {
@@ -103,7 +109,8 @@ impl Camera {
             };
             (image, 1.0 / (scale * scale * cos), 1.0)
         } else {
-            // The ray meets the plane of focus where that through the centre of the lens does, which is the film's.
+            // The ray meets the plane of focus where that through the centre of the lens does,
+            // which is the film's.
             let mut image = plane(w) / cos;
             if camera.has_lens() {
                 image += plane(p - camera.position) / camera.focus_distance;
@@ -133,7 +140,8 @@ mod tests {
     use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
     use crate::sampling::warp::{uniform_cone, uniform_cone_pdf, uniform_disk};
 
-    /// Cameras of all projections with images of `resolution`: pinholes, a lens, one with five blades, and lenses that move.
+    /// Cameras of all projections with images of `resolution`: pinholes, a lens, one with five
+    /// blades, and lenses that move.
     fn cameras(resolution: UVec2) -> Vec<Camera> {
         let pinhole = CameraParameters {
             position: Vec3::new(1.0, 2.0, 3.0),
@@ -235,8 +243,9 @@ mod tests {
                 if is_flat {
                     assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
                 }
-                // The solid angle of a square of the film per area, by the directions of its edges; of
-                // parallel rays its area across them. Towards the rim of a fisheye directions bend.
+                // The solid angle of a square of the film per area, by the directions of its edges;
+                // of parallel rays its area across them. Towards the rim of a fisheye directions
+                // bend.
                 let half = if is_flat { 0.5 } else { 0.02 };
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);

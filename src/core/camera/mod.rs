@@ -302,7 +302,8 @@ impl Camera {
         Ok(Self { film, ..self })
     }
 
-    /// Returns true if film points beyond the borders of the picture repeat its directions, as in panoramas.
+    /// Returns true if film points beyond the borders of the picture repeat its directions, as in
+    /// panoramas.
     pub fn repeats(&self) -> bool {
         self.film.repeats()
     }

@@ -127,8 +127,8 @@ impl FisheyeMapping {
         }
     }
 
-    /// Area of the picture, in squares of the focal length, per solid angle at an `angle` from the axis whose sine is `sin`:
-    /// `r r' / sin θ`.
+    /// Area of the picture, in squares of the focal length, per solid angle at an `angle` from the
+    /// axis whose sine is `sin`: `r r' / sin θ`.
     fn stretch(self, angle: f32, sin: f32) -> f32 {
         match self {
             Self::Equidistant if sin == 0.0 => 1.0,
@@ -281,8 +281,8 @@ impl Film {
         }
     }
 
-    /// Density of film points, one to a pixel, per solid angle in the unit direction `to`, given by its lengths along right, up and
-    /// forward; of projections without a plane.
+    /// Density of film points, one to a pixel, per solid angle in the unit direction `to`, given by
+    /// its lengths along right, up and forward; of projections without a plane.
     pub fn density(&self, to: Vec3) -> f32 {
         match self.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => 0.0,

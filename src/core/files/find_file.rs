@@ -68,8 +68,8 @@ impl FileFinder {
     }
 
     /// The folders within `folder` that may be parts of one download, in the order of their names:
-    /// without those of other models, which have an OBJ or MTL file, and hidden ones. There are none
-    /// in the root, in the folder of temporary files, and in one with more than 32 folders.
+    /// without those of other models, which have an OBJ or MTL file, and hidden ones. There are
+    /// none in the root, in the folder of temporary files, and in one with more than 32 folders.
     pub fn folders_within(&mut self, folder: &Path) -> &[PathBuf] {
         let found = self.folders.entry(folder.to_path_buf());
         found.or_insert_with(|| {

@@ -1,4 +1,5 @@
-//! Further channels of the first surface: position, texture coordinates, motion, points of interpolation, object, part and material (`--aov`).
+//! Further channels of the first surface: position, texture coordinates, motion, points of
+//! interpolation, object, part and material (`--aov`).
 //!
 //! The integrator adds them to the first surface, and the film sums them like all others. Coverage is counted by name; ids and Cryptomattes
 //! (`io/cryptomatte.rs`) are made from it when files are written. Nothing of this is stored or computed unless it is asked for.

@@ -2,7 +2,9 @@
 //!
 //! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
 //! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
-//! `part_sums` those of light groups, strategies and parts by light paths (`light_paths`), `pixel_block` what one task adds to a pixel, `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
+//! `part_sums` those of light groups, strategies and parts by light paths (`light_paths`),
+//! `pixel_block` what one task adds to a pixel, `iteration` one iteration of a method whose light
+//! paths light any pixel, and `state` the words of all sums, which checkpoints hold.
 //! `metering` finds the exposure of a developed image, and `spikes` the pixels that one sample made bright.
 //!
 //! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
@@ -43,7 +45,7 @@ pub use resample::{resample, resample_nearest};
 pub use rgb_image::RgbImage;
 pub use spikes::Spikes;
 pub use state::StateLayout;
-pub use tile::{Rect, Tile};
+pub use tile::{Rect, Tile, Turn};
 
 use crate::math::UVec2;
 use rayon::prelude::*;
@@ -256,7 +258,7 @@ impl Film {
             let mut sample = tile.block();
             for pixel in tile.bounds().pixels() {
                 iteration.pixel(pixel, &mut sample);
-                tile.add_alone(pixel, &sample);
+                tile.change(pixel, &sample, Turn::AddAlone);
             }
         });
     }

@@ -12,8 +12,8 @@ pub struct FilmSample<'a> {
     pub surface: Option<&'a FirstSurface>,
     /// Weighted share in which the sample sees the background.
     pub background: Spectrum,
-    /// Weighted radiance by part of the light, without the parts of light paths. Empty if the film sums
-    /// no parts.
+    /// Weighted radiance by part of the light, without the parts of light paths. Empty if the film
+    /// sums no parts.
     pub parts: &'a [Spectrum],
     /// Weighted radiance by class of light paths. Empty if the film separates no paths.
     pub classes: &'a [Spectrum],
@@ -32,8 +32,8 @@ pub struct PixelBlock {
 }
 
 impl PixelBlock {
-    /// Empty sums of radiance, of features if `has_features`, of so many parts of the light, and of so
-    /// many classes of light paths.
+    /// Empty sums of radiance, of features if `has_features`, of so many parts of the light, and of
+    /// so many classes of light paths.
     pub(super) fn new(has_features: bool, parts: usize, classes: usize) -> Self {
         Self {
             light: Block::default(),
@@ -59,9 +59,8 @@ impl PixelBlock {
     #[inline(always)]
     pub fn add(&mut self, sample: &FilmSample) {
         self.light.add(sample.radiance, sample.surface);
-        if let Some(block) = &mut self.features
-            && let Some(features) = sample.surface.and_then(|surface| surface.features.as_ref())
-        {
+        let features = sample.surface.and_then(|surface| surface.features.as_ref());
+        if let (Some(block), Some(features)) = (&mut self.features, features) {
             block.add(features);
         }
         self.parts.add(sample.parts);
@@ -75,7 +74,7 @@ impl PixelBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Backing, Features, Film, Points, Rect, Tile};
+    use crate::film::{Backing, Features, Film, Points, Rect, Tile, Turn};
     use crate::math::{UVec2, Vec2, Vec3};
 
     /// A tile of one pixel that sums everything.
@@ -137,7 +136,7 @@ mod tests {
         let blocks = [block(0..2), block(2..40), block(40..100)];
         let sum = |blocks: &[&PixelBlock]| {
             let mut tile = tile();
-            blocks.iter().for_each(|block| tile.add(pixel, block));
+            blocks.iter().for_each(|block| tile.change(pixel, block, Turn::Add));
             tile
         };
         let [a, b, c] = &blocks;
@@ -148,8 +147,8 @@ mod tests {
         assert_eq!(sums(&all), sums(&merged));
         let parts = all.part_sums(pixel);
         assert!((parts[0].mean(1, 100) - 49.5).abs() < 1e-9 && (parts[1].mean(2, 100) - 5.187e-8).abs() < 1e-10);
-        all.take_back(pixel, c);
-        all.take_back(pixel, b);
+        all.change(pixel, c, Turn::TakeBack);
+        all.change(pixel, b, Turn::TakeBack);
         assert_eq!(sums(&all), sums(&sum(&[a])));
     }
 
@@ -159,7 +158,7 @@ mod tests {
         cleared.clear();
         let mut tile = tile();
         let before = sums(&tile);
-        tile.add(UVec2::ZERO, &cleared);
+        tile.change(UVec2::ZERO, &cleared, Turn::Add);
         assert_eq!(sums(&tile), before);
     }
 }

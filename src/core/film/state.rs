@@ -127,7 +127,8 @@ pub struct StateLayout {
     parts: usize,
     /// True if the share of the background is summed.
     has_background: bool,
-    /// Maximum numbers of objects, of parts and of materials that a pixel names, where there are features.
+    /// Maximum numbers of objects, of parts and of materials that a pixel names, if there are
+    /// features.
     levels: Option<[usize; 3]>,
 }
 
@@ -273,7 +274,7 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Backing, Block, Features, FilmSample, FirstSurface, Rect};
+    use crate::film::{Backing, Block, Features, FilmSample, FirstSurface, Rect, Turn};
     use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
@@ -337,7 +338,7 @@ mod tests {
                 parts: &[Spectrum::rgb(0.1, i as f32, -7e5), Spectrum::splat(1e-6)],
                 ..FilmSample::default()
             });
-            tile.add(pixel, &block);
+            tile.change(pixel, &block, Turn::Add);
         }
         let layout = StateLayout::of_film(&film);
         let names = layout.names();

@@ -60,6 +60,17 @@ impl Rect {
     }
 }
 
+/// Change of the sums of a pixel by samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// Adds the samples that come next.
+    Add,
+    /// Adds one sample that is in no block.
+    AddAlone,
+    /// Takes the samples out again that came last, part of a block.
+    TakeBack,
+}
+
 /// A block of pixels that one task works on at a time.
 #[derive(Clone, Debug)]
 pub struct Tile {
@@ -171,43 +182,29 @@ impl Tile {
         PixelBlock::new(self.has_features(), self.parts_before_paths(), classes)
     }
 
-    /// Adds the samples of `pixel` that come next. Does nothing if the pixel is not in the tile.
-    pub fn add(&mut self, pixel: UVec2, block: &PixelBlock) {
+    /// Changes the sums of `pixel` by `samples`. Does nothing if the pixel is not in the tile.
+    pub fn change(&mut self, pixel: UVec2, samples: &PixelBlock, turn: Turn) {
         let Some(index) = self.index(pixel) else { return };
-        if let (Some(sums), Some(features)) = (self.features.get_mut(index), &block.features) {
-            sums.add(features);
-        }
+        let light = &mut self.pixels[index];
         if let Some(sum) = self.background.get_mut(index) {
-            sum.add(block.background, block.light.samples(), self.pixels[index].samples());
+            match turn {
+                Turn::Add => sum.add(samples.background, samples.light.samples(), light.samples()),
+                Turn::AddAlone => sum.add_alone(samples.background),
+                Turn::TakeBack => sum.take_back(samples.background),
+            }
         }
-        self.change_parts(pixel, block, PartSum::plus);
-        self.pixels[index].add(&block.light);
-    }
-
-    /// Takes the samples of `pixel` out again that came last, part of a block.
-    pub fn take_back(&mut self, pixel: UVec2, block: &PixelBlock) {
-        let Some(index) = self.index(pixel) else { return };
-        if let (Some(sums), Some(features)) = (self.features.get_mut(index), &block.features) {
-            sums.take_back(features);
+        match turn {
+            Turn::Add => light.add(&samples.light),
+            Turn::AddAlone => light.add_alone(&samples.light),
+            Turn::TakeBack => light.take_back(&samples.light),
         }
-        if let Some(sum) = self.background.get_mut(index) {
-            sum.take_back(block.background);
+        if let (Some(sums), Some(features)) = (self.features.get_mut(index), &samples.features) {
+            match turn {
+                Turn::Add | Turn::AddAlone => sums.add(features),
+                Turn::TakeBack => sums.take_back(features),
+            }
         }
-        self.change_parts(pixel, block, PartSum::minus);
-        self.pixels[index].take_back(&block.light);
-    }
-
-    /// Adds one sample of `pixel` that is in no block.
-    pub(super) fn add_alone(&mut self, pixel: UVec2, sample: &PixelBlock) {
-        let Some(index) = self.index(pixel) else { return };
-        if let (Some(sums), Some(features)) = (self.features.get_mut(index), &sample.features) {
-            sums.add(features);
-        }
-        if let Some(sum) = self.background.get_mut(index) {
-            sum.add_alone(sample.background);
-        }
-        self.change_parts(pixel, sample, PartSum::plus);
-        self.pixels[index].add_alone(&sample.light);
+        self.change_parts(pixel, samples, turn);
     }
 
     /// Adds the sums that `other` has of `pixel`.
@@ -227,16 +224,18 @@ impl Tile {
         self.pixels[index].merge(sums);
     }
 
-    /// Changes the sums of the parts of the light by those of `block`.
-    fn change_parts(&mut self, pixel: UVec2, block: &PixelBlock, change: fn(PartSum, PartSum) -> PartSum) {
+    fn change_parts(&mut self, pixel: UVec2, samples: &PixelBlock, turn: Turn) {
         let of_paths = self
             .light_paths
             .as_ref()
-            .map(|paths| terms(paths, block.classes.sums(), block.light.sum()));
-        let parts = block.parts.sums().iter().map(|sum| PartSum::new(*sum));
+            .map(|paths| terms(paths, samples.classes.sums(), samples.light.sum()));
+        let parts = samples.parts.sums().iter().map(|sum| PartSum::new(*sum));
         let parts = parts.chain(of_paths.into_iter().flatten());
         for (sum, part) in self.part_sums_mut(pixel).iter_mut().zip(parts) {
-            *sum = change(*sum, part);
+            *sum = match turn {
+                Turn::Add | Turn::AddAlone => sum.plus(part),
+                Turn::TakeBack => sum.minus(part),
+            };
         }
     }
 

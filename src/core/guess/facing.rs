@@ -37,7 +37,8 @@ const FEET: RangeInclusive<f32> = 0.0..=0.04;
 const ANKLES: RangeInclusive<f32> = 0.07..=0.14;
 /// Height of a person over the length from front to back, at least.
 const UPRIGHT: f32 = 1.25;
-/// Width between the ankles as a share of the width, and the share of points in either leg, at least.
+/// Width between the ankles as a share of the width, and the share of points in either leg, at
+/// least.
 const APART: RangeInclusive<f32> = 0.03..=0.7;
 const LEG: f32 = 0.25;
 /// Length of a foot, and by how much the toes stick out farther than the heel, in heights.
@@ -95,7 +96,8 @@ fn range(values: impl Iterator<Item = f32>, min: usize) -> Option<(f32, f32)> {
     (values.len() >= min.max(1)).then(|| (values[tail], values[values.len() - 1 - tail]))
 }
 
-/// Area in front of a back-rest on which one can sit, as a share of the outline; 0 without a back-rest.
+/// Area in front of a back-rest on which one can sit, as a share of the outline; 0 without a
+/// back-rest.
 fn seat_area(points: &[Placed], size: Vec3) -> f32 {
     let extent = |of: fn(&Placed) -> f32| {
         let values = || points.iter().map(of);

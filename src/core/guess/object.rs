@@ -63,8 +63,8 @@ pub(super) struct Front {
 
 impl Front {
     /// The side that the file declares, or else the one with the most detail and materials: faces
-    /// have eyes and noses, backs are smooth. Seats, feet, azimuth 0 and symmetry count for something,
-    /// and edges of plates are no fronts.
+    /// have eyes and noses, backs are smooth. Seats, feet, azimuth 0 and symmetry count for
+    /// something, and edges of plates are no fronts.
     pub fn of(looker: &Looker, horizon: &Horizon, frame: &Frame, axes: &FileAxes) -> Self {
         let toward = |side: Vec3| {
             let azimuth = horizon.azimuth(side)?;

@@ -1,5 +1,5 @@
-//! Rooms without a ceiling, seen from above: dolls' houses and furnished floor plans. They are looked
-//! into from a side whose outer wall is low, open or missing.
+//! Rooms without a ceiling, seen from above: dolls' houses and furnished floor plans. They are
+//! looked into from a side whose outer wall is low, open or missing.
 
 use super::floors::{Floors, PLACES};
 use super::look::Looker;

@@ -66,8 +66,8 @@ impl Stand {
 
 /// Height of the floor at `place` to stand on with eyes `height` above it, in coordinates of the
 /// horizon; `None` if there is none. It is the highest one that is not much above `usual`, the
-/// height of the floor that a guess stands on in a room, or else the nearest one. Above `usual` a floor
-/// without a ceiling is a roof.
+/// height of the floor that a guess stands on in a room, or else the nearest one. Above `usual` a
+/// floor without a ceiling is a roof.
 pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, usual: Option<f32>) -> Option<f32> {
     let surfaces = floors.at(place.x, place.z);
     // A ceiling shows its back to what is above it. The lowest surface is no ceiling: the bottom of

@@ -9,7 +9,8 @@
 //! penalty. It was fitted to 173 public files, whose upright axis was told by eye, and with a weight
 //! of 0.3 to turned copies of them with other axes up. Evidence was kept if it lowered the loss in a
 //! cross-validation by repository. Weights of bodies of revolution and of other files were fitted
-//! later, with all other weights fixed, and those of grounds and tips were set by hand. Weights of interiors were set by hand on 9 files and on 5
+//! later, with all other weights fixed, and those of grounds and tips were set by hand. Weights of
+//! interiors were set by hand on 9 files and on 5
 //! rooms in four positions. Wrong directions: 6 of the 183 files, and 5 of 147 files of 45 other
 //! repositories, for which nothing was fitted. Without bodies of revolution and other files they
 //! were 7 and 7; by an earlier version with 6 kinds of evidence 16 and 21.

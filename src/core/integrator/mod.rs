@@ -252,7 +252,8 @@ pub trait IterationIntegrator: Sync {
         0
     }
 
-    /// Returns true if film points beyond the borders of the picture repeat its directions ([`Camera::repeats`](crate::camera::Camera::repeats)).
+    /// Returns true if film points beyond the borders of the picture repeat its directions
+    /// ([`Camera::repeats`](crate::camera::Camera::repeats)).
     fn repeats(&self) -> bool {
         false
     }

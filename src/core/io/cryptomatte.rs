@@ -48,7 +48,8 @@ fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
     [Some(objects), parts, Some(materials)].into_iter().flatten().collect()
 }
 
-/// The channels of all mattes: for what covers most of a pixel, next to most, and so on, the hash of its name as a float and the share of the
+/// The channels of all mattes: for what covers most of a pixel, next to most, and so on, the hash
+/// of its name as a float and the share of the
 /// pixel's samples that met it.
 pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
     layers(names).iter().flat_map(|layer| layer.channels(film)).collect()

@@ -57,7 +57,8 @@ pub struct Finding {
 pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render tells, since what they assume changes the picture: the light, the dialect of
-/// a library, or that there is none, files that lie elsewhere than named, pictures that decide between heights and
+/// a library, or that there is none, files that lie elsewhere than named, pictures that decide
+/// between heights and
 /// normals, textures by name, elements that are not rendered, and colours of vertices.
 const TOLD_NOTES: [&str; 9] = [
     DEFAULT_LIGHT,

@@ -29,8 +29,8 @@ parameters! {
         /// Textures of materials that name none, by the names of files: auto, or off
         ///
         /// `auto` takes `NAME_basecolor`, `NAME_roughness` and so on beside the OBJ file, if exactly one
-        /// set of them fits the name of the material, or of the file; and without a library the only
-        /// picture of the file's own name.
+        /// set of them fits the name of the material, or of the file; and without a library the
+        /// only picture of the file's own name.
         maps_by_name: MapsByName = MapsByName::Auto;
         /// Texture filter: mip, or bilinear in the finest level
         texture_filter: TextureFilter = TextureFilter::Mip;

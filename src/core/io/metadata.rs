@@ -103,8 +103,8 @@ pub struct FeatureNames {
     pub aovs: Vec<String>,
     /// Objects of the scene, from the first.
     pub objects: Vec<String>,
-    /// Parts of the scene besides its objects: [`Scene::part`](crate::scene::Scene::part) numbers them
-    /// behind these.
+    /// Parts of the scene besides its objects: [`Scene::part`](crate::scene::Scene::part) numbers
+    /// them behind these.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts_of_objects: Vec<String>,
     /// Materials of the scene, from the first.

@@ -3,8 +3,8 @@
 use crate::geometry::PartNames;
 use crate::math::Glob;
 
-/// Which parts are shown, and which ones are different from the rest of their file. Patterns fit each
-/// name of a part ([`PartNames::fits`]).
+/// Which parts are shown, and which ones are different from the rest of their file. Patterns fit
+/// each name of a part ([`PartNames::fits`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFilter {
     /// Parts that are left out.
@@ -38,8 +38,8 @@ impl PartFilter {
         self.hide.iter().chain(&self.only).chain(of_rules)
     }
 
-    /// Returns true if the faces of `part` are shown. The last rule with `visible` decides, and `hide`
-    /// and `only` can hide more.
+    /// Returns true if the faces of `part` are shown. The last rule with `visible` decides, and
+    /// `hide` and `only` can hide more.
     pub fn shows(&self, names: &PartNames, part: u32) -> bool {
         let fits = |globs: &[Glob]| globs.iter().any(|glob| names.fits(part, glob));
         let mut rules = self.rules.iter().rev();

@@ -1,8 +1,8 @@
 //! Textures of several tiles (UDIM): tile 1001 + i + 10 j covers texture coordinates from (i, j) to
 //! (i + 1, j + 1), for i from 0 to 9.
 //!
-//! Tiles become one picture, so that lookups and levels are those of any texture. A path stands for all
-//! tiles if its name has `<UDIM>` in place of the number.
+//! Tiles become one picture, so that lookups and levels are those of any texture. A path stands for
+//! all tiles if its name has `<UDIM>` in place of the number.
 
 use super::FileError;
 use super::picture::{Picture, PictureHeader, Samples};
@@ -24,14 +24,15 @@ pub struct Tiles {
     files: Vec<(u32, PathBuf)>,
 }
 
-/// Names of the tiles that `name` stands for, by their numbers; `None` if it has no mark for the number.
+/// Names of the tiles that `name` stands for, by their numbers; `None` if it has no mark for the
+/// number.
 pub fn tile_names(name: &str) -> Option<impl Iterator<Item = String>> {
     let spelling = SPELLINGS.into_iter().find(|spelling| name.contains(spelling))?;
     Some(NUMBERS.map(move |number| name.replacen(spelling, &number.to_string(), 1)))
 }
 
-/// The path of all tiles, of which the file `found` is one: its number is between `.` or `_` and `.`.
-/// `None` if it has no number.
+/// The path of all tiles, of which the file `found` is one: its number is between `.` or `_` and
+/// `.`. `None` if it has no number.
 pub fn path_of_tiles(found: &Path) -> Option<PathBuf> {
     let name = found.file_name()?.to_str()?;
     let mut ends = name.match_indices('.').map(|(end, _)| end).filter(|&end| end >= 5);

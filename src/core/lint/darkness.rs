@@ -47,8 +47,8 @@ pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution:
 /// Invisible surfaces in front of each other that a ray passes.
 const MAX_PASSED: usize = 64;
 
-/// The reason why a picture of `scene` from `camera` shows none of its surfaces, in words; `None` if
-/// it shows some, or if there are none.
+/// The reason why a picture of `scene` from `camera` shows none of its surfaces, in words; `None`
+/// if it shows some, or if there are none.
 pub fn reason_for_emptiness(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<String> {
     if scene.triangle_count() == 0 {
         return None;

@@ -20,7 +20,8 @@ pub fn excerpt(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// Maximum number of characters that an error quotes of a name, and how many of them come from its end.
+/// Maximum number of characters that an error quotes of a name, and how many of them come from its
+/// end.
 const MAX_NAME_CHARS: usize = 120;
 const NAME_END: usize = 50;
 

@@ -55,9 +55,9 @@ parameters! {
         distortion: DistortionCoefficients, default "none";
         /// Pose of the camera as a matrix, by rows: CONVENTION:NUMBERS
         ///
-        /// `opencv` (x right, y down, z forward) and `opengl` (x right, y up, z backward) take the world
-        /// to the camera. `blender` is the camera's matrix_world, with the axes of `opengl`. In place of
-        /// `position`, `look_at` and `up`.
+        /// `opencv` (x right, y down, z forward) and `opengl` (x right, y up, z backward) take the
+        /// world to the camera. `blender` is the camera's matrix_world, with the axes of `opengl`.
+        /// In place of `position`, `look_at` and `up`.
         pose: PoseMatrix, default "off";
         /// Camera position: the centre of the lens
         ///
@@ -134,7 +134,8 @@ impl CameraOptions {
         ["intrinsics", "fisheye_mapping"],
     ];
 
-    /// Options with the place that the `pose` gives. A matrix that is no pose stays, as an error of the camera.
+    /// Options with the place that the `pose` gives. A matrix that is no pose stays, as an error of
+    /// the camera.
     pub fn placed(self) -> Self {
         let Some(Ok(Pose { position, look_at, up })) = self.pose.map(|matrix| matrix.pose()) else {
             return self;

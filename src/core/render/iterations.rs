@@ -446,7 +446,8 @@ impl<'a> IterationTarget<'a> {
         places.flat_map(move |film| self.seen_at(film))
     }
 
-    /// All places with the direction of `film` that a pixel of a panorama may see: a turn across, and over a pole to the other side.
+    /// All places with the direction of `film` that a pixel of a panorama may see: a turn across,
+    /// and over a pole to the other side.
     fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
         let size = self.resolution.as_vec2();
         // Whole periods within reach

@@ -10,7 +10,7 @@ use super::observer::{Observer, Outcome, should_leave};
 use super::pixel_sample::{PartedSample, PixelSample};
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
-use crate::film::{Film, PixelBlock, Tile};
+use crate::film::{Film, PixelBlock, Tile, Turn};
 use crate::integrator::SAMPLES_AT_ONCE;
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -102,13 +102,6 @@ fn advance_passes<S: Sampler>(
     })
 }
 
-/// What becomes of samples that are taken.
-#[derive(Clone, Copy)]
-enum Turn {
-    Add,
-    TakeBack,
-}
-
 /// Rays that a sample takes from which on it is work enough by itself: the observer is asked before each. A gathering or branching method may
 /// take seconds for one.
 pub(super) const MANY_RAYS: u64 = 64;
@@ -198,10 +191,7 @@ fn render_tile<S: Sampler>(
             start = end;
         }
         for (&pixel, block) in group.iter().zip(&blocks) {
-            match turn {
-                Turn::Add => tile.add(pixel, block),
-                Turn::TakeBack => tile.take_back(pixel, block),
-            }
+            tile.change(pixel, block, turn);
             if !is_cropped(pixel) {
                 statistics.samples += samples.len() as u64;
             }

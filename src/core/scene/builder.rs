@@ -174,8 +174,8 @@ impl SceneBuilder {
         self.objects.push(unique);
     }
 
-    /// Adds names of parts, by which `meshes` number theirs, and gives these the numbers of the scene. A
-    /// part of the same names is the same part.
+    /// Adds names of parts, by which `meshes` number theirs, and gives these the numbers of the
+    /// scene. A part of the same names is the same part.
     pub fn add_parts<'m>(&mut self, names: PartNames, meshes: impl Iterator<Item = &'m mut Mesh>) {
         if self.parts.is_empty() {
             self.parts = names;

@@ -24,8 +24,9 @@ impl PartSize {
 }
 
 impl Scene {
-    /// Sizes of the parts of meshes, in the order of their first faces, triangles without a name last.
-    /// Copies count once, with the size that they have in their file. Empty if no part has a name.
+    /// Sizes of the parts of meshes, in the order of their first faces, triangles without a name
+    /// last. Copies count once, with the size that they have in their file. Empty if no part has a
+    /// name.
     pub fn part_sizes(&self) -> Vec<PartSize> {
         let names = self.part_names();
         if names.is_empty() {

@@ -10,7 +10,7 @@ use crate::description::{FileError, Finding, Position, SceneFile, Severity};
 use crate::geometry::Mesh;
 use crate::io::{MapsByName, MtlDialect};
 use crate::material::MaterialId;
-use crate::math::{excerpt, excerpt_of_name};
+use crate::math::excerpt_of_name;
 use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 use std::path::Path;
@@ -20,8 +20,8 @@ use toml::Spanned;
 const MAX_NAMED: usize = 100;
 
 impl Loader<'_> {
-    /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one; with what patches of it and of its
-    /// parts say. `mesh` is that of the group.
+    /// The scene file's material of the group's name, else that of the OBJ's libraries, else the
+    /// default one; with what patches of it and of its parts say. `mesh` is that of the group.
     pub(super) fn material_of(&mut self, group: &Group, mesh: &Mesh, path: &Path, obj: &ObjFile) -> MaterialId {
         let file = self.file;
         let (other, parts) = self.material_of_parts(group);
@@ -161,8 +161,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Renders a scene whose materials are all invisible as an opaque one: exporters write `d 0` for
-    /// opaque surfaces by mistake. Wishes of the user, and the literal reading, stay.
+    /// Renders a scene whose materials are all invisible as an opaque one: exporters write `d 0`
+    /// for opaque surfaces by mistake. Wishes of the user, and the literal reading, stay.
     pub(super) fn make_visible(&mut self) {
         let is_invisible = |source: &MaterialSource| {
             let found = &source.found;
@@ -193,31 +193,8 @@ impl Loader<'_> {
         }
     }
 
-    /// The material that patches give to the parts of a group, and the indices of those that change it.
-    /// What stands before the last patch with `material` changes nothing.
-    fn material_of_parts(&self, group: &Group) -> (Option<Spanned<String>>, Vec<u32>) {
-        let section = |&rule: &u32| self.parts.get(rule as usize).map(|patch| &*patch.section);
-        let other = |rule: &u32| section(rule).and_then(|section| section.keys.material.clone());
-        let last = group.rules.iter().rposition(|rule| other(rule).is_some());
-        let changes = |rule: &u32| section(rule).is_some_and(|section| section.changes_material());
-        let rules = group.rules.iter().skip(last.unwrap_or(0)).copied();
-        (
-            last.and_then(|last| other(&group.rules[last])),
-            rules.filter(changes).collect(),
-        )
-    }
-
-    /// Says that a patch of parts names a material that neither the scene file nor `obj` has.
-    fn refuse_material(&mut self, name: &Spanned<String>, obj: &ObjFile) {
-        let known = obj.materials.iter().map(|found| found.material.name.as_str());
-        let replaced = self.file.material.keys().map(|key| key.get_ref().as_str());
-        let help = help_of_names("materials", name.get_ref(), known.chain(replaced));
-        let message = format!("there is no material `{}`", excerpt(name.get_ref()));
-        let error = self.file.error(name.span(), message).help(help);
-        self.wrong("wrong-part", error);
-    }
-
-    /// The material with what all patches of its name say, one after the other, and then those of `parts`.
+    /// The material with what all patches of its name say, one after the other, and then those of
+    /// `parts`.
     fn patched(&mut self, mut found: FileMaterial, parts: &[u32]) -> FileMaterial {
         let mut remarks = Vec::new();
         let name = found.material.name.clone();

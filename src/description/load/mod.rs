@@ -6,6 +6,7 @@
 mod materials;
 mod named_maps;
 mod objects;
+mod parts;
 mod textures;
 mod unseen;
 
@@ -28,7 +29,7 @@ use crate::math::{excerpt_of_name, significant};
 use crate::scene::{
     BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
 };
-use materials::{Undefined, help_of_names};
+use materials::Undefined;
 use named_maps::NamedMaps;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -387,41 +388,6 @@ impl<'a> Loader<'a> {
         self.tell_of_undefined();
         self.make_visible();
         sources
-    }
-
-    /// Errors about patterns that fit no part of any file, and about a scene whose parts are all hidden.
-    fn check_parts(&mut self, objs: &BTreeMap<PathBuf, ObjFile>) {
-        let filter = &self.load.parts;
-        if filter.is_empty() || objs.is_empty() && !self.files.is_empty() {
-            return;
-        }
-        let names = self.builder.part_names();
-        let names: Vec<&str> = (names.parts())
-            .flat_map(|part| [names.object(part), names.groups(part)])
-            .filter(|name| !name.is_empty())
-            .collect();
-        let unfit = (filter.globs().zip(&self.part_fits).enumerate()).filter(|(_, (_, fits))| !**fits);
-        let first_rule = filter.hide.len() + filter.only.len();
-        let mut errors: Vec<FileError> = unfit
-            .map(|(index, (glob, _))| {
-                let literal = glob.literal();
-                let message = format!("no part of the scene has the name `{}`", excerpt_of_name(&literal));
-                let rule = index.checked_sub(first_rule).and_then(|rule| self.parts.get(rule));
-                let error = match rule {
-                    Some(patch) => self.file.error(patch.span.clone(), message),
-                    None => self.file.whole(message),
-                };
-                error.help(help_of_names("parts", &literal, names.iter().copied()))
-            })
-            .collect();
-        let is_empty = objs.values().all(|obj| obj.groups.is_empty()) && self.file.made.is_empty();
-        if errors.is_empty() && is_empty && self.findings.first_error().is_none() {
-            let error = self.file.whole("all parts of the scene are hidden");
-            errors.push(error.help(help_of_names("parts", "", names.iter().copied())));
-        }
-        for error in errors {
-            self.wrong("unused-part", error);
-        }
     }
 
     /// Adds lights and the ground.

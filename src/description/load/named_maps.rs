@@ -2,8 +2,8 @@
 //! OBJ file or in its folders of textures, as Sketchfab, Substance, ambientCG and Poly Haven call them.
 //!
 //! A material without any texture gets the textures of a set if exactly one set fits its name. The
-//! rules are those of [`Fit`]. Without any library, a single picture of the file's own name, such as
-//! `raptor.jpg` for `raptor.obj`, is the colour of all materials.
+//! rules are those of [`Fit`]. Without any library, a single picture of the file's own name, such
+//! as `raptor.jpg` for `raptor.obj`, is the colour of all materials.
 
 use super::Loader;
 use crate::color::Spectrum;
@@ -237,8 +237,8 @@ fn role_of(stem: &str) -> Option<(String, Role)> {
 }
 
 impl Loader<'_> {
-    /// Gives `found`, which has no texture, those of a set that fits it. It is a material of the file
-    /// `path`.
+    /// Gives `found`, which has no texture, those of a set that fits it. It is a material of the
+    /// file `path`.
     pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, obj: &ObjFile) {
         let beside = self.named_maps.entry(path.to_path_buf());
         let beside = beside.or_insert_with(|| NamedMaps::beside(path));

@@ -34,8 +34,8 @@ impl AskedTexture {
 
 impl Loader<'_> {
     /// The material of a file with maps that name requests for textures: 2 i is the request i in
-    /// the slot that is written, and 2 i + 1 in the other one, if its picture decides so. `mesh` has the
-    /// material.
+    /// the slot that is written, and 2 i + 1 in the other one, if its picture decides so. `mesh`
+    /// has the material.
     pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
@@ -347,8 +347,8 @@ pub(super) struct MissingUse {
     help: String,
 }
 
-/// The path of all tiles if `found` is one of several (UDIM): the name in the library says so, or tile
-/// 1001 that it names has others beside it.
+/// The path of all tiles if `found` is one of several (UDIM): the name in the library says so, or
+/// tile 1001 that it names has others beside it.
 fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
     let is_said = statement.names().any(|name| tile_names(name).is_some());
     let is_first = || found.to_string_lossy().contains("1001");

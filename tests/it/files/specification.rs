@@ -1,4 +1,5 @@
-//! Statements of the specifications of OBJ and MTL: each is read, or `check` lists it with its effect.
+//! Statements of the specifications of OBJ and MTL: each is read, or `check` lists it with its
+//! effect.
 
 use crate::support::program::*;
 use serde_json::Value;

@@ -1,5 +1,5 @@
-//! Calibrated cameras against the models of OpenCV, written here on their own: the point that a pixel sees
-//! is projected to the pixel's centre.
+//! Calibrated cameras against the models of OpenCV, written here on their own: the point that a
+//! pixel sees is projected to the pixel's centre.
 
 use crate::support::program::*;
 use crate::support::read_channel;
@@ -92,7 +92,8 @@ fn fisheye([x, y, z]: [f64; 3], [k1, k2, k3, k4]: [f64; 4]) -> [f64; 2] {
     [x / across * distorted, y / across * distorted]
 }
 
-/// Renders the points that pixels see, and compares their projections with the centres of the pixels.
+/// Renders the points that pixels see, and compares their projections with the centres of the
+/// pixels.
 fn assert_points_lead_back(
     folder: &TempDir,
     extrinsics: &Extrinsics,
@@ -144,7 +145,8 @@ fn pixels_see_what_is_projected_to_them() {
     }
 }
 
-/// A calibrated camera without distortion, with its principal point in the middle, is a perspective.
+/// A calibrated camera without distortion, with its principal point in the middle, is a
+/// perspective.
 #[test]
 fn intrinsics_in_the_middle_are_a_perspective() {
     let folder = room();

@@ -250,7 +250,8 @@ fn regions(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     Mean::of_each(&(1..=seeds).map(of_seed).collect::<Vec<_>>())
 }
 
-/// A lamp above a box on a floor, in a dim surrounding: the methods find the light that path tracing does, also in each part of the picture.
+/// A lamp above a box on a floor, in a dim surrounding: the methods find the light that path
+/// tracing does, also in each part of the picture.
 #[test]
 fn methods_agree_in_every_projection() {
     let floor = "v -3 -1 3\nv 3 -1 3\nv 3 -1 -3\nv -3 -1 -3\nf 1 2 3 4\n";

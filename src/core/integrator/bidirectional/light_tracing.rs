@@ -6,7 +6,8 @@ use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
 /// Light tracing: paths start at lights, and every vertex shows itself to the camera (Arvo 1986; Dutré, Lafortune and Willems 1993). What the camera sees
-/// by a delta lobe first, in mirrors and through glass, it cannot find, nor may it: that light is missing. Lamps that parallel rays see are met from the camera.
+/// by a delta lobe first, in mirrors and through glass, it cannot find, nor may it: that light is
+/// missing. Lamps that parallel rays see are met from the camera.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
     /// The scene and the camera.
@@ -67,7 +68,8 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 }
 
 impl<A: Accel> LightIntegrator<'_, A> {
-    /// Adds the lights that `ray` meets: a light sample is never in the one direction of parallel rays.
+    /// Adds the lights that `ray` meets: a light sample is never in the one direction of parallel
+    /// rays.
     fn look(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, Some(0));
         let (camera, escape) = connector.camera_path(ray, sampler, out);

@@ -49,7 +49,8 @@ impl CameraPacket {
         }
     }
 
-    /// Finds the first surfaces that stop the rays, behind surfaces with alpha, thin glass and bodies.
+    /// Finds the first surfaces that stop the rays, behind surfaces with alpha, thin glass and
+    /// bodies.
     fn pass_surfaces<A: Accel>(
         &mut self,
         world: &World<A>,

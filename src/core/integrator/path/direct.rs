@@ -99,8 +99,8 @@ impl Strategy {
         }
     }
 
-    /// Adds the light that the surface `vertex` emits against the ray of `path`, weighted against the
-    /// light samples of the previous vertex.
+    /// Adds the light that the surface `vertex` emits against the ray of `path`, weighted against
+    /// the light samples of the previous vertex.
     #[inline(always)]
     pub(crate) fn add_emission<A: Accel>(
         &self,
@@ -117,8 +117,8 @@ impl Strategy {
         }
     }
 
-    /// Adds infinitely distant lights that the ray of `path` finds, weighted against the light samples
-    /// of the previous vertex. A camera ray finds the background.
+    /// Adds infinitely distant lights that the ray of `path` finds, weighted against the light
+    /// samples of the previous vertex. A camera ray finds the background.
     #[inline(never)]
     pub(crate) fn add_sky<A: Accel>(&self, world: &World<A>, path: &PathState, out: &mut impl Sink) {
         if path.skips_emission || (path.depth == 0 && world.see_background(&path.ray, path.beta, out)) {

@@ -101,7 +101,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
             // Random numbers do not depend on the hit: the processor draws them while it traces the ray
             let u = numbers.vertex(path.depth, self.roulette);
 
-            // Find the next surface. Emitted light is weighted against the light samples of the previous vertex
+            // Find the next surface. Emitted light is weighted against the light samples of the
+            // previous vertex
             let Some(hit) = path.intersect(&self.world, traced.take(), out) else {
                 return self.strategy.add_sky(&self.world, &path, out);
             };
@@ -127,7 +128,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
     }
 
-    /// Samples the BSDF at `vertex` and plays `roulette`. Returns the way on, or `None` if the path ends
+    /// Samples the BSDF at `vertex` and plays `roulette`. Returns the way on, or `None` if the path
+    /// ends
     /// there.
     #[inline(always)]
     pub(crate) fn scatter<S: Sampler>(

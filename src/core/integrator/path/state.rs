@@ -54,8 +54,8 @@ impl PathState {
         self.prev.is_some_and(|prev| prev.is_delta)
     }
 
-    /// Follows the ray to the first surface that stops it. Returns `None` if the ray leaves the scene.
-    /// `traced` is the result of the ray query, if it has been made.
+    /// Follows the ray to the first surface that stops it. Returns `None` if the ray leaves the
+    /// scene. `traced` is the result of the ray query, if it has been made.
     #[inline(always)]
     pub fn intersect<A: Accel>(
         &mut self,
@@ -74,8 +74,8 @@ impl PathState {
 
     /// Vertex at `hit` of the ray. `out` gets what a camera ray sees.
     ///
-    /// From the first glass on that disperses light, the path is of `wavelength`, and its throughput
-    /// gets the weight of the wavelength.
+    /// From the first glass on that disperses light, the path is of `wavelength`, and its
+    /// throughput gets the weight of the wavelength.
     #[inline(always)]
     pub fn vertex<'v, A: Accel>(
         &mut self,

@@ -12,7 +12,8 @@ pub enum MtlDialect {
     Blender,
     /// 3ds Max: `Ks` and `Ns` stand for a highlight of lamps, maps replace colours, and `Tr` counts before `d`.
     Max,
-    /// Maya: `illum 4` is written for every surface, opaque ones too, `Tf` is its opacity, and `Ks` and `Ns` stand for a highlight of lamps.
+    /// Maya: `illum 4` is written for every surface, opaque ones too, `Tf` is its opacity, and `Ks`
+    /// and `Ns` stand for a highlight of lamps.
     Maya,
     /// SketchUp: `Ks` is a constant without meaning.
     Sketchup,

@@ -140,8 +140,8 @@ pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings
     library.materials(path, sections, findings)
 }
 
-/// Statements of the format that have no effect, in lower case, and why. A note is for those whose effect
-/// a path tracer has anyway.
+/// Statements of the format that have no effect, in lower case, and why. A note is for those whose
+/// effect a path tracer has anyway.
 const IGNORED: [(&str, Severity, &str); 8] = [
     ("map_ka", Severity::Note, "ambient light is computed"),
     ("sharpness", Severity::Note, "reflections are computed"),
@@ -324,8 +324,8 @@ impl<'a> Library<'a> {
         sections
     }
 
-    /// Returns true if what is wrong with a material matters: a face has it, or wrong statements are
-    /// errors.
+    /// Returns true if what is wrong with a material matters: a face has it, or wrong statements
+    /// are errors.
     fn tells_of(&self, section: &Section) -> bool {
         self.wrong_severity == Severity::Error || self.obj.is_used(&section.name)
     }

@@ -153,7 +153,8 @@ impl Section {
             "ks" => self.specular = read(&mut complaint, color(key, rest)).or(self.specular),
             "ke" => self.emission = read(&mut complaint, color(key, rest)).or(self.emission),
             "tf" => self.filter = read(&mut complaint, color(key, rest)).or(self.filter),
-            // Ambient light is what path tracing computes, though some programs write other things as `Ka`.
+            // Ambient light is what path tracing computes, though some programs write other things
+            // as `Ka`.
             "ka" => self.ambient = color(key, rest).ok(),
             _ => return Ok(false),
         }

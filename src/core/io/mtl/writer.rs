@@ -394,7 +394,8 @@ fn is_like_blender(section: &Section) -> bool {
         && (is_metal || section.ambient == Some(Spectrum::ONE))
 }
 
-/// Maya writes `illum 4`, glass by the letter, for every surface, and no index by which it refracts.
+/// Maya writes `illum 4`, glass by the letter, for every surface, and no index by which it
+/// refracts.
 fn is_like_maya(section: &Section) -> bool {
     section.illum == Some(4)
         && section.ior.is_none_or(|ior| ior == 1.0)

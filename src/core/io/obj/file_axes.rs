@@ -1,5 +1,5 @@
-//! Axes by the first comments of an OBJ file: those that the file declares, and those that the program
-//! that wrote it usually writes.
+//! Axes by the first comments of an OBJ file: those that the file declares, and those that the
+//! program that wrote it usually writes.
 
 use super::open_regular;
 use crate::guess::{DeclaredAxes, FileAxes};

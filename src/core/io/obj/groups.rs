@@ -1,4 +1,5 @@
-//! Meshes from the faces of an OBJ file, one for each material, and for each list of rules of a scene file that change it.
+//! Meshes from the faces of an OBJ file, one for each material, and for each list of rules of a
+//! scene file that change it.
 //!
 //! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex. Where normals are missing among others, smoothing
 //! groups (`smoothing`) or the triangle itself give them, as indices counted on from those of the file, so that one rule joins corners in every case.

@@ -61,7 +61,8 @@ pub struct Group {
     pub material: Option<String>,
     /// Line of its first `usemtl`; 0 where there is none.
     pub line: usize,
-    /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that give its parts another material.
+    /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that give its parts another
+    /// material.
     pub rules: Vec<u32>,
     /// The triangles, in the file's units.
     pub mesh: Mesh,

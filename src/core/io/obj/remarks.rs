@@ -74,7 +74,8 @@ const IGNORED: [(&str, &str); 27] = [
     ("-csh", "commands are not run"),
 ];
 
-/// Index in [`IGNORED`] of a statement that has no effect; `None` if the format has no such statement.
+/// Index in [`IGNORED`] of a statement that has no effect; `None` if the format has no such
+/// statement.
 pub(super) fn ignored(keyword: &str) -> Option<usize> {
     IGNORED.iter().position(|(known, _)| *known == keyword)
 }

@@ -552,8 +552,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Density per solid angle, or of parallel rays per area across them, with which a path of the iteration leaves the lens at `p` in
-    /// direction `w`.
+    /// Density per solid angle, or of parallel rays per area across them, with which a path of the
+    /// iteration leaves the lens at `p` in direction `w`.
     fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
         let importance = self.world.camera.importance(p, w, time);
         importance.map_or(0.0, |importance| importance.pdf / self.paths())

@@ -11,7 +11,8 @@ use crate::math::Vec3;
 
 /// A vertex of a subpath, which starts at the camera or at a light.
 ///
-/// Densities are per area of a surface, for infinitely distant lights and lenses per solid angle. A delta lobe draws its direction with density 1, and a path from
+/// Densities are per area of a surface, for infinitely distant lights and lenses per solid angle. A
+/// delta lobe draws its direction with density 1, and a path from
 /// the other end with the Jacobian of its direction. Densities tell how likely each strategy of making the whole path is (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
@@ -122,7 +123,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Whether the vertex is on an infinitely distant light, or on the lens of parallel rays.
+    /// Returns true if the vertex is on an infinitely distant light, or on the lens of parallel
+    /// rays.
     pub fn is_infinite(&self) -> bool {
         match &self.kind {
             VertexKind::Lens { is_far } => *is_far,

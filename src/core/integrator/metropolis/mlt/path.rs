@@ -214,7 +214,7 @@ impl<'a> Vertex<'a> {
         triangle(self).is_some_and(|own| triangle(other) == Some(own))
     }
 
-    /// Whether the vertex is infinitely far away, as is the lens of parallel rays.
+    /// Returns true if the vertex is infinitely far away, as is the lens of parallel rays.
     pub fn is_infinite(&self) -> bool {
         match &self.kind {
             VertexKind::Lens { is_far } => *is_far,

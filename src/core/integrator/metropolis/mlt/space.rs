@@ -363,7 +363,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(path)
     }
 
-    /// Moves the lens of parallel rays, the first vertex of `path`, to where the second one is seen. `None` where it is not.
+    /// Moves the lens of parallel rays, the first vertex of `path`, to where the second one is
+    /// seen. `None` if it is not.
     fn face(&self, path: &mut [Vertex<'a>], sample: CameraSample) -> Option<()> {
         let [lens, seen, ..] = path else { return None };
         if lens.is_infinite() {

@@ -103,9 +103,10 @@ impl Camera {
         let (image, pdf, over_cos) = if camera.film.is_parallel() {
             let from_center = p - camera.position;
             // The film is seen in the plane of focus.
-            let image = match camera.has_lens() {
-                true => plane(from_center) + plane(w) * (camera.focus_distance / cos),
-                false => plane(from_center),
+            let image = if camera.has_lens() {
+                plane(from_center) + plane(w) * (camera.focus_distance / cos)
+            } else {
+                plane(from_center)
             };
             (image, 1.0 / (scale * scale * cos), 1.0)
         } else {
@@ -249,9 +250,12 @@ mod tests {
                 let half = if is_flat { 0.5 } else { 0.02 };
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);
-                    let [a, b] = [-step, step].map(|s| match end.is_far {
-                        true => at(s).origin.as_dvec3().reject_from(ray.direction.as_dvec3()),
-                        false => at(s).direction.as_dvec3(),
+                    let [a, b] = [-step, step].map(|s| {
+                        if end.is_far {
+                            at(s).origin.as_dvec3().reject_from(ray.direction.as_dvec3())
+                        } else {
+                            at(s).direction.as_dvec3()
+                        }
                     });
                     b - a
                 };
@@ -321,9 +325,10 @@ mod tests {
                     };
                     let within = seen.film - pixel;
                     if within.cmpge(Vec2::ZERO).all() && within.cmplt(Vec2::ONE).all() {
-                        let cos = match lens.normal == Vec3::ZERO {
-                            true => 1.0,
-                            false => w.dot(lens.normal),
+                        let cos = if lens.normal == Vec3::ZERO {
+                            1.0
+                        } else {
+                            w.dot(lens.normal)
                         };
                         let value = (seen.we * cos * camera.lens_area() / pdf) as f64;
                         sum += value;

@@ -128,9 +128,10 @@ impl<'a> CameraFinder<'a> {
         let wants_inside = asked.stand.is_some() || asked.orbit.is_none() && asked.view == View::Inside;
         let (survey, region, inside) = Survey::new(&looker, up, asked.axes.usual_up, wants_inside);
         let (survey, is_up_of_sisters) = survey.with(&asked.sisters);
-        looker.region = match survey.is_interior {
-            true => region,
-            false => groups::without_sheet(&Looker { region, ..looker }, &survey.horizon),
+        looker.region = if survey.is_interior {
+            region
+        } else {
+            groups::without_sheet(&Looker { region, ..looker }, &survey.horizon)
         };
         Self {
             survey,
@@ -360,9 +361,10 @@ impl<'a> CameraFinder<'a> {
             let scale = left_out_at.abs().max_element().max(self.size());
             position_text(short(left_out_at, scale), self.asked.origin).join(",")
         };
-        let ground = match self.looker.region.has_wide_ground {
-            true => "; its ground reaches beyond the view",
-            false => "",
+        let ground = if self.looker.region.has_wide_ground {
+            "; its ground reaches beyond the view"
+        } else {
+            ""
         };
         match left_out {
             0 => ground.into(),

@@ -68,9 +68,10 @@ pub(super) fn without_sheet(looker: &Looker, horizon: &Horizon) -> Region {
     let is_wide = around.x.min(around.z) >= WIDE_GROUND * size.x.max(size.z) && size.x.min(size.z) > 0.0;
     let is_flat = around.y <= SHEET * extent(&ground);
     let is_below = ground.max.y <= object.min.y + AT_BOTTOM * size.y;
-    match is_wide && is_flat && is_below {
-        true => whole.on_ground(rest),
-        false => whole,
+    if is_wide && is_flat && is_below {
+        whole.on_ground(rest)
+    } else {
+        whole
     }
 }
 

@@ -100,9 +100,12 @@ impl Front {
                     }
             })
             .collect();
-        let usual = |azimuth: f32| match azimuth == 0.0 && of_program.is_none() {
-            true => USUAL_FRONT,
-            false => 0.0,
+        let usual = |azimuth: f32| {
+            if azimuth == 0.0 && of_program.is_none() {
+                USUAL_FRONT
+            } else {
+                0.0
+            }
         };
         let scores: Vec<f32> = evidence
             .iter()

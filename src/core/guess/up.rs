@@ -145,9 +145,10 @@ fn is_ground(surfaces: &Surfaces, up: Direction) -> f32 {
     const LOW: f32 = 0.5;
     let is_flat = surfaces.extent[up.axis] <= THIN * surfaces.extent.max_element();
     let shows_front = surfaces.way(up).looks_up > surfaces.way(up.opposite()).looks_up;
-    match is_flat && shows_front && surfaces.low > LOW {
-        true => surfaces.low,
-        false => 0.0,
+    if is_flat && shows_front && surfaces.low > LOW {
+        surfaces.low
+    } else {
+        0.0
     }
 }
 

@@ -122,9 +122,10 @@ impl Loader<'_> {
             let names = undefined.materials.iter().map(|(name, _)| name.as_str());
             let (shown, one) = (names_in_words(names), undefined.materials.len() == 1);
             let look = format!("in a plain grey (diffuse {:.1})", undefined.diffuse);
-            let (noun, is_not, it_is) = match one {
-                true => ("material", "is", "it is"),
-                false => ("materials", "are", "they are"),
+            let (noun, is_not, it_is) = if one {
+                ("material", "is", "it is")
+            } else {
+                ("materials", "are", "they are")
             };
             let words = format!("{noun} {shown} {is_not} not defined; {it_is} rendered {look}");
             let (severity, code, message) = match (undefined.has_library, is_library_told) {

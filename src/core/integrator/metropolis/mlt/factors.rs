@@ -27,9 +27,10 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
                     // No light is joined to parallel rays from infinity.
-                    geometry_term: match at.is_infinite() && next.is_infinite() {
-                        true => f64::INFINITY,
-                        false => seen as f64 * geometry_term,
+                    geometry_term: if at.is_infinite() && next.is_infinite() {
+                        f64::INFINITY
+                    } else {
+                        seen as f64 * geometry_term
                     },
                     ..Factors::default()
                 })

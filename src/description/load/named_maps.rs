@@ -3,7 +3,8 @@
 //!
 //! A material without any texture gets the textures of a set if exactly one set fits its name. The
 //! rules are those of [`Fit`]. Without any library, a single picture of the file's own name, such
-//! as `raptor.jpg` for `raptor.obj`, is the colour of all materials.
+//! as `raptor.jpg` for `raptor.obj`, is the colour of all materials. Pictures that this program
+//! wrote are no textures.
 
 use super::Loader;
 use crate::color::Spectrum;
@@ -16,7 +17,8 @@ use crate::math::excerpt_of_name;
 use crate::texture::{Channel, Mapping};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Files of a folder that are looked at.
@@ -25,6 +27,10 @@ const MAX_FILES: usize = 10_000;
 const EXTENSIONS: [&str; 13] = [
     "png", "jpg", "jpeg", "tga", "tif", "tiff", "webp", "bmp", "exr", "hdr", "dds", "gif", "jfif",
 ];
+/// Begin of the names of metadata that this program writes into pictures.
+const METADATA: &[u8] = b"embrasure.";
+/// Bytes of a picture that are searched for them.
+const METADATA_BYTES: u64 = 1 << 16;
 /// Roughness of a surface whose set has a map of metal and none of roughness.
 const ROUGHNESS: f32 = 0.5;
 
@@ -139,10 +145,15 @@ impl NamedMaps {
                     continue;
                 }
                 let stem = stem_of(&name);
-                if words_of(&stem).concat() == file {
+                let is_of_file = words_of(&stem).concat() == file;
+                let set_and_role = role_of(&stem);
+                if (is_of_file || set_and_role.is_some()) && is_rendering(&listed.join(&name)) {
+                    continue;
+                }
+                if is_of_file {
                     found.of_file.push(folder.join(&name));
                 }
-                if let Some((set, role)) = role_of(&stem) {
+                if let Some((set, role)) = set_and_role {
                     let files = found.sets.entry(set).or_default();
                     files.entry(role).or_insert_with(|| folder.join(&name));
                 }
@@ -214,6 +225,14 @@ fn is_about_size(word: &str) -> bool {
 fn without_sizes(words: &[String]) -> &[String] {
     let end = words.iter().rposition(|word| !is_about_size(word));
     &words[..end.map_or(0, |end| end + 1)]
+}
+
+/// Returns true for a picture that this program wrote, such as `model.png` of an earlier render of
+/// `model.obj`. Its metadata precede its pixels.
+fn is_rendering(path: &Path) -> bool {
+    let mut begin = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(METADATA_BYTES).read_to_end(&mut begin));
+    read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
 }
 
 /// Name of a file without its extension.

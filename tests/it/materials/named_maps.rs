@@ -111,6 +111,12 @@ fn a_picture_of_the_file_s_name_is_used_without_a_library() {
     ] {
         assert!(picture(&pictures(names, mtl), "").0 == *expected, "{names:?}");
     }
+    // A picture that this program wrote is no texture, and may be written again.
+    let folder = pictures(&[], None);
+    let line = split("render a.obj -q --size 8x8 --spp 1 -o a.png");
+    let render = || words(&done(folder.path(), &line));
+    assert_eq!(render(), render());
+    assert!(picture(&folder, "").0 == grey);
     // Sizes of a file's name do not count, as in those of pictures.
     let folder = pictures(&["textures/a_001_dif_2k.png", "textures/c_albedo.png"], None);
     for name in ["a_001_30k", "a_001_100k"] {

@@ -45,7 +45,7 @@ def _whole(what: str, value: int, bits: int) -> int:
 
 
 def sampler(name: str, seed: int = 0) -> Sampler:
-    """A sampler: ``sobol``, ``independent``, ``stratified``, ``cmj``, ``halton``, ``hammersley``, ``zsobol``, ``orthogonal`` or ``antithetic``.
+    """A sampler: ``zsobol``, ``sobol``, ``independent``, ``stratified``, ``cmj``, ``halton``, ``hammersley``, ``orthogonal`` or ``antithetic``.
 
     Raises:
         SettingError: there is no such sampler.

@@ -54,7 +54,7 @@ def test_settings_that_cannot_be(box: Path, tmp_path: Path) -> None:
         em.load(box, threads="many")
     with pytest.raises(em.SettingError, match="render.sampes=3"):
         em.load(box, {"render.sampes": 3})
-    with pytest.raises(em.SettingError, match="choose among sobol"):
+    with pytest.raises(em.SettingError, match="choose among zsobol"):
         em.sampler("sobel")
     with pytest.raises(ValueError, match="samples: a range of step 1"):
         em.render(box, spp=8, size=(8, 8), samples=range(0, 8, 2))

@@ -185,7 +185,7 @@ impl Report {
                 },
             ),
             (integrator.integrator.is_none(), "integrator path"),
-            (sampling.sampler.is_none(), "sampler sobol"),
+            (sampling.sampler.is_none(), "sampler zsobol"),
             (integrator.max_depth.is_none(), "at most 16 scattering events"),
         ];
         let taken: Vec<&str> = defaults.iter().filter(|(is, _)| *is).map(|(_, words)| *words).collect();

@@ -1,8 +1,8 @@
 //! A session with its acceleration structure: renders, resumes and develops.
 //!
 //! `Renderer::resume` compares what a file says of itself with the render: version, build, scene hash, settings, seed, backend with version and
-//! instruction set, size, crop and first sample. Settings name the number of samples only where the sampler depends on it (`zsobol`, `hammersley`,
-//! `orthogonal`, `--directions perturbed-qmc` and `fibonacci`).
+//! instruction set, size, crop and first sample. Settings name the number of samples only if the
+//! sampler depends on it (`hammersley`, `orthogonal`, `--directions perturbed-qmc` and `fibonacci`).
 
 use super::memory::check_pixels;
 use super::{

@@ -234,8 +234,8 @@ fn strangers_are_not_joined_nor_gone_on_with() {
             "crop 0,0,44,29 and 0,0,9,9",
         ),
         (
-            &["--resume", "--spp", "200", "--sampler", "zsobol"],
-            "settings sampler=sobol and sampler=zsobol",
+            &["--resume", "--spp", "200", "--sampler", "sobol"],
+            "settings sampler=zsobol and sampler=sobol",
         ),
         (&["--resume", "--noise", "0.1"], "settings nothing and noise=0.1"),
     ] {

@@ -54,9 +54,11 @@ parameters! {
         seed: u64 = 0;
         /// Source of random numbers
         ///
-        /// `sobol` uses separate Owen-scrambled Sobol points for each decision of a pixel's paths; `cmj` is correlated multi-jittered sampling, `orthogonal`
+        /// `sobol` uses separate Owen-scrambled Sobol points for each decision of a pixel's paths.
+        /// In `zsobol` the points of neighbouring pixels are also well distributed together, so that
+        /// errors cancel over an area. `cmj` is correlated multi-jittered sampling, `orthogonal`
         /// uses orthogonal arrays.
-        sampler: SamplerKind = SamplerKind::Sobol;
+        sampler: SamplerKind = SamplerKind::ZSobol;
         /// Ray-tracing backend, of those built in (see --version)
         backend: Backend = Backend::ALL[0], default "the first of those built in";
         /// Denoiser; EXR files keep the raw picture beside the result

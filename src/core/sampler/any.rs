@@ -34,13 +34,13 @@ pub enum SamplerKind {
 impl SamplerKind {
     /// Each by the name that users type, the default first.
     pub const NAMES: &[(&str, Self)] = &[
+        ("zsobol", Self::ZSobol),
         ("sobol", Self::Sobol),
         ("independent", Self::Independent),
         ("stratified", Self::Stratified),
         ("cmj", Self::MultiJittered),
         ("halton", Self::Halton),
         ("hammersley", Self::Hammersley),
-        ("zsobol", Self::ZSobol),
         ("orthogonal", Self::Orthogonal),
         ("antithetic", Self::Antithetic),
     ];
@@ -48,12 +48,13 @@ impl SamplerKind {
     /// Whether its numbers depend on how many samples a pixel gets in all.
     pub fn knows_count(self) -> bool {
         match self {
-            Self::Hammersley | Self::ZSobol | Self::Orthogonal => true,
+            Self::Hammersley | Self::Orthogonal => true,
             Self::Sobol
             | Self::Independent
             | Self::Stratified
             | Self::MultiJittered
             | Self::Halton
+            | Self::ZSobol
             | Self::Antithetic => false,
         }
     }
@@ -67,7 +68,7 @@ impl SamplerKind {
             Self::MultiJittered => AnySampler::Stratified(Stratified::multi_jittered(seed)),
             Self::Halton => AnySampler::Halton(Halton::new(seed)),
             Self::Hammersley => AnySampler::Hammersley(Hammersley::new(seed, count)),
-            Self::ZSobol => AnySampler::ZSobol(ZSobol::new(seed, count)),
+            Self::ZSobol => AnySampler::ZSobol(ZSobol::new(seed)),
             Self::Orthogonal => AnySampler::Orthogonal(Orthogonal::new(seed, count)),
             Self::Antithetic => AnySampler::Antithetic(Antithetic::new(seed)),
         }
@@ -112,9 +113,14 @@ impl Sampler for AnySampler {
     }
 
     #[inline]
+    fn separate(&mut self) {
+        with!(self, sampler => sampler.separate())
+    }
+
+    #[inline]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         match self {
-            Self::Sobol(sampler) => sampler.get_1d(dimension),
+            Self::ZSobol(sampler) => sampler.get_1d(dimension),
             _ => self.other_1d(dimension),
         }
     }
@@ -122,7 +128,7 @@ impl Sampler for AnySampler {
     #[inline]
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         match self {
-            Self::Sobol(sampler) => sampler.get_2d(dimension),
+            Self::ZSobol(sampler) => sampler.get_2d(dimension),
             _ => self.other_2d(dimension),
         }
     }
@@ -130,7 +136,7 @@ impl Sampler for AnySampler {
     #[inline]
     fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
         match self {
-            Self::Sobol(sampler) => sampler.get_2ds(dimensions),
+            Self::ZSobol(sampler) => sampler.get_2ds(dimensions),
             _ => dimensions.map(|dimension| self.other_2d(dimension)),
         }
     }
@@ -138,7 +144,7 @@ impl Sampler for AnySampler {
     #[inline]
     fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         match self {
-            Self::Sobol(sampler) => sampler.get_2ds_of(key, count, dimensions),
+            Self::ZSobol(sampler) => sampler.get_2ds_of(key, count, dimensions),
             _ => self.other_2ds_of(key, count, dimensions),
         }
     }
@@ -246,38 +252,52 @@ mod tests {
         }
     }
 
-    /// Numbers of different dimensions, and of neighbouring pixels, have nothing to do with each other. Z-ordered pixels have, by
-    /// intention: their numbers keep away from each other.
+    /// Numbers of different dimensions are independent, and those of neighbouring pixels if one is
+    /// separate.
     #[test]
-    fn dimensions_and_pixels_are_not_correlated() {
+    fn dimensions_and_separate_pixels_are_not_correlated() {
         let here = Dimension::bounce(0, Bounce::Direction);
         let others = [
-            (here, 1),
-            (Dimension::bounce(0, Bounce::LightPoint), 0),
-            (Dimension::bounce(1, Bounce::Direction), 0),
-            (Dimension::PIXEL, 0),
-            (Dimension::bounce(9, Bounce::Direction), 0),
+            (here, 1, [true, true]),
+            (here, 1, [true, false]),
+            (here, 0, [true, false]),
+            (Dimension::bounce(0, Bounce::LightPoint), 0, [false, false]),
+            (Dimension::bounce(1, Bounce::Direction), 0, [false, false]),
+            (Dimension::PIXEL, 0, [false, false]),
+            (Dimension::bounce(9, Bounce::Direction), 1, [false, false]),
         ];
         const SEEDS: u64 = 400;
         const N: u32 = 64;
         for (name, kind) in all() {
-            for (dimension, dx) in others {
-                if kind == SamplerKind::ZSobol && dx > 0 {
+            for (dimension, dx, are_separate) in others {
+                // Other samplers are the same if they are separate.
+                if kind != SamplerKind::ZSobol && dx == 0 && dimension == here {
                     continue;
                 }
-                // Of means over one seed, whose spread is what chance leaves of a correlation
-                let mut products = Vec::new();
+                // Of means over one seed, whose spread is what chance leaves of a correlation: x with x,
+                // and x with y
+                let mut products = [Vec::new(), Vec::new()];
                 for seed in 0..SEEDS {
-                    let of = |x, dimension| points(kind.with_seed(seed, N), x, dimension, 0..N);
-                    let product = |(p, q): (&Vec2, &Vec2)| (p.x as f64 - 0.5) * (q.y as f64 - 0.5);
-                    let (a, b) = (of(9, here), of(9 + dx, dimension));
-                    products.push(a.iter().zip(&b).map(product).sum::<f64>() / N as f64);
+                    let of = |x, dimension, is_separate| {
+                        let mut sampler = kind.with_seed(seed, N);
+                        if is_separate {
+                            sampler.separate();
+                        }
+                        points(sampler, x, dimension, 0..N)
+                    };
+                    let (a, b) = (of(9, here, are_separate[0]), of(9 + dx, dimension, are_separate[1]));
+                    for (axis, products) in products.iter_mut().enumerate() {
+                        let product = |(p, q): (&Vec2, &Vec2)| (p.x as f64 - 0.5) * (q[axis] as f64 - 0.5);
+                        products.push(a.iter().zip(&b).map(product).sum::<f64>() / N as f64);
+                    }
                 }
                 let n = SEEDS as f64;
-                let mean = products.iter().sum::<f64>() / n;
-                let variance = products.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
-                let z = mean / variance.sqrt();
-                assert!(z.abs() < 4.5, "{name}, {dimension:?} {dx}: {z}");
+                for products in products {
+                    let mean = products.iter().sum::<f64>() / n;
+                    let variance = products.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
+                    let z = mean / variance.sqrt();
+                    assert!(z.abs() < 4.5, "{name}, {dimension:?} {dx}: {z}");
+                }
             }
         }
     }

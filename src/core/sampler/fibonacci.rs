@@ -64,6 +64,10 @@ impl Sampler for Fibonacci {
         self.sample = key.sample;
     }
 
+    fn separate(&mut self) {
+        self.others.separate();
+    }
+
     #[inline(never)]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         self.others.get_1d(dimension)

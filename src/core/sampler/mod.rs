@@ -185,6 +185,9 @@ pub trait Sampler: Clone + Send + Sync {
     /// Turns to the sample `key`.
     fn start(&mut self, key: SampleKey);
 
+    /// Makes the numbers of different pixels independent of each other, from the next start on.
+    fn separate(&mut self) {}
+
     /// One variate.
     fn get_1d(&self, dimension: Dimension) -> f32;
 

@@ -87,6 +87,10 @@ impl Sampler for PerturbedQmc {
         self.key = key;
     }
 
+    fn separate(&mut self) {
+        self.others.separate();
+    }
+
     #[inline(never)]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         self.others.get_1d(dimension)

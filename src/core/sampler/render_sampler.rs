@@ -22,6 +22,14 @@ impl Sampler for RenderSampler {
         }
     }
 
+    fn separate(&mut self) {
+        match self {
+            Self::Plain(sampler) => sampler.separate(),
+            Self::Fibonacci(sampler) => sampler.separate(),
+            Self::PerturbedQmc(sampler) => sampler.separate(),
+        }
+    }
+
     #[inline(always)]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         match self {

@@ -105,7 +105,7 @@ fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
 /// Seed of the order of a sequence's points, of the bits that seed its scrambling: not independent of the seeds of the digits; it need only differ where
 /// they do.
 #[inline(always)]
-fn order(bits: u64) -> u32 {
+pub(super) fn order(bits: u64) -> u32 {
     (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32
 }
 

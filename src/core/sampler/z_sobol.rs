@@ -1,107 +1,167 @@
 use super::hash::{numbered, pixel, unit_f32};
-use super::sobol::{scramble, second_dimension};
+use super::sobol::{order, scramble, second_dimension};
 use super::{Dimension, SampleKey, Sampler};
 use crate::math::{Vec2, hash::mix};
+use multiversion::multiversion;
+use std::array::from_fn;
 
-/// Pixels on a side of the square that shares a sequence, as a power of two.
-const SIDE_BITS: u32 = 8;
+/// Pixels on a side of the square that shares a net, as a power of two.
+const SIDE_BITS: u32 = 16;
 
-/// Sobol's (0,2)-sequence handed out to pixels along a Z-shaped curve, the four parts of every square in a random order (Ahmed and
-/// Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels").
+/// Points of a net that extends over samples and over pixels.
 ///
-/// Neighbouring pixels share a stretch of the sequence, so that their errors differ and cancel over an area; each pixel's own samples are as
-/// well distributed as those of `sobol`, up to the count that is given ahead, after which another order begins.
+/// In each dimension, the first 2ᵏ samples of each pixel, and every aligned 2ᵏ after them, are a
+/// (0, k, 2)-net, as those of [`Sobol`](super::Sobol). Those of all pixels of an aligned square of
+/// 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Errors of neighbouring pixels then differ, and cancel
+/// over an area, as along the Z-shaped curve of Ahmed and Wonka 2020 ("Screen-Space Blue-Noise
+/// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels"). That curve needs
+/// the number of samples ahead. This net holds for all k and r at once.
+///
+/// The construction is that of nets from rational functions (Niederreiter and Özbudak 2002,
+/// "Constructions of digital nets using global function fields"), over GF(2). A point is a function
+/// f. Its digits in x are the coefficients of f in powers of z, and those in y the coefficients in
+/// powers of z + 1. Bits of the sample's index are the coefficients of a polynomial of a degree
+/// below k. The pixel's digit of level j of the Z-shaped curve, which are two bits, is the numerator
+/// of a fraction with the denominator qʲ⁺¹, where q = z² + z + 1. The functions of a square and of
+/// 2ᵏ samples form a space of dimension k + 2r, and have at most k - 1 + 2r poles. One whose first a
+/// digits in x and b digits in y are 0, where a + b = k + 2r, has more zeros than poles, so it is 0.
+/// Each elementary interval therefore holds one point.
+///
+/// In each dimension the order of the samples, that of the pixels, and the digits are scrambled
+/// (Owen 1995) by seeds that are the same for all pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct ZSobol {
     seed: u64,
-    /// Of seed, square and what exceeds the count.
+    /// True if each pixel has nets of its own.
+    is_separate: bool,
+    /// Of seed and square, or pixel.
     key: u64,
-    /// Place along the curve, then the sample.
-    index: u32,
-    /// Samples of a pixel, as a power of two.
-    sample_bits: u32,
+    /// Index of the sample, its digits in reversed order.
+    reversed: u32,
+    /// Place of the pixel along the curve, its digits in reversed order; 0 if nets are separate.
+    pixel: u32,
 }
 
 impl ZSobol {
-    /// A sampler for the given seed and number of samples of a pixel.
-    pub fn new(seed: u64, count: u32) -> Self {
-        let bits = u32::BITS - count.saturating_sub(1).leading_zeros();
+    /// A sampler for the given seed.
+    pub fn new(seed: u64) -> Self {
         Self {
             seed,
+            is_separate: false,
             key: 0,
-            index: 0,
-            sample_bits: bits.min(u32::BITS - 2 * SIDE_BITS),
+            reversed: 0,
+            pixel: 0,
         }
-    }
-
-    /// The place in the sequence, and bits for two coordinates.
-    fn place(&self, dimension: Dimension) -> (u32, u64) {
-        let key = numbered(self.key, dimension.index());
-        let bits = 2 * SIDE_BITS + self.sample_bits;
-        // Digits of base 4, highest first, each permuted by a hash of those above it; of an odd bit at the end, by a flip
-        let (mut index, mut at) = (0, bits);
-        while at > 0 {
-            let width = at.min(2);
-            at -= width;
-            let digit = (self.index >> at) & ((1 << width) - 1);
-            let above = (self.index as u64) >> (at + width);
-            let order = mix(numbered(key, at).wrapping_add(above));
-            index = (index << width)
-                | if width == 2 {
-                    permute_4(digit, order)
-                } else {
-                    digit ^ (order as u32 & 1)
-                };
-        }
-        (index, mix(key))
     }
 }
 
 impl Sampler for ZSobol {
     fn start(&mut self, key: SampleKey) {
-        let mask = (1 << SIDE_BITS) - 1;
-        let square = SampleKey {
-            x: key.x >> SIDE_BITS,
-            y: key.y >> SIDE_BITS,
-            sample: 0,
-        };
-        let (set, within) = (
-            key.sample as u64 >> self.sample_bits,
-            key.sample as u64 & ((1u64 << self.sample_bits) - 1),
-        );
-        self.key = mix(pixel(self.seed, square) ^ set);
-        let curve = spread(key.x & mask) | (spread(key.y & mask) << 1);
-        self.index = (((curve as u64) << self.sample_bits) | within) as u32;
+        self.reversed = key.sample.reverse_bits();
+        if self.is_separate {
+            self.key = mix(pixel(self.seed, key));
+            self.pixel = 0;
+        } else {
+            let square = SampleKey {
+                x: key.x >> SIDE_BITS,
+                y: key.y >> SIDE_BITS,
+                sample: 0,
+            };
+            self.key = pixel(self.seed, square);
+            self.pixel = (spread(key.x) | (spread(key.y) << 1)).reverse_bits();
+        }
+    }
+
+    fn separate(&mut self) {
+        self.is_separate = true;
     }
 
     fn get_1d(&self, dimension: Dimension) -> f32 {
-        let (index, seeds) = self.place(dimension);
-        unit_f32(scramble(index, (seeds >> 32) as u32).reverse_bits())
+        let bits = numbered(self.key, dimension.index());
+        let [[x], _] = points([self.reversed], self.pixel, [bits]);
+        x
     }
 
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
-        let (index, seeds) = self.place(dimension);
-        let x = scramble(index, (seeds >> 32) as u32).reverse_bits();
-        let y = scramble(second_dimension(index), seeds as u32).reverse_bits();
-        Vec2::new(unit_f32(x), unit_f32(y))
+        let bits = numbered(self.key, dimension.index());
+        let [[x], [y]] = points([self.reversed], self.pixel, [bits]);
+        Vec2::new(x, y)
+    }
+
+    #[inline]
+    fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
+        const { assert!(N <= 4) };
+        let mut bits = [0; 4];
+        for (bits, dimension) in bits.iter_mut().zip(dimensions) {
+            *bits = numbered(self.key, dimension.index());
+        }
+        let [x, y] = points_of_four_dimensions(self.reversed, self.pixel, bits[0], bits[1], bits[2], bits[3]);
+        from_fn(|i| Vec2::new(x[i], y[i]))
+    }
+
+    #[inline]
+    fn get_2ds_of(&self, key: SampleKey, _: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
+        let mut first = *self;
+        first.start(key);
+        let [a, b] = dimensions.map(|dimension| numbered(first.key, dimension.index()));
+        let [x, y] = points_of_two_dimensions(key.sample, first.pixel, a, b);
+        from_fn(|i| [i, i + 4].map(|i| Vec2::new(x[i], y[i])))
     }
 }
 
-/// One of the 24 orders of four digits, by repeated choice of those left.
-fn permute_4(digit: u32, order: u64) -> u32 {
-    let mut left = [0, 1, 2, 3];
-    let mut choice = (order >> 32) as u32 % 24;
-    for i in 0..3 {
-        let n = 4 - i as u32;
-        left.swap(i, i + (choice % n) as usize);
-        choice /= n;
-    }
-    left[digit as usize & 3]
+/// One point in each of four dimensions, the first coordinates and the second ones.
+#[multiversion(targets("x86_64+avx2"))]
+fn points_of_four_dimensions(reversed: u32, pixel: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
+    points([reversed; 4], pixel, [a, b, c, d])
 }
 
-/// The low eight bits of `x`, each followed by a zero.
+/// The points of four samples from `sample` on in one dimension, and then in another one.
+#[multiversion(targets("x86_64+avx2"))]
+fn points_of_two_dimensions(sample: u32, pixel: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
+    let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
+    points(reversed, pixel, [a, a, a, a, b, b, b, b])
+}
+
+/// Points of samples `reversed` of one pixel, in dimensions whose scrambling `bits` seed.
+#[inline(always)]
+fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f32; N]; 2] {
+    let sample: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
+    let numerator: [u32; N] = from_fn(|i| numerator(scramble(pixel, order_of_pixels(bits[i]))));
+    // f = sample + numerator / q¹⁶, where 1 / q¹⁶ = 1 / (z³² + z¹⁶ + 1) = 1 + z¹⁶ up to z³¹, also in
+    // powers of z + 1
+    let x: [u32; N] = from_fn(|i| sample[i] ^ numerator[i] ^ (numerator[i] << 16));
+    let y: [u32; N] = from_fn(|i| second_dimension(sample[i] ^ numerator[i]) ^ (second_dimension(numerator[i]) << 16));
+    let x: [u32; N] = from_fn(|i| scramble(x[i], (bits[i] >> 32) as u32).reverse_bits());
+    let y: [u32; N] = from_fn(|i| scramble(y[i], bits[i] as u32).reverse_bits());
+    [x, y].map(|digits| digits.map(unit_f32))
+}
+
+/// Seed of the order of the pixels, of the bits that seed the scrambling of a dimension.
+#[inline(always)]
+fn order_of_pixels(bits: u64) -> u32 {
+    (bits.wrapping_mul(0xd6e8_feb8_6659_fd93) >> 32) as u32
+}
+
+/// The sum of dⱼ qʲ as a polynomial, where bits 2j and 2j + 1 of `digits` are the polynomial dⱼ.
+#[inline(always)]
+fn numerator(digits: u32) -> u32 {
+    // Neighbours are joined: high qⁿ + low, where qⁿ = z²ⁿ + zⁿ + 1 for the powers of two n
+    let high = (digits >> 2) & 0x3333_3333;
+    let n = digits ^ high ^ (high << 1);
+    let high = (n >> 4) & 0x0f0f_0f0f;
+    let n = n ^ high ^ (high << 2);
+    let high = (n >> 8) & 0x00ff_00ff;
+    let n = n ^ high ^ (high << 4);
+    let high = n >> 16;
+    n ^ high ^ (high << 8)
+}
+
+/// The low 16 bits of `x`, each followed by a zero.
 fn spread(x: u32) -> u32 {
-    (0..SIDE_BITS).fold(0, |z, bit| z | (((x >> bit) & 1) << (2 * bit)))
+    let x = (x | (x << 8)) & 0x00ff_00ff;
+    let x = (x | (x << 4)) & 0x0f0f_0f0f;
+    let x = (x | (x << 2)) & 0x3333_3333;
+    (x | (x << 1)) & 0x5555_5555
 }
 
 #[cfg(test)]
@@ -112,15 +172,15 @@ mod tests {
     /// Over every aligned square of pixels the samples are a net: what makes errors cancel.
     #[test]
     fn squares_of_pixels_share_a_net() {
-        for (side_bits, count) in [(1, 1u32), (2, 1), (1, 4), (3, 1), (2, 16), (1, 8)] {
+        for (side_bits, count) in [(1, 1u32), (2, 1), (1, 4), (3, 1), (2, 16), (1, 8), (3, 64), (0, 256)] {
             let side = 1 << side_bits;
             let n = (side * side * count) as usize;
             let k = n.ilog2();
-            for seed in 0..10 {
-                let mut sampler = ZSobol::new(seed, count);
+            for (seed, begin) in (0..10).zip([0, 1, 3].into_iter().cycle()) {
+                let mut sampler = ZSobol::new(seed);
                 let mut points = Vec::new();
                 for (x, y, s) in (0..side * side * count).map(|i| (i % side, i / side % side, i / side / side)) {
-                    sampler.start(SampleKey::new(40 + x, 72 + y, s));
+                    sampler.start(SampleKey::new(40 + x, 72 + y, begin * count + s));
                     points.push(sampler.get_2d(Dimension::bounce(1, Bounce::Direction)));
                 }
                 for a in 0..=k {
@@ -132,18 +192,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn all_orders_of_four_occur() {
-        let mut seen = std::collections::BTreeSet::new();
-        for order in 0..24u64 {
-            let all = [0, 1, 2, 3].map(|digit| permute_4(digit, order << 32));
-            seen.insert(all);
-            let mut sorted = all;
-            sorted.sort_unstable();
-            assert_eq!(sorted, [0, 1, 2, 3]);
-        }
-        assert_eq!(seen.len(), 24);
     }
 }

@@ -12,6 +12,8 @@
 //!
 //! - The first vertex is the first surface that is no mirror or smooth glass: the chain of those before it counts as part of the camera.
 //! - Groups have sixteen pixels: 32 have hardly less error for their time and have more error in common.
+//! - Random numbers of different pixels are independent up to the first vertices. Those of ends need not
+//!   be: each pixel's light is linear in the light of each end.
 //! - The first vertex takes three light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
 //!   samples are numbers 3s to 3s + 2 of a stratified sequence of their own, and the power heuristic counts all.
 //! - All paths of a group have one time, that of the first pixel: a point at one time cannot light a vertex at another.
@@ -84,10 +86,13 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             },
             ..self.path
         };
+        // A first vertex meets the ends of other pixels, whose numbers must be independent of its own.
+        let mut of_firsts = sampler.clone();
+        of_firsts.separate();
         let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             // Paths that are shared must be of one time.
-            packet.trace(&integrator.world, keys, sampler, true, out);
+            packet.trace(&integrator.world, keys, &mut of_firsts, true, out);
 
             // Follow each path to its end, or as far as it goes if it has none
             // On the heap: slots are large, and an array of them would be copied when it is made.
@@ -97,9 +102,10 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             let slots = slots.chunks_exact(LOOKED_AT);
             for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
                 let (path, traced) = packet.path(i);
+                let to_first = PathNumbers::start(&integrator.world, keys[i], &mut of_firsts);
                 let numbers = PathNumbers::start(&integrator.world, keys[i], sampler);
                 let found = (&mut firsts[i], &mut ends[i]);
-                integrator.find_end((path, traced), numbers, slots, found, out);
+                integrator.find_end((path, traced), [to_first, numbers], slots, found, out);
                 if integrator.world.scene.ground().is_some() {
                     integrator.catch_shadow((path, traced), numbers, out);
                 }
@@ -120,12 +126,13 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
 impl<'a, A: Accel> PathIntegrator<'a, A> {
     /// Follows `path` to its end, and adds the light that it finds on the way. `traced` is the result of
     /// its first ray query. `first` and `end` are set if they are found, and vertices are made in `slots`.
-    /// A path without an end is followed as far as it goes.
+    /// A path without an end is followed as far as it goes. The first of `numbers` are for the vertices
+    /// before the first vertex.
     #[inline(always)]
     fn find_end<'v, S: Sampler>(
         &'v self,
         (mut path, traced): (PathState, Traced),
-        numbers: PathNumbers<S>,
+        [to_first, numbers]: [PathNumbers<S>; 2],
         slots: &'v [BsdfSlot<'v>],
         (first, end): (&mut Option<First<'v>>, &mut Option<End<'v>>),
         out: &mut impl Sink,
@@ -160,6 +167,7 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
                 *first = Some(First::new(vertex, &path));
             }
 
+            let numbers = if first.is_some() { numbers } else { to_first };
             let u = numbers.vertex(path.depth, self.roulette);
             let direct = self.sample_light(&path, &vertex, &u, out);
             let next = self.scatter(&path, &vertex, roulette(first), &u, out);

@@ -2,8 +2,8 @@
 
 use crate::accel::Accel;
 use crate::camera::{
-    Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Distortion, Intrinsics, Pose,
-    Projection, ProjectionKind,
+    Aperture, Camera, CameraAttributes, CameraDescription, CameraError, CameraMotion, CameraParameters, Distortion,
+    Intrinsics, Pose, Projection, ProjectionKind,
 };
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
@@ -76,6 +76,20 @@ impl CameraSettings {
     pub(crate) fn origin_text(&self) -> Option<String> {
         let list = || self.origin.to_array().map(|x| x.to_string()).join(",");
         (self.origin != DVec3::ZERO).then(list)
+    }
+
+    /// `camera` as attributes of image files. A scene without a known unit is in metres. The sensor
+    /// has its height in scene units where lens or sensor are given by it, and else that of full frame.
+    pub(crate) fn attributes(&self, camera: &Camera) -> CameraAttributes {
+        const FULL_FRAME: f32 = 0.024;
+        let metres = self.unit.unwrap_or(1.0);
+        let is_of_scene = self.sensor_height.is_some() || self.f_stop.is_some();
+        let sensor = if is_of_scene {
+            self.sensor_height() * metres
+        } else {
+            FULL_FRAME
+        };
+        camera.attributes(sensor, metres)
     }
 
     /// Whether something is left to guess, or to find by rays.

@@ -255,6 +255,7 @@ impl<'a> Renderer<'a> {
             tone: None,
             bias: settings.method().bias(),
             origin: settings.camera.origin_text(),
+            camera: Some(settings.camera.attributes(session.camera())),
         }
     }
 

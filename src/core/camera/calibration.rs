@@ -102,6 +102,12 @@ impl CalibratedLens {
         matches!(self.distortion, Distortion::Fisheye(_))
     }
 
+    /// Focal lengths and principal point of a pinhole without distortion.
+    pub fn undistorted(&self) -> Option<(DVec2, DVec2)> {
+        let is_plain = matches!(self.distortion, Distortion::Pinhole(k) if k == [0.0; 5]);
+        is_plain.then_some((self.focal, self.center))
+    }
+
     /// Width of a pixel in the middle, at distance 1.
     pub fn scale(&self) -> f32 {
         self.focal.element_product().sqrt().recip() as f32

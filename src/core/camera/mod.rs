@@ -1,11 +1,13 @@
 //! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`, for light paths that reach the lens).
 
 mod aperture;
+mod attributes;
 mod calibration;
 mod importance;
 mod projection;
 
 pub use aperture::{Aperture, BLADES};
+pub use attributes::{CameraAttributes, Matrix};
 pub use calibration::{Distortion, Intrinsics};
 pub use importance::{Importance, LensPoint};
 pub use projection::{FisheyeMapping, Projection, ProjectionKind};

@@ -4,8 +4,9 @@
 //! forward.
 
 use super::CameraError;
+use super::attributes::Plane;
 use super::calibration::{CalibratedLens, Distortion, Intrinsics};
-use crate::math::{UVec2, Vec2, Vec3, encode_variants};
+use crate::math::{DVec2, UVec2, Vec2, Vec3, encode_variants};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// Projection of a camera.
@@ -229,6 +230,27 @@ impl Film {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => false,
             Projection::Panorama | Projection::Fisheye { .. } => true,
             Projection::Calibrated { distortion, .. } => matches!(distortion, Distortion::Fisheye(_)),
+        }
+    }
+
+    /// The plane of the projection; `None` if it has none, or if a lens distorts it.
+    pub fn plane(&self) -> Option<Plane> {
+        let is_parallel = self.is_parallel();
+        let plane = |scale, middle| Plane {
+            scale,
+            middle,
+            is_parallel,
+        };
+        match self.projection {
+            Projection::Perspective { .. } | Projection::Orthographic { .. } => {
+                let scale = f64::from(self.scale).recip();
+                Some(plane(DVec2::splat(scale), self.offset.as_dvec2() * scale))
+            }
+            Projection::Panorama | Projection::Fisheye { .. } => None,
+            Projection::Calibrated { .. } => {
+                let (focal, center) = self.lens.as_ref()?.undistorted()?;
+                Some(plane(focal, center))
+            }
         }
     }
 

@@ -173,6 +173,9 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
     attributes
         .other
         .extend(own.chain(further).map(|(name, value)| (exr_text(&name), value)));
+    if let Some(camera) = metadata.and_then(|metadata| metadata.camera.as_ref()) {
+        camera.write_to(&mut attributes);
+    }
     let layer = exr::Layer::new(
         (crop.size().x as usize, crop.size().y as usize),
         attributes,

@@ -1,6 +1,7 @@
 //! How an image came to be, as attributes of EXR files. Their names are in docs/guide/reference/output.md.
 
 use super::exr_text::{exr_text, text_attribute};
+use crate::camera::CameraAttributes;
 use crate::color::Tone;
 use crate::compare::CommonErrors;
 use crate::film::{Aov, Backing, Image, metered};
@@ -28,6 +29,10 @@ pub(super) const TONE: &str = "embrasure.tone";
 pub(super) const BIAS: &str = "embrasure.bias";
 const ORIGIN: &str = "embrasure.origin";
 const RENDER_TIME: &str = "renderTime";
+
+// Standard attributes of the camera for which the crate exr has no fields
+const FOCAL_LENGTH: &str = "pinholeFocalLength";
+const SENSOR: &str = "sensorOverallDimensions";
 
 /// How an image came to be; written beside its pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +77,8 @@ pub struct Metadata {
     /// Point of the OBJ file's coordinates that is the origin of the picture's positions, `x,y,z`, if
     /// it is not the file's own.
     pub origin: Option<String>,
+    /// The camera; `None` in files that do not tell.
+    pub camera: Option<CameraAttributes>,
 }
 
 encode_fields!(Metadata {
@@ -94,6 +101,7 @@ encode_fields!(Metadata {
     tone,
     bias,
     origin,
+    camera,
 });
 
 /// Channels that were asked for, and the names of what they number.
@@ -198,6 +206,7 @@ impl Metadata {
             tone: text(TONE),
             bias: text(BIAS),
             origin: text(ORIGIN),
+            camera: CameraAttributes::of_attributes(attributes),
         })
     }
 
@@ -257,6 +266,47 @@ impl Metadata {
         attributes.extend(self.bias.as_ref().map(|bias| (BIAS, text(bias))));
         attributes.extend(self.origin.as_ref().map(|origin| (ORIGIN, text(origin))));
         attributes
+    }
+}
+
+impl CameraAttributes {
+    /// Sets the attributes of a header. The crate exr has fields for some of them.
+    pub(super) fn write_to(&self, attributes: &mut exr::LayerAttributes) {
+        attributes.world_to_camera = Some(self.world_to_camera);
+        attributes.world_to_normalized_device = self.world_to_ndc;
+        attributes.aperture = self.f_number;
+        attributes.focus = self.focus;
+        let further = [
+            (FOCAL_LENGTH, self.focal_length.map(exr::AttributeValue::F32)),
+            (
+                SENSOR,
+                self.sensor
+                    .map(|[x, y]| exr::AttributeValue::FloatVec2(exr::Vec2(x, y))),
+            ),
+        ];
+        let further = further
+            .into_iter()
+            .filter_map(|(name, value)| Some((exr_text(name), value?)));
+        attributes.other.extend(further);
+    }
+
+    /// The camera of a header; `None` if the header has none.
+    fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
+        let other = |name: &str| attributes.other.get(&exr::Text::from(name));
+        Some(Self {
+            world_to_camera: attributes.world_to_camera?,
+            world_to_ndc: attributes.world_to_normalized_device,
+            focal_length: match other(FOCAL_LENGTH) {
+                Some(exr::AttributeValue::F32(value)) => Some(*value),
+                _ => None,
+            },
+            sensor: match other(SENSOR) {
+                Some(exr::AttributeValue::FloatVec2(exr::Vec2(x, y))) => Some([*x, *y]),
+                _ => None,
+            },
+            f_number: attributes.aperture,
+            focus: attributes.focus,
+        })
     }
 }
 

@@ -10,7 +10,7 @@ const SIZE: [usize; 2] = [64, 48];
 const TOLERANCE: f64 = 1e-3;
 
 /// A box about the origin, and a light, so that all rays meet a surface.
-fn room() -> TempDir {
+pub(super) fn room() -> TempDir {
     let mut obj = String::from("mtllib a.mtl\nusemtl m\n");
     for i in 0..8 {
         let side = |bit: u32| if i >> bit & 1 == 0 { -9 } else { 9 };

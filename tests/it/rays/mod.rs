@@ -2,4 +2,5 @@
 
 mod backends;
 mod calibrated;
+mod camera_attributes;
 mod projections;

@@ -1,0 +1,188 @@
+//! A camera as attributes of image files: matrices and lens, in the conventions of OpenEXR.
+//!
+//! Source: OpenEXR, Standard Attributes, "Position and Orientation" and "Lens State". Points are row
+//! vectors, which matrices multiply from the right. The space of the camera is left-handed: x right,
+//! y up, z along the view axis. NDC are 0, 0 in the upper left corner of the display window and 1, 1
+//! in the lower right.
+
+use super::Camera;
+use crate::math::{DVec2, DVec3, encode_fields};
+
+/// A 4 × 4 matrix, by rows.
+pub type Matrix = [f32; 16];
+
+/// A camera as image files describe it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraAttributes {
+    /// Takes points of the world to the space of the camera.
+    pub world_to_camera: Matrix,
+    /// Takes points of the world to the image plane; `None` for projections that no matrix has.
+    pub world_to_ndc: Option<Matrix>,
+    /// Focal length of a perspective, millimetres.
+    pub focal_length: Option<f32>,
+    /// Width and height of the sensor of a perspective, millimetres.
+    pub sensor: Option<[f32; 2]>,
+    /// F-number of a perspective with a lens.
+    pub f_number: Option<f32>,
+    /// Distance to the plane in focus, metres; of projections onto a plane.
+    pub focus: Option<f32>,
+}
+
+encode_fields!(CameraAttributes {
+    world_to_camera,
+    world_to_ndc,
+    focal_length,
+    sensor,
+    f_number,
+    focus,
+});
+
+/// A projection onto a plane: pixels are `scale * (x, -y) / w + middle`, where w is the depth of a
+/// perspective and 1 of parallel rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    pub scale: DVec2,
+    pub middle: DVec2,
+    pub is_parallel: bool,
+}
+
+impl Camera {
+    /// The camera, as it stands when the shutter opens, as attributes of image files. Lengths of the
+    /// scene are multiplied by `metres`, and the sensor has a height of `sensor_height` metres.
+    pub fn attributes(&self, sensor_height: f32, metres: f32) -> CameraAttributes {
+        let [open, _] = self.shutter;
+        let still = self.at(open);
+        let axes = [still.right, still.up, still.forward].map(|axis| axis.as_dvec3());
+        let position = still.position.as_dvec3();
+        let plane = self.film.plane();
+        let size = self.resolution.as_dvec2();
+        let perspective = plane.filter(|plane| !plane.is_parallel);
+        let height = f64::from(sensor_height);
+        let focal = perspective.map(|plane| plane.scale.y * height / size.y);
+        let diameter = 2.0 * f64::from(self.lens_radius) * f64::from(metres);
+        CameraAttributes {
+            world_to_camera: world_to_camera(axes, position),
+            world_to_ndc: plane.map(|plane| world_to_ndc(axes, position, plane, size)),
+            focal_length: focal.map(|focal| (1000.0 * focal) as f32),
+            sensor: perspective.map(|_| [size.x / size.y, 1.0].map(|side| (1000.0 * height * side) as f32)),
+            f_number: focal.filter(|_| diameter > 0.0).map(|focal| (focal / diameter) as f32),
+            focus: (!self.film.is_curved()).then_some(self.focus_distance * metres),
+        }
+    }
+}
+
+/// The matrix whose columns are affine functions of a point: an axis, and what is added.
+fn matrix(columns: [(DVec3, f64); 4]) -> Matrix {
+    let entry = |i: usize| {
+        let (axis, constant) = columns[i % 4];
+        let row = i / 4;
+        if row < 3 { axis[row] as f32 } else { constant as f32 }
+    };
+    std::array::from_fn(entry)
+}
+
+fn world_to_camera(axes: [DVec3; 3], position: DVec3) -> Matrix {
+    let [x, y, z] = axes.map(|axis| (axis, -axis.dot(position)));
+    matrix([x, y, z, (DVec3::ZERO, 1.0)])
+}
+
+fn world_to_ndc([right, up, forward]: [DVec3; 3], position: DVec3, plane: Plane, size: DVec2) -> Matrix {
+    // Divisors are the last column. z is not used: 1 - 1/depth keeps the matrix regular.
+    let divisor = if plane.is_parallel { DVec3::ZERO } else { forward };
+    let one = f64::from(u8::from(plane.is_parallel));
+    let constant_of_depth = -forward.dot(position);
+    let (scale, middle) = (plane.scale / size, plane.middle / size);
+    let w = (divisor, one + if plane.is_parallel { 0.0 } else { constant_of_depth });
+    let along = |axis: DVec3, scale: f64, middle: f64| {
+        let column = scale * axis;
+        (column + middle * w.0, -column.dot(position) + middle * w.1)
+    };
+    let z = if plane.is_parallel {
+        constant_of_depth
+    } else {
+        w.1 - 1.0
+    };
+    matrix([
+        along(right, scale.x, middle.x),
+        along(up, -scale.y, middle.y),
+        (forward, z),
+        w,
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{CameraDescription, CameraParameters, Distortion, Intrinsics, Projection};
+    use crate::math::{UVec2, Vec2, Vec3};
+
+    fn camera(projection: Projection) -> Camera {
+        let parameters = CameraParameters {
+            position: Vec3::new(1.0, 2.0, 3.0),
+            look_at: Vec3::new(-2.0, 1.0, -4.0),
+            up: Vec3::new(0.1, 1.0, 0.0),
+            vertical_fov: 50.0,
+            lens_radius: 0.01,
+            focus_distance: 4.0,
+        };
+        let description = CameraDescription {
+            projection,
+            ..CameraDescription::still(parameters)
+        };
+        description.camera(UVec2::new(120, 80)).unwrap()
+    }
+
+    /// The point times the matrix, divided by its last number.
+    fn times(p: Vec3, m: Matrix) -> [f64; 3] {
+        let of = |column: usize| {
+            let row = |row: usize, x: f32| f64::from(x) * f64::from(m[4 * row + column]);
+            row(0, p.x) + row(1, p.y) + row(2, p.z) + row(3, 1.0)
+        };
+        [0, 1, 2].map(|column| of(column) / of(3))
+    }
+
+    /// Points are where the camera sees them.
+    #[test]
+    fn matrices_project_as_the_camera_does() {
+        let shift = Vec2::new(0.2, -0.3);
+        let calibrated = |distortion| Projection::Calibrated {
+            intrinsics: Intrinsics {
+                focal: [90.0, 100.0],
+                center: [50.0, 47.0],
+            },
+            distortion,
+        };
+        for projection in [
+            Projection::Perspective { shift },
+            Projection::Orthographic { height: 7.0, shift },
+            calibrated(Distortion::Pinhole([0.0; 5])),
+        ] {
+            let camera = camera(projection);
+            let attributes = camera.attributes(0.024, 1.0);
+            for p in [[0.0, 0.0, 0.0], [-1.0, 2.0, -3.0], [0.5, 1.0, -9.0]].map(Vec3::from) {
+                let expected = camera.film_of(p, 0.0).unwrap();
+                let [x, y, _] = times(p, attributes.world_to_ndc.unwrap());
+                let distance = (120.0 * x - f64::from(expected.x)).hypot(80.0 * y - f64::from(expected.y));
+                assert!(distance < 1e-3, "{projection:?}: {p} is {distance} pixels off");
+                let [.., z] = times(p, attributes.world_to_camera);
+                assert!((z - f64::from(camera.depth(p, 0.0))).abs() < 1e-5, "{projection:?}");
+            }
+            let [x, y, z] = times(Vec3::new(1.0, 2.0, 3.0), attributes.world_to_camera);
+            assert!(x.abs() + y.abs() + z.abs() < 1e-5);
+        }
+        let distorted = camera(calibrated(Distortion::Pinhole([-0.1, 0.0, 0.0, 0.0, 0.0])));
+        assert_eq!(distorted.attributes(0.024, 1.0).world_to_ndc, None);
+    }
+
+    /// A sensor of 24 mm and 50° has a focal length of 12 mm / tan 25°.
+    #[test]
+    fn lenses_have_millimetres_and_metres() {
+        let attributes = camera(Projection::default()).attributes(0.024, 0.1);
+        let focal = 12.0 / 25f32.to_radians().tan();
+        assert!((attributes.focal_length.unwrap() - focal).abs() < 1e-4);
+        assert!((attributes.f_number.unwrap() - focal / 2.0).abs() < 1e-4);
+        assert!((attributes.focus.unwrap() - 0.4).abs() < 1e-6);
+        let [width, height] = attributes.sensor.unwrap();
+        assert!((width - 36.0).abs() < 1e-4 && (height - 24.0).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,103 @@
+//! Cameras that EXR files describe: the point that a pixel sees is projected by the attributes to the
+//! pixel's centre.
+
+use super::calibrated::room;
+use crate::support::program::*;
+use crate::support::read_channel;
+use exr::prelude::{AttributeValue, LayerAttributes, Text, read_first_flat_layer_from_file};
+use std::path::Path;
+
+const SIZE: [usize; 2] = [64, 48];
+/// Largest distance of a projected point from the centre of its pixel, pixels.
+const TOLERANCE: f64 = 1e-3;
+/// Samples are at the centres of pixels.
+const CENTERS: &str = "--aov P --filter box --filter-radius 1e-5";
+
+fn attributes(path: &Path) -> LayerAttributes {
+    read_first_flat_layer_from_file(path).unwrap().layer_data.attributes
+}
+
+fn number(attributes: &LayerAttributes, name: &str) -> Option<f32> {
+    match attributes.other.get(&Text::from(name))? {
+        AttributeValue::F32(value) => Some(*value),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+/// The point as a row vector times the matrix, divided by its last number.
+fn times(p: [f64; 3], m: [f32; 16]) -> [f64; 3] {
+    let of = |column: usize| {
+        let row = |row: usize, x: f64| x * f64::from(m[4 * row + column]);
+        row(0, p[0]) + row(1, p[1]) + row(2, p[2]) + row(3, 1.0)
+    };
+    [0, 1, 2].map(|column| of(column) / of(3))
+}
+
+fn assert_points_lead_back(file: &Path, flags: &str) {
+    let attributes = attributes(file);
+    let to_ndc = attributes.world_to_normalized_device.unwrap();
+    let [px, py, pz] = ["P.X", "P.Y", "P.Z"].map(|name| read_channel(file, name));
+    for i in 0..SIZE[0] * SIZE[1] {
+        let [x, y, _] = times([px[i], py[i], pz[i]].map(f64::from), to_ndc);
+        let center = [(i % SIZE[0]) as f64 + 0.5, (i / SIZE[0]) as f64 + 0.5];
+        let distance = (SIZE[0] as f64 * x - center[0]).hypot(SIZE[1] as f64 * y - center[1]);
+        assert!(
+            distance < TOLERANCE,
+            "{flags}: pixel {center:?} is {distance} pixels off"
+        );
+    }
+}
+
+#[test]
+fn points_lead_back_to_their_pixels_by_world_to_ndc() {
+    let folder = room();
+    let place = "--position 1,2,3 --look-at -2,1,-4 --up 0.1,1,0.2";
+    for flags in [
+        format!("{place} --fov 70"),
+        format!("{place} --fov 50 --shift 0.2,-0.3"),
+        format!("{place} --projection orthographic --ortho-height 3 --shift 0.1,0.2"),
+        format!("{place} --intrinsics 50,45,30,27"),
+        "--pose opencv:1,0,0,1,0,-1,0,2,0,0,-1,3 --fov 60".to_string(),
+    ] {
+        let args = format!("render s.toml -q -o t.exr {CENTERS} {flags}");
+        done(folder.path(), &split(&args));
+        assert_points_lead_back(&folder.path().join("t.exr"), &flags);
+    }
+}
+
+/// The camera of parts is that of the picture that they are merged to.
+#[test]
+fn lens_attributes_are_in_millimetres_and_metres_also_after_merge() {
+    let folder = room();
+    let camera = "--position 1,2,3 --look-at 1,2,-4 --fov 50 --f-stop 2.8 --focus-distance 5";
+    for (crop, name) in [("0,0,64,24", "a.exr"), ("0,24,64,48", "b.exr")] {
+        let args = format!("render s.toml -q --crop {crop} -o {name} {CENTERS} {camera}");
+        done(folder.path(), &split(&args));
+    }
+    done(folder.path(), &split("merge -q a.exr b.exr -o c.exr"));
+    let [a, c] = ["a.exr", "c.exr"].map(|name| attributes(&folder.path().join(name)));
+    assert_eq!(a.world_to_camera, c.world_to_camera);
+    assert_eq!(a.world_to_normalized_device, c.world_to_normalized_device);
+    assert_points_lead_back(&folder.path().join("c.exr"), camera);
+    // Left-handed: z is the depth.
+    let [x, y, z] = times([2.0, 4.0, -7.0], c.world_to_camera.unwrap());
+    assert!((x - 1.0).abs() + (y - 2.0).abs() + (z - 10.0).abs() < 1e-5);
+    let focal = 12.0 / 25f32.to_radians().tan();
+    assert!((number(&c, "pinholeFocalLength").unwrap() - focal).abs() < 1e-4);
+    assert!((c.aperture.unwrap() - 2.8).abs() < 1e-4);
+    assert!((c.focus.unwrap() - 5.0).abs() < 1e-5);
+}
+
+/// No matrix has the projection of a panorama. Its place and axes have one.
+#[test]
+fn panoramas_have_the_matrix_of_their_place_alone() {
+    let folder = room();
+    let flags = "--projection panorama --position 1,2,3 --look-at 1,2,-4";
+    let args = format!("render s.toml -q -o t.exr {CENTERS} {flags}");
+    done(folder.path(), &split(&args));
+    let attributes = attributes(&folder.path().join("t.exr"));
+    assert_eq!(attributes.world_to_normalized_device, None);
+    assert_eq!(attributes.focus, None);
+    let origin = times([1.0, 2.0, 3.0], attributes.world_to_camera.unwrap());
+    assert!(origin.iter().all(|x| x.abs() < 1e-6), "{origin:?}");
+}

@@ -15,7 +15,7 @@
 
 use super::{PrimId, UNNAMED};
 use crate::color::Spectrum;
-use crate::math::{Encode, Vec2, Vec3, Vec4, float::gamma};
+use crate::math::{Affine3A, Encode, Vec2, Vec3, Vec4, float::gamma};
 use half::f16;
 
 /// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
@@ -90,6 +90,31 @@ impl Mesh {
     /// Corners of triangle `prim`.
     pub fn corners(&self, prim: PrimId) -> [Vec3; 3] {
         self.triangles[prim.0 as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// The mesh in another place. Mirroring transforms swap the winding, so that the front stays the
+    /// front.
+    pub fn transformed(&self, transform: Affine3A) -> Self {
+        let is_mirrored = transform.matrix3.determinant() < 0.0;
+        // Normals are planes: they go by the inverse transpose.
+        let of_normals = transform.matrix3.inverse().transpose();
+        let point = |&p: &Vec3| transform.transform_point3a(p);
+        let normal = |&n: &Vec3| (of_normals * n).normalize_or(n);
+        Self {
+            positions: self.positions.iter().map(point).collect(),
+            triangles: if is_mirrored {
+                self.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect()
+            } else {
+                self.triangles.clone()
+            },
+            normals: self.normals.iter().map(normal).collect(),
+            uvs: self.uvs.clone(),
+            colors: self.colors.clone(),
+            alphas: self.alphas.clone(),
+            positions_close: self.positions_close.iter().map(point).collect(),
+            normals_close: self.normals_close.iter().map(normal).collect(),
+            parts: self.parts.clone(),
+        }
     }
 
     /// Whether its vertices move.

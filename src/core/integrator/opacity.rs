@@ -11,6 +11,8 @@
 //!   rays, so that windows in the picture are stratified; it is a hash for all others.
 //! - `World::transmittance` multiplies 1 − opacity, and what glass lets pass, along a shadow ray, which is less noisy than a random decision.
 //! - Crossing a surface is no scattering: it counts in no depth, and the previous vertex stays what it was.
+//! - Rays from the camera pass surfaces that are hidden from it, and all others pass surfaces that
+//!   only the camera sees (`Material::camera_visible`, `Material::light_visible`).
 //! - Surfaces that coincide to the last bit count as one.
 //! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
 //! - An emitting surface of opacity α emits α Le on average: a ray that stops there finds Le, a sampled
@@ -66,8 +68,8 @@ impl Transmittance {
     }
 
     /// Multiplies by what the surface at `hit` lets pass of `ray`.
-    pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) {
-        if scene.misses_lamp(hit, ray) {
+    pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene, is_from_camera: bool) {
+        if scene.misses_lamp(hit, ray) || !scene.is_met(hit, is_from_camera) {
             return;
         }
         let opacity = scene.opacity(hit);

@@ -241,7 +241,8 @@ impl<'a, A: Accel> World<'a, A> {
     /// Whether surfaces may let rays of this kind pass straight on.
     #[inline(always)]
     pub(super) fn lets_pass(&self, kind: RayKind) -> bool {
-        self.scene.lets_light_pass() || (kind == RayKind::Camera && self.scene.ground().is_some())
+        self.scene.lets_light_pass()
+            || (kind == RayKind::Camera && (self.scene.hides_from_camera() || self.scene.ground().is_some()))
     }
 
     /// The first surface along `ray` that is opaque where the ray meets it, and the tint of the glass before it; `first` is the ray's closest hit. A
@@ -269,6 +270,7 @@ impl<'a, A: Accel> World<'a, A> {
                 HullHit::Enters(t) => Some(t),
                 HullHit::NoHull => {
                     let stops = !is_below(hit)
+                        && self.scene.is_met(hit, kind == RayKind::Camera)
                         && stops(hit, &ray, self.scene.opacity(hit))
                         && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
                     stops.then_some(hit.t)
@@ -315,7 +317,7 @@ impl<'a, A: Accel> World<'a, A> {
     #[inline(always)]
     fn transmittance_of_surfaces(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
         if self.scene.lets_light_pass() {
-            return self.transmittance_by_walk(*ray, out);
+            return self.transmittance_by_walk(*ray, false, out);
         }
         out.ray(RayKind::Shadow);
         match self.accel.occluded(ray) {
@@ -324,12 +326,28 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
+    /// [`World::transmittance`] between the lens and what the camera sees first, which is at `seen`.
+    #[inline(always)]
+    pub fn transmittance_to_lens(&self, ray: &Ray, seen: &Hit, out: &mut impl RaySink) -> Transmittance {
+        if !self.scene.hides_from_camera() {
+            return self.transmittance(ray, out);
+        }
+        if !self.scene.is_met(seen, true) {
+            return Transmittance::BLOCKED;
+        }
+        let passed = self.transmittance_by_walk(*ray, true, out);
+        Transmittance {
+            tint: passed.tint * self.scene.transmittance_along(ray),
+            ..passed
+        }
+    }
+
     #[inline(never)]
-    fn transmittance_by_walk(&self, ray: Ray, out: &mut impl RaySink) -> Transmittance {
+    fn transmittance_by_walk(&self, ray: Ray, is_from_camera: bool, out: &mut impl RaySink) -> Transmittance {
         let mut walk = OpacityWalk::along(self.accel, ray);
         let mut transmittance = Transmittance::CLEAR;
         while let Some(hit) = walk.next(RayKind::Shadow, out) {
-            transmittance.cross(&hit, &ray, self.scene);
+            transmittance.cross(&hit, &ray, self.scene, is_from_camera);
             if transmittance.is_blocked() {
                 return Transmittance::BLOCKED;
             }

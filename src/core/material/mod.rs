@@ -75,6 +75,10 @@ quantities! {
         emission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
         /// Opacity.
         opacity: f32 = 1.0, in SHARE;
+        /// False for a surface that rays from the camera pass, as if it were not there.
+        camera_visible: bool = true;
+        /// False for a surface that only rays from the camera meet.
+        light_visible: bool = true;
         /// What varies over the surface.
         maps: Maps = Maps::default();
     }

@@ -67,6 +67,8 @@ pub struct SceneBuilder {
     /// The object of each.
     pub(super) instance_objects: Vec<u32>,
     pub(super) materials: Vec<Material>,
+    /// Materials that are hidden from the camera, by those that they are copies of.
+    pub(super) hidden: HashMap<MaterialId, MaterialId>,
     pub(super) textures: Vec<Texture>,
     pub(super) texture_filter: TextureFilter,
     /// Each with its group, if it is in one.
@@ -101,6 +103,7 @@ impl SceneBuilder {
             instances: self.instances.clone(),
             instance_objects: self.instance_objects.clone(),
             materials: self.materials.clone(),
+            hidden: self.hidden.clone(),
             textures: Vec::new(),
             texture_filter: self.texture_filter,
             lights: self.lights.clone(),
@@ -358,19 +361,51 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Gives a material another opacity.
+    /// The material `id`, hidden from the camera: a copy, or the material itself if it is hidden.
+    pub fn hidden_material(&mut self, id: MaterialId) -> MaterialId {
+        if let Some(&hidden) = self.hidden.get(&id) {
+            return hidden;
+        }
+        let material = &self.materials[id.0 as usize];
+        if !material.camera_visible {
+            return id;
+        }
+        let material = Material {
+            camera_visible: false,
+            ..material.clone()
+        };
+        let hidden = MaterialId(self.materials.len() as u32);
+        self.materials.push(material);
+        self.hidden.insert(id, hidden);
+        if let Some(&group) = self.material_groups.get(&id) {
+            self.material_groups.insert(hidden, group);
+        }
+        hidden
+    }
+
+    /// The material that a hidden one is a copy of.
+    pub fn copied_material(&self, hidden: MaterialId) -> Option<MaterialId> {
+        let mut copies = self.hidden.iter();
+        copies.find(|(_, copy)| **copy == hidden).map(|(id, _)| *id)
+    }
+
+    /// Gives a material, and its hidden copy, another opacity.
     pub fn set_opacity(&mut self, id: MaterialId, opacity: f32) {
-        if let Some(material) = self.materials.get_mut(id.0 as usize) {
-            material.opacity = opacity;
+        for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
+            if let Some(material) = self.materials.get_mut(id.0 as usize) {
+                material.opacity = opacity;
+            }
         }
     }
 
     /// Exchanges a material's heights and normals: each of the two textures was taken for the other.
     /// The maps keep their mappings.
     pub fn exchange_bumps(&mut self, id: MaterialId) {
-        if let Some(material) = self.materials.get_mut(id.0 as usize) {
-            let maps = &mut material.maps;
-            std::mem::swap(&mut maps.bump, &mut maps.normal);
+        for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
+            if let Some(material) = self.materials.get_mut(id.0 as usize) {
+                let maps = &mut material.maps;
+                std::mem::swap(&mut maps.bump, &mut maps.normal);
+            }
         }
     }
 

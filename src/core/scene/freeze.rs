@@ -90,6 +90,8 @@ impl SceneBuilder {
                 .materials
                 .iter()
                 .any(|m| m.opacity < 1.0 || m.maps.varies_opacity()),
+            hides_from_camera: self.materials.iter().any(|m| !m.camera_visible),
+            hides_from_light: self.materials.iter().any(|m| !m.light_visible),
             is_compact: false,
             is_moving: false,
             textures: self.textures,
@@ -193,7 +195,7 @@ impl SceneBuilder {
     }
 
     /// Makes thin dielectrics of the panes in a scene of these bounds.
-    fn flatten_panes(&mut self, bounds: Bounds3) {
+    pub(super) fn flatten_panes(&mut self, bounds: Bounds3) {
         let max_thickness = max_thickness(bounds);
         let mut flat_panes = FlatPanes::default();
         let meshes = std::mem::take(&mut self.meshes).into_iter();
@@ -219,7 +221,7 @@ impl SceneBuilder {
             let split = |(mesh, material)| flat_panes.split(mesh, material, max_thickness / scale, &mut self.materials);
             *prototype = meshes.flat_map(split).collect();
         }
-        self.report.panes = flat_panes.count;
+        self.report.panes += flat_panes.count;
     }
 
     /// Bytes that [`SceneBuilder::build`] takes, about: facets of what stands, and emitting triangles with what chooses among them.
@@ -252,7 +254,7 @@ impl SceneBuilder {
     }
 
     /// Box around all that is ever in the world.
-    pub(super) fn bounds(&self) -> Bounds3 {
+    pub fn bounds(&self) -> Bounds3 {
         let standing = self.meshes.iter().flat_map(|(m, _)| used_positions(m));
         let mut bounds: Bounds3 = standing.collect();
         let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();

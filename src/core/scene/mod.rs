@@ -17,6 +17,7 @@ mod part_sizes;
 mod passing;
 mod rebuilt;
 mod recognise;
+mod section;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
@@ -31,6 +32,7 @@ pub use made_lights::{
 pub use part_sizes::PartSize;
 pub use rebuilt::UnlitBuilder;
 pub use recognise::Panes;
+pub use section::{CutLight, OpenShell, SectionPlane, SectionReport};
 pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
@@ -113,6 +115,10 @@ pub struct Scene {
     thin_surfaces: Vec<Option<ThinSurface>>,
     is_compact: bool,
     has_alpha: bool,
+    /// True if rays from the camera pass a surface that others meet.
+    hides_from_camera: bool,
+    /// True if only rays from the camera meet a surface.
+    hides_from_light: bool,
     has_thin_surfaces: bool,
     has_lamp_hulls: bool,
     has_absorption: bool,

@@ -7,10 +7,28 @@ use crate::material::ThinSurface;
 use crate::math::Ray;
 
 impl Scene {
-    /// Whether rays may pass any surface straight on: by its opacity, as thin glass, or beside a lamp within its hull.
+    /// Returns true if rays may pass any surface straight on: by its opacity, as thin glass, beside a
+    /// lamp within its hull, or if only the camera sees it.
     #[inline(always)]
     pub fn lets_light_pass(&self) -> bool {
-        self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls
+        self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls || self.hides_from_light
+    }
+
+    /// Returns true if rays from the camera pass some surface that others meet.
+    #[inline(always)]
+    pub fn hides_from_camera(&self) -> bool {
+        self.hides_from_camera
+    }
+
+    /// Returns true if a ray meets the surface at `hit`: one from the camera to what it sees first, or
+    /// any other.
+    pub fn is_met(&self, hit: &Hit, is_from_camera: bool) -> bool {
+        let material = self.material(hit);
+        if is_from_camera {
+            material.camera_visible
+        } else {
+            material.light_visible
+        }
     }
 
     /// Whether any surface has an opacity below 1.

@@ -101,6 +101,12 @@ pub enum BuildError {
         /// Rule that the value breaks.
         rule: &'static str,
     },
+    /// A section crosses an object that moves.
+    #[error("the section cuts the object `{object}`, which moves")]
+    MovesAcrossSection {
+        /// Name of the object.
+        object: String,
+    },
     /// The ground has a value that no plane can have.
     #[error("ground: {key} is {value}, but must be {rule}")]
     BadGround {

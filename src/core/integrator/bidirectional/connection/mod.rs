@@ -466,7 +466,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
         let ray = segment(surface.origin_towards_camera(w), lens.p).when(time);
         let ray = ray.within(surface.body_towards(w));
-        let transmittance = self.world.transmittance(&ray, out).color();
+        let transmittance = self.world.transmittance_to_lens(&ray, &surface.hit, out).color();
         if !transmittance.is_black() {
             found(Contribution {
                 strategy: (light.len(), 1),

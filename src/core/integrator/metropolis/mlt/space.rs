@@ -306,7 +306,11 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             0 => body(b, -w),
             body => body,
         };
-        self.world.transmittance(&ray.when(time).within(body), out)
+        let ray = ray.when(time).within(body);
+        match (&a.kind, b.surface()) {
+            (VertexKind::Lens { .. }, Some(seen)) => self.world.transmittance_to_lens(&ray, &seen.hit, out),
+            _ => self.world.transmittance(&ray, out),
+        }
     }
 
     /// Notes [`PathSpace::transmittance`] at the last vertex of `camera`, from which a ray has gone to `next`.

@@ -1,0 +1,161 @@
+//! Triangles of a mesh on both sides of a plane. A vertex in the plane is in front of it.
+
+use super::plane::SectionPlane;
+use crate::geometry::{Mesh, UNNAMED};
+use crate::math::Vec3;
+use half::f16;
+use std::collections::HashMap;
+
+/// An edge that a plane cuts out of a triangle, in the direction in which the outline of the cap
+/// runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CutEdge {
+    pub from: Vec3,
+    pub to: Vec3,
+    /// Part of the triangle.
+    pub part: u32,
+}
+
+/// A mesh in two halves.
+#[derive(Debug, Default)]
+pub(super) struct Halves {
+    pub kept: Mesh,
+    pub removed: Mesh,
+    pub edges: Vec<CutEdge>,
+}
+
+/// Triangles of one half, with their parts.
+#[derive(Default)]
+struct Half {
+    triangles: Vec<[u32; 3]>,
+    parts: Vec<u32>,
+}
+
+impl Half {
+    fn push(&mut self, triangle: [u32; 3], part: Option<u32>) {
+        self.triangles.push(triangle);
+        self.parts.extend(part);
+    }
+}
+
+/// Cuts `mesh`, which keeps its shape.
+pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
+    let distances: Vec<f64> = mesh.positions.iter().map(|&p| plane.distance(p)).collect();
+    let is_kept = |i: u32| distances[i as usize] < 0.0;
+    let mut all = Mesh {
+        triangles: Vec::new(),
+        parts: Vec::new(),
+        ..mesh.clone()
+    };
+    // Vertices in the plane, by the ends of their edge
+    let mut cuts: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut cut = |all: &mut Mesh, a: u32, b: u32| {
+        let [kept, removed] = if is_kept(a) { [a, b] } else { [b, a] };
+        *cuts.entry([kept, removed]).or_insert_with(|| {
+            let end = |i: u32| (mesh.positions[i as usize], distances[i as usize]);
+            let (p, share) = plane.crossing(end(kept), end(removed));
+            push_between(all, [kept, removed], share, p)
+        })
+    };
+    let (mut kept, mut removed) = (Half::default(), Half::default());
+    let mut edges = Vec::new();
+    for (i, &triangle) in mesh.triangles.iter().enumerate() {
+        let part = (mesh.parts.len() > 1).then(|| mesh.parts[i]);
+        let sides = triangle.map(is_kept);
+        let (lone, rest) = match sides.iter().filter(|kept| **kept).count() {
+            0 => {
+                removed.push(triangle, part);
+                continue;
+            }
+            1 => (&mut kept, &mut removed),
+            2 => (&mut removed, &mut kept),
+            _ => {
+                kept.push(triangle, part);
+                continue;
+            }
+        };
+        // The corner that is alone on its side comes first.
+        let is_lone_kept = sides.iter().filter(|kept| **kept).count() == 1;
+        let first = sides.iter().position(|&kept| kept == is_lone_kept).unwrap_or(0);
+        let [a, b, c] = [0, 1, 2].map(|k| triangle[(first + k) % 3]);
+        let (ab, ac) = (cut(&mut all, a, b), cut(&mut all, a, c));
+        lone.push([a, ab, ac], part);
+        rest.push([ab, b, c], part);
+        rest.push([ab, c, ac], part);
+        let [from, to] = if is_lone_kept { [ac, ab] } else { [ab, ac] };
+        edges.push(CutEdge {
+            from: all.positions[from as usize],
+            to: all.positions[to as usize],
+            part: part.or(mesh.parts.first().copied()).unwrap_or(UNNAMED),
+        });
+    }
+    let half = |half: Half| {
+        let parts = if mesh.parts.len() > 1 {
+            half.parts
+        } else {
+            mesh.parts.clone()
+        };
+        compacted(&all, half.triangles, parts)
+    };
+    Halves {
+        kept: half(kept),
+        removed: half(removed),
+        edges,
+    }
+}
+
+/// Adds the vertex `p` at `share` of the way between two others.
+fn push_between(mesh: &mut Mesh, ends: [u32; 2], share: f32, p: Vec3) -> u32 {
+    let [a, b] = ends.map(|i| i as usize);
+    let index = mesh.positions.len() as u32;
+    mesh.positions.push(p);
+    let mix = |a: f16, b: f16| f16::from_f32(a.to_f32() + share * (b.to_f32() - a.to_f32()));
+    if !mesh.normals.is_empty() {
+        let (first, last) = (mesh.normals[a], mesh.normals[b]);
+        let normal = first.lerp(last, share).try_normalize();
+        mesh.normals.push(normal.unwrap_or(first));
+    }
+    if !mesh.uvs.is_empty() {
+        mesh.uvs.push(mesh.uvs[a].lerp(mesh.uvs[b], share));
+    }
+    if !mesh.colors.is_empty() {
+        let (first, last) = (mesh.colors[a], mesh.colors[b]);
+        mesh.colors.push([0, 1, 2].map(|c| mix(first[c], last[c])));
+    }
+    if !mesh.alphas.is_empty() {
+        mesh.alphas.push(mix(mesh.alphas[a], mesh.alphas[b]));
+    }
+    index
+}
+
+/// Some triangles of `mesh`, with the vertices that they use.
+fn compacted(mesh: &Mesh, mut triangles: Vec<[u32; 3]>, parts: Vec<u32>) -> Mesh {
+    const UNUSED: u32 = u32::MAX;
+    let mut numbers = vec![UNUSED; mesh.positions.len()];
+    let mut used = Vec::new();
+    for vertex in triangles.iter_mut().flatten() {
+        let number = &mut numbers[*vertex as usize];
+        if *number == UNUSED {
+            *number = used.len() as u32;
+            used.push(*vertex as usize);
+        }
+        *vertex = *number;
+    }
+    fn pick<T: Copy>(values: &[T], used: &[usize]) -> Vec<T> {
+        if values.is_empty() {
+            return Vec::new();
+        }
+        used.iter().map(|&i| values[i]).collect()
+    }
+    Mesh {
+        positions: pick(&mesh.positions, &used),
+        normals: pick(&mesh.normals, &used),
+        uvs: pick(&mesh.uvs, &used),
+        colors: pick(&mesh.colors, &used),
+        alphas: pick(&mesh.alphas, &used),
+        positions_close: Vec::new(),
+        normals_close: Vec::new(),
+        triangles,
+        parts,
+    }
+}

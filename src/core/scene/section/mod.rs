@@ -1,0 +1,355 @@
+//! Sections: planes that cut the scene when it is loaded. Backends, methods and bits are those of a
+//! scene that was modelled so.
+//!
+//! Triangles are clipped (`clip`), and the edges that the plane cuts out of the surfaces of an object
+//! (`outline`) are filled with caps (`fill`). Instances that a plane crosses become meshes that stand
+//! in the world; the others stay instances.
+//!
+//! Light may meet the whole scene all the same ([`CutLight::Whole`]): what is cut off is then hidden
+//! from the camera, and only the camera sees the caps (`integrator/opacity.rs`).
+
+mod clip;
+mod fill;
+mod outline;
+mod plane;
+#[cfg(test)]
+mod tests;
+
+pub use plane::SectionPlane;
+
+use super::builder::{PrototypeId, SceneBuilder, bounds_of, used_positions};
+use super::recognise::Panes;
+use super::validate::{BuildError, remove_degenerate};
+use crate::geometry::{Mesh, PartNames, Placement, UNNAMED};
+use crate::material::{Material, MaterialId};
+use crate::math::{Bounds3, DVec2, Vec2, Vec3, excerpt_of_name};
+use clip::{CutEdge, clip};
+use fill::fill;
+use outline::outlines;
+use std::collections::HashMap;
+
+/// The scene that light meets where sections cut it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CutLight {
+    /// The scene that is left.
+    #[default]
+    Cut,
+    /// The whole scene: sections are for the camera alone.
+    Whole,
+}
+
+impl CutLight {
+    /// Each by the name that users type.
+    pub const NAMES: &[(&str, Self)] = &[("cut", Self::Cut), ("whole", Self::Whole)];
+}
+
+/// Results of a section.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SectionReport {
+    /// Surfaces that the plane cuts and that are not closed: they have no cap.
+    pub open: Vec<OpenShell>,
+    /// Number of closed surfaces that face inwards and are not within a solid: they have no cap.
+    pub inward: u64,
+    /// True if the plane leaves nothing of the scene.
+    pub removes_all: bool,
+    /// True if the plane cuts nothing off.
+    pub keeps_all: bool,
+}
+
+/// A surface that has no cap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenShell {
+    /// Its object, and its part if that has a name.
+    pub name: String,
+    /// Point of its edge in the plane.
+    pub place: Vec3,
+}
+
+/// Where something is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Kept,
+    Removed,
+    Crossed,
+}
+
+impl SectionPlane {
+    /// Place of the points, which are those of the ends of a motion too.
+    fn place(&self, mut points: impl Iterator<Item = Vec3>) -> Place {
+        let Some(first) = points.next() else {
+            return Place::Removed;
+        };
+        let is_kept = |p: Vec3| self.distance(p) < 0.0;
+        let side = is_kept(first);
+        if points.any(|p| is_kept(p) != side) {
+            Place::Crossed
+        } else if side {
+            Place::Kept
+        } else {
+            Place::Removed
+        }
+    }
+
+    fn place_of_box(&self, bounds: Bounds3) -> Place {
+        if bounds.is_empty() {
+            return Place::Removed;
+        }
+        self.place(bounds.corners().into_iter())
+    }
+}
+
+/// The meshes that stand in the world after a section, with their objects.
+#[derive(Default)]
+struct Standing {
+    meshes: Vec<(Mesh, MaterialId)>,
+    objects: Vec<u32>,
+}
+
+impl Standing {
+    fn push(&mut self, mesh: Mesh, material: MaterialId, object: u32) {
+        if !mesh.triangles.is_empty() {
+            self.meshes.push((mesh, material));
+            self.objects.push(object);
+        }
+    }
+}
+
+/// Edges that are cut out of one object, or of one instance.
+struct CutObject {
+    object: u32,
+    edges: Vec<CutEdge>,
+}
+
+/// How a section treats meshes of a material.
+#[derive(Clone, Copy)]
+struct Treatment {
+    /// Light meets what is cut off.
+    keeps_removed: bool,
+    /// The mesh stays as it is.
+    is_exempt: bool,
+    /// Cuts are closed.
+    has_caps: bool,
+}
+
+impl SceneBuilder {
+    /// Cuts everything that was added before, and closes the cuts of closed surfaces with caps of the
+    /// material `cap`, if there is one. With [`CutLight::Whole`], what is cut off is hidden from the camera, and caps
+    /// are black and seen by the camera alone.
+    ///
+    /// # Errors
+    ///
+    /// A moving object that the plane crosses.
+    pub fn cut(
+        &mut self,
+        plane: &SectionPlane,
+        cap: Option<MaterialId>,
+        light: CutLight,
+    ) -> Result<SectionReport, BuildError> {
+        // A cut slab of glass would be no pane.
+        if self.panes == Panes::Straight {
+            self.flatten_panes(self.bounds());
+        }
+        let mut report = SectionReport {
+            removes_all: true,
+            keeps_all: true,
+            ..SectionReport::default()
+        };
+        let mut standing = Standing::default();
+        let mut cut: Vec<CutObject> = Vec::new();
+        let meshes = std::mem::take(&mut self.meshes).into_iter();
+        let objects = std::mem::take(&mut self.mesh_objects);
+        for ((mesh, material), object) in meshes.zip(objects) {
+            let treatment = self.treatment(material, light);
+            let place = plane.place(used_positions(&mesh));
+            if treatment.is_exempt {
+                standing.push(mesh, material, object);
+                continue;
+            }
+            report.note(place);
+            match place {
+                Place::Kept => standing.push(mesh, material, object),
+                Place::Removed if treatment.keeps_removed => {
+                    standing.push(mesh, self.hidden_material(material), object);
+                }
+                Place::Removed => {}
+                Place::Crossed if mesh.deforms() => return Err(self.moves_across(object)),
+                Place::Crossed => {
+                    if cut.last().is_none_or(|last| last.object != object) {
+                        cut.push(CutObject {
+                            object,
+                            edges: Vec::new(),
+                        });
+                    }
+                    let edges = cut.last_mut().map(|last| &mut last.edges);
+                    self.add_halves((&mesh, material, object), plane, treatment, edges, &mut standing);
+                }
+            }
+        }
+        let bounds: Vec<Bounds3> = self.prototypes.iter().map(|meshes| bounds_of(meshes)).collect();
+        let instances = std::mem::take(&mut self.instances).into_iter();
+        let objects = std::mem::take(&mut self.instance_objects);
+        let mut hidden: HashMap<u32, PrototypeId> = HashMap::new();
+        for ((prototype, placement), object) in instances.zip(objects) {
+            let place = plane.place_of_box(placement.bounds(bounds[prototype.0 as usize]));
+            let meshes = &self.prototypes[prototype.0 as usize];
+            let mut materials = meshes.iter().map(|(_, material)| *material);
+            if materials.all(|material| self.treatment(material, light).is_exempt) {
+                self.instances.push((prototype, placement));
+                self.instance_objects.push(object);
+                continue;
+            }
+            report.note(place);
+            match (place, &placement) {
+                (Place::Kept, _) => {
+                    self.instances.push((prototype, placement));
+                    self.instance_objects.push(object);
+                }
+                (Place::Removed, _) if light == CutLight::Whole => {
+                    let hidden = *hidden
+                        .entry(prototype.0)
+                        .or_insert_with(|| self.hidden_prototype(prototype));
+                    self.instances.push((hidden, placement));
+                    self.instance_objects.push(object);
+                }
+                (Place::Removed, _) => {}
+                (Place::Crossed, Placement::Moving(_)) => return Err(self.moves_across(object)),
+                (Place::Crossed, Placement::Still(transform)) => {
+                    let mut edges = Vec::new();
+                    for (mesh, material) in self.prototypes[prototype.0 as usize].clone() {
+                        if mesh.deforms() {
+                            return Err(self.moves_across(object));
+                        }
+                        let mesh = mesh.transformed(*transform);
+                        let treatment = self.treatment(material, light);
+                        if treatment.is_exempt {
+                            standing.push(mesh, material, object);
+                        } else {
+                            let edges = Some(&mut edges);
+                            self.add_halves((&mesh, material, object), plane, treatment, edges, &mut standing);
+                        }
+                    }
+                    cut.push(CutObject { object, edges });
+                }
+            }
+        }
+        if let Some(cap) = cap {
+            let cap = match light {
+                CutLight::Cut => cap,
+                CutLight::Whole => self.black_cap(cap),
+            };
+            for CutObject { object, edges } in cut {
+                let outlines = outlines(&edges, plane);
+                let name = self.objects.get(object as usize).map_or("", String::as_str);
+                report.add_open(name, &self.parts, &outlines.open);
+                report.inward += outlines.inward;
+                standing.push(cap_mesh(&fill(&outlines.closed), plane), cap, object);
+            }
+        }
+        (self.meshes, self.mesh_objects) = (standing.meshes, standing.objects);
+        Ok(report)
+    }
+
+    fn treatment(&self, material: MaterialId, light: CutLight) -> Treatment {
+        let material = &self.materials[material.0 as usize];
+        let is_whole = light == CutLight::Whole;
+        Treatment {
+            keeps_removed: is_whole && material.light_visible,
+            is_exempt: is_whole && !material.camera_visible,
+            // Thin glass is a sheet, and caps of an earlier section are.
+            has_caps: material.camera_visible && !material.thin && (material.light_visible || !is_whole),
+        }
+    }
+
+    /// Adds the halves of a mesh that the plane crosses, and its cut edges to `edges`.
+    fn add_halves(
+        &mut self,
+        (mesh, material, object): (&Mesh, MaterialId, u32),
+        plane: &SectionPlane,
+        treatment: Treatment,
+        edges: Option<&mut Vec<CutEdge>>,
+        standing: &mut Standing,
+    ) {
+        let mut halves = clip(mesh, plane);
+        for half in [&mut halves.kept, &mut halves.removed] {
+            remove_degenerate(half);
+        }
+        standing.push(halves.kept, material, object);
+        if treatment.keeps_removed {
+            standing.push(halves.removed, self.hidden_material(material), object);
+        }
+        if let Some(edges) = edges.filter(|_| treatment.has_caps) {
+            edges.append(&mut halves.edges);
+        }
+    }
+
+    /// The prototype with materials that are hidden from the camera.
+    fn hidden_prototype(&mut self, prototype: PrototypeId) -> PrototypeId {
+        let mut meshes = self.prototypes[prototype.0 as usize].clone();
+        for (_, material) in &mut meshes {
+            *material = self.hidden_material(*material);
+        }
+        self.prototypes.push(meshes);
+        PrototypeId(self.prototypes.len() as u32 - 1)
+    }
+
+    /// A material for caps that only the camera sees. No light reaches them within a whole solid.
+    fn black_cap(&mut self, cap: MaterialId) -> MaterialId {
+        let name = self.materials[cap.0 as usize].name.clone();
+        let is_cap = |material: &Material| !material.light_visible && material.name == name;
+        if let Some(index) = self.materials.iter().position(is_cap) {
+            return MaterialId(index as u32);
+        }
+        self.materials.push(Material {
+            name,
+            light_visible: false,
+            ..Material::default()
+        });
+        MaterialId(self.materials.len() as u32 - 1)
+    }
+
+    fn moves_across(&self, object: u32) -> BuildError {
+        let name = self.objects.get(object as usize).map_or("", String::as_str);
+        BuildError::MovesAcrossSection {
+            object: excerpt_of_name(name).into_owned(),
+        }
+    }
+}
+
+impl SectionReport {
+    fn note(&mut self, place: Place) {
+        self.keeps_all &= place == Place::Kept;
+        self.removes_all &= place == Place::Removed;
+    }
+
+    /// Adds the open surfaces of an object, each part once.
+    fn add_open(&mut self, object: &str, names: &PartNames, edges: &[CutEdge]) {
+        let mut parts: Vec<u32> = Vec::new();
+        for edge in edges {
+            if parts.contains(&edge.part) {
+                continue;
+            }
+            parts.push(edge.part);
+            let name = if edge.part == UNNAMED {
+                object.to_string()
+            } else {
+                names.name(edge.part).into_owned()
+            };
+            self.open.push(OpenShell { name, place: edge.from });
+        }
+    }
+}
+
+/// A mesh of triangles in the plane. Texture coordinates are those of the plane, in scene units.
+fn cap_mesh(triangles: &[[DVec2; 3]], plane: &SectionPlane) -> Mesh {
+    let mut mesh = Mesh::default();
+    for corners in triangles {
+        let first = mesh.positions.len() as u32;
+        for &corner in corners {
+            mesh.positions.push(plane.point(corner));
+            mesh.uvs.push(Vec2::new(corner.x as f32, corner.y as f32));
+        }
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    remove_degenerate(&mut mesh);
+    mesh
+}

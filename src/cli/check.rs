@@ -124,6 +124,13 @@ impl Report {
             }
         };
         let Some(scene) = scene else { return Ok(()) };
+        let job = match job.settings.clone().drawn(&scene) {
+            Ok(settings) => Job { settings, ..job },
+            Err(error) => {
+                self.refused("wrong-camera", &whole, error.into());
+                return Ok(());
+            }
+        };
         self.measure(&job, &scene);
         match job.settings.method().check_lights(&scene) {
             Ok(Some(warning)) => self.add(Severity::Warning, "unmet-light", job.scene.whole(warning)),

@@ -2,8 +2,8 @@
 //! tests write it.
 
 use crate::description::{
-    GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, PartKeys, SceneOptions, Section,
-    TextureSection,
+    CutSection, GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, PartKeys, SceneOptions,
+    Section, TextureSection,
 };
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use clap::CommandFactory;
@@ -80,6 +80,7 @@ fn documented(page: &str) -> String {
         ("| `part.GLOB.".into(), rows("part.GLOB.", PartKeys::KEYS)),
         ("| `object.".into(), rows("object.", ObjectSection::KEYS)),
         ("| `ground.".into(), rows("ground.", GroundSection::KEYS)),
+        ("| `section.".into(), rows("section.", CutSection::KEYS)),
         ("| `light_group.".into(), rows("light_group.", LightGroupSection::KEYS)),
     ];
     // The file of a texture has no row.

@@ -9,13 +9,14 @@ use crate::color::{Curve, Exposure};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
+use crate::guess::{Elevation, drawing_axes};
 use crate::io::{FileError, LoadOptions, Warning};
 use crate::math::{UVec2, Vec2};
 use crate::options::{
     IntegratorKind, IntegratorOptions, Method, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
     ToneOptions,
 };
-use crate::session::{CameraSettings, Guesses, MAX_SAMPLES_FOR_NOISE, Settings};
+use crate::session::{CameraSettings, Guesses, MAX_SAMPLES_FOR_NOISE, Settings, name_of_axis};
 use std::path::{Path, PathBuf};
 
 /// What a render command means: flags over the scene file over the defaults, checked as far as is possible without loading the geometry.
@@ -71,6 +72,10 @@ impl Job {
         args.ground.apply(&mut scene);
         let options = options(args, &scene);
         let settings = settings(args, &scene, &options)?;
+        if let Some(height) = args.plan {
+            let [up, _] = drawing_axes(settings.camera.up, &settings.camera.axes);
+            scene.cut_above_lowest(name_of_axis(up.as_dvec3()), height);
+        }
         settings.check()?;
         scene.change_light(args.light.changes(), &settings.camera.viewpoint());
         Ok(Self {
@@ -132,6 +137,7 @@ fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
             width: Some(width),
             height: Some(height),
         }),
+        print: args.print.0.or(scene.options.print),
         filter: args.filter.0.or(scene.options.filter),
         background: args.background.0.or(scene.options.background),
         tone: args.tone.0.or(scene.options.tone),
@@ -150,7 +156,17 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
         max: UVec2::new(x1, y1),
     });
 
-    args.camera.apply(&mut settings.camera, scene.origin());
+    let mut camera = args.camera.clone();
+    if args.plan.is_some() {
+        camera.0.elevation = Some(Elevation::Plan);
+    }
+    camera.apply(&mut settings.camera, scene.origin());
+    let is_fixed = settings.camera.elevation.is_some() && settings.print.is_some();
+    if let Some([width, height]) = args.size.filter(|_| is_fixed) {
+        return Err(CliError::Usage(format!(
+            "--size {width}x{height}: the size follows from --scale\n  help: leave out one of the two"
+        )));
+    }
     let size = settings.resolution;
     let is_inside = |at: &Vec2| at.cmpge(Vec2::ZERO).all() && at.cmple(size.as_vec2()).all();
     if let Some(at) = args.camera.0.focus_at.filter(|at| !is_inside(at)) {
@@ -217,6 +233,7 @@ fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliErr
     scene.patch_parts(&args.parts)?;
     set_load(&mut scene, args);
     scene.settle_origin();
+    scene.cut(&args.cut)?;
     Ok(scene)
 }
 

@@ -72,6 +72,7 @@ impl Request {
         scene.patch_materials(&args.load.patches)?;
         scene.patch_parts(&args.load.parts)?;
         set_load(&mut scene, &args.load);
+        scene.cut(&args.load.cut)?;
         let exr = args.exr.format()?;
         let job = Job::to_show_scene(args, scene)?;
         Ok(Self {

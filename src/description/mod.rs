@@ -6,6 +6,7 @@
 //! render in `options`.
 
 mod color_value;
+mod cut_section;
 mod exact_list;
 mod find_texture;
 mod ground_section;
@@ -37,6 +38,7 @@ mod write;
 
 pub use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use color_value::{ChannelValues, ColorValue};
+pub use cut_section::CutSection;
 pub use ground_section::GroundSection;
 pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;

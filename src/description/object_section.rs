@@ -33,6 +33,8 @@ section! {
         ///
         /// Lines have twelve or sixteen numbers; `#` begins a comment.
         instances: Instances, default "one copy";
+        /// false: rays from the camera pass the object, and light meets it
+        camera_visible: bool, default "true";
     }
 }
 

@@ -3,7 +3,7 @@
 use super::LoadParameters;
 use crate::options::{
     BackgroundOptions, CameraOptions, Entry, FilterOptions, Input, IntegratorOptions, InvalidOption, OptionGroup,
-    Parameter, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
+    Parameter, PrintOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
 };
 
 /// A group of options, whichever it is.
@@ -65,6 +65,8 @@ scene_options! {
     image, image_mut {
         /// Size of the image.
         size: SizeOptions,
+        /// Scale of the picture on paper.
+        print: PrintOptions,
         /// Reconstruction filter.
         filter: FilterOptions,
         /// What camera rays see where they leave the scene.

@@ -237,8 +237,9 @@ mod tests {
     }
 
     /// Keys that say in another way what a key below says, and cannot stand beside it; the sections' own tests write them.
-    const ALTERNATIVES: [&str; 13] = [
+    const ALTERNATIVES: [&str; 14] = [
         "view",
+        "elevation",
         "intrinsics",
         "distortion",
         "pose",
@@ -323,6 +324,7 @@ absorption_depth = 2.5
 thin = true
 emission = [1.5, 0.0, 0.0]
 opacity = 0.9
+camera_visible = false
 diffuse_map = "wood.png"
 specular_map = false
 emission_map = "e.exr"
@@ -366,6 +368,13 @@ rotate = 45.0
 type = "environment"
 image = "sky.hdr"
 rotate = [0.0, 45.0, 10.0]
+[[section]]
+axis = "-y"
+value = 0.5
+height = 1.5
+normal = [0.0, 1.0, 0.5]
+point = [0.0, 2.0, 0.0]
+material = "floor"
 [[light_group]]
 name = "lamps"
 materials = ["bulb", "tall.box"]
@@ -381,7 +390,7 @@ materials = ["bulb", "tall.box"]
             let Some((section, _)) = cell.split_once('.') else {
                 continue;
             };
-            if !["camera", "object", "light", "light_group", "material"].contains(&section) {
+            if !["camera", "object", "light", "section", "light_group", "material"].contains(&section) {
                 continue;
             }
             let names = cell.split('`').filter(|name| name.contains('.'));

@@ -65,7 +65,7 @@ mod tests {
         let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
-            "4442c8b200102b0b05a0dff7ebf955fa50832b35bb4fd9700005955da6eca8c7"
+            "958c0c98a71789e1b916b0bdb99a445ec639468ba48ac90e5640e2d525e050c5"
         );
     }
 

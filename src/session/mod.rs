@@ -11,6 +11,7 @@
 mod camera;
 #[cfg(feature = "view")]
 mod change;
+mod drawing;
 mod guesses;
 mod hash;
 mod lighting;
@@ -33,6 +34,7 @@ pub use state::RenderState;
 pub use version::{BUILD, version_text};
 
 pub(crate) use crate::method::{AnyAccel, Prepared, RenderContext};
+pub(crate) use drawing::name_of_axis;
 pub(crate) use memory::Memory;
 pub(crate) use renderer::denoised;
 pub(crate) use settings::all_threads;
@@ -139,6 +141,9 @@ impl Session {
             files,
         } = loaded;
         check_groups(&settings, &scene)?;
+        let settings = settings.drawn(&scene)?;
+        settings.check()?;
+        check_pixels(&settings, settings.parts_of_light(&scene), limit)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
         observer.begin("finding camera and light", 1);
         let start = Instant::now();

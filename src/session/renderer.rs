@@ -256,6 +256,7 @@ impl<'a> Renderer<'a> {
             bias: settings.method().bias(),
             origin: settings.camera.origin_text(),
             camera: Some(settings.camera.attributes(session.camera())),
+            print: settings.print,
         }
     }
 

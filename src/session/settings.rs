@@ -14,7 +14,7 @@ use crate::light_paths::{LightPathError, LightPaths, PathPart};
 use crate::math::UVec2;
 use crate::options::{
     BACKGROUND, Backend, BackgroundOptions, Denoising, FilterOptions, Finish, IntegratorKind, IntegratorOptions,
-    Method, Named, OptionGroup, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
+    Method, Named, OptionGroup, Print, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
 };
 use crate::render::StopCondition;
 use crate::sampler::{RenderSampler, SamplerKind};
@@ -69,6 +69,8 @@ pub struct Settings {
     pub compact: bool,
     /// How PNG files show the picture.
     pub tone: Tone,
+    /// Scale of the picture on paper.
+    pub print: Option<Print>,
 }
 
 /// Samples that a pixel may have where a noise level is given and nothing else.
@@ -137,6 +139,7 @@ impl Settings {
             threads: all_threads(),
             compact: false,
             tone: options.tone.tone_settings(),
+            print: Print::of(&options.print),
         }
     }
 

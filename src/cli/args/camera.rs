@@ -59,9 +59,11 @@ impl CameraArgs {
             ..flags
         };
         // A view replaces the place of the camera, not its lens.
-        if flags.view.is_some() || flags.orbit.is_some() || flags.stand.is_some() {
+        let is_drawing = flags.elevation.is_some();
+        if flags.view.is_some() || flags.orbit.is_some() || flags.stand.is_some() || is_drawing {
             camera.options = CameraOptions {
                 view: None,
+                elevation: None,
                 orbit: None,
                 stand: None,
                 yaw: None,
@@ -72,7 +74,11 @@ impl CameraArgs {
                 ..camera.options
             };
         }
+        if is_drawing {
+            (camera.projection, camera.ortho_height) = (None, None);
+        }
         if flags.position.is_some() {
+            camera.elevation = None;
             (camera.view, camera.orbit, camera.stand, camera.yaw) = (None, None, None, None);
         }
         if flags.look_at.is_some() {

@@ -44,6 +44,8 @@ const HEADINGS: [(&str, &[&str]); 6] = [
     (
         "Image",
         &[
+            "scale",
+            "dpi",
             "crop",
             "filter",
             "filter-radius",
@@ -62,6 +64,9 @@ const HEADINGS: [(&str, &[&str]); 6] = [
             "set",
             "hide",
             "only",
+            "cut",
+            "cut-light",
+            "cut-caps",
             "texture-dir",
             "texture-filter",
             "maps-by-name",
@@ -181,15 +186,19 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scenes that `--help` leaves out.
-const RARE: [&str; 28] = [
+const RARE: [&str; 35] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
     "checkpoint-interval",
     "compact",
     "compression",
+    "cut-caps",
+    "cut-light",
     "denoise-radius",
     "distortion",
+    "dpi",
+    "elevation",
     "filter-radius",
     "fisheye-fov",
     "fisheye-mapping",
@@ -201,14 +210,17 @@ const RARE: [&str; 28] = [
     "origin",
     "panes",
     "pose",
+    "scale",
     "sensor-height",
     "shift",
     "shutter",
+    "strict",
     "tev",
     "texture-filter",
     "vertex-color-space",
     "vertex-colors",
     "warnings",
+    "write-every",
     "yaw",
 ];
 

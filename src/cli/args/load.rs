@@ -40,6 +40,10 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(long, value_name = "GLOB")]
     pub only: Vec<String>,
 
+    /// Cut the scene: 'z=1.2' keeps what is below, '-z=1.2' what is above; repeatable
+    #[arg(long, value_name = "AXIS=VALUE", allow_hyphen_values = true)]
+    pub cut: Vec<String>,
+
     /// Treat missing or unreadable textures and libraries, and wrong values, as errors
     #[arg(long)]
     pub strict: bool,

@@ -7,11 +7,12 @@ use super::ground::GroundArgs;
 use super::light::LightFlags;
 use super::load::LoadArgs;
 use super::values::{
-    parse_address, parse_duration, parse_level, parse_list, parse_range, parse_scene_output, parse_share, parse_size,
+    parse_address, parse_duration, parse_height, parse_level, parse_list, parse_range, parse_scene_output, parse_share,
+    parse_size,
 };
 use crate::cli::warnings::ShownWarnings;
 use crate::options::{
-    BackgroundOptions, FilterOptions, IntegratorOptions, QualityOptions, SamplingOptions, ToneOptions,
+    BackgroundOptions, FilterOptions, IntegratorOptions, PrintOptions, QualityOptions, SamplingOptions, ToneOptions,
 };
 use clap::Parser;
 use std::path::PathBuf;
@@ -40,7 +41,17 @@ pub(in crate::cli) struct RenderArgs {
     pub size: Option<[u32; 2]>,
 
     #[command(flatten)]
+    pub print: Flags<PrintOptions>,
+
+    #[command(flatten)]
     pub camera: CameraArgs,
+
+    /// Plan: view from above, cut at this height above the lowest point of the scene
+    ///
+    /// An orthographic view of the whole box of the scene. --cut-light whole keeps the light of the
+    /// whole scene.
+    #[arg(long, value_name = "HEIGHT", value_parser = parse_height)]
+    pub plan: Option<f64>,
 
     #[command(flatten)]
     pub light: LightFlags,

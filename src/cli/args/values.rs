@@ -122,6 +122,11 @@ pub(in crate::cli) fn parse_share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())
 }
 
+pub(in crate::cli) fn parse_height(text: &str) -> Result<f64, String> {
+    let height = text.parse().ok().filter(|h: &f64| *h > 0.0 && h.is_finite());
+    height.ok_or_else(|| "a height above 0 in scene units is expected, such as 1.2".into())
+}
+
 pub(in crate::cli) fn parse_chance(text: &str) -> Result<f64, String> {
     let chance = text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0);
     chance.ok_or_else(|| "a chance between 0 and 1 is expected, such as 0.01".into())

@@ -7,6 +7,7 @@
 //! Scores are compared with a margin, and results are rounded, so that two backends, which differ by roundings, agree; thread counts change nothing.
 
 mod camera;
+mod elevation;
 mod emitters;
 mod facing;
 mod file_axes;
@@ -33,6 +34,7 @@ mod up;
 mod views;
 
 pub use camera::{Asked, CameraFinder, CameraGuess, position_text};
+pub use elevation::{DrawingAxes, Elevation, drawing_axes};
 pub use file_axes::{DeclaredAxes, FileAxes};
 pub use light::LightGuess;
 pub use plan::{Plan, PlanCamera};

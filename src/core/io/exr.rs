@@ -173,6 +173,7 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
     attributes
         .other
         .extend(own.chain(further).map(|(name, value)| (exr_text(&name), value)));
+    attributes.horizontal_density = metadata.and_then(|metadata| metadata.print).map(|print| print.dpi);
     if let Some(camera) = metadata.and_then(|metadata| metadata.camera.as_ref()) {
         camera.write_to(&mut attributes);
     }

@@ -3,7 +3,7 @@ use super::origin::Origin;
 use super::part_filter::PartFilter;
 use super::{MtlDialect, Severity};
 use crate::parameter::{Named, Range, named, parameters};
-use crate::scene::Panes;
+use crate::scene::{CutLight, Panes};
 use crate::texture::TextureFilter;
 
 parameters! {
@@ -38,6 +38,13 @@ parameters! {
         ///
         /// `straight`: shadow rays pass, and flat panes count as thin. `refract`: only scattered rays find the light, and panes are bodies.
         panes: Panes = Panes::Straight;
+        /// Light of a scene that sections cut: cut, or whole
+        ///
+        /// `whole`: the sections are for the camera alone, and light meets the whole scene. Caps are
+        /// black.
+        cut_light: CutLight = CutLight::Cut;
+        /// Caps that close the cuts of sections: on, or off
+        cut_caps: CutCaps = CutCaps::On;
         /// Point of the OBJ file's coordinates that becomes the origin: X,Y,Z, auto or off
         ///
         /// It is subtracted before coordinates are rounded to 32 bits. `auto` finds one for a file
@@ -88,6 +95,19 @@ named! {
     MapsByName: "auto" => Self::Auto, "off" => Self::Off;
 }
 
+/// Whether sections have caps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CutCaps {
+    /// Cuts of closed surfaces have caps.
+    On,
+    /// Cuts stay open.
+    Off,
+}
+
+named! {
+    CutCaps: "on" => Self::On, "off" => Self::Off;
+}
+
 /// Encoding of the colours of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VertexColorSpace {
@@ -99,6 +119,10 @@ pub enum VertexColorSpace {
 
 named! {
     VertexColorSpace: "srgb" => Self::Srgb, "linear" => Self::Linear;
+}
+
+impl Named for CutLight {
+    const NAMES: &'static [(&'static str, Self)] = Self::NAMES;
 }
 
 impl Named for Panes {

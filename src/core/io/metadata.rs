@@ -6,7 +6,7 @@ use crate::color::Tone;
 use crate::compare::CommonErrors;
 use crate::film::{Aov, Backing, Image, metered};
 use crate::math::encode_fields;
-use crate::options::{Finish, Value, backing_of, name_of};
+use crate::options::{DrawingScale, Finish, Print, Value, backing_of, name_of};
 use ::exr::prelude as exr;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,7 @@ pub(super) const FINISH: &str = "embrasure.finish";
 pub(super) const TONE: &str = "embrasure.tone";
 pub(super) const BIAS: &str = "embrasure.bias";
 const ORIGIN: &str = "embrasure.origin";
+const SCALE: &str = "embrasure.scale";
 const RENDER_TIME: &str = "renderTime";
 
 // Standard attributes of the camera for which the crate exr has no fields
@@ -79,6 +80,8 @@ pub struct Metadata {
     pub origin: Option<String>,
     /// The camera; `None` in files that do not tell.
     pub camera: Option<CameraAttributes>,
+    /// Scale of the picture on paper, if it has one.
+    pub print: Option<Print>,
 }
 
 encode_fields!(Metadata {
@@ -102,6 +105,7 @@ encode_fields!(Metadata {
     bias,
     origin,
     camera,
+    print,
 });
 
 /// Channels that were asked for, and the names of what they number.
@@ -207,6 +211,10 @@ impl Metadata {
             bias: text(BIAS),
             origin: text(ORIGIN),
             camera: CameraAttributes::of_attributes(attributes),
+            print: text(SCALE)
+                .and_then(|scale| DrawingScale::of_text(&scale))
+                .zip(attributes.horizontal_density)
+                .map(|(scale, dpi)| Print { scale, dpi }),
         })
     }
 
@@ -265,6 +273,7 @@ impl Metadata {
         attributes.extend(self.tone.as_ref().map(|tone| (TONE, text(tone))));
         attributes.extend(self.bias.as_ref().map(|bias| (BIAS, text(bias))));
         attributes.extend(self.origin.as_ref().map(|origin| (ORIGIN, text(origin))));
+        attributes.extend(self.print.map(|print| (SCALE, text(&print.scale.text()))));
         attributes
     }
 }

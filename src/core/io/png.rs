@@ -4,6 +4,7 @@ use super::{FileError, Metadata};
 use crate::color::{Spectrum, Tone, srgb};
 use crate::files::Output;
 use crate::film::{Backing, Image, metered};
+use crate::options::{Print, Value};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -30,15 +31,34 @@ pub(super) fn software() -> String {
 ///
 /// A crop becomes a picture of its own size, since PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
-    write_as(writer, image, &metered(*tone, image), metadata.software())
+    write_printed(
+        writer,
+        image,
+        &metered(*tone, image),
+        metadata.software(),
+        metadata.print,
+    )
 }
 
 /// Writes `image` as `tone` shows it, whose exposure must be known ([`display_bytes`]).
 pub(super) fn write_as(writer: impl Write, image: &Image, tone: &Tone, software: String) -> io::Result<()> {
+    write_printed(writer, image, tone, software, None)
+}
+
+/// [`write_as`], with the scale of the picture on paper.
+fn write_printed(
+    writer: impl Write,
+    image: &Image,
+    tone: &Tone,
+    software: String,
+    print: Option<Print>,
+) -> io::Result<()> {
     let size = image.crop.size().to_array();
-    let texts = [("Software", software), ("embrasure.tone", tone.to_string())];
+    let mut texts = vec![("Software", software), ("embrasure.tone", tone.to_string())];
+    texts.extend(print.map(|print| ("embrasure.scale", print.scale.text())));
     let (channels, bytes) = display_bytes(image, tone);
-    encode_as(writer, color_type(channels), size, &bytes, &texts)
+    let density = print.map(Print::pixels_per_metre_of_paper);
+    encode_as(writer, (color_type(channels), density), size, &bytes, &texts)
 }
 
 /// `image` in 8 bits for an sRGB display, row by row from the top, and the number of channels: 4 over
@@ -118,19 +138,20 @@ fn color_type(channels: usize) -> png::ColorType {
 
 /// Writes 8-bit sRGB pixels, row by row from the top, with texts by their keywords.
 pub(super) fn encode(writer: impl Write, size: [u32; 2], bytes: &[u8], texts: &[(&str, String)]) -> io::Result<()> {
-    encode_as(writer, png::ColorType::Rgb, size, bytes, texts)
+    encode_as(writer, (png::ColorType::Rgb, None), size, bytes, texts)
 }
 
 /// An 8-bit PNG file in memory: sRGB colours with three `channels`, with alpha as a fourth, or a grey with one, row by row from the top.
 pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
-    encode_as(&mut file, color_type(channels), size, bytes, &[])?;
+    encode_as(&mut file, (color_type(channels), None), size, bytes, &[])?;
     Ok(file)
 }
 
+/// `density` is the number of pixels per metre of paper, where the picture has a scale.
 fn encode_as(
     writer: impl Write,
-    color: png::ColorType,
+    (color, density): (png::ColorType, Option<u32>),
     [width, height]: [u32; 2],
     bytes: &[u8],
     texts: &[(&str, String)],
@@ -139,6 +160,11 @@ fn encode_as(
     encoder.set_color(color);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.set_pixel_dims(density.map(|density| png::PixelDimensions {
+        xppu: density,
+        yppu: density,
+        unit: png::Unit::Meter,
+    }));
     for (keyword, text) in texts {
         encoder.add_text_chunk(keyword.to_string(), text.clone())?;
     }

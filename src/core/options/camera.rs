@@ -4,7 +4,7 @@ use super::calibration::{DistortionCoefficients, Pose, PoseMatrix};
 use crate::camera::{
     Aperture, BLADES, CameraDescription, Distortion, FisheyeMapping, Intrinsics, Projection, ProjectionKind,
 };
-use crate::guess::{Orbit, Stand, View};
+use crate::guess::{Elevation, Orbit, Stand, View};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::parameter::{Range, Value, numbers, parameters};
 use serde_json::json;
@@ -16,6 +16,11 @@ parameters! {
         ///
         /// The camera is guessed, from this side; not with `position` or `orbit`.
         view: View, default "auto";
+        /// Elevation: an orthographic view of the front, back, left or right
+        ///
+        /// It shows the whole box of the scene. `plan` is the view from above, with the front below.
+        /// Up is the axis next to `up`, or that of the OBJ file's comments, or else +y.
+        elevation: Elevation, default "off";
         /// Camera at this azimuth, elevation and distance, degrees and scene units
         ///
         /// It looks at `look_at`, or at the middle of the scene's box; not with `position` or `view`.
@@ -128,6 +133,13 @@ impl CameraOptions {
         ["pose", "view"],
         ["pose", "orbit"],
         ["pose", "stand"],
+        ["elevation", "position"],
+        ["elevation", "look_at"],
+        ["elevation", "view"],
+        ["elevation", "orbit"],
+        ["elevation", "stand"],
+        ["elevation", "pose"],
+        ["elevation", "ortho_height"],
         ["intrinsics", "vertical_fov"],
         ["intrinsics", "shift"],
         ["intrinsics", "fisheye_fov"],

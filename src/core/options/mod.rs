@@ -12,6 +12,7 @@ pub mod integrator_parameters;
 pub mod method;
 mod names;
 pub mod picture_parameters;
+mod print;
 pub mod quality;
 #[cfg(test)]
 mod tests;
@@ -27,4 +28,5 @@ pub use finish::Finish;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
 pub use method::*;
 pub use picture_parameters::{Backend, Denoising, FilterOptions, SamplingOptions, SizeOptions, ToneOptions};
+pub use print::{DrawingScale, Print, PrintOptions};
 pub use quality::{Quality, QualityOptions};

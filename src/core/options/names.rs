@@ -4,7 +4,7 @@ use crate::camera::{FisheyeMapping, ProjectionKind};
 use crate::color::tone::Curve;
 use crate::compare::CommonErrors;
 use crate::film::FilterKind;
-use crate::guess::View;
+use crate::guess::{Elevation, View};
 use crate::integrator::{
     Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
 };
@@ -39,6 +39,7 @@ macro_rules! named_elsewhere {
 }
 named_elsewhere!(
     CommonErrors,
+    Elevation,
     FilterKind,
     FisheyeMapping,
     ProjectionKind,

@@ -3,6 +3,7 @@
 //!
 //! `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
 
+mod cuts;
 mod materials;
 mod named_maps;
 mod objects;
@@ -19,6 +20,7 @@ use super::object_section::ObjectSection;
 use super::part_section::PartSection;
 use super::patches::{Patch, PatchList};
 use super::scene_file::SceneFile;
+use super::section::value;
 use super::texture::TextureRequest;
 use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Severity, Warning};
 use crate::io::LoadOptions;
@@ -185,17 +187,22 @@ struct UsedMaterial {
     parts: Vec<u32>,
 }
 
-/// The files that an object's shape comes from: at time 0, and at time 1 where that is another one.
-type Shapes = (PathBuf, Option<PathBuf>);
+/// The files that an object's shape comes from, at time 0, and at time 1 where that is another one; true
+/// if it is hidden from the camera.
+type Shapes = (PathBuf, Option<PathBuf>, bool);
 
 impl<'a> Loader<'a> {
     fn new(file: &'a SceneFile, builder: SceneBuilder, observer: &'a dyn LoadObserver, goes_on: bool) -> Self {
         let path = |name: &Spanned<PathBuf>| file.resolve(name.get_ref());
-        let of = |object: &ObjectSection| (path(&object.obj), object.obj_close.as_ref().map(path));
+        let of = |object: &ObjectSection| {
+            let is_hidden = value(&object.camera_visible) == Some(false);
+            (path(&object.obj), object.obj_close.as_ref().map(path), is_hidden)
+        };
         let shapes: Vec<Shapes> = file.object.iter().map(of).collect();
         let (mut copies, mut last_use) = (HashMap::new(), HashMap::new());
-        for (index, (obj, close)) in shapes.iter().enumerate() {
-            let copies = copies.entry((obj.clone(), close.clone())).or_insert(0);
+        for (index, shapes) in shapes.iter().enumerate() {
+            let (obj, close, _) = shapes;
+            let copies = copies.entry(shapes.clone()).or_insert(0);
             *copies += 1;
             // Copies share what the first one needs.
             if *copies == 1 {
@@ -387,6 +394,7 @@ impl<'a> Loader<'a> {
         }
         self.tell_of_undefined();
         self.make_visible();
+        self.cut_sections(&objs);
         sources
     }
 

@@ -9,10 +9,10 @@ use crate::description::placement::{ObjectPlacement, place};
 use crate::geometry::Mesh;
 use crate::io::VertexColors;
 use crate::material::MaterialId;
-use crate::math::{Affine3A, excerpt_of_name};
+use crate::math::excerpt_of_name;
 use crate::scene::BuildError;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use toml::Spanned;
 
 impl Loader<'_> {
@@ -50,7 +50,7 @@ impl Loader<'_> {
             for (mesh, material) in self.meshes_of(index, object, objs)? {
                 let mesh = match transform {
                     None => mesh,
-                    Some(transform) => transformed(&mesh, transform),
+                    Some(transform) => mesh.transformed(transform),
                 };
                 self.builder.add_mesh(mesh, material).map_err(refused)?;
             }
@@ -84,19 +84,7 @@ impl Loader<'_> {
             rules: Vec::new(),
             mesh: Mesh::clone(&object.mesh),
         };
-        let defines = |obj: &ObjFile| {
-            object
-                .material
-                .as_ref()
-                .is_some_and(|name| obj.material(name).is_some())
-        };
-        let material = match objs.iter().find(|(_, obj)| defines(obj)) {
-            Some((path, obj)) => self.material_of(&group, &group.mesh, path, obj),
-            None => {
-                let none = ObjFile::new(Vec::new(), Vec::new(), Vec::new());
-                self.material_of(&group, &group.mesh, self.file.path().unwrap_or(Path::new("")), &none)
-            }
-        };
+        let material = self.material_in(&group, objs);
         self.builder.add_mesh(group.mesh, material).map_err(|error| {
             let error = self
                 .file
@@ -112,7 +100,7 @@ impl Loader<'_> {
         object: &ObjectSection,
         objs: &mut BTreeMap<PathBuf, ObjFile>,
     ) -> Result<Vec<(Mesh, MaterialId)>, FileError> {
-        let (path, close) = self.shapes[index].clone();
+        let (path, close, is_hidden) = self.shapes[index].clone();
         let is_last = self.last_use.get(&path) == Some(&index) && close.as_ref() != Some(&path);
         let mut taken = Vec::new();
         if let Some(obj) = objs.get_mut(&path).filter(|_| is_last) {
@@ -144,37 +132,15 @@ impl Loader<'_> {
             if is_auto && !mesh.colors.is_empty() && self.builder.has_diffuse_map(material) {
                 mesh.colors = Vec::new();
             }
+            let material = if is_hidden {
+                let hidden = self.builder.hidden_material(material);
+                self.list_materials();
+                hidden
+            } else {
+                material
+            };
             meshes.push((mesh, material));
         }
         Ok(meshes)
-    }
-}
-
-/// The mesh in its place. Mirroring transforms swap the winding, so that the front stays the front.
-fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
-    let mirrored = transform.matrix3.determinant() < 0.0;
-    // Normals are planes: they go by the inverse transpose.
-    let of_normals = transform.matrix3.inverse().transpose();
-    Mesh {
-        positions: mesh.positions.iter().map(|&p| transform.transform_point3a(p)).collect(),
-        triangles: match mirrored {
-            false => mesh.triangles.clone(),
-            true => mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
-        },
-        normals: mesh.normals.iter().map(|&n| (of_normals * n).normalize_or(n)).collect(),
-        uvs: mesh.uvs.clone(),
-        colors: mesh.colors.clone(),
-        alphas: mesh.alphas.clone(),
-        positions_close: mesh
-            .positions_close
-            .iter()
-            .map(|&p| transform.transform_point3a(p))
-            .collect(),
-        normals_close: mesh
-            .normals_close
-            .iter()
-            .map(|&n| (of_normals * n).normalize_or(n))
-            .collect(),
-        parts: mesh.parts.clone(),
     }
 }

@@ -104,6 +104,10 @@ section! {
         ///
         /// A surface that emits sends the share `opacity` of its emission.
         opacity: f32, default "1", in range_of;
+        /// false: rays from the camera pass the surface, and light meets it
+        ///
+        /// Mirrors and shadows show it.
+        camera_visible: bool, default "true";
         /// Texture that multiplies diffuse, which is 1 if it is omitted
         diffuse_map: MapSection, default "none";
         /// Texture that multiplies specular, which is 1 if it is omitted
@@ -142,7 +146,8 @@ macro_rules! fields {
             absorption,
             thin,
             emission,
-            opacity
+            opacity,
+            camera_visible
         )
     };
 }

@@ -2,6 +2,7 @@
 //! all errors, for `embrasure check`; errors with their places are those of `source`.
 
 mod changed_light;
+mod cuts;
 mod inspect;
 #[cfg(test)]
 mod tests;
@@ -15,8 +16,8 @@ use super::overrides::Overrides;
 use super::source::Source;
 use super::unknown_key::parser_error;
 use super::{
-    FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection, ObjectSection,
-    PartSection, Position, SceneOptions,
+    CutSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection,
+    ObjectSection, PartSection, Position, SceneOptions,
 };
 use crate::guess::FileAxes;
 use crate::io::Origin;
@@ -63,6 +64,9 @@ pub struct SceneFile {
     pub light: Vec<LightSection>,
     /// The plane that catches shadows, if there is one.
     pub ground: Option<GroundSection>,
+    /// Planes that cut the scene.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub section: Vec<CutSection>,
     /// Groups of emitting materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_group: Vec<LightGroupSection>,

@@ -11,7 +11,8 @@ use super::scene_file::{HIDE, ONLY, TEXTURE_DIR};
 use super::section::Section;
 use super::section::table;
 use super::{
-    GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, PartSection, SceneOptions,
+    CutSection, GroundSection, LightGroupSection, LightSection, MaterialSection, ObjectSection, PartSection,
+    SceneOptions,
 };
 use crate::color::Spectrum;
 use crate::options::{CameraOptions, Parameter};
@@ -48,6 +49,7 @@ fn schema() -> Value {
             "part": named(part(), "Changes of parts of OBJ files, by globs of their `o` and `g` names"),
             "light": list(light(), 0, "Lights besides emitting triangles"),
             "ground": table::<GroundSection>(Some("A plane that shows only shadows")),
+            "section": list(table::<CutSection>(Some("Plane that cuts the scene open")), 0, "Sections"),
             "light_group": list(table::<LightGroupSection>(Some("Group of emitting materials")), 0, "Light groups"),
         },
     })

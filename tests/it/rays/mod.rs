@@ -3,4 +3,6 @@
 mod backends;
 mod calibrated;
 mod camera_attributes;
+mod cuts;
+mod drawings;
 mod projections;

@@ -1,0 +1,166 @@
+//! Sections of a scene: cuts of everything that objects bring, and their caps.
+
+use super::Loader;
+use crate::color::Spectrum;
+use crate::description::mtl::FileMaterial;
+use crate::description::obj::{Group, ObjFile};
+use crate::description::{CutSection, FileError, Finding, Severity};
+use crate::geometry::Mesh;
+use crate::io::CutCaps;
+use crate::lint::MaterialSource;
+use crate::material::{Material, MaterialId};
+use crate::math::excerpt_of_name;
+use crate::scene::SectionReport;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Name of the material of caps if none is named.
+const CAP: &str = "section";
+/// Reflectance of that material: the dark grey of cut walls in drawings.
+const CAP_REFLECTANCE: f32 = 0.05;
+/// Names of open surfaces in one message, at most.
+const MAX_NAMED: usize = 4;
+
+impl Loader<'_> {
+    /// Cuts what was added, by each section in turn.
+    pub(super) fn cut_sections(&mut self, objs: &BTreeMap<PathBuf, ObjFile>) {
+        let mut usual = None;
+        let parameters = &self.file.load.parameters;
+        let light = parameters.cut_light();
+        // Panes are those of the whole.
+        self.builder.panes(parameters.panes());
+        for section in &self.file.section {
+            if self.is_over() {
+                return;
+            }
+            let plane = match section.plane(&self.file.source, self.builder.bounds()) {
+                Ok(plane) => plane,
+                Err(error) => {
+                    self.wrong("wrong-section", error);
+                    continue;
+                }
+            };
+            let cap = match &section.material {
+                _ if parameters.cut_caps() == CutCaps::Off => None,
+                Some(name) => {
+                    let group = Group {
+                        material: Some(name.get_ref().clone()),
+                        line: 0,
+                        rules: Vec::new(),
+                        mesh: Mesh::default(),
+                    };
+                    Some(self.material_in(&group, objs))
+                }
+                None => {
+                    usual = usual.or_else(|| Some(self.usual_cap()));
+                    usual
+                }
+            };
+            match self.builder.cut(&plane, cap, light) {
+                Ok(report) => self.report_section(section, &report),
+                Err(error) => {
+                    let error = self.file.error(section.span(), error.to_string());
+                    let help = "keep the object on one side of the plane, or let it stand still";
+                    self.wrong("wrong-section", error.help(help));
+                }
+            }
+            self.list_materials();
+        }
+    }
+
+    /// Lists materials that were added to those of files: hidden copies, panes and caps.
+    pub(super) fn list_materials(&mut self) {
+        for index in self.materials.len()..self.builder.material_count() {
+            let original = self.builder.copied_material(MaterialId(index as u32));
+            let source = original.and_then(|id| self.materials.get(id.0 as usize)).cloned();
+            self.materials.push(source.unwrap_or_else(|| MaterialSource {
+                name: CAP.into(),
+                obj: None,
+                place: None,
+                found: FileMaterial::default_of(CAP),
+            }));
+        }
+    }
+
+    /// The material of a group of triangles that no file has: of the scene file, or of the libraries of
+    /// its objects.
+    pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<PathBuf, ObjFile>) -> MaterialId {
+        let name = group.material.as_ref();
+        let defines = |obj: &ObjFile| name.is_some_and(|name| obj.material(name).is_some());
+        match objs.iter().find(|(_, obj)| defines(obj)) {
+            Some((path, obj)) => self.material_of(group, &group.mesh, path, obj),
+            None => {
+                let none = ObjFile::new(Vec::new(), Vec::new(), Vec::new());
+                self.material_of(group, &group.mesh, self.file.path().unwrap_or(Path::new("")), &none)
+            }
+        }
+    }
+
+    fn usual_cap(&mut self) -> MaterialId {
+        let material = Material {
+            name: CAP.into(),
+            diffuse: Spectrum::splat(CAP_REFLECTANCE),
+            ..Material::default()
+        };
+        // A material of these values is never refused.
+        let id = self.builder.add_material(material).unwrap_or(MaterialId(0));
+        self.list_materials();
+        id
+    }
+
+    fn report_section(&mut self, section: &CutSection, report: &SectionReport) {
+        let words = section.words();
+        let here = |message: String| self.file.error(section.span(), message);
+        if report.removes_all {
+            let error = here(format!("the section {words} leaves nothing of the scene"));
+            self.wrong("wrong-section", error.help(help_of_side(&words)));
+            return;
+        }
+        if report.keeps_all {
+            let error = here(format!("the section {words} cuts nothing off"));
+            self.findings
+                .add(Severity::Warning, "idle-section", error.help(help_of_side(&words)));
+        }
+        if report.inward > 0 {
+            let noun = if report.inward == 1 {
+                "surface faces"
+            } else {
+                "surfaces face"
+            };
+            let error = here(format!(
+                "the section {words}: {} closed {noun} inwards, as rooms do, and without a cap",
+                report.inward
+            ));
+            let error = error.help("turn the faces of solids outwards; walls with a thickness have caps");
+            self.findings.add(Severity::Note, "inward-surface", error);
+        }
+        if report.open.is_empty() {
+            return;
+        }
+        let named = report.open.iter().take(MAX_NAMED).map(|shell| {
+            let [x, y, z] = shell.place.to_array();
+            format!("`{}` at {x},{y},{z}", excerpt_of_name(&shell.name))
+        });
+        let mut names: Vec<String> = named.collect();
+        let count = report.open.len() as u64;
+        if report.open.len() > MAX_NAMED {
+            names.push(format!("{} more", report.open.len() - MAX_NAMED));
+        }
+        let noun = if count == 1 { "surface is" } else { "surfaces are" };
+        let error: FileError = here(format!(
+            "the section {words}: {count} cut {noun} not closed and without a cap: {}",
+            names.join(", ")
+        ));
+        let error = error.help("close their surfaces in a modeller; sheets without a thickness have no inside");
+        self.findings
+            .push(Finding::new(Severity::Warning, "open-section", error).repeated(count, []));
+    }
+}
+
+fn help_of_side(words: &str) -> &str {
+    if words.starts_with('-') {
+        "the scene stays above the plane with a minus before the axis; `embrasure info` prints the scene's box"
+    } else {
+        "the scene stays below the plane, and above it with a minus before the axis; `embrasure info` prints the scene's box"
+    }
+}

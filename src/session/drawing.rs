@@ -1,0 +1,115 @@
+//! Plans, elevations and pictures to scale: the camera and the size of the picture that follow from the
+//! box of the scene.
+
+use super::{Error, InvalidSetting, Settings};
+use crate::camera::ProjectionKind;
+use crate::guess::drawing_axes;
+use crate::math::{DVec3, UVec2, Vec3};
+use crate::options::{SizeOptions, Value};
+use crate::scene::Scene;
+
+/// Margin about the scene, over its larger side in the picture.
+const MARGIN: f64 = 0.02;
+
+impl Settings {
+    /// Settings with the camera and the size that an elevation or a scale asks for.
+    ///
+    /// # Errors
+    ///
+    /// An elevation of another projection or of an empty scene, and a scale of no orthographic picture
+    /// or of one that is too large.
+    pub(crate) fn drawn(mut self, scene: &Scene) -> Result<Self, Error> {
+        let metres = f64::from(self.camera.unit.unwrap_or(1.0));
+        let pixels_per_unit = self.print.map(|print| print.pixels_per_metre() * metres);
+        let refused = |setting, value: String, help: &str| Err(InvalidSetting::new(setting, value, help).into());
+        if let Some(elevation) = self.camera.elevation {
+            let kind = self.camera.projection;
+            if let Some(kind) = kind.filter(|kind| *kind != ProjectionKind::Orthographic) {
+                let value = format!("{}: the projection is `{}`", elevation.text(), kind.text());
+                return refused(
+                    "elevation",
+                    value,
+                    "leave out the projection: elevations are orthographic",
+                );
+            }
+            let bounds = scene.bounds();
+            if bounds.is_empty() {
+                return refused("elevation", elevation.text(), "the scene has no box: add an object");
+            }
+            let axes = elevation.axes(drawing_axes(self.camera.up, &self.camera.axes));
+            let [min, max] = [bounds.min, bounds.max].map(Vec3::as_dvec3);
+            let extent = max - min;
+            let along = |axis: Vec3| extent.dot(axis.as_dvec3().abs());
+            let [width, height, depth] = [axes.right, axes.up, axes.back].map(along);
+            let margin = MARGIN * width.max(height).max(f64::from(f32::MIN_POSITIVE));
+            let [width, height] = [width, height].map(|side| side + 2.0 * margin);
+            let center = 0.5 * (min + max);
+            // Rays start before the box.
+            let distance = 0.5 * depth + depth.max(width).max(height);
+            self.camera.options.elevation = None;
+            self.camera.options.projection = Some(ProjectionKind::Orthographic);
+            self.camera.options.position = Some(center + distance * axes.back.as_dvec3());
+            self.camera.options.look_at = Some(center);
+            self.camera.options.up = Some(axes.up);
+            match pixels_per_unit {
+                Some(pixels) => return self.sized([width, height].map(|side| side * pixels), pixels),
+                None => {
+                    let aspect = f64::from(self.resolution.x) / f64::from(self.resolution.y);
+                    self.camera.options.ortho_height = Some(height.max(width / aspect) as f32);
+                }
+            }
+            return Ok(self);
+        }
+        let Some(pixels) = pixels_per_unit else {
+            return Ok(self);
+        };
+        if self.camera.projection() != ProjectionKind::Orthographic {
+            let value = self.print.map(|print| print.scale.text()).unwrap_or_default();
+            let help = "use --plan, --elevation or --projection orthographic: other projections have no scale";
+            return refused("scale", value, help);
+        }
+        match self.camera.ortho_height {
+            Some(height) => {
+                // Heights that are made here are whole numbers of pixels, up to rounding.
+                let height = (f64::from(height) * pixels).round();
+                let aspect = f64::from(self.resolution.x) / f64::from(self.resolution.y);
+                self.sized([(height * aspect).round(), height], pixels)
+            }
+            None => {
+                self.camera.options.ortho_height = Some((f64::from(self.resolution.y) / pixels) as f32);
+                Ok(self)
+            }
+        }
+    }
+
+    /// Settings for a picture of these pixels, rounded up, at `pixels` per scene unit.
+    fn sized(mut self, size: [f64; 2], pixels: f64) -> Result<Self, Error> {
+        let [width, height] = size.map(|side| side.ceil().max(1.0));
+        let options = SizeOptions {
+            width: Some(width as u32),
+            height: Some(height as u32),
+        };
+        let is_too_large = width > f64::from(u32::MAX) || height > f64::from(u32::MAX);
+        if is_too_large || crate::options::OptionGroup::invalid(&options).is_some() {
+            let value = self.print.map(|print| print.scale.text()).unwrap_or_default();
+            let value = format!("{value}: the picture would have {width} x {height} pixels");
+            let help = "use a smaller scale, such as 1:100, or fewer --dpi; the OBJ file may have another unit";
+            return Err(InvalidSetting::new("scale", value, help).into());
+        }
+        self.resolution = UVec2::new(width as u32, height as u32);
+        self.camera.options.ortho_height = Some((height / pixels) as f32);
+        Ok(self)
+    }
+}
+
+/// The axis of a section above the lowest point, for a scene with this upright axis.
+pub(crate) fn name_of_axis(up: DVec3) -> &'static str {
+    match (up.abs().max_position(), up.max_element() > 0.0) {
+        (0, true) => "x",
+        (1, true) => "y",
+        (2, true) => "z",
+        (0, false) => "-x",
+        (1, false) => "-y",
+        _ => "-z",
+    }
+}

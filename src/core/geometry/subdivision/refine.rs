@@ -1,0 +1,189 @@
+//! Values at vertices after a step of subdivision.
+//!
+//! Catmull and Clark 1978; Loop 1987 with the weights of Warren; creases of Hoppe et al. 1994, of
+//! finite sharpness of DeRose et al. 1998, eq. 8.
+
+use super::topology::{Scheme, Topology};
+use crate::math::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::ops::{Add, AddAssign, Mul};
+
+/// What vertices have, in 64 bits: roundings of many steps stay below those of 32-bit positions.
+pub(super) trait VertexValue:
+    Copy + Default + Send + Sync + Add<Output = Self> + AddAssign + Mul<f64, Output = Self>
+{
+}
+
+impl VertexValue for DVec2 {}
+impl VertexValue for DVec3 {}
+
+/// How values follow from those before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// Smooth surfaces, whose boundaries are smooth curves.
+    Surface,
+    /// Smooth inside, straight along boundaries: texture coordinates.
+    Inside,
+    /// Means of neighbours: colours.
+    Linear,
+}
+
+/// What surrounds a vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Around {
+    /// Number of edges.
+    pub edges: u32,
+    /// Number of corners of faces.
+    pub corners: u32,
+    /// Number of sharp edges.
+    pub sharp: u32,
+    /// Sum of their sharpness.
+    pub sharpness: f32,
+    /// True if the vertex was chosen to keep its place.
+    pub is_pinned: bool,
+}
+
+impl Around {
+    /// True if the vertex keeps its place: no curve goes through it, or a single face has it as its
+    /// corner.
+    pub fn is_corner(&self) -> bool {
+        self.is_pinned || self.sharp > 2 || self.sharp == 2 && self.corners == 1
+    }
+
+    /// True if a sharp curve goes through the vertex.
+    pub fn is_crease(&self) -> bool {
+        self.sharp == 2 && !self.is_corner()
+    }
+}
+
+/// What surrounds each vertex.
+pub(super) fn around_vertices(topology: &Topology) -> Vec<Around> {
+    let mut around = vec![Around::default(); topology.vertex_count as usize];
+    for (around, &is_pinned) in around.iter_mut().zip(&topology.pinned) {
+        around.is_pinned = is_pinned;
+    }
+    for &vertex in &topology.vertices {
+        around[vertex as usize].corners += 1;
+    }
+    for (edge, &sharpness) in (0..).zip(&topology.sharpness) {
+        for vertex in topology.ends(edge) {
+            let around = &mut around[vertex as usize];
+            around.edges += 1;
+            around.sharp += u32::from(sharpness > 0.0);
+            around.sharpness += sharpness;
+        }
+    }
+    around
+}
+
+/// Sums of the values at the other ends of the edges of each vertex: of all edges, and of sharp ones,
+/// which are empty if no edge is sharp.
+pub(super) fn sums_of_neighbours<V: VertexValue>(topology: &Topology, values: &[V]) -> [Vec<V>; 2] {
+    let mut of_all = vec![V::default(); values.len()];
+    let has_sharp = topology.sharpness.par_iter().any(|&sharpness| sharpness > 0.0);
+    let mut of_sharp = vec![V::default(); if has_sharp { values.len() } else { 0 }];
+    for (edge, &sharpness) in (0..).zip(&topology.sharpness) {
+        let [a, b] = topology.ends(edge).map(|vertex| vertex as usize);
+        of_all[a] += values[b];
+        of_all[b] += values[a];
+        if sharpness > 0.0 {
+            of_sharp[a] += values[b];
+            of_sharp[b] += values[a];
+        }
+    }
+    [of_all, of_sharp]
+}
+
+/// Loop's factor of each neighbour in the new place of a vertex with so many edges (Warren 1995).
+pub(super) fn loop_factor(edges: u32) -> f64 {
+    if edges == 3 {
+        3.0 / 16.0
+    } else {
+        3.0 / (8.0 * f64::from(edges))
+    }
+}
+
+/// Values at the vertices of [`Topology::refined`].
+pub(super) fn refined<V: VertexValue>(
+    topology: &Topology,
+    scheme: Scheme,
+    rule: Rule,
+    values: &[V],
+    around: &[Around],
+) -> Vec<V> {
+    let value = |vertex: u32| values[vertex as usize];
+    let mean = |a: V, b: V, t: f64| a * (1.0 - t) + b * t;
+    let of_faces: Vec<V> = match scheme {
+        Scheme::CatmullClark => (0..topology.face_count())
+            .into_par_iter()
+            .map(|face| {
+                let corners = topology.corners(face);
+                let weight = 1.0 / f64::from(corners.end - corners.start);
+                corners.fold(V::default(), |sum, corner| sum + value(topology.vertex(corner))) * weight
+            })
+            .collect(),
+        Scheme::Loop => Vec::new(),
+    };
+    let of_edge = |edge: u32| {
+        let [a, b] = topology.ends(edge);
+        let middle = (value(a) + value(b)) * 0.5;
+        let sharpness = topology.sharpness[edge as usize];
+        let [first, second] = topology.edge_corners[edge as usize];
+        if rule == Rule::Linear || sharpness >= 1.0 {
+            return middle;
+        }
+        let smooth = match scheme {
+            Scheme::CatmullClark => {
+                let [f, g] = [first, second].map(|corner| of_faces[topology.face(corner) as usize]);
+                (middle * 2.0 + f + g) * 0.25
+            }
+            Scheme::Loop => {
+                let [f, g] = [first, second].map(|corner| value(topology.vertex(topology.previous(corner))));
+                middle * 0.75 + (f + g) * 0.125
+            }
+        };
+        mean(smooth, middle, sharpness.into())
+    };
+    let of_edges: Vec<V> = (0..topology.edge_corners.len() as u32)
+        .into_par_iter()
+        .map(of_edge)
+        .collect();
+    let mut new: Vec<V> = if rule == Rule::Linear {
+        values.to_vec()
+    } else {
+        let [mut sums, sharp_sums] = sums_of_neighbours(topology, values);
+        if scheme == Scheme::CatmullClark {
+            for (corner, &vertex) in (0..).zip(&topology.vertices) {
+                sums[vertex as usize] += of_faces[topology.face(corner) as usize];
+            }
+        }
+        let of_vertex = |vertex: usize| {
+            let (old, around) = (values[vertex], around[vertex]);
+            let keeps = around.is_corner() || rule == Rule::Inside && around.sharp > 0;
+            if around.edges == 0 || keeps && around.sharpness >= around.sharp as f32 {
+                return old;
+            }
+            let n = f64::from(around.edges);
+            let smooth = match scheme {
+                Scheme::CatmullClark => old * ((n - 2.0) / n) + sums[vertex] * (1.0 / (n * n)),
+                Scheme::Loop => {
+                    let factor = loop_factor(around.edges);
+                    old * (1.0 - n * factor) + sums[vertex] * factor
+                }
+            };
+            let sharp = if keeps {
+                old
+            } else if around.sharp == 2 {
+                old * 0.75 + sharp_sums[vertex] * 0.125
+            } else {
+                return smooth;
+            };
+            let sharpness = f64::from(around.sharpness) / f64::from(around.sharp);
+            mean(smooth, sharp, sharpness.min(1.0))
+        };
+        (0..values.len()).into_par_iter().map(of_vertex).collect()
+    };
+    new.extend(of_edges);
+    new.extend(of_faces);
+    new
+}

@@ -7,6 +7,7 @@ mod contact_sheet;
 mod cryptomatte;
 mod dds;
 mod developed;
+pub mod displacement;
 pub mod environment;
 mod exr;
 mod exr_file;

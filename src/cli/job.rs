@@ -299,6 +299,11 @@ pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
         strict: args.strict,
         ..LoadOptions::default()
     };
+    // A flag wins over the keys of objects too.
+    let flags = &args.parameters.0;
+    for object in &mut scene.object {
+        object.set_below(flags);
+    }
     scene.texture_dirs.clone_from(&args.texture_dir);
     scene.hide.clone_from(&args.hide);
     scene.only.clone_from(&args.only);

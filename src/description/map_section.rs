@@ -39,7 +39,11 @@ section! {
         /// Values become base + gain × value
         gain: f32, default "1";
         /// Factor of heights, and of the slopes of a normal map
+        ///
+        /// Of a displacement map: scene units.
         height: f32, default "1";
+        /// Value of a displacement map that leaves the surface where it is
+        midlevel: f32, default "0";
         /// Green of a normal map points down, as in DirectX
         flip_green: bool, default "false";
     }
@@ -136,6 +140,8 @@ impl TextureSection {
             base: number(mapping.base, default.base),
             gain: number(mapping.gain, default.gain),
             height: number(mapping.bump, default.bump),
+            // Part of the base
+            midlevel: None,
             flip_green: said(true).filter(|_| mapping.flips_green),
         }
     }
@@ -165,7 +171,7 @@ impl TextureSection {
             offset: self.offset.as_ref().map_or(default.offset, |o| (*o.get_ref()).into()),
             wrap: named(&self.wrap, WRAPS, "wrap", name, file)?.unwrap_or_default(),
             channel: named(&self.channel, Channel::NAMES, "channel", name, file)?,
-            base: number(&self.base, default.base),
+            base: number(&self.base, default.base) - number(&self.midlevel, 0.0),
             gain: number(&self.gain, default.gain),
             bump: number(&self.height, default.bump),
             flips_green: self.flip_green.as_ref().is_some_and(|flip| *flip.get_ref()),

@@ -1,5 +1,8 @@
+use super::LoadParameters;
 use super::key_schema::{either, list};
 use super::section::{key_types, section, table};
+use crate::geometry::MAX_STEPS;
+use crate::options::Range;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::PathBuf;
@@ -29,12 +32,30 @@ section! {
         ///
         /// Vertices move on straight lines.
         obj_close: PathBuf, default "as at time 0";
+        /// Steps of subdivision, which make a smooth surface of the faces
+        ///
+        /// See [Smooth surfaces](../how-to/smooth-and-displace.md).
+        subdivision: u32, default "render.subdivision", schema json!({ "type": "integer", "minimum": 0, "maximum": MAX_STEPS });
+        /// Angle in degrees between faces above which subdivision keeps edges sharp
+        crease_angle: f32, default "render.crease_angle", in Range::Between(0.0, 180.0);
         /// Placements of copies: a list of matrices, or a file with one per line
         ///
         /// Lines have twelve or sixteen numbers; `#` begins a comment.
         instances: Instances, default "one copy";
         /// false: rays from the camera pass the object, and light meets it
         camera_visible: bool, default "true";
+    }
+}
+
+impl ObjectSection {
+    /// Forgets the keys that a flag sets for all objects.
+    pub(crate) fn set_below(&mut self, flags: &LoadParameters) {
+        if flags.subdivision.is_some() {
+            self.subdivision = None;
+        }
+        if flags.crease_angle.is_some() {
+            self.crease_angle = None;
+        }
     }
 }
 

@@ -124,6 +124,7 @@ pub(crate) use key_types;
 
 key_types! {
     f32: |number| number, numbers |value| std::slice::from_ref(value);
+    u32: |_number| json!({ "type": "integer", "minimum": 0 });
     bool: |_number| json!({ "type": "boolean" });
     String: |_number| json!({ "type": "string" });
     PathBuf: |_number| json!({ "type": "string" });

@@ -289,6 +289,8 @@ smooth = 30.5
 obj = "a b.obj"
 name = "chair"
 obj_close = "c.obj"
+subdivision = 2
+crease_angle = 30.0
 instances = "places.txt"
 [object.transform]
 translate = [0.1, 0.2, 0.3]
@@ -333,6 +335,7 @@ roughness_map = "r.png"
 metallic_map = "m.png"
 opacity_map = "o.png"
 normal_map = "nn.png"
+displacement_map = "h.png"
 [material."tall.box".bump_map]
 file = "b.png"
 scale = [2.0, 3.0]
@@ -342,6 +345,7 @@ channel = "g"
 base = 0.1
 gain = 2.0
 height = 0.25
+midlevel = 0.5
 [material.small]
 patch = true
 roughness = 0.1

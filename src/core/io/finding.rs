@@ -59,8 +59,9 @@ pub const DEFAULT_LIGHT: &str = "default-light";
 /// Notes that a render tells, since what they assume changes the picture: the light, the dialect of
 /// a library, or that there is none, files that lie elsewhere than named, pictures that decide
 /// between heights and
-/// normals, textures by name, elements that are not rendered, and colours of vertices.
-const TOLD_NOTES: [&str; 9] = [
+/// normals, textures by name, elements that are not rendered, displacements, and colours of
+/// vertices.
+const TOLD_NOTES: [&str; 10] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "no-library",
@@ -68,6 +69,7 @@ const TOLD_NOTES: [&str; 9] = [
     "found-elsewhere",
     "heights-or-normals",
     "maps-by-name",
+    "displacement",
     "skipped-elements",
     "vertex-colors",
 ];

@@ -30,6 +30,14 @@ pub fn load_obj(
             let error = FileError::new(path, "--hide, --only and [part]: obj-reader tobj reads no parts").of_flag();
             return Err(error.help("use --obj-reader own"));
         }
+        ObjReader::Tobj if options.parameters.subdivision() > 0 => {
+            let error = FileError::new(path, "subdivision: obj-reader tobj reads no polygons").of_flag();
+            return Err(error.help("use --obj-reader own"));
+        }
+        ObjReader::Tobj if options.parameters.line_width().is_some() => {
+            let error = FileError::new(path, "line_width: obj-reader tobj reads no lines and points").of_flag();
+            return Err(error.help("use --obj-reader own"));
+        }
         #[cfg(feature = "tobj")]
         ObjReader::Tobj => tobj_reader::read_obj(path, options, allowance, observer, findings)?,
         #[cfg(not(feature = "tobj"))]

@@ -2,6 +2,7 @@ use super::mtl::LibraryOptions;
 use super::origin::Origin;
 use super::part_filter::PartFilter;
 use super::{MtlDialect, Severity};
+use crate::geometry::MAX_STEPS;
 use crate::parameter::{Named, Range, named, parameters};
 use crate::scene::{CutLight, Panes};
 use crate::texture::TextureFilter;
@@ -19,6 +20,24 @@ parameters! {
         obj_reader: ObjReader = ObjReader::Own;
         /// Smooth edges below this angle in degrees, ignoring the file's normals
         smooth: f32, default "normals of the file", in Range::Above(0.0);
+        /// Steps of subdivision of all objects
+        ///
+        /// Each step divides a face into four, and the mesh becomes the smooth surface whose control
+        /// mesh it is: by Loop if all faces are triangles, by Catmull and Clark otherwise.
+        subdivision: u32 = 0, in Range::FromTo(0, MAX_STEPS), flag "subdivide";
+        /// Keep edges between faces sharp above this angle in degrees
+        ///
+        /// For subdivision. Vertices at which sharp edges turn by more keep their places.
+        crease_angle: f32, default "no sharp edges", in Range::Between(0.0, 180.0);
+        /// Render lines and points as tubes and spheres of this diameter
+        ///
+        /// `l` and `p` statements, in units of the OBJ file.
+        line_width: f32, default "lines and points are not rendered", in Range::Above(0.0);
+        /// Displacement of surfaces by textures: on, off, or auto
+        ///
+        /// `auto` displaces by the `displacement_map` of a scene file, and by `disp` of a library if the
+        /// object is subdivided.
+        displacement: DisplacementUse = DisplacementUse::Auto;
         /// Colours of vertices: on, off, or auto
         ///
         /// They multiply the diffuse or base colour. `auto` uses them if no texture gives that colour,
@@ -65,6 +84,21 @@ pub enum ObjReader {
 
 named! {
     ObjReader: "own" => Self::Own, "tobj" => Self::Tobj;
+}
+
+/// Whether surfaces are displaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DisplacementUse {
+    /// As a scene file says; as a library says if the object is subdivided.
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+named! {
+    DisplacementUse: "auto" => Self::Auto, "on" => Self::On, "off" => Self::Off;
 }
 
 /// Whether colours of vertices count.

@@ -48,7 +48,9 @@ pub use exr::{Compression, ExrFormat};
 pub use figure::Figure;
 use finding::MAX_WRONG;
 pub use finding::{DEFAULT_LIGHT, Finding, Findings, MAX_PLACES, Severity, Warning};
-pub use load_options::{CutCaps, LoadOptions, LoadParameters, MapsByName, ObjReader, VertexColorSpace, VertexColors};
+pub use load_options::{
+    CutCaps, DisplacementUse, LoadOptions, LoadParameters, MapsByName, ObjReader, VertexColorSpace, VertexColors,
+};
 pub use metadata::{FeatureNames, Metadata};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};

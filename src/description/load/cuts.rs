@@ -1,6 +1,6 @@
 //! Sections of a scene: cuts of everything that objects bring, and their caps.
 
-use super::Loader;
+use super::{Loader, Shape};
 use crate::color::Spectrum;
 use crate::description::mtl::FileMaterial;
 use crate::description::obj::{Group, ObjFile};
@@ -12,7 +12,7 @@ use crate::material::{Material, MaterialId};
 use crate::math::excerpt_of_name;
 use crate::scene::SectionReport;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Name of the material of caps if none is named.
 const CAP: &str = "section";
@@ -23,7 +23,7 @@ const MAX_NAMED: usize = 4;
 
 impl Loader<'_> {
     /// Cuts what was added, by each section in turn.
-    pub(super) fn cut_sections(&mut self, objs: &BTreeMap<PathBuf, ObjFile>) {
+    pub(super) fn cut_sections(&mut self, objs: &BTreeMap<Shape, ObjFile>) {
         let mut usual = None;
         let parameters = &self.file.load.parameters;
         let light = parameters.cut_light();
@@ -84,11 +84,11 @@ impl Loader<'_> {
 
     /// The material of a group of triangles that no file has: of the scene file, or of the libraries of
     /// its objects.
-    pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<PathBuf, ObjFile>) -> MaterialId {
+    pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<Shape, ObjFile>) -> MaterialId {
         let name = group.material.as_ref();
         let defines = |obj: &ObjFile| name.is_some_and(|name| obj.material(name).is_some());
         match objs.iter().find(|(_, obj)| defines(obj)) {
-            Some((path, obj)) => self.material_of(group, &group.mesh, path, obj),
+            Some((shape, obj)) => self.material_of(group, &group.mesh, &shape.path, obj),
             None => {
                 let none = ObjFile::new(Vec::new(), Vec::new(), Vec::new());
                 self.material_of(group, &group.mesh, self.file.path().unwrap_or(Path::new("")), &none)

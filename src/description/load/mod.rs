@@ -4,6 +4,7 @@
 //! `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
 
 mod cuts;
+mod displacement;
 mod materials;
 mod named_maps;
 mod objects;
@@ -23,6 +24,7 @@ use super::scene_file::SceneFile;
 use super::section::value;
 use super::texture::TextureRequest;
 use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Severity, Warning};
+use crate::geometry::MAX_STEPS;
 use crate::io::LoadOptions;
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
@@ -136,7 +138,7 @@ struct Loader<'a> {
     /// Number of objects with these files.
     copies: HashMap<Shapes, usize>,
     /// The last object for which a file is needed.
-    last_use: HashMap<PathBuf, usize>,
+    last_use: HashMap<Shape, usize>,
     findings: Findings,
     /// Whether to go on after what is wrong.
     goes_on: bool,
@@ -165,6 +167,8 @@ struct Loader<'a> {
     undefined: BTreeMap<PathBuf, Undefined>,
     /// Textures beside each OBJ file, by their names.
     named_maps: BTreeMap<PathBuf, NamedMaps>,
+    /// Heights by which materials displace their surfaces.
+    heights: HashMap<MaterialId, Option<displacement::Heights>>,
     /// How OBJ files are read.
     load: LoadOptions,
     /// Patterns of the names of parts that fit one in any file.
@@ -187,27 +191,53 @@ struct UsedMaterial {
     parts: Vec<u32>,
 }
 
-/// The files that an object's shape comes from, at time 0, and at time 1 where that is another one; true
-/// if it is hidden from the camera.
-type Shapes = (PathBuf, Option<PathBuf>, bool);
+/// What an object's shape comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Shapes {
+    /// At time 0.
+    open: Shape,
+    /// At time 1, if that is another one.
+    close: Option<Shape>,
+    /// True if rays from the camera pass the object.
+    is_hidden: bool,
+}
+
+/// An OBJ file, and how it is subdivided.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct Shape {
+    path: PathBuf,
+    /// Steps of subdivision.
+    steps: u32,
+    /// Bits of the angle in degrees above which edges stay sharp.
+    crease_angle: Option<u32>,
+}
 
 impl<'a> Loader<'a> {
     fn new(file: &'a SceneFile, builder: SceneBuilder, observer: &'a dyn LoadObserver, goes_on: bool) -> Self {
-        let path = |name: &Spanned<PathBuf>| file.resolve(name.get_ref());
         let of = |object: &ObjectSection| {
-            let is_hidden = value(&object.camera_visible) == Some(false);
-            (path(&object.obj), object.obj_close.as_ref().map(path), is_hidden)
+            let shape = |name: &Spanned<PathBuf>| Shape {
+                path: file.resolve(name.get_ref()),
+                steps: value(&object.subdivision).unwrap_or(file.load.parameters.subdivision()),
+                crease_angle: value(&object.crease_angle)
+                    .or(file.load.parameters.crease_angle())
+                    .map(f32::to_bits),
+            };
+            Shapes {
+                open: shape(&object.obj),
+                close: object.obj_close.as_ref().map(shape),
+                is_hidden: value(&object.camera_visible) == Some(false),
+            }
         };
         let shapes: Vec<Shapes> = file.object.iter().map(of).collect();
         let (mut copies, mut last_use) = (HashMap::new(), HashMap::new());
         for (index, shapes) in shapes.iter().enumerate() {
-            let (obj, close, _) = shapes;
+            let Shapes { open, close, .. } = shapes;
             let copies = copies.entry(shapes.clone()).or_insert(0);
             *copies += 1;
             // Copies share what the first one needs.
             if *copies == 1 {
-                for path in [Some(obj), close.as_ref()].into_iter().flatten() {
-                    last_use.insert(path.clone(), index);
+                for shape in [Some(open), close.as_ref()].into_iter().flatten() {
+                    last_use.insert(shape.clone(), index);
                 }
             }
         }
@@ -238,6 +268,7 @@ impl<'a> Loader<'a> {
             missing: BTreeMap::new(),
             undefined: BTreeMap::new(),
             named_maps: BTreeMap::new(),
+            heights: HashMap::new(),
             load: file.load.clone(),
             part_fits: Vec::new(),
             texture_files: Vec::new(),
@@ -345,20 +376,20 @@ impl<'a> Loader<'a> {
         self.load.parts = self.file.part_filter(&self.parts);
         self.part_fits = vec![false; self.load.parts.globs().count()];
         // A file that several objects name is read once.
-        let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
+        let mut objs: BTreeMap<Shape, ObjFile> = BTreeMap::new();
         let mut tried = HashSet::new();
         let mut sources = Vec::new();
         for (index, object) in self.file.object.iter().enumerate() {
-            let names: Vec<_> = [Some(&object.obj), object.obj_close.as_ref()]
-                .into_iter()
-                .flatten()
-                .collect();
-            for name in &names {
-                let path = self.file.resolve(name.get_ref());
-                if !tried.insert(path.clone()) {
+            let Shapes { open, close, .. } = self.shapes[index].clone();
+            let names = [Some(&object.obj), object.obj_close.as_ref()];
+            let shapes: Vec<Shape> = [Some(open), close].into_iter().flatten().collect();
+            for (shape, name) in shapes.iter().zip(names.into_iter().flatten()) {
+                if !tried.insert(shape.clone()) {
                     continue;
                 }
-                match load_obj(&path, &self.load, self.allowance, self.observer, &mut self.findings) {
+                let path = shape.path.clone();
+                let is_read = self.files.contains(&path);
+                match self.read_shape(shape, object) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
                     Ok(mut obj) => {
                         for (fits, glob) in self.part_fits.iter_mut().zip(self.load.parts.globs()) {
@@ -366,21 +397,20 @@ impl<'a> Loader<'a> {
                         }
                         let meshes = obj.groups.iter_mut().map(|group| &mut group.mesh);
                         self.builder.add_parts(std::mem::take(&mut obj.parts), meshes);
-                        self.files.push(path.clone());
-                        self.files.extend(obj.libraries.iter().cloned());
-                        sources.push(ObjSource::new(path.clone(), &obj));
+                        if !is_read {
+                            self.files.push(path.clone());
+                            self.files.extend(obj.libraries.iter().cloned());
+                            sources.push(ObjSource::new(path, &obj));
+                        }
                         self.allowance.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
-                        objs.insert(path, obj);
+                        objs.insert(shape.clone(), obj);
                     }
                 }
             }
             if self.is_over() {
                 return sources;
             }
-            if names
-                .iter()
-                .all(|name| objs.contains_key(&self.file.resolve(name.get_ref())))
-            {
+            if shapes.iter().all(|shape| objs.contains_key(shape)) {
                 if let Err(error) = self.add_object(index, object, &mut objs) {
                     self.wrong("wrong-object", error);
                 }
@@ -396,6 +426,23 @@ impl<'a> Loader<'a> {
         self.make_visible();
         self.cut_sections(&objs);
         sources
+    }
+
+    /// Reads the OBJ file of an object.
+    fn read_shape(&mut self, shape: &Shape, object: &ObjectSection) -> Result<ObjFile, FileError> {
+        let subdivision = object.subdivision.as_ref().filter(|steps| *steps.get_ref() > MAX_STEPS);
+        if let Some(steps) = subdivision {
+            let message = format!("subdivision = {}", steps.get_ref());
+            let error = self.file.error(steps.span(), message);
+            return Err(error.help(format!("write a number of steps from 0 to {MAX_STEPS}")));
+        }
+        let mut options = self.load.clone();
+        options.parameters.subdivision = Some(shape.steps);
+        options.parameters.crease_angle = shape.crease_angle.map(f32::from_bits);
+        let is_told = self.files.contains(&shape.path);
+        let mut again = Findings::default();
+        let findings = if is_told { &mut again } else { &mut self.findings };
+        load_obj(&shape.path, &options, self.allowance, self.observer, findings)
     }
 
     /// Adds lights and the ground.

@@ -1,6 +1,6 @@
 //! Objects of a scene: meshes with their materials in their places.
 
-use super::Loader;
+use super::{Loader, Shape, Shapes};
 use crate::description::FileError;
 use crate::description::MadeObject;
 use crate::description::obj::{Group, ObjFile};
@@ -12,7 +12,6 @@ use crate::material::MaterialId;
 use crate::math::excerpt_of_name;
 use crate::scene::BuildError;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use toml::Spanned;
 
 impl Loader<'_> {
@@ -20,7 +19,7 @@ impl Loader<'_> {
         &mut self,
         index: usize,
         object: &ObjectSection,
-        objs: &mut BTreeMap<PathBuf, ObjFile>,
+        objs: &mut BTreeMap<Shape, ObjFile>,
     ) -> Result<(), FileError> {
         if let Some(Instances::File(list)) = object.instances.as_ref().map(Spanned::get_ref) {
             self.files.push(self.file.resolve(list));
@@ -31,7 +30,7 @@ impl Loader<'_> {
         self.builder.begin_object(name.unwrap_or(&stem));
         let shapes = self.shapes[index].clone();
         let is_shared = self.copies.get(&shapes).is_some_and(|&copies| copies > 1);
-        let path = &shapes.0;
+        let path = &shapes.open.path;
         let refused = |error: BuildError| {
             FileError::new(path, error.to_string()).help(match error {
                 BuildError::TooSmall { .. } => "scale its vertices up, and the matrices of its instances down",
@@ -76,7 +75,7 @@ impl Loader<'_> {
     }
 
     /// Adds a mesh that no file has. Its material may be one of the libraries of `objs`.
-    pub(super) fn add_made(&mut self, object: &MadeObject, objs: &BTreeMap<PathBuf, ObjFile>) -> Result<(), FileError> {
+    pub(super) fn add_made(&mut self, object: &MadeObject, objs: &BTreeMap<Shape, ObjFile>) -> Result<(), FileError> {
         self.builder.begin_object(&object.name);
         let group = Group {
             material: object.material.clone(),
@@ -98,15 +97,19 @@ impl Loader<'_> {
         &mut self,
         index: usize,
         object: &ObjectSection,
-        objs: &mut BTreeMap<PathBuf, ObjFile>,
+        objs: &mut BTreeMap<Shape, ObjFile>,
     ) -> Result<Vec<(Mesh, MaterialId)>, FileError> {
-        let (path, close, is_hidden) = self.shapes[index].clone();
-        let is_last = self.last_use.get(&path) == Some(&index) && close.as_ref() != Some(&path);
+        let Shapes {
+            open: shape,
+            close,
+            is_hidden,
+        } = self.shapes[index].clone();
+        let is_last = self.last_use.get(&shape) == Some(&index) && close.as_ref() != Some(&shape);
         let mut taken = Vec::new();
-        if let Some(obj) = objs.get_mut(&path).filter(|_| is_last) {
+        if let Some(obj) = objs.get_mut(&shape).filter(|_| is_last) {
             taken.extend(obj.groups.iter_mut().map(|group| std::mem::take(&mut group.mesh)));
         }
-        let obj = &objs[&path];
+        let (obj, path) = (&objs[&shape], shape.path.clone());
         let mut taken = taken.into_iter();
         let mut meshes = Vec::with_capacity(obj.groups.len());
         for (i, group) in obj.groups.iter().enumerate() {
@@ -118,7 +121,7 @@ impl Loader<'_> {
                 let Some(last) = last else {
                     let message = format!(
                         "the faces of {} differ from those of {}",
-                        close.display(),
+                        close.path.display(),
                         path.display()
                     );
                     let error = self.file.error(name.span(), message);
@@ -132,14 +135,14 @@ impl Loader<'_> {
             if is_auto && !mesh.colors.is_empty() && self.builder.has_diffuse_map(material) {
                 mesh.colors = Vec::new();
             }
-            let material = if is_hidden {
-                let hidden = self.builder.hidden_material(material);
-                self.list_materials();
-                hidden
-            } else {
-                material
-            };
             meshes.push((mesh, material));
+        }
+        self.displace_object(&mut meshes, &path, shape.steps > 0)?;
+        if is_hidden {
+            for (_, material) in &mut meshes {
+                *material = self.builder.hidden_material(*material);
+            }
+            self.list_materials();
         }
         Ok(meshes)
     }

@@ -1,12 +1,11 @@
 //! Patches of parts of OBJ files: their materials, and patterns that fit nothing.
 
-use super::Loader;
 use super::materials::help_of_names;
+use super::{Loader, Shape};
 use crate::description::FileError;
 use crate::description::obj::{Group, ObjFile};
 use crate::math::excerpt_of_name;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use toml::Spanned;
 
 impl Loader<'_> {
@@ -35,7 +34,7 @@ impl Loader<'_> {
     }
 
     /// Errors about patterns that fit no part of any file, and about a scene whose parts are all hidden.
-    pub(super) fn check_parts(&mut self, objs: &BTreeMap<PathBuf, ObjFile>) {
+    pub(super) fn check_parts(&mut self, objs: &BTreeMap<Shape, ObjFile>) {
         let filter = &self.load.parts;
         if filter.is_empty() || objs.is_empty() && !self.files.is_empty() {
             return;

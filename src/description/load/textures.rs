@@ -13,7 +13,7 @@ use crate::geometry::{Mesh, PrimId};
 use crate::io::{Tiles, path_of_tiles, tile_names};
 use crate::material::{Map, Maps, Material, MaterialId};
 use crate::math::Vec2;
-use crate::texture::{Channel, TextureId, Wrap};
+use crate::texture::{Channel, Mapping, TextureId, Wrap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -39,7 +39,9 @@ impl Loader<'_> {
     pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
-        for request in &mut found.maps {
+        // Displacements belong to objects.
+        let maps = found.maps.iter_mut();
+        for request in maps.filter(|request| request.statement.slot != MapSlot::Displacement) {
             request.path = self.find_texture(request, &material.name, obj);
             let statement = &request.statement;
             let Some(path) = request.path.clone() else {
@@ -52,11 +54,7 @@ impl Loader<'_> {
             let mut mapping = statement.mapping;
             if let Some(tiles) = Tiles::of_path(&path) {
                 self.tell_of_tiles(request, &tiles, mesh);
-                // All tiles are one picture.
-                let size = Vec2::from(tiles.size().map(|count| count as f32));
-                mapping.scale /= size;
-                mapping.offset /= size;
-                mapping.wrap = Wrap::Clamp;
+                mapping = mapping_of_tiles(mapping, &tiles);
             }
             let map = |id| {
                 Some(Map {
@@ -64,9 +62,11 @@ impl Loader<'_> {
                     mapping,
                 })
             };
-            *map_of(&mut material.maps, statement.slot) = map(first);
-            if let Some(other) = request.other_slot().filter(|other| !slots.contains(other)) {
-                *map_of(&mut material.maps, other) = map(first + 1);
+            let other = request.other_slot().filter(|other| !slots.contains(other));
+            for (slot, id) in [(Some(statement.slot), first), (other, first + 1)] {
+                if let Some(of_slot) = slot.and_then(|slot| map_of(&mut material.maps, slot)) {
+                    *of_slot = map(id);
+                }
             }
             self.textures.push(TextureRequest {
                 path,
@@ -83,7 +83,7 @@ impl Loader<'_> {
 
     /// The file of a texture of `material`. Notes if there is none, and if it is found elsewhere
     /// than named.
-    fn find_texture(&mut self, request: &MapRequest, material: &str, obj: &Path) -> Option<PathBuf> {
+    pub(super) fn find_texture(&mut self, request: &MapRequest, material: &str, obj: &Path) -> Option<PathBuf> {
         let statement = &request.statement;
         let folder = request.place.file.parent().unwrap_or(Path::new(""));
         let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
@@ -385,6 +385,7 @@ fn look_without(slot: MapSlot) -> &'static str {
         MapSlot::Emission => "with an even glow",
         MapSlot::Opacity => "without holes",
         MapSlot::Bump | MapSlot::Normal => "flat, without bumps",
+        MapSlot::Displacement => "without displacement",
     }
 }
 
@@ -415,7 +416,7 @@ fn others(count: usize, place: &str) -> String {
 }
 
 /// Use of a texture.
-fn kind_of(request: &MapRequest) -> TextureKind {
+pub(super) fn kind_of(request: &MapRequest) -> TextureKind {
     let MapStatement { slot, mapping, .. } = &request.statement;
     let value = |default| TextureKind::Value(mapping.channel.unwrap_or(default));
     match (slot, request.other_slot()) {
@@ -424,13 +425,26 @@ fn kind_of(request: &MapRequest) -> TextureKind {
         (MapSlot::Diffuse | MapSlot::Specular | MapSlot::Emission, _) => TextureKind::Color,
         (MapSlot::Normal, _) => TextureKind::Normal,
         (MapSlot::Opacity, _) => value(Channel::Opacity),
-        (MapSlot::Exponent | MapSlot::Bump | MapSlot::Roughness | MapSlot::Metallic, _) => value(Channel::Luminance),
+        (MapSlot::Exponent | MapSlot::Bump | MapSlot::Roughness | MapSlot::Metallic | MapSlot::Displacement, _) => {
+            value(Channel::Luminance)
+        }
     }
 }
 
-/// The map of a slot.
-fn map_of(maps: &mut Maps, slot: MapSlot) -> &mut Option<Map> {
-    match slot {
+/// The mapping of a texture of several tiles, which are one picture.
+pub(super) fn mapping_of_tiles(mapping: Mapping, tiles: &Tiles) -> Mapping {
+    let size = Vec2::from(tiles.size().map(|count| count as f32));
+    Mapping {
+        scale: mapping.scale / size,
+        offset: mapping.offset / size,
+        wrap: Wrap::Clamp,
+        ..mapping
+    }
+}
+
+/// The map of a slot; `None` if surfaces have none while they are rendered.
+fn map_of(maps: &mut Maps, slot: MapSlot) -> Option<&mut Option<Map>> {
+    Some(match slot {
         MapSlot::Diffuse => &mut maps.diffuse,
         MapSlot::Specular => &mut maps.specular,
         MapSlot::Emission => &mut maps.emission,
@@ -440,5 +454,6 @@ fn map_of(maps: &mut Maps, slot: MapSlot) -> &mut Option<Map> {
         MapSlot::Normal => &mut maps.normal,
         MapSlot::Roughness => &mut maps.roughness,
         MapSlot::Metallic => &mut maps.metallic,
-    }
+        MapSlot::Displacement => return None,
+    })
 }

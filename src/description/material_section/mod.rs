@@ -126,6 +126,10 @@ section! {
         bump_map: MapSection, default "none";
         /// Texture of normals in the frame of the texture coordinates, over heights
         normal_map: MapSection, default "none";
+        /// Texture of displacements along the normal, `height` scene units at white
+        ///
+        /// Vertices move, so the object needs `subdivision` or small faces.
+        displacement_map: MapSection, default "none";
     }
 }
 
@@ -179,7 +183,7 @@ impl MaterialSection {
     }
 
     /// The keys of textures with their slots, in the order of the slots.
-    fn slots(&self) -> [(&Option<Spanned<MapSection>>, MapSlot); 9] {
+    fn slots(&self) -> [(&Option<Spanned<MapSection>>, MapSlot); 10] {
         [
             (&self.diffuse_map, MapSlot::Diffuse),
             (&self.specular_map, MapSlot::Specular),
@@ -190,11 +194,12 @@ impl MaterialSection {
             (&self.opacity_map, MapSlot::Opacity),
             (&self.bump_map, MapSlot::Bump),
             (&self.normal_map, MapSlot::Normal),
+            (&self.displacement_map, MapSlot::Displacement),
         ]
     }
 
     /// The keys of textures with their slots, to be changed.
-    pub fn maps_mut(&mut self) -> [(MapSlot, &mut Option<Spanned<MapSection>>); 9] {
+    pub fn maps_mut(&mut self) -> [(MapSlot, &mut Option<Spanned<MapSection>>); 10] {
         [
             (MapSlot::Diffuse, &mut self.diffuse_map),
             (MapSlot::Specular, &mut self.specular_map),
@@ -205,6 +210,7 @@ impl MaterialSection {
             (MapSlot::Opacity, &mut self.opacity_map),
             (MapSlot::Bump, &mut self.bump_map),
             (MapSlot::Normal, &mut self.normal_map),
+            (MapSlot::Displacement, &mut self.displacement_map),
         ]
     }
 }

@@ -22,6 +22,7 @@ const NAMES = {
   opacity: "Opacity", patch: "Patch",
   diffuse_map: "Base colour texture", specular_map: "Reflection texture", emission_map: "Glow texture", exponent_map: "Shininess texture",
   roughness_map: "Roughness texture", metallic_map: "Metal texture", opacity_map: "Opacity texture", bump_map: "Bump texture", normal_map: "Normal map",
+  displacement_map: "Displacement texture",
   // Lights
   type: "Type", group: "Light group", position: "Position", intensity: "Intensity", direction: "Direction", look_at: "Aims at", angle: "Angle",
   falloff: "Soft edge from", irradiance: "Irradiance", radiance: "Brightness", image: "Picture", scale: "Strength", rotate: "Rotation",

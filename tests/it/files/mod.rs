@@ -9,5 +9,7 @@ mod readers;
 mod schema;
 mod smoothing_groups;
 mod specification;
+pub mod subdivision;
 mod told_repairs;
+mod wires;
 mod written_scenes;

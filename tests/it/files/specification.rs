@@ -73,9 +73,9 @@ const MTL: [(&str, bool); 23] = [
     ("map_Ka w.png", false),
     ("map_aat on", false),
     ("decal w.png", false),
-    ("disp w.png", false),
+    ("disp w.png", true),
     ("refl -type sphere w.png", false),
-    ("map_disp w.png", false),
+    ("map_disp w.png", true),
 ];
 
 /// Keywords between backquotes in the messages of findings, each with the line.

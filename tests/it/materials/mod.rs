@@ -3,6 +3,7 @@
 mod bodies;
 mod bsdf;
 mod dispersion;
+mod displacement;
 mod mtl;
 mod named_maps;
 mod patches;

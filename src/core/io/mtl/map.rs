@@ -28,6 +28,8 @@ pub enum MapSlot {
     Bump,
     /// Normals in the frame of the texture.
     Normal,
+    /// Displacement of the surface along its normal.
+    Displacement,
 }
 
 /// A texture statement: which file, and how it lies on the surface.
@@ -58,6 +60,7 @@ impl MapSlot {
             "map_pm" => Self::Metallic,
             "map_d" | "map_opacity" => Self::Opacity,
             "map_bump" | "bump" => Self::Bump,
+            "disp" | "map_disp" => Self::Displacement,
             "norm" | "map_kn" | "map_norm" => Self::Normal,
             _ => return None,
         })

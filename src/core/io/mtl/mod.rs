@@ -142,7 +142,7 @@ pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings
 
 /// Statements of the format that have no effect, in lower case, and why. A note is for those whose
 /// effect a path tracer has anyway.
-const IGNORED: [(&str, Severity, &str); 8] = [
+const IGNORED: [(&str, Severity, &str); 6] = [
     ("map_ka", Severity::Note, "ambient light is computed"),
     ("sharpness", Severity::Note, "reflections are computed"),
     ("map_aat", Severity::Note, "all textures are filtered"),
@@ -156,8 +156,6 @@ const IGNORED: [(&str, Severity, &str); 8] = [
         Severity::Warning,
         "reflections are computed, without pictures of them",
     ),
-    ("disp", Severity::Warning, "surfaces are not displaced"),
-    ("map_disp", Severity::Warning, "surfaces are not displaced"),
     ("decal", Severity::Warning, "pictures do not replace the material"),
 ];
 

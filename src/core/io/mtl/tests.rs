@@ -115,14 +115,15 @@ fn plain_materials_are_grey_and_lamps_black() {
 
 #[test]
 fn what_has_no_effect_is_said() {
-    let (_, warnings) = load("newmtl a\ndisp a.png\nrefl r.png\nnewmtl b\ndisp b.png\nd 0.5\nTr 0.9\n").unwrap();
+    let (_, warnings) = load("newmtl a\ndecal a.png\nrefl r.png\nnewmtl b\ndecal b.png\nd 0.5\nTr 0.9\n").unwrap();
     assert!(
         warnings[0].contains("t.mtl:3: `refl` has no effect: reflections are computed"),
         "{warnings:?}"
     );
     assert!(
-        warnings[1]
-            .contains("t.mtl:2: 2 statements `disp` have no effect, the first is here: surfaces are not displaced"),
+        warnings[1].contains(
+            "t.mtl:2: 2 statements `decal` have no effect, the first is here: pictures do not replace the material"
+        ),
         "{warnings:?}"
     );
     assert!(

@@ -54,6 +54,7 @@ impl ObjFaces {
         let wanted = Wanted {
             origin: DVec3::ZERO,
             keep_lines: true,
+            keep_wires: false,
             parts,
         };
         let text = read_text(path)?;

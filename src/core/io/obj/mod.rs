@@ -1,6 +1,6 @@
 //! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or
 //! as they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
-//! libraries (`libraries`), fronts and backs at one place (`sides`).
+//! libraries (`libraries`), fronts and backs at one place (`sides`), subdivision (`subdivide`), lines and points (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
 //! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
@@ -19,6 +19,8 @@ mod polygon;
 mod remarks;
 mod sides;
 mod smoothing;
+mod subdivide;
+mod wires;
 
 use super::mtl::{FileMaterial, ObjContext, Signature};
 use super::statements::with_line_feeds;
@@ -41,6 +43,8 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use subdivide::subdivide;
+use wires::add_wires;
 
 /// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
 const CHUNK_BYTES: usize = 1 << 20;
@@ -136,7 +140,7 @@ pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
             ..
         } => (
             format!("{NO_FACES}: its {elements} are skipped"),
-            "convert lines, points and curves to a mesh, and export it with its faces (`f` lines)",
+            "render lines and points with --line-width, or export a mesh with its faces (`f` lines)",
         ),
         Faceless {
             is_of_mesh: true,
@@ -183,6 +187,7 @@ pub(super) fn read_obj(
     let wanted = Wanted {
         origin: changes.origin,
         keep_lines: false,
+        keep_wires: options.parameters.line_width().is_some(),
         parts: &options.parts,
     };
     let mut outline = parse::parse(path, &chunks, wanted, &|bytes| observer.advance(bytes))?;
@@ -190,7 +195,7 @@ pub(super) fn read_obj(
     let is_cut = !text.ends_with('\n');
     drop(text);
     // Without a face there is no picture.
-    let has_faces = outline.sections.iter().any(|section| section.corner_count() > 0);
+    let has_faces = outline.all_sections().any(|section| section.corner_count() > 0);
     let severity = if has_faces || !options.parts.is_empty() {
         options.severity_of_lack()
     } else {
@@ -218,11 +223,24 @@ pub(super) fn read_obj(
         skipped: outline.remarks.skipped(),
     };
     let mut of_colors = Vec::new();
-    let colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
+    let mut colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
     findings.extend(of_colors);
+    subdivide(
+        path,
+        &mut outline,
+        &mut colors,
+        &options.parameters,
+        allowance,
+        findings,
+    )?;
     let parts = std::mem::take(&mut outline.parts);
     let rules = MaterialRules::new(&options.parts, &parts);
-    let (groups, pairs) = into_groups(outline, colors, &rules, changes.moves_apart);
+    let mut wires = Vec::new();
+    if let Some(width) = options.parameters.line_width() {
+        wires = add_wires(path, &outline, &colors, &rules, width, allowance)?;
+    }
+    let (mut groups, pairs) = into_groups(outline, colors, &rules, changes.moves_apart);
+    groups.append(&mut wires);
     if pairs > 0 {
         let noun = if pairs == 1 { "face has" } else { "faces have" };
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");

@@ -22,6 +22,8 @@ pub(super) struct Outline {
     pub vertices: VertexData,
     /// Faces and changes of state, in the file's order.
     pub sections: Vec<Section>,
+    /// Lines and points, as faces of their vertices, if they are rendered.
+    pub wires: Vec<Section>,
     /// Names in `mtllib`.
     pub libraries: Vec<LibraryName>,
     /// Faces that are left out, and assumptions.
@@ -38,9 +40,18 @@ pub(super) struct Outline {
 }
 
 impl Outline {
+    /// Faces, then lines and points.
+    pub fn all_sections(&self) -> impl Iterator<Item = &Section> {
+        self.sections.iter().chain(&self.wires)
+    }
+
+    fn all_sections_mut(&mut self) -> impl Iterator<Item = &mut Section> {
+        self.sections.iter_mut().chain(&mut self.wires)
+    }
+
     /// Returns true if the file names a material.
     pub fn uses_materials(&self) -> bool {
-        let mut states = self.sections.iter().flat_map(|section| &section.state_changes);
+        let mut states = self.all_sections().flat_map(|section| &section.state_changes);
         states.any(|state| state.material.is_some() || state.whole_name.is_some())
     }
 
@@ -48,7 +59,7 @@ impl Outline {
     pub fn used_names(&self) -> HashSet<String> {
         let mut used = HashSet::new();
         let mut names: Vec<&str> = Vec::new();
-        for (state, faces) in self.sections.iter().flat_map(Section::states) {
+        for (state, faces) in self.all_sections().flat_map(Section::states) {
             if state.material.is_some() || state.whole_name.is_some() {
                 let whole = state.whole_name.iter().flat_map(|whole| possible_names(whole));
                 names = whole.chain(state.material.as_deref()).collect();
@@ -69,7 +80,7 @@ impl Outline {
 
     /// Gives materials the whole names that are `defined`.
     pub fn set_whole_names(&mut self, defined: &HashSet<&str>) {
-        for state in self.sections.iter_mut().flat_map(|section| &mut section.state_changes) {
+        for state in self.all_sections_mut().flat_map(|section| &mut section.state_changes) {
             let whole = state.whole_name.take();
             let mut names = whole.iter().flat_map(|whole| possible_names(whole));
             let name = names.find(|name| defined.contains(name)).map(str::to_string);
@@ -269,6 +280,41 @@ impl Section {
     pub fn have_uvs(&self, corners: Range<usize>) -> bool {
         let uvs = part(&self.vt, corners);
         !uvs.is_empty() && !uvs.contains(&NONE)
+    }
+
+    /// Number of corners of each face.
+    pub fn sizes(&self) -> &[u32] {
+        &self.sizes
+    }
+
+    /// Returns true if a corner has texture coordinates.
+    pub fn has_uvs(&self) -> bool {
+        !self.vt.is_empty()
+    }
+
+    /// Replaces each face by this number of triangles, whose corners have these positions, texture
+    /// coordinates, if there are any, and normals. Lines are forgotten.
+    pub fn replace_faces(&mut self, counts: &[usize], [v, vt, vn]: [&[[u32; 3]]; 3]) {
+        let mut starts = Vec::with_capacity(counts.len() + 1);
+        let mut start = 0;
+        for count in counts {
+            starts.push(start);
+            start += count;
+        }
+        starts.push(start);
+        let place = |face: usize| starts.get(face).copied().unwrap_or(start);
+        for change in &mut self.state_changes {
+            change.face = place(change.face);
+            change.corner = 3 * change.face;
+        }
+        for change in &mut self.part_changes {
+            change.face = place(change.face as usize) as u32;
+        }
+        self.sizes = vec![3; v.len()];
+        self.v = v.as_flattened().to_vec();
+        self.vt = vt.as_flattened().to_vec();
+        self.vn = vn.as_flattened().to_vec();
+        self.lines = Vec::new();
     }
 
     /// Number of faces.

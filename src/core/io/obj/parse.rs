@@ -74,6 +74,8 @@ pub(super) struct Wanted<'a> {
     pub origin: DVec3,
     /// True if the line of each face is kept.
     pub keep_lines: bool,
+    /// True if lines and points are read.
+    pub keep_wires: bool,
     /// The parts whose faces are read.
     pub parts: &'a PartFilter,
 }
@@ -102,7 +104,7 @@ pub(super) fn parse(
     }
     let wrong = std::mem::take(&mut outline.wrong_positions);
     let is_wrong = |i: u32| i as usize >= first && wrong.binary_search(&(i as usize)).is_ok();
-    for section in &mut outline.sections {
+    for section in outline.sections.iter_mut().chain(&mut outline.wires) {
         let removed = section.remove_faces(is_wrong);
         removed
             .into_iter()
@@ -129,8 +131,8 @@ fn parse_all(
         .zip(before)
         .zip(names)
         .map(|((text, before), names)| {
-            let state = PartState::new(wanted.parts, text, names);
-            let chunk = Chunk::parse(path, text, [before, total], wanted, state);
+            let states = [(); 2].map(|()| PartState::new(wanted.parts, text, names));
+            let chunk = Chunk::parse(path, text, [before, total], wanted, states);
             advance(text.len() as u64);
             chunk
         })
@@ -144,6 +146,7 @@ fn parse_all(
             ..VertexData::default()
         },
         sections: Vec::with_capacity(parsed.len()),
+        wires: Vec::new(),
         libraries: Vec::new(),
         remarks: Remarks::default(),
         wrong: Vec::new(),
@@ -161,6 +164,10 @@ fn parse_all(
         outline.wrong_positions.extend(wrong_positions);
         outline.vertices.append(&mut chunk.vertices);
         outline.sections.push(chunk.section);
+        if wanted.keep_wires {
+            chunk.wire_parts.number(&mut outline.parts, &mut chunk.wires);
+            outline.wires.push(chunk.wires);
+        }
         outline.libraries.append(&mut chunk.libraries);
         outline.remarks.append(&chunk.remarks);
         let free = MAX_WRONG - outline.wrong.len();
@@ -170,7 +177,7 @@ fn parse_all(
     outline.parts.shrink_to_fit();
     // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
     // most.
-    let corners: usize = outline.sections.iter().map(Section::corner_count).sum();
+    let corners: usize = outline.all_sections().map(Section::corner_count).sum();
     if 2 * corners + total.elements.iter().sum::<usize>() >= NONE as usize {
         let message = "the file has too many vertices or faces for 32-bit indices";
         return Err(FileError::new(path, message).help("cut it into several files"));
@@ -262,11 +269,23 @@ struct Chunk<'a> {
     origin: DVec3,
     keep_lines: bool,
     parts: PartState<'a>,
+    /// Lines and points, as faces of their vertices.
+    wires: Section,
+    /// True if these are read.
+    keep_wires: bool,
+    /// Parts of these.
+    wire_parts: PartState<'a>,
 }
 
 impl<'a> Chunk<'a> {
     /// Reads a chunk of a file that has `total` counts, `before` of them before the chunk.
-    fn parse(path: &Path, text: &str, [before, total]: [&'a Counts; 2], wanted: Wanted, parts: PartState<'a>) -> Self {
+    fn parse(
+        path: &Path,
+        text: &str,
+        [before, total]: [&'a Counts; 2],
+        wanted: Wanted,
+        [parts, wire_parts]: [PartState<'a>; 2],
+    ) -> Self {
         let mut chunk = Self {
             before,
             total,
@@ -281,7 +300,11 @@ impl<'a> Chunk<'a> {
             origin: wanted.origin,
             keep_lines: wanted.keep_lines,
             parts,
+            wires: Section::default(),
+            keep_wires: wanted.keep_wires,
+            wire_parts,
         };
+        chunk.wires.state_change();
         // The first state_change changes nothing: faces may belong to what came before the chunk.
         chunk.section.state_change();
         for statement in whole_statements(text) {
@@ -374,15 +397,24 @@ impl<'a> Chunk<'a> {
             }
             "f" | "fo" if self.parts.is_shown(self.section.face_count()) => self.read_face(rest, line)?,
             "f" | "fo" => {}
-            "o" => self.parts.begin_object(whole.start),
-            "g" => self.parts.begin_groups(whole.start),
+            "o" => {
+                self.parts.begin_object(whole.start);
+                self.wire_parts.begin_object(whole.start);
+            }
+            "g" => {
+                self.parts.begin_groups(whole.start);
+                self.wire_parts.begin_groups(whole.start);
+            }
             "usemtl" => {
                 let whole_name = whole.whole_name();
                 if !rest.is_empty() || whole_name.is_some() {
-                    let state_change = self.section.state_change();
-                    state_change.line = line;
-                    state_change.whole_name = whole_name.map(Into::into);
-                    state_change.material = Some(rest.to_string()).filter(|name| !name.is_empty());
+                    let wires = self.keep_wires.then_some(&mut self.wires);
+                    for section in std::iter::once(&mut self.section).chain(wires) {
+                        let state_change = section.state_change();
+                        state_change.line = line;
+                        state_change.whole_name = whole_name.map(Into::into);
+                        state_change.material = Some(rest.to_string()).filter(|name| !name.is_empty());
+                    }
                 }
             }
             "s" => self.section.state_change().smoothing = Some(self.smoothing_group(rest, line)),
@@ -396,6 +428,11 @@ impl<'a> Chunk<'a> {
                 read.unwrap_or_else(|()| self.remarks.add(Remark::BadColor, line));
             }
             "" => {}
+            "p" | "l" if self.keep_wires => {
+                if self.wire_parts.is_shown(self.wires.face_count()) {
+                    self.read_wire(keyword == "l", rest, line)?;
+                }
+            }
             "p" => self
                 .remarks
                 .skip(Skipped::Point, rest.split_ascii_whitespace().count(), line),
@@ -408,6 +445,40 @@ impl<'a> Chunk<'a> {
                 Some(index) => self.remarks.ignore(index, line),
                 None => self.remarks.add_unknown(&excerpt(keyword), line),
             },
+        }
+        Ok(())
+    }
+
+    /// Reads the vertices of a line, or of points.
+    fn read_wire(&mut self, is_line: bool, words: &str, line: usize) -> Result<(), Fault> {
+        let start = self.wires.corner_count();
+        for word in words.split_ascii_whitespace() {
+            let corner = self.corner(word);
+            // Only positions count
+            self.lost = [None, None];
+            match corner {
+                Ok([v, ..]) => self.wires.push_corner([v, NONE, NONE]),
+                Err(fault) => {
+                    self.wires.truncate(start);
+                    return Err(fault.and("the element is left out"));
+                }
+            }
+        }
+        let count = self.wires.corner_count() - start;
+        if is_line && count < 2 {
+            self.wires.truncate(start);
+            let message = format!("a line of {count} vertices");
+            return Err(Fault::new(
+                "l",
+                message,
+                "name two vertices or more, or write a point (`p`)",
+            ));
+        }
+        let line = self.keep_lines.then(|| u32::try_from(line).unwrap_or(u32::MAX));
+        if is_line {
+            self.wires.push_face(u32::try_from(count).unwrap_or(u32::MAX), line);
+        } else {
+            (0..count).for_each(|_| self.wires.push_face(1, line));
         }
         Ok(())
     }

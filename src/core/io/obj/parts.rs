@@ -223,6 +223,7 @@ mod tests {
                 let wanted = Wanted {
                     origin: DVec3::ZERO,
                     keep_lines: false,
+                    keep_wires: false,
                     parts: &filter,
                 };
                 let outline = parse(Path::new("t.obj"), &Chunks::count(&text, bytes), wanted, &|_| ()).unwrap();

@@ -237,7 +237,16 @@ impl Remarks {
                 "are skipped, the first is here"
             };
             let message = format!("{elements} {verb}");
-            self.skipped.finding(path, Severity::Note, "skipped-elements", message)
+            let finding = self.skipped.finding(path, Severity::Note, "skipped-elements", message);
+            let has_wires =
+                self.skipped_counts[Skipped::Line as usize] + self.skipped_counts[Skipped::Point as usize] > 0;
+            finding.map(|mut finding| {
+                if has_wires {
+                    let help = "--line-width W renders lines as tubes and points as spheres of that diameter";
+                    finding.error = finding.error.help(help);
+                }
+                finding
+            })
         });
         let ignored = IGNORED.iter().zip(&self.ignored);
         let ignored = ignored.filter_map(|((keyword, why), tally)| {

@@ -179,6 +179,7 @@ mod tests {
         let wanted = Wanted {
             origin: DVec3::ZERO,
             keep_lines: false,
+            keep_wires: false,
             parts: &PartFilter::default(),
         };
         let outline = parse(Path::new("t.obj"), &chunks, wanted, &|_| ()).unwrap();

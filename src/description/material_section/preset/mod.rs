@@ -13,12 +13,12 @@ impl Preset {
     }
 }
 
-/// `old` as a preset has it, of which `new` is the material alone: its opacity and its bump or
-/// normal map stay, and, if the preset reflects diffusely, its diffuse texture.
+/// `old` as a preset has it, of which `new` is the material alone: its opacity and its bump,
+/// normal or displacement map stay, and, if the preset reflects diffusely, its diffuse texture.
 pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
     let has_pigment = has_pigment(&new.material);
     let stays = |request: &&MapRequest| match request.statement.slot {
-        MapSlot::Opacity | MapSlot::Bump | MapSlot::Normal => true,
+        MapSlot::Opacity | MapSlot::Bump | MapSlot::Normal | MapSlot::Displacement => true,
         MapSlot::Diffuse => has_pigment,
         _ => false,
     };

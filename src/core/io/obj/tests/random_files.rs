@@ -143,6 +143,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
         Wanted {
             origin: DVec3::ZERO,
             keep_lines: false,
+            keep_wires: false,
             parts: &PartFilter::default(),
         },
         &|_| (),

@@ -190,7 +190,7 @@ fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], m
             let index = |(normal, &place): (&Vec3, &u32)| {
                 let new = index_of.len() as u32;
                 *index_of
-                    .entry((place, normal.to_array().map(f32::to_bits)))
+                    .entry((place, (*normal + Vec3::ZERO).to_array().map(f32::to_bits)))
                     .or_insert(new)
             };
             shape.normals.iter().zip(places).map(index).collect()
@@ -381,6 +381,7 @@ mod tests {
                 assert!(n.dot(facet) > 0.9, "{n} {facet}");
             }
         }
-        assert!(mesh.positions.iter().all(|p| p.abs().max_element() > 1.1));
+        // A corner moves by the mean of three normals
+        assert!(mesh.positions.iter().all(|p| p.abs().max_element() > 1.08));
     }
 }

@@ -122,8 +122,8 @@ fn height_map_equals_the_mesh() {
         done(folder.path(), &["render", "s.toml", "-q", "-o", "t.exr"]);
     }
     let [a, b] = [&one, &other].map(|folder| heights(&folder.path().join("s.toml")));
-    let most = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(a.len() == (n * n) as usize && most < 1e-6, "{most}");
+    let max = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(a.len() == (n * n) as usize && max < 1e-6, "{max}");
     let [a, b] = [&one, &other].map(|folder| crate::support::read_rgb(&folder.path().join("t.exr")));
     for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
         assert!((a - b).abs() <= 1e-3 * (a + b), "{a} {b}");

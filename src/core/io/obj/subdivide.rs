@@ -87,7 +87,7 @@ fn check_memory(path: &Path, mesh: &ControlMesh, steps: u32, allowance: Allowanc
     let bytes_of = |steps: u32| mesh.bytes(steps) + mesh.triangles(steps) * BYTES_OF_TRIANGLE;
     let refusal = |steps: u32| {
         if !mesh.fits_indices(steps) {
-            return Some("more than 32-bit indices can tell apart".to_string());
+            return Some("more than 32-bit indices can distinguish".to_string());
         }
         let bytes = bytes_of(steps);
         MemoryLimit::refusal(allowance.limit, allowance.kept.saturating_add(bytes), bytes)

@@ -44,7 +44,7 @@ pub(super) fn add_wires(
     let bytes = triangles * BYTES_OF_TRIANGLE;
     let total = allowance.kept.saturating_add(bytes);
     let is_over = triangles >= u64::from(u32::MAX) / 3;
-    let too_many = is_over.then(|| "more than 32-bit indices can tell apart".to_string());
+    let too_many = is_over.then(|| "more than 32-bit indices can distinguish".to_string());
     if let Some(why) = too_many.or_else(|| MemoryLimit::refusal(allowance.limit, total, bytes)) {
         let message = format!(
             "lines and points become {triangles} triangles, which take about {}: {why}",

@@ -237,12 +237,12 @@ fn nothing_to_render_is_an_error() {
         (
             format!("{SQUARE}l 1 2\nl 2 3\np 1"),
             "its 2 lines (`l`) and 1 point (`p`) are skipped",
-            "convert",
+            "--line-width",
         ),
         (
             format!("{SQUARE}p 1 2 3 4"),
             "its 4 points (`p`) are skipped",
-            "convert",
+            "--line-width",
         ),
         ("o a\n".into(), "no faces in this OBJ file", "export"),
     ] {

@@ -255,8 +255,8 @@ impl SceneBuilder {
         Treatment {
             keeps_removed: is_whole && material.light_visible,
             is_exempt: is_whole && !material.camera_visible,
-            // Thin glass is a sheet, and caps of an earlier section are.
-            has_caps: material.camera_visible && !material.thin && (material.light_visible || !is_whole),
+            // Thin glass is a sheet. Caps of an earlier section close what that has left.
+            has_caps: material.camera_visible && !material.thin,
         }
     }
 

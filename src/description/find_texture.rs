@@ -9,12 +9,9 @@ const USUAL_FOLDERS: [&str; 5] = ["textures", "maps", "texture", "images", "tex"
 /// Folders of a written path that are looked for with the name of the file.
 const MAX_FOLDERS_OF_NAME: usize = 3;
 
-/// Folders, relative to that of an OBJ file, in which its textures usually lie: that one, the usual ones
-/// within it, and those beside it.
-pub(super) fn texture_folders() -> impl Iterator<Item = PathBuf> {
-    let beside = USUAL_FOLDERS.iter().map(|folder| Path::new("..").join(folder));
-    let within = USUAL_FOLDERS.iter().map(PathBuf::from);
-    std::iter::once(PathBuf::new()).chain(within).chain(beside)
+/// Returns true if a folder of this name usually has textures: `Textures` too.
+pub(super) fn is_texture_folder(name: &str) -> bool {
+    USUAL_FOLDERS.iter().any(|usual| name.eq_ignore_ascii_case(usual))
 }
 
 /// The folders in which the textures of a material are looked for.

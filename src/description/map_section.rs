@@ -188,6 +188,7 @@ impl TextureSection {
             statement,
             place,
             is_literal: true,
+            if_cut_out: false,
             path: None,
         })
     }

@@ -58,16 +58,18 @@ pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render tells, since what they assume changes the picture: the light, the dialect of
 /// a library, or that there is none, files that lie elsewhere than named, pictures that decide
-/// between heights and
-/// normals, textures by name, elements that are not rendered, displacements, and colours of
-/// vertices.
-const TOLD_NOTES: [&str; 10] = [
+/// between heights and normals or on opacity, textures and materials by name, pictures that are not
+/// used, displacements, elements that are not rendered, and colours of vertices.
+const TOLD_NOTES: [&str; 13] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "no-library",
     "negative-lobes",
     "found-elsewhere",
     "heights-or-normals",
+    "cut-out",
+    "only-material",
+    "unused-pictures",
     "maps-by-name",
     "displacement",
     "skipped-elements",

@@ -1,6 +1,7 @@
 //! Pictures as files have them, before they become textures.
 
 use super::FileError;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// A picture as its file has it, row by row from the top.
@@ -16,6 +17,17 @@ pub(super) struct Picture {
 }
 
 impl Picture {
+    /// Returns true if alpha is a cut-out: nearly all pixels are opaque or transparent, there are
+    /// both, and nearly all transparent ones have one colour. Masks of gloss or of clothes have
+    /// details of the picture below.
+    pub fn is_cut_out(&self) -> bool {
+        match &self.samples {
+            Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),
+            Samples::Shorts(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u16::MAX)),
+            Samples::Floats(all) => is_cut_out(all, self.channels, |x| x),
+        }
+    }
+
     /// Leaves out an alpha channel that is 1 in all pixels.
     pub fn drop_opaque_alpha(&mut self) {
         fn dropped<T: Copy + PartialEq>(samples: &[T], channels: usize, opaque: T) -> Option<Vec<T>> {
@@ -35,6 +47,40 @@ impl Picture {
             (self.samples, self.channels) = (samples, self.channels - 1);
         }
     }
+}
+
+/// [`Picture::is_cut_out`] of samples, of which `value` gives the numbers from 0 to 1.
+fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> bool {
+    /// Alpha of transparent pixels at most, and of opaque ones at least.
+    const ENDS: [f32; 2] = [0.04, 0.96];
+    /// Share of pixels between the ends, at most.
+    const GRADED: f32 = 0.05;
+    /// Share of transparent pixels, and of opaque ones, at least: one colour of a palette is
+    /// transparent.
+    const BOTH: f32 = 0.01;
+    /// Share of the transparent pixels of one colour, at least, and levels of a channel by which
+    /// colours differ.
+    const ONE_COLOR: f32 = 0.9;
+    const LEVELS: f32 = 16.0;
+    if channels % 2 != 0 {
+        return false;
+    }
+    let (mut colors, mut opaque): (HashMap<[u8; 3], usize>, usize) = (HashMap::new(), 0);
+    for texel in samples.chunks_exact(channels) {
+        let alpha = value(texel[channels - 1]);
+        opaque += usize::from(alpha >= ENDS[1]);
+        if alpha <= ENDS[0] {
+            let level = |i: usize| (value(texel[i.min(channels - 2)]) * LEVELS).clamp(0.0, LEVELS - 1.0) as u8;
+            *colors.entry([0, 1, 2].map(level)).or_default() += 1;
+        }
+    }
+    let transparent: usize = colors.values().sum();
+    let usual = colors.into_values().max().unwrap_or(0);
+    let all = (samples.len() / channels).max(1) as f32;
+    let [transparent_share, opaque_share] = [transparent, opaque].map(|count| count as f32 / all);
+    transparent_share.min(opaque_share) >= BOTH
+        && transparent_share + opaque_share >= 1.0 - GRADED
+        && usual as f32 >= ONE_COLOR * transparent as f32
 }
 
 /// Samples by their type: shares of the largest number, or linear values.

@@ -20,6 +20,10 @@ pub enum TextureKind {
     Color,
     /// One number of each texel, linear: opacity, roughness, heights.
     Value(Channel),
+    /// Opacity by the alpha of a picture of colours, if that is a cut-out: nearly all texels are
+    /// opaque or transparent, there are both, and the transparent ones have one colour. An error of
+    /// other pictures.
+    CutOut,
     /// A normal map: three numbers, linear.
     Normal,
     /// A normal map whose numbers are sRGB-encoded, which some programs write.
@@ -43,6 +47,7 @@ impl TextureKind {
                 (BumpContent::Heights, _) | (BumpContent::Unknown, Self::HeightsOrNormals) => Self::HEIGHTS,
                 (BumpContent::Unknown, _) => Self::Normal,
             },
+            Self::CutOut if picture.is_cut_out() => Self::Value(Channel::Matte),
             kind => kind,
         }
     }
@@ -201,10 +206,22 @@ fn header_of(path: &Path, kind: TextureKind, allowance: Allowance) -> Result<Pic
     }
 }
 
+/// Width and height of a picture; `None` if it cannot be read.
+pub fn texture_size(path: &Path) -> Option<(u64, u64)> {
+    let header = picture_size(path, Wanted::Colors, Allowance::of_system()).ok()?;
+    Some((header.width, header.height))
+}
+
+/// Returns true if the header of a picture, or of one of its tiles, tells that it has alpha.
+pub fn has_alpha(path: &Path) -> bool {
+    let header = header_of(path, TextureKind::Color, Allowance::of_system());
+    header.is_ok_and(|header| header.channels % 2 == 0)
+}
+
 /// Bytes that a texture takes for good, and those that it takes besides while it is read and its levels are made.
 fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     let channels = match kind {
-        TextureKind::Value(_) => 1,
+        TextureKind::Value(_) | TextureKind::CutOut => 1,
         _ => size.channels,
     };
     let halved = |(width, height): (u64, u64)| ((width / 2).max(1), (height / 2).max(1));
@@ -267,6 +284,9 @@ fn load_texture_within(
         None => read(path)?,
     };
     let kind = kind.decided(&picture);
+    if kind == TextureKind::CutOut {
+        return Err(FileError::new(path, "the alpha of this picture is not a cut-out"));
+    }
     if kind == TextureKind::Normal && picture.channels < 3 {
         let error = FileError::new(path, "a normal map has red, green and blue, but this picture is grey");
         return Err(error.help("use `bump_map` for a height map"));

@@ -1,9 +1,10 @@
 //! Materials of a scene: those of the scene file, of material libraries, and the default one.
 
+use super::beside::offer_in_words;
 use super::{DEFAULT_MATERIAL, Loader, MaterialSource, UsedMaterial};
 use crate::color::Spectrum;
 use crate::description::light_group_section::idle_members;
-use crate::description::mtl::{FileMaterial, default_material};
+use crate::description::mtl::{FileMaterial, MapSlot, default_material};
 use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
 use crate::description::{FileError, Finding, Position, SceneFile, Severity};
@@ -11,9 +12,10 @@ use crate::geometry::Mesh;
 use crate::io::{MapsByName, MtlDialect};
 use crate::material::MaterialId;
 use crate::math::excerpt_of_name;
+use crate::texture::Channel;
 use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// Unused materials that are named in warnings, each with its line; more of them are only counted.
@@ -87,7 +89,16 @@ impl Loader<'_> {
             });
             undefined.materials.push((name.clone(), group.line));
         }
+        if is_file && !self.file.load.strict && self.file.load.parameters.mtl_dialect() != MtlDialect::Spec {
+            add_cut_out(&mut found);
+        }
         let mut found = self.patched(found, &used.parts);
+        if is_file && names_maps {
+            let untextured = self.untextured.entry(path.to_path_buf()).or_default();
+            untextured.has_texture |= !found.maps.is_empty();
+            untextured.libraries.clone_from(&obj.libraries);
+            untextured.material.get_or_insert_with(|| name.to_string());
+        }
         let material = self.textured(&mut found, path, mesh);
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
@@ -159,6 +170,23 @@ impl Loader<'_> {
             let finding = Finding::new(severity, code, error.help(help));
             self.findings
                 .push(finding.repeated(undefined.materials.len() as u64, places));
+        }
+    }
+
+    /// Tells of pictures beside OBJ files with texture coordinates, none of whose materials has a
+    /// texture.
+    pub(super) fn tell_of_offers(&mut self) {
+        for (path, untextured) in std::mem::take(&mut self.untextured) {
+            let Some(material) = untextured.material.filter(|_| !untextured.has_texture) else {
+                continue;
+            };
+            let own: Vec<&Path> = untextured.libraries.iter().map(PathBuf::as_path).collect();
+            let offers = self.maps_beside(&path).files().offers(&own);
+            if let Some((names, flag)) = offer_in_words(&material, offers) {
+                let message = format!("the file has texture coordinates and no texture; pictures near it: {names}");
+                let error = FileError::new(&path, message).help(format!("{flag} uses one"));
+                self.findings.add(Severity::Note, "unused-pictures", error);
+            }
         }
     }
 
@@ -275,6 +303,21 @@ impl Loader<'_> {
     }
 }
 
+/// Adds the alpha of the colours' picture as the opacity of an opaque material, if it is a cut-out.
+fn add_cut_out(found: &mut FileMaterial) {
+    if found.material.emits_or_transmits() || found.has_map(MapSlot::Opacity) {
+        return;
+    }
+    let mut colors = found.maps.iter().filter(|map| map.statement.slot == MapSlot::Diffuse);
+    let Some(request) = colors.next_back() else { return };
+    let mut request = request.clone();
+    request.if_cut_out = true;
+    request.statement.slot = MapSlot::Opacity;
+    let mapping = &mut request.statement.mapping;
+    (mapping.channel, mapping.base, mapping.gain) = (Some(Channel::Matte), 0.0, 1.0);
+    found.maps.push(request);
+}
+
 /// Materials of an OBJ file that no library defines.
 #[derive(Debug)]
 pub(super) struct Undefined {
@@ -284,6 +327,17 @@ pub(super) struct Undefined {
     diffuse: f32,
     /// Names, and the lines of the first `usemtl`.
     materials: Vec<(String, usize)>,
+}
+
+/// Materials of an OBJ file with texture coordinates.
+#[derive(Debug, Default)]
+pub(super) struct Untextured {
+    /// True if one of them has a texture.
+    has_texture: bool,
+    /// Libraries of the file.
+    libraries: Vec<PathBuf>,
+    /// Name of the first one.
+    material: Option<String>,
 }
 
 /// Materials that are named for one reason; more of them are counted.

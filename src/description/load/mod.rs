@@ -3,6 +3,7 @@
 //!
 //! `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
 
+mod beside;
 mod cuts;
 mod displacement;
 mod materials;
@@ -33,7 +34,7 @@ use crate::math::{excerpt_of_name, significant};
 use crate::scene::{
     BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
 };
-use materials::Undefined;
+use materials::{Undefined, Untextured};
 use named_maps::NamedMaps;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -169,6 +170,9 @@ struct Loader<'a> {
     named_maps: BTreeMap<PathBuf, NamedMaps>,
     /// Heights by which materials displace their surfaces.
     heights: HashMap<MaterialId, Option<displacement::Heights>>,
+    /// Materials without any texture of each OBJ file with texture coordinates, and whether one of
+    /// its materials has a texture.
+    untextured: BTreeMap<PathBuf, Untextured>,
     /// How OBJ files are read.
     load: LoadOptions,
     /// Patterns of the names of parts that fit one in any file.
@@ -269,6 +273,7 @@ impl<'a> Loader<'a> {
             undefined: BTreeMap::new(),
             named_maps: BTreeMap::new(),
             heights: HashMap::new(),
+            untextured: BTreeMap::new(),
             load: file.load.clone(),
             part_fits: Vec::new(),
             texture_files: Vec::new(),
@@ -423,6 +428,7 @@ impl<'a> Loader<'a> {
             }
         }
         self.tell_of_undefined();
+        self.tell_of_offers();
         self.make_visible();
         self.cut_sections(&objs);
         sources

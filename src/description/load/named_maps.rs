@@ -2,35 +2,21 @@
 //! OBJ file or in its folders of textures, as Sketchfab, Substance, ambientCG and Poly Haven call them.
 //!
 //! A material without any texture gets the textures of a set if exactly one set fits its name. The
-//! rules are those of [`Fit`]. Without any library, a single picture of the file's own name, such
-//! as `raptor.jpg` for `raptor.obj`, is the colour of all materials. Pictures that this program
-//! wrote are no textures.
+//! rules are those of [`Fit`]. Without any library, one picture can be the colour of all materials
+//! ([`Beside::picture_of_file`]). Pictures that this program wrote are no textures.
 
 use super::Loader;
+use super::beside::{Beside, Image, stem_of, without_sizes, words_of};
 use crate::color::Spectrum;
-use crate::description::find_texture::texture_folders;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
 use crate::description::obj::ObjFile;
 use crate::description::{FileError, Position, Severity};
 use crate::material::Gloss;
 use crate::math::excerpt_of_name;
 use crate::texture::{Channel, Mapping};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Files of a folder that are looked at.
-const MAX_FILES: usize = 10_000;
-/// Ends of the names of pictures.
-const EXTENSIONS: [&str; 13] = [
-    "png", "jpg", "jpeg", "tga", "tif", "tiff", "webp", "bmp", "exr", "hdr", "dds", "gif", "jfif",
-];
-/// Begin of the names of metadata that this program writes into pictures.
-const METADATA: &[u8] = b"embrasure.";
-/// Bytes of a picture that are searched for them.
-const METADATA_BYTES: u64 = 1 << 16;
 /// Roughness of a surface whose set has a map of metal and none of roughness.
 const ROUGHNESS: f32 = 0.5;
 
@@ -103,17 +89,18 @@ type Sets = BTreeMap<String, BTreeMap<Role, PathBuf>>;
 /// Textures beside an OBJ file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NamedMaps {
+    /// Sets with a colour.
     sets: Sets,
-    /// Pictures of the name of the OBJ file.
-    of_file: Vec<PathBuf>,
-    /// True if the folder has one OBJ file.
-    is_alone: bool,
+    /// Sets with a map of emission and no colour.
+    glows: Sets,
+    /// The files.
+    beside: Beside,
 }
 
 /// The reason why a set belongs to a material, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fit {
-    /// The set has the name of the material, or those of the file and the material.
+    /// The set has the name of the material, alone or after that of the file or of its library.
     Material,
     /// The set has the name of the file, whose only material this is.
     File,
@@ -123,45 +110,27 @@ enum Fit {
 
 impl NamedMaps {
     /// Textures of the folders beside the OBJ file `path`.
-    fn beside(path: &Path) -> Self {
-        let here = path.parent().unwrap_or(Path::new(""));
-        let file = words_of(&stem_of(path)).concat();
-        let mut found = Self::default();
-        let mut objs = 0;
-        for folder in texture_folders() {
-            let listed = here.join(&folder);
-            let listed = if listed.as_os_str().is_empty() {
-                Path::new(".")
-            } else {
-                &listed
-            };
-            let entries = fs::read_dir(listed).into_iter().flatten().flatten();
-            let mut names: Vec<PathBuf> = entries.take(MAX_FILES).map(|entry| entry.file_name().into()).collect();
-            names.sort_unstable();
-            for name in names {
-                let extension = name.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-                objs += usize::from(extension == "obj" && folder.as_os_str().is_empty());
-                if !EXTENSIONS.contains(&&*extension) {
-                    continue;
-                }
-                let stem = stem_of(&name);
-                let is_of_file = words_of(&stem).concat() == file;
-                let set_and_role = role_of(&stem);
-                if (is_of_file || set_and_role.is_some()) && is_rendering(&listed.join(&name)) {
-                    continue;
-                }
-                if is_of_file {
-                    found.of_file.push(folder.join(&name));
-                }
-                if let Some((set, role)) = set_and_role {
-                    let files = found.sets.entry(set).or_default();
-                    files.entry(role).or_insert_with(|| folder.join(&name));
+    pub fn beside(path: &Path) -> Self {
+        let beside = Beside::of(path);
+        let mut sets = Sets::new();
+        for image in &beside.images {
+            if let Some((set, role)) = role_of(&stem_of(&image.path)) {
+                if !beside.is_rendering(image) {
+                    let files = sets.entry(set).or_default();
+                    files.entry(role).or_insert_with(|| image.path.clone());
                 }
             }
         }
-        found.sets.retain(|_, files| files.contains_key(&Role::Color));
-        found.is_alone = objs == 1;
-        found
+        let has = |files: &BTreeMap<Role, PathBuf>, role| files.contains_key(&role);
+        let mut glows = sets.clone();
+        glows.retain(|_, files| has(files, Role::Emission) && !has(files, Role::Color));
+        sets.retain(|_, files| has(files, Role::Color));
+        Self { sets, glows, beside }
+    }
+
+    /// The files beside the OBJ file.
+    pub fn files(&self) -> &Beside {
+        &self.beside
     }
 
     /// The textures that fit the material `name` of the file `path`.
@@ -169,12 +138,21 @@ impl NamedMaps {
         let (materials, stem) = (obj.groups.len(), stem_of(path));
         let [material, file] = [name, &*stem].map(|text| words_of(text).concat());
         let plain_file = without_sizes(&words_of(&stem)).concat();
+        let libraries = obj.named_libraries.iter().map(|name| {
+            let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
+            words_of(&stem_of(Path::new(name))).concat()
+        });
+        let libraries: Vec<String> = libraries.filter(|name| !name.is_empty()).collect();
+        let is_of_material = |set: &str| {
+            let before = set.strip_suffix(&*material);
+            before.is_some_and(|before| before.is_empty() || before == file || libraries.iter().any(|l| l == before))
+        };
         let fit = |set: &str| {
-            if !set.is_empty() && (set == material || set == format!("{file}{material}")) {
+            if !set.is_empty() && !material.is_empty() && is_of_material(set) {
                 Some(Fit::Material)
             } else if materials == 1 && (set == file || !set.is_empty() && set == plain_file) {
                 Some(Fit::File)
-            } else if materials == 1 && self.is_alone && self.sets.len() == 1 {
+            } else if materials == 1 && self.beside.is_alone() && self.sets.len() == 1 {
                 Some(Fit::Only)
             } else {
                 None
@@ -186,58 +164,27 @@ impl NamedMaps {
             .filter_map(|(set, files)| Some((fit(set)?, files)))
             .collect();
         fits.sort_by_key(|(fit, _)| *fit);
-        match (fits.as_slice(), self.of_file.as_slice()) {
-            ([(_, files)], _) => Some((*files).clone()),
-            ([(first, files), (second, _), ..], _) if first < second => Some((*files).clone()),
-            ([], [picture]) if obj.materials.is_empty() => Some(BTreeMap::from([(Role::Color, picture.clone())])),
-            _ => None,
+        match fits.as_slice() {
+            [(_, files)] => return Some((*files).clone()),
+            [(first, files), (second, _), ..] if first < second => return Some((*files).clone()),
+            [_, ..] => return None,
+            [] => {}
         }
-    }
-}
-
-/// Words of a name in lower case: letters and digits between separators, and between small and capital
-/// letters.
-fn words_of(name: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut before = ' ';
-    for c in name.chars() {
-        if c.is_alphanumeric() {
-            let begins = !before.is_alphanumeric() || before.is_lowercase() && c.is_uppercase();
-            if begins {
-                words.push(String::new());
-            }
-            if let Some(word) = words.last_mut() {
-                word.extend(c.to_lowercase());
-            }
+        if !obj.materials.is_empty() {
+            return None;
         }
-        before = c;
+        let color = |picture| BTreeMap::from([(Role::Color, picture)]);
+        let has_no_other_role = |image: &Image| {
+            let role = role_of(&stem_of(&image.path));
+            role.is_none_or(|(_, role)| role == Role::Color)
+        };
+        if let Some(picture) = self.beside.picture_of_file(has_no_other_role) {
+            return Some(color(picture));
+        }
+        let mut glows = self.glows.values();
+        let glow = glows.next().filter(|_| glows.next().is_none());
+        glow.filter(|_| materials == 1 && self.beside.is_alone()).cloned()
     }
-    words
-}
-
-/// Returns true for a word that says how large a picture is, or how it is kept: `2k`, `1001`, `jpg`.
-fn is_about_size(word: &str) -> bool {
-    let digits = word.strip_suffix('k').unwrap_or(word);
-    (!digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())) || matches!(word, "jpg" | "png" | "exr")
-}
-
-/// The words without those about size at their end.
-fn without_sizes(words: &[String]) -> &[String] {
-    let end = words.iter().rposition(|word| !is_about_size(word));
-    &words[..end.map_or(0, |end| end + 1)]
-}
-
-/// Returns true for a picture that this program wrote, such as `model.png` of an earlier render of
-/// `model.obj`. Its metadata precede its pixels.
-fn is_rendering(path: &Path) -> bool {
-    let mut begin = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(METADATA_BYTES).read_to_end(&mut begin));
-    read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
-}
-
-/// Name of a file without its extension.
-fn stem_of(path: &Path) -> Cow<'_, str> {
-    path.file_stem().unwrap_or_default().to_string_lossy()
 }
 
 /// The set and the role of a picture, by its name without extension.
@@ -256,12 +203,16 @@ fn role_of(stem: &str) -> Option<(String, Role)> {
 }
 
 impl Loader<'_> {
+    /// Textures beside the OBJ file `path`, which are listed once.
+    pub(super) fn maps_beside(&mut self, path: &Path) -> &NamedMaps {
+        let beside = self.named_maps.entry(path.to_path_buf());
+        beside.or_insert_with(|| NamedMaps::beside(path))
+    }
+
     /// Gives `found`, which has no texture, those of a set that fits it. It is a material of the
     /// file `path`.
     pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, obj: &ObjFile) {
-        let beside = self.named_maps.entry(path.to_path_buf());
-        let beside = beside.or_insert_with(|| NamedMaps::beside(path));
-        let Some(files) = beside.of_material(&found.material.name, path, obj) else {
+        let Some(files) = self.maps_beside(path).of_material(&found.material.name, path, obj) else {
             return;
         };
         let place = FileError::new(path, "");
@@ -278,6 +229,7 @@ impl Loader<'_> {
                     },
                     place: place.clone(),
                     is_literal: true,
+                    if_cut_out: false,
                     path: None,
                 });
                 used.push(role);
@@ -341,8 +293,11 @@ impl Loader<'_> {
         let error = error.help("--maps-by-name off ignores them");
         self.findings.add(Severity::Note, "maps-by-name", error);
 
+        let used_color = has(Role::Color);
         let material = &mut found.material;
-        material.diffuse = Spectrum::ONE;
+        if used_color {
+            material.diffuse = Spectrum::ONE;
+        }
         let has_slot = |slot| found.maps.iter().any(|map| map.statement.slot == slot);
         if has_slot(MapSlot::Roughness) || has_slot(MapSlot::Metallic) {
             let metallic = if has_slot(MapSlot::Metallic) { 1.0 } else { 0.0 };

@@ -1,18 +1,19 @@
 //! Textures that materials of a scene ask for.
 
 use super::Loader;
+use super::beside::{has_extension, offer_in_words, with_extensions};
 use super::materials::names_in_words;
 use crate::color::Spectrum;
 use crate::description::Finding;
 use crate::description::find_file::case_differs;
 use crate::description::find_texture::{FoundTexture, TextureSearch};
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement, default_material};
-use crate::description::texture::{TextureKind, TextureRequest, load_textures_within};
+use crate::description::texture::{TextureKind, TextureRequest, has_alpha, load_textures_within};
 use crate::description::{FileError, Severity};
 use crate::geometry::{Mesh, PrimId};
 use crate::io::{Tiles, path_of_tiles, tile_names};
 use crate::material::{Map, Maps, Material, MaterialId};
-use crate::math::Vec2;
+use crate::math::{Vec2, excerpt_of_name};
 use crate::texture::{Channel, Mapping, TextureId, Wrap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -39,10 +40,19 @@ impl Loader<'_> {
     pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
+        let mut colors: Option<(String, PathBuf)> = None;
         // Displacements belong to objects.
         let maps = found.maps.iter_mut();
         for request in maps.filter(|request| request.statement.slot != MapSlot::Displacement) {
-            request.path = self.find_texture(request, &material.name, obj);
+            request.path = if request.if_cut_out {
+                let of_colors = colors.as_ref().filter(|(file, _)| *file == request.statement.file);
+                of_colors.map(|(_, path)| path.clone()).filter(|path| has_alpha(path))
+            } else {
+                self.find_texture(request, &material.name, obj)
+            };
+            if let (MapSlot::Diffuse, Some(path)) = (request.statement.slot, &request.path) {
+                colors = Some((request.statement.file.clone(), path.clone()));
+            }
             let statement = &request.statement;
             let Some(path) = request.path.clone() else {
                 if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
@@ -53,7 +63,9 @@ impl Loader<'_> {
             let first = 2 * self.textures.len() as u32;
             let mut mapping = statement.mapping;
             if let Some(tiles) = Tiles::of_path(&path) {
-                self.tell_of_tiles(request, &tiles, mesh);
+                if !request.if_cut_out {
+                    self.tell_of_tiles(request, &tiles, mesh);
+                }
                 mapping = mapping_of_tiles(mapping, &tiles);
             }
             let map = |id| {
@@ -78,6 +90,9 @@ impl Loader<'_> {
                 material: self.materials.len(),
             });
         }
+        found
+            .maps
+            .retain(|request| !request.if_cut_out || request.path.is_some());
         material
     }
 
@@ -113,10 +128,20 @@ impl Loader<'_> {
                 Some(with_all_tiles(path, statement))
             }
             None => {
-                let (what, help) = match folder.join(&statement.file).is_dir() {
+                if let Some(path) = self.without_extension(request, obj) {
+                    return Some(path);
+                }
+                let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
+                let (what, mut help) = match folder.join(&statement.file).is_dir() {
                     true => ("is a directory", "name a picture file".into()),
                     false => ("is missing", search.help(&statement.file, &mut self.finder)),
                 };
+                if statement.slot == MapSlot::Diffuse {
+                    let offers = self.maps_beside(obj).files().offers(&[&request.place.file]);
+                    if let Some((names, flag)) = offer_in_words(material, offers) {
+                        help += &format!("; pictures near it: {names} ({flag} uses one)");
+                    }
+                }
                 let file = (request.place.file.clone(), statement.file.clone());
                 self.missing.entry(file).or_default().push(MissingUse {
                     request: request.clone(),
@@ -127,6 +152,35 @@ impl Loader<'_> {
                 None
             }
         }
+    }
+
+    /// The file of a texture whose name has no extension, as Blockbench writes it: a picture of that
+    /// name that no other library of the folder names, else the only one beside the OBJ file.
+    fn without_extension(&mut self, request: &MapRequest, obj: &Path) -> Option<PathBuf> {
+        let name = request.statement.file.trim();
+        if has_extension(name) || name.is_empty() {
+            return None;
+        }
+        let own = request.place.file.clone();
+        let beside = self.maps_beside(obj).files();
+        let claimed = beside.claimed(&[&own]);
+        let only = beside.only_here(&claimed);
+        let search = TextureSearch::new(&own, &self.texture_dirs, obj);
+        let names = with_extensions(name);
+        let found = search.find(names.iter().map(String::as_str), &mut self.finder);
+        let path = match found {
+            Some(FoundTexture::AsNamed(path) | FoundTexture::Elsewhere(path)) => Some(path),
+            None => None,
+        };
+        let is_free = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+            !claimed.contains(&name)
+        };
+        let path = path.filter(is_free).or(only)?;
+        let found = request.remark(&format!("has no extension; {} is used", path.display()));
+        let help = "write the name with the extension of the picture";
+        self.findings.add(Severity::Note, "found-elsewhere", found.help(help));
+        Some(path)
     }
 
     /// Tells of a texture of several tiles, and of those that triangles of `mesh` need and that are
@@ -237,11 +291,16 @@ impl Loader<'_> {
         }
         let asked = std::mem::take(&mut self.asked);
         let mut ids = Vec::with_capacity(2 * asked.len());
-        let mut decided = Vec::new();
+        let (mut decided, mut cut_outs) = (Vec::new(), Vec::new());
         for ((result, asked), file) in loaded.ids.into_iter().zip(&asked).zip(&self.textures) {
             // Ids are given in the order of the first requests.
             if matches!(result, Ok(TextureId(id)) if id as usize == self.texture_files.len()) {
                 self.texture_files.push(file.path.clone());
+            }
+            if asked.request.if_cut_out {
+                ids.extend([result.as_ref().ok().copied(), None]);
+                cut_outs.push((asked, result.is_ok()));
+                continue;
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
@@ -278,6 +337,34 @@ impl Loader<'_> {
         self.builder.set_textures(loaded.textures, &ids);
         self.builder.texture_filter(self.file.load.parameters.texture_filter());
         self.move_maps(&decided, &exchanged);
+        for (asked, is_cut_out) in cut_outs {
+            self.decide_cut_out(asked, is_cut_out);
+        }
+    }
+
+    /// Keeps the opacity by the alpha of colours in the source of its material if the picture is a
+    /// cut-out, and tells of it once for each picture.
+    fn decide_cut_out(&mut self, asked: &AskedTexture, is_cut_out: bool) {
+        let maps = self
+            .materials
+            .get_mut(asked.material)
+            .map(|source| &mut source.found.maps);
+        if let Some(maps) = maps {
+            maps.retain(|map| is_cut_out || !map.if_cut_out);
+            maps.iter_mut().for_each(|map| map.if_cut_out = false);
+        }
+        if is_cut_out {
+            let name = self.materials.get(asked.material).map_or("", |source| &source.name);
+            let found = asked.request.remark("has the alpha of a cut-out, which is the opacity");
+            let help = format!(
+                "`map_d` with the picture says so; --material '{}.opacity_map=false' ignores it",
+                excerpt_of_name(name)
+            );
+            let found = found.help(help);
+            if self.findings.iter().all(|known| known.error.message != found.message) {
+                self.findings.add(Severity::Note, "cut-out", found);
+            }
+        }
     }
 
     /// Moves textures in the sources of materials to the slots that their pictures have decided,
@@ -420,6 +507,7 @@ pub(super) fn kind_of(request: &MapRequest) -> TextureKind {
     let MapStatement { slot, mapping, .. } = &request.statement;
     let value = |default| TextureKind::Value(mapping.channel.unwrap_or(default));
     match (slot, request.other_slot()) {
+        _ if request.if_cut_out => TextureKind::CutOut,
         (_, Some(MapSlot::Normal)) => TextureKind::HeightsOrNormals,
         (_, Some(_)) => TextureKind::NormalsOrHeights,
         (MapSlot::Diffuse | MapSlot::Specular | MapSlot::Emission, _) => TextureKind::Color,

@@ -10,6 +10,25 @@ const SCENE: &str = "version = 1\n[camera]\nposition = [0.5, 0.3, 2]\nlook_at = 
     [image]\nwidth = 24\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n\
     [[light]]\ntype = \"directional\"\ndirection = [-0.2, -0.3, -1]\nirradiance = 3\n";
 
+/// A picture of 4 × 4 texels: only such ones are taken for a texture by their size.
+fn write_square(folder: &TempDir, name: &str) {
+    let path = folder.path().join(name);
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), 4, 4);
+    encoder.set_color(png::ColorType::Grayscale);
+    let codes: Vec<u8> = (0..16u8).map(|j| j * 13 + 7).collect();
+    encoder.write_header().unwrap().write_image_data(&codes).unwrap();
+}
+
+/// The square of [`OBJ`] as `files`, all without a library, and pictures of 4 × 4 texels.
+fn without_library(files: &[(&str, &str)], squares: &[&str]) -> TempDir {
+    let mut all = vec![("s.toml", SCENE)];
+    all.extend(files);
+    let folder = folder(&all);
+    squares.iter().for_each(|name| write_square(&folder, name));
+    folder
+}
+
 /// A folder with a textured square, its library `mtl` and these pictures.
 fn scene(mtl: &str, pictures: &[&str]) -> TempDir {
     let folder = folder(&[("a.obj", OBJ), ("a.mtl", mtl), ("s.toml", SCENE)]);
@@ -106,7 +125,7 @@ fn a_picture_of_the_file_s_name_is_used_without_a_library() {
     let plain = picture(&pictures(&[], Some(PLAIN)), "").0;
     for (names, mtl, expected) in [
         (&["a.png", "textures/a.png"][..], None, &grey),
-        (&["b.png"], None, &grey),
+        (&["b.png", "c.png"], None, &grey),
         (&["a.png"], Some(PLAIN), &plain),
     ] {
         assert!(picture(&pictures(names, mtl), "").0 == *expected, "{names:?}");
@@ -149,4 +168,165 @@ fn normals_of_directx_are_flipped() {
     done(down.path(), &split("init a.obj -o i.toml"));
     let written = fs::read_to_string(down.path().join("i.toml")).unwrap();
     assert!(written.contains("flip_green = true"), "{written}");
+}
+
+/// Substance Painter names textures by the file's material set and material, and exporters put them
+/// in a folder of the model's name.
+#[test]
+fn sets_of_the_library_s_name_are_found_in_a_folder_of_the_file_s_name() {
+    let obj = OBJ.replace("a.mtl", "SM_Alarm.mtl");
+    let named = without_library(&[], &["Textures/A/SM_Alarm_wood_BaseColor.png"]);
+    fs::create_dir(named.path().join("models")).unwrap();
+    fs::write(named.path().join("models/a.obj"), obj).unwrap();
+    let scene = SCENE.replace("a.obj", "models/a.obj");
+    fs::write(named.path().join("s.toml"), scene).unwrap();
+    let (_, words) = picture(&named, "");
+    assert!(words.contains("SM_Alarm_wood_BaseColor.png"), "{words}");
+}
+
+/// Without a library, a picture is the colour if its name begins like that of the file, or if it is
+/// the only one of the folder.
+#[test]
+fn one_fitting_picture_is_used_without_a_library() {
+    let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
+    let used = |files: &[&str], squares: &[&str]| {
+        let mut all: Vec<(&str, &str)> = files.iter().map(|name| (*name, plain.as_str())).collect();
+        all.push(("car_red.obj", &plain));
+        let folder = without_library(&all, squares);
+        fs::write(folder.path().join("s.toml"), SCENE.replace("a.obj", "car_red.obj")).unwrap();
+        let (_, words) = picture(&folder, "");
+        let (_, after) = words.split_once("by their names it has ")?;
+        after.split_whitespace().next().map(str::to_string)
+    };
+    let one = |name: &str| Some(name.to_string());
+    // The name of the file begins that of the picture; the first of several numbers.
+    assert_eq!(
+        used(&[], &["CarRed_skin2.png", "CarRed_skin1.png", "x.png"]),
+        one("CarRed_skin1.png")
+    );
+    assert_eq!(used(&[], &["carred_on.png", "carred_off.png"]), None);
+    assert_eq!(used(&["car_red_big.obj"], &["car_red_big_tex.png", "x.png"]), None);
+    assert_eq!(used(&[], &["car_red_preview.png", "x.png"]), None);
+    assert_eq!(used(&[], &["car_red_normal.png", "x.png"]), None);
+    // The first word of the file, and a word for textures.
+    assert_eq!(used(&["bus.obj"], &["car_tex.png", "bus_tex.png"]), one("car_tex.png"));
+    assert_eq!(used(&["car.obj"], &["car_tex.png", "bus_tex.png"]), None);
+    // The only picture of the folder.
+    assert_eq!(used(&[], &["x.png"]), one("x.png"));
+    assert_eq!(used(&[], &["x.png", "y.png"]), None);
+    assert_eq!(used(&["bus.obj"], &["x.png"]), None);
+    assert_eq!(used(&["bus.obj"], &["Street_Atlas.png"]), one("Street_Atlas.png"));
+}
+
+/// A file without `usemtl` has the only material of the library of its name.
+#[test]
+fn only_material_of_the_library_is_that_of_faces_without_one() {
+    let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
+    let of = |obj: &str, mtl: &str| {
+        let folder = scene(mtl, &["x.png", "y.png"]);
+        fs::write(folder.path().join("a.obj"), obj).unwrap();
+        folder
+    };
+    let library = "newmtl wood\nmap_Kd /home/bob/x.png\n";
+    let (expected, _) = picture(&of(OBJ, library), "");
+    for obj in [plain.clone(), format!("mtllib a.mtl\n{plain}")] {
+        let folder = of(&obj, library);
+        let (got, words) = picture(&folder, "");
+        assert!(got == expected && words.contains("[only-material]"), "{words}");
+        assert!(picture(&folder, "--mtl-dialect spec").0 != expected);
+    }
+    let two = of(&plain, &format!("{library}newmtl b\nKd 1 0 0\n"));
+    let (got, words) = picture(&two, "");
+    assert!(got != expected && !words.contains("a.mtl"), "{words}");
+}
+
+/// Blockbench writes names without extension.
+#[test]
+fn textures_without_extension_are_found() {
+    let library = "newmtl wood\nmap_Kd texture\n";
+    let expected = picture(&scene("newmtl wood\nmap_Kd x.png\n", &["x.png"]), "").0;
+    let found = |pictures: &[&str], other: Option<&str>| {
+        let folder = scene(library, pictures);
+        if let Some(other) = other {
+            fs::write(folder.path().join("b.mtl"), other).unwrap();
+        }
+        picture(&folder, "")
+    };
+    for name in ["texture.png", "x.png"] {
+        let (got, words) = found(&[name], None);
+        assert!(got == expected && words.contains("has no extension"), "{name}: {words}");
+    }
+    // A picture that another library names is that of another model.
+    for (pictures, other) in [
+        (&["texture.png"][..], Some("map_Kd texture.png\n")),
+        (&["x.png", "y.png"], None),
+    ] {
+        let (got, words) = found(pictures, other);
+        assert!(got != expected && words.contains("[missing-texture]"), "{words}");
+    }
+    let (_, words) = found(&["x.png", "y.png"], None);
+    assert!(words.contains("x.png, y.png (--material 'wood.diffuse_map="), "{words}");
+}
+
+#[test]
+fn pictures_near_a_file_without_textures_are_named() {
+    let folder = scene(PLAIN, &["b.png", "c.png", "d.png", "e.png"]);
+    let (_, words) = picture(&folder, "");
+    assert!(words.contains("b.png, c.png, d.png and 1 more"), "{words}");
+    assert!(
+        words.contains("--material 'wood.diffuse_map=b.png' uses one"),
+        "{words}"
+    );
+    let (_, words) = picture(&folder, "--material wood.diffuse_map=b.png");
+    assert!(!words.contains("[unused-pictures]"), "{words}");
+    let (_, words) = picture(&folder, "--maps-by-name off");
+    assert!(!words.contains("[unused-pictures]"), "{words}");
+}
+
+/// The alpha of colours is the opacity if it is a cut-out.
+#[test]
+fn alpha_of_colours_is_opacity_if_it_is_a_cut_out() {
+    let with_alpha = |alphas: &[u8; 16]| {
+        let folder = scene("newmtl wood\nKd 1 1 1\nmap_Kd x.png\n", &[]);
+        let mut encoder = png::Encoder::new(fs::File::create(folder.path().join("x.png")).unwrap(), 4, 4);
+        encoder.set_color(png::ColorType::Rgba);
+        let texels: Vec<u8> = alphas.iter().flat_map(|&alpha| [200, 90, 40, alpha]).collect();
+        encoder.write_header().unwrap().write_image_data(&texels).unwrap();
+        folder
+    };
+    let cut: [u8; 16] = std::array::from_fn(|i| if i < 8 { 0 } else { 255 });
+    let folder = with_alpha(&cut);
+    let (got, words) = picture(&folder, "");
+    assert!(
+        words.contains("has the alpha of a cut-out") && words.contains("[cut-out]"),
+        "{words}"
+    );
+    let library = "newmtl wood\nKd 1 1 1\nmap_Kd x.png\nmap_d -imfchan m x.png\n";
+    let explicit = with_alpha(&cut);
+    fs::write(explicit.path().join("a.mtl"), library).unwrap();
+    let (expected, words) = picture(&explicit, "");
+    assert!(got == expected && !words.contains("[cut-out]"), "{words}");
+    let opaque = picture(&with_alpha(&[255; 16]), "").0;
+    assert!(got != opaque);
+    for flags in ["--material wood.opacity_map=false", "--mtl-dialect spec", "--strict"] {
+        assert!(picture(&folder, flags).0 == opaque, "{flags}");
+    }
+    // Gloss is graded, and a picture that is transparent throughout was not meant so.
+    for alphas in [std::array::from_fn(|i| 16 * i as u8), [0; 16]] {
+        assert!(picture(&with_alpha(&alphas), "").0 == opaque, "{alphas:?}");
+    }
+    // A mask has a picture below its transparent texels.
+    let mut encoder = png::Encoder::new(fs::File::create(folder.path().join("x.png")).unwrap(), 4, 4);
+    encoder.set_color(png::ColorType::Rgba);
+    let texels: Vec<u8> = (0..16u8)
+        .flat_map(|i| [15 * i, 240 - 15 * i, 40, cut[i as usize]])
+        .collect();
+    encoder.write_header().unwrap().write_image_data(&texels).unwrap();
+    let (_, words) = picture(&folder, "");
+    assert!(!words.contains("[cut-out]"), "{words}");
+    let folder = with_alpha(&cut);
+    // A scene file that `init` writes has the opacity.
+    done(folder.path(), &split("init a.obj -o i.toml"));
+    let written = fs::read_to_string(folder.path().join("i.toml")).unwrap();
+    assert!(written.contains("opacity_map"), "{written}");
 }

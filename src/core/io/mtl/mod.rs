@@ -84,6 +84,8 @@ pub struct MapRequest {
     /// Whether the slot is meant as written. In libraries the picture decides between heights and
     /// normals.
     pub is_literal: bool,
+    /// True if the texture has an effect only as a cut-out: the alpha of colours as opacity.
+    pub if_cut_out: bool,
     /// File of the texture, if it was found.
     pub path: Option<PathBuf>,
 }
@@ -260,6 +262,7 @@ impl<'a> Library<'a> {
             statement,
             place,
             is_literal: false,
+            if_cut_out: false,
             path: None,
         });
         Ok(Effect::Without(ignored))

@@ -27,7 +27,7 @@ pub(in crate::io) struct LibraryName {
 #[derive(Debug)]
 pub(in crate::io) struct ObjLibrary {
     /// Name in the OBJ file; empty if that names none.
-    name: String,
+    pub name: String,
     /// Line that names it; 0 if none does.
     pub line: usize,
     /// The file, if there is one.
@@ -37,8 +37,8 @@ pub(in crate::io) struct ObjLibrary {
 }
 
 /// The libraries that an OBJ file names, each once; the one of its own name if there is none of
-/// them and the file `uses_materials`.
-pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], uses_materials: bool) -> Vec<ObjLibrary> {
+/// them and the file `may_use` one.
+pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], may_use: bool) -> Vec<ObjLibrary> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut finder = FileFinder::default();
     let mut seen = HashSet::new();
@@ -60,7 +60,7 @@ pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], uses_mate
         }
     }
     let is_any_found = all.iter().any(|library| library.path.is_some());
-    let of_same_name = (!is_any_found && uses_materials).then(|| find_of_same_name(&mut finder, obj));
+    let of_same_name = (!is_any_found && may_use).then(|| find_of_same_name(&mut finder, obj));
     if let Some(path) = of_same_name.flatten() {
         let first = all.into_iter().next();
         let (name, line) = first.map_or((String::new(), 0), |library| (library.name, library.line));

@@ -22,13 +22,13 @@ mod smoothing;
 mod subdivide;
 mod wires;
 
-use super::mtl::{FileMaterial, ObjContext, Signature};
+use super::mtl::{FileMaterial, MtlDialect, ObjContext, Signature};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::files::input;
 use crate::files::memory::Allowance;
 use crate::geometry::{Mesh, PartNames};
-use crate::math::DVec3;
+use crate::math::{DVec3, excerpt_of_name};
 use colors::{Colors, take_colors};
 pub use faces::{Face, FaceMaterial, ObjFaces};
 pub use file_axes::{file_axes, first_comment};
@@ -81,6 +81,8 @@ pub struct ObjFile {
     pub materials: Vec<FileMaterial>,
     /// Files of the libraries that were found.
     pub libraries: Vec<PathBuf>,
+    /// Names of libraries in the file, found or not.
+    pub named_libraries: Vec<String>,
     /// Names of the parts, by which meshes number theirs; those that are hidden too.
     pub parts: PartNames,
     /// True if a mesh has texture coordinates.
@@ -103,6 +105,7 @@ impl ObjFile {
             last_named: named.collect(),
             materials,
             libraries,
+            named_libraries: Vec::new(),
         }
     }
 
@@ -209,10 +212,20 @@ pub(super) fn read_obj(
     let context = ObjContext {
         signature,
         whole_names: outline.whole_names(),
-        used: Some(outline.used_names()),
+        used: outline.uses_materials().then(|| outline.used_names()),
     };
-    let libraries = find_libraries(path, &outline.libraries, outline.uses_materials());
-    let (materials, libraries) = load_libraries(path, &libraries, &context, options, findings);
+    let is_literal = options.strict || options.parameters.mtl_dialect() == MtlDialect::Spec;
+    // The only material of a library may be that of all faces.
+    let takes_only = !outline.uses_materials() && !is_literal;
+    let found = find_libraries(path, &outline.libraries, outline.uses_materials() || takes_only);
+    let named_libraries = found.iter().map(|library| library.name.clone()).collect();
+    let mut of_libraries = Findings::default();
+    let (mut materials, mut libraries) = load_libraries(path, &found, &context, options, &mut of_libraries);
+    if takes_only && outline.libraries.is_empty() && materials.len() != 1 {
+        (materials, libraries) = (Vec::new(), Vec::new());
+    } else {
+        findings.extend(of_libraries);
+    }
     outline.set_whole_names(&materials.iter().map(|found| found.material.name.as_str()).collect());
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
@@ -241,6 +254,9 @@ pub(super) fn read_obj(
     }
     let (mut groups, pairs) = into_groups(outline, colors, &rules, changes.moves_apart);
     groups.append(&mut wires);
+    if takes_only {
+        give_only_material(path, &mut groups, &materials, findings);
+    }
     if pairs > 0 {
         let noun = if pairs == 1 { "face has" } else { "faces have" };
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
@@ -252,8 +268,30 @@ pub(super) fn read_obj(
     }
     Ok(ObjFile {
         parts,
+        named_libraries,
         ..ObjFile::new(groups, materials, libraries)
     })
+}
+
+/// Gives the faces of a file without `usemtl` the only material of its library, unless vertices have
+/// colours.
+fn give_only_material(path: &Path, groups: &mut [Group], materials: &[FileMaterial], findings: &mut Findings) {
+    let [only] = materials else { return };
+    if groups.iter().any(|group| !group.mesh.colors.is_empty()) {
+        return;
+    }
+    let name = &only.material.name;
+    for group in groups {
+        group.material = Some(name.clone());
+    }
+    let shown = excerpt_of_name(name);
+    let message = format!("no face names a material; all have `{shown}`, the only one of the library");
+    let help = format!("write `usemtl {shown}` before the faces; --mtl-dialect spec leaves them without");
+    findings.add(
+        Severity::Note,
+        "only-material",
+        FileError::new(path, message).help(help),
+    );
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {

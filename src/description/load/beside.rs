@@ -1,0 +1,436 @@
+//! Pictures beside an OBJ file: in its folder, in folders of textures within it and beside it, and
+//! in folders within those that have the name of the file.
+
+use crate::description::find_texture::is_texture_folder;
+use crate::description::texture::texture_size;
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashSet};
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Maximum number of files of a folder that are read.
+const MAX_FILES: usize = 10_000;
+/// Maximum number of libraries of a folder whose textures are read, and of bytes of one.
+const MAX_LIBRARIES: usize = 64;
+const MAX_LIBRARY_BYTES: u64 = 1 << 20;
+/// Extensions of pictures.
+const EXTENSIONS: [&str; 13] = [
+    "png", "jpg", "jpeg", "tga", "tif", "tiff", "webp", "bmp", "exr", "hdr", "dds", "gif", "jfif",
+];
+/// Begin of the names of metadata that this program writes into pictures.
+const METADATA: &[u8] = b"embrasure.";
+/// Bytes of a picture that are searched for them.
+const METADATA_BYTES: u64 = 1 << 16;
+/// Words of the names of textures of colours.
+const TEXTURE_WORDS: [&str; 18] = [
+    "albedo",
+    "atlas",
+    "basecolor",
+    "basecolour",
+    "col",
+    "color",
+    "colormap",
+    "colour",
+    "diff",
+    "diffuse",
+    "map",
+    "palette",
+    "skin",
+    "tex",
+    "texture",
+    "textures",
+    "uv",
+    "uvs",
+];
+/// Words of the names of pictures that are not of colours: they show a model, or are for another
+/// property.
+const OTHER_WORDS: [&str; 27] = [
+    "beauty",
+    "bump",
+    "curvature",
+    "env",
+    "cover",
+    "icon",
+    "image",
+    "img",
+    "lightmap",
+    "lm",
+    "logo",
+    "mask",
+    "photo",
+    "preview",
+    "readme",
+    "ref",
+    "reference",
+    "reflection",
+    "render",
+    "screen",
+    "screenshot",
+    "shadow",
+    "skybox",
+    "spec",
+    "specular",
+    "thumb",
+    "thumbnail",
+];
+/// Maximum number of pictures of a folder among which the only texture is looked for.
+const MAX_HERE: usize = 64;
+/// Minimum length of a file's name or first word by which pictures are found.
+const MIN_NAME: usize = 3;
+
+/// A picture.
+#[derive(Clone, Debug)]
+pub(super) struct Image {
+    /// Path from the folder of the OBJ file.
+    pub path: PathBuf,
+    /// Words of the name without its extension.
+    words: Vec<String>,
+    /// True if it lies in the folder of the OBJ file.
+    is_here: bool,
+}
+
+impl Image {
+    /// Returns true if a word says that the picture is not of the colours of a model.
+    fn is_other(&self) -> bool {
+        self.words.iter().any(|word| OTHER_WORDS.contains(&word.as_str()))
+    }
+
+    /// Name without numbers at its end, which tell pictures of one kind apart: `skin1`, `skin2`.
+    fn family(&self) -> String {
+        let words = without_sizes(&self.words).concat();
+        words.trim_end_matches(|c: char| c.is_ascii_digit()).to_string()
+    }
+}
+
+/// Files beside an OBJ file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Beside {
+    /// Folder of the OBJ file.
+    here: PathBuf,
+    /// Words of the name of the OBJ file.
+    file: Vec<String>,
+    /// Pictures by folder and name.
+    pub images: Vec<Image>,
+    /// Names of all OBJ files of the folder, as words in one.
+    objs: Vec<String>,
+    /// Libraries of the folder.
+    libraries: Vec<PathBuf>,
+}
+
+impl Beside {
+    /// The files beside the OBJ file `path`.
+    pub fn of(path: &Path) -> Self {
+        let mut found = Self {
+            here: path.parent().unwrap_or(Path::new("")).to_path_buf(),
+            file: words_of(&stem_of(path)),
+            ..Self::default()
+        };
+        let file = found.file.concat();
+        let is_of_file = |name: &Path| words_of(&name.to_string_lossy()).concat() == file;
+        let within = found.folders_in(Path::new(""));
+        let above = found.folders_in(Path::new(".."));
+        let usual = |folders: &[PathBuf]| -> Vec<PathBuf> {
+            let is_usual = |folder: &&PathBuf| is_texture_folder(&name_of(folder));
+            folders.iter().filter(is_usual).cloned().collect()
+        };
+        let mut folders = vec![PathBuf::new()];
+        folders.extend(usual(&within));
+        folders.extend(usual(&above));
+        for folder in folders.clone() {
+            let own = found.folders_in(&folder);
+            folders.extend(own.into_iter().filter(|own| is_of_file(Path::new(&*name_of(own)))));
+        }
+        for folder in folders {
+            for name in found.files_in(&folder) {
+                let extension = name.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+                let words = words_of(&stem_of(&name));
+                let is_here = folder.as_os_str().is_empty();
+                match &*extension {
+                    "obj" if is_here => found.objs.push(words.concat()),
+                    "mtl" if is_here => found.libraries.push(name),
+                    extension if EXTENSIONS.contains(&extension) => found.images.push(Image {
+                        path: folder.join(&name),
+                        words,
+                        is_here,
+                    }),
+                    _ => {}
+                }
+            }
+        }
+        found
+    }
+
+    /// Entries of a folder for which `is` returns true, sorted.
+    fn entries_in(&self, folder: &Path, is: fn(&fs::DirEntry) -> bool) -> Vec<PathBuf> {
+        let listed = self.here.join(folder);
+        let listed = if listed.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            &listed
+        };
+        let entries = fs::read_dir(listed).into_iter().flatten().flatten().take(MAX_FILES);
+        let mut names: Vec<PathBuf> = entries.filter(is).map(|entry| entry.file_name().into()).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Folders within a folder, as paths from that of the OBJ file.
+    fn folders_in(&self, folder: &Path) -> Vec<PathBuf> {
+        let names = self.entries_in(folder, |entry| entry.path().is_dir());
+        names.into_iter().map(|name| folder.join(name)).collect()
+    }
+
+    /// Names of the files in a folder.
+    fn files_in(&self, folder: &Path) -> Vec<PathBuf> {
+        self.entries_in(folder, |entry| entry.path().is_file())
+    }
+
+    /// Returns true if the folder has one OBJ file.
+    pub fn is_alone(&self) -> bool {
+        self.objs.len() == 1
+    }
+
+    /// Returns true for a picture that this program wrote, such as `model.png` of an earlier render
+    /// of `model.obj`. Its metadata precede its pixels.
+    pub fn is_rendering(&self, image: &Image) -> bool {
+        let mut begin = Vec::new();
+        let file = File::open(self.here.join(&image.path));
+        let read = file.and_then(|file| file.take(METADATA_BYTES).read_to_end(&mut begin));
+        read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
+    }
+
+    /// The picture that is the colour of all materials of a file without library: the only one for
+    /// which the first of these rules holds that holds for any, among pictures that `may_be` colours.
+    ///
+    /// 1. It has the name of the file.
+    /// 2. Its name begins with that of the file, and with that of no other OBJ file of the folder
+    ///    that is longer. Of pictures that differ by a number, the first is taken.
+    /// 3. Its first word is that of the file, and its others are words for textures: `cup_tex` for
+    ///    `cup_small`.
+    /// 4. It is the only picture of the folder. Its sides are powers of two. The folder has no other
+    ///    OBJ file; or it has no library, and the name has a word for textures.
+    pub fn picture_of_file(&self, may_be: impl Fn(&Image) -> bool) -> Option<PathBuf> {
+        let file = self.file.concat();
+        let found = |rule: &dyn Fn(&Image) -> bool| -> Vec<&Image> {
+            let images = self.images.iter().filter(|image| rule(image));
+            images.filter(|image| !self.is_rendering(image)).collect()
+        };
+        match found(&|image| image.words.concat() == file).as_slice() {
+            [] => {}
+            [one] => return Some(one.path.clone()),
+            _ => return None,
+        }
+        let claimed = self.claimed(&[]);
+        let is_candidate =
+            |image: &Image| may_be(image) && !image.is_other() && !claimed.contains(&*name_of(&image.path));
+        let begins = |image: &Image| file.len() >= MIN_NAME && self.begins_with_file(image, &file);
+        let shares = |image: &Image| self.shares_first_word(image);
+        let rules: [&dyn Fn(&Image) -> bool; 2] = [&begins, &shares];
+        for rule in rules {
+            let found = found(&|image| is_candidate(image) && rule(image));
+            let families: BTreeSet<String> = found.iter().map(|image| image.family()).collect();
+            if let Some(first) = found.first() {
+                return (families.len() == 1).then(|| first.path.clone());
+            }
+        }
+        if self.images.iter().filter(|image| image.is_here).count() > MAX_HERE {
+            return None;
+        }
+        let here = found(&|image| image.is_here);
+        let &[only] = here.as_slice() else { return None };
+        let has_word = || is_texture_name(&only.words);
+        let is_of_other = || self.objs.iter().any(|obj| *obj == only.words.concat());
+        let may_be_shared = || self.libraries.is_empty() && has_word() && !is_of_other();
+        let is_texture = || {
+            let size = texture_size(&self.here.join(&only.path));
+            size.is_some_and(|(width, height)| width.is_power_of_two() && height.is_power_of_two())
+        };
+        (is_candidate(only) && (self.is_alone() || may_be_shared()) && is_texture()).then(|| only.path.clone())
+    }
+
+    /// Returns true if the name of a picture begins with `file`, the name of the OBJ file, and with
+    /// that of no other OBJ file which is longer.
+    fn begins_with_file(&self, image: &Image, file: &str) -> bool {
+        let name = image.words.concat();
+        let Some(rest) = name.strip_prefix(file) else {
+            return false;
+        };
+        let mut length = 0;
+        let ends_word = image.words.iter().any(|word| {
+            length += word.len();
+            length == file.len()
+        });
+        let rest = rest.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_word = rest.is_empty() || TEXTURE_WORDS.contains(&rest);
+        (ends_word || is_word) && !self.is_of_longer(&name, file)
+    }
+
+    /// Returns true if an OBJ file of the folder has a longer name than `file` with which a
+    /// picture's name begins.
+    fn is_of_longer(&self, name: &str, file: &str) -> bool {
+        let mut objs = self.objs.iter();
+        objs.any(|obj| obj.len() > file.len() && name.starts_with(obj.as_str()))
+    }
+
+    /// Returns true if a picture has the first word of the OBJ file, and else words for textures.
+    fn shares_first_word(&self, image: &Image) -> bool {
+        let [first, others @ ..] = without_sizes(&image.words) else {
+            return false;
+        };
+        let is_first = first.len() >= MIN_NAME && self.file.first() == Some(first);
+        let name = image.words.concat();
+        is_first
+            && !others.is_empty()
+            && others.iter().all(|word| TEXTURE_WORDS.contains(&word.as_str()))
+            && !self.is_of_longer(&name, first)
+            && !self.objs.iter().any(|obj| obj == first)
+    }
+
+    /// Names of pictures that libraries of the folder name, other than `own` and that of the name of
+    /// the OBJ file.
+    pub fn claimed(&self, own: &[&Path]) -> HashSet<String> {
+        let file = self.file.concat();
+        let mut claimed = HashSet::new();
+        for library in self.libraries.iter().take(MAX_LIBRARIES) {
+            let path = self.here.join(library);
+            if own.contains(&path.as_path()) || words_of(&stem_of(library)).concat() == file {
+                continue;
+            }
+            let mut text = Vec::new();
+            let read = File::open(path).and_then(|file| file.take(MAX_LIBRARY_BYTES).read_to_end(&mut text));
+            if read.is_err() {
+                continue;
+            }
+            for line in String::from_utf8_lossy(&text).lines() {
+                let line = line.trim();
+                let is_map = line.split_whitespace().next().is_some_and(|word| {
+                    let word = word.to_lowercase();
+                    word.starts_with("map_") || matches!(&*word, "bump" | "norm" | "disp" | "refl" | "decal")
+                });
+                let name = line.rsplit(['/', '\\', ' ', '\t']).next();
+                if let Some(name) = name.filter(|_| is_map).map(str::to_lowercase) {
+                    if !has_extension(&name) {
+                        claimed.extend(with_extensions(&name));
+                    }
+                    claimed.insert(name);
+                }
+            }
+        }
+        claimed
+    }
+
+    /// The only picture in the folder of the only OBJ file there, unless it is `claimed`.
+    pub fn only_here(&self, claimed: &HashSet<String>) -> Option<PathBuf> {
+        let mut here = self.images.iter().filter(|image| image.is_here && !image.is_other());
+        let only = here.next().filter(|_| here.next().is_none() && self.is_alone())?;
+        let is_free = !claimed.contains(&name_of(&only.path)) && !self.is_rendering(only);
+        is_free.then(|| self.here.join(&only.path))
+    }
+
+    /// Pictures that a user may want for the file, those that share a word with it first, and the
+    /// number of further ones. Pictures of other models are left out: those that libraries other
+    /// than `own` name, and those with the name of another OBJ file.
+    pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
+        const SHOWN: usize = 3;
+        let claimed = self.claimed(own);
+        let shares = |image: &Image| {
+            let mut words = image.words.iter().filter(|word| word.len() >= MIN_NAME);
+            words.any(|word| self.file.contains(word))
+        };
+        let is_of_other = |image: &Image| {
+            let name = image.words.concat();
+            self.objs.contains(&name) && name != self.file.concat()
+        };
+        let mut offered: Vec<&Image> = self.images.iter().collect();
+        offered.retain(|image| {
+            let is_near = image.is_here || shares(image);
+            is_near && !image.is_other() && !claimed.contains(&*name_of(&image.path)) && !is_of_other(image)
+        });
+        offered.sort_by_key(|image| (!shares(image), !image.is_here));
+        let count = offered.len();
+        let own = offered.into_iter().filter(|image| !self.is_rendering(image));
+        let shown: Vec<PathBuf> = own.take(SHOWN).map(|image| self.here.join(&image.path)).collect();
+        let more = if shown.len() == SHOWN { count - SHOWN } else { 0 };
+        (shown, more)
+    }
+}
+
+/// Returns true if a word for textures ends a name, but for numbers.
+fn is_texture_name(words: &[String]) -> bool {
+    let last = without_sizes(words).last();
+    last.is_some_and(|word| TEXTURE_WORDS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
+}
+
+/// Pictures in words, with a flag that uses one as the colour of `material`; `None` without any.
+pub(super) fn offer_in_words(material: &str, (shown, more): (Vec<PathBuf>, usize)) -> Option<(String, String)> {
+    let first = shown.first()?.display().to_string();
+    let names: Vec<String> = shown.iter().map(|path| name_of_shown(path)).collect();
+    let more = match more {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    let flag = format!("--material '{material}.diffuse_map={first}'");
+    Some((names.join(", ") + &more, flag))
+}
+
+/// Name of a file in messages.
+fn name_of_shown(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Name of a file or folder, in lower case.
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Returns true if a name ends like that of a picture.
+pub(super) fn has_extension(name: &str) -> bool {
+    let extension = Path::new(name).extension().and_then(|e| e.to_str());
+    extension.is_some_and(|extension| EXTENSIONS.contains(&&*extension.to_lowercase()))
+}
+
+/// A name with the extensions of pictures.
+pub(super) fn with_extensions(name: &str) -> Vec<String> {
+    EXTENSIONS
+        .iter()
+        .map(|extension| format!("{name}.{extension}"))
+        .collect()
+}
+
+/// Words of a name in lower case: letters and digits between separators, and between small and
+/// capital letters.
+pub(super) fn words_of(name: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    let mut before = ' ';
+    for c in name.chars() {
+        if c.is_alphanumeric() {
+            let begins = !before.is_alphanumeric() || before.is_lowercase() && c.is_uppercase();
+            if begins {
+                words.push(String::new());
+            }
+            if let Some(word) = words.last_mut() {
+                word.extend(c.to_lowercase());
+            }
+        }
+        before = c;
+    }
+    words
+}
+
+/// Returns true for a word that says how large a picture is, or how it is kept: `2k`, `1001`, `jpg`.
+fn is_about_size(word: &str) -> bool {
+    let digits = word.strip_suffix('k').unwrap_or(word);
+    (!digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())) || matches!(word, "jpg" | "png" | "exr")
+}
+
+/// The words without those about size at their end.
+pub(super) fn without_sizes(words: &[String]) -> &[String] {
+    let end = words.iter().rposition(|word| !is_about_size(word));
+    &words[..end.map_or(0, |end| end + 1)]
+}
+
+/// Name of a file without its extension.
+pub(super) fn stem_of(path: &Path) -> Cow<'_, str> {
+    path.file_stem().unwrap_or_default().to_string_lossy()
+}

@@ -124,9 +124,10 @@ impl<'a> CameraFinder<'a> {
             region: Region::of(scene),
         };
         let declared = asked.axes.declared.map(|axes| axes.up);
-        let up = asked.up.or(declared).or(height_axis(asked.origin));
+        let given = asked.up.or(declared).or(asked.axes.only_up);
+        let up = given.or(height_axis(asked.origin));
         let wants_inside = asked.stand.is_some() || asked.orbit.is_none() && asked.view == View::Inside;
-        let (survey, region, inside) = Survey::new(&looker, up, asked.axes.usual_up, wants_inside);
+        let (survey, region, inside) = Survey::new(&looker, up, &asked.axes, wants_inside);
         let (survey, is_up_of_sisters) = survey.with(&asked.sisters);
         looker.region = if survey.is_interior {
             region

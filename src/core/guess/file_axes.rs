@@ -8,6 +8,11 @@ pub struct FileAxes {
     pub declared: Option<DeclaredAxes>,
     /// Axis that is up in most files of the program that wrote this one.
     pub usual_up: Option<Vec3>,
+    /// Axis that is up in all files of the program that wrote this one.
+    pub only_up: Option<Vec3>,
+    /// True if the name of the file is that of a building, of rooms or of land, which are wider than
+    /// high.
+    pub is_of_land: bool,
     /// Side that is the front in most files of the program that wrote this one.
     pub usual_front: Option<Vec3>,
 }

@@ -1,5 +1,6 @@
 //! Survey of a scene: whether it is an object, seen from outside, or an interior, seen from inside.
 
+use super::file_axes::FileAxes;
 use super::floors::Floors;
 use super::groups::groups;
 use super::interior::Inside;
@@ -35,18 +36,18 @@ impl Survey {
 
     /// Surveys the scene, and finds the region that guesses are for: that of the looker, or the part
     /// of it that is an interior, and the places that are inside. `up` is not guessed where it is
-    /// given. `usual_up` is up in most files of the program that wrote the scene, if that is known.
+    /// given. `axes` are those of comments of the file.
     /// If `wants_inside`, the camera is inside whatever the scene is.
     pub(super) fn new(
         looker: &Looker,
         up: Option<Vec3>,
-        usual_up: Option<Vec3>,
+        axes: &FileAxes,
         wants_inside: bool,
     ) -> (Self, Region, Inside) {
         let said_up = up.and_then(Vec3::try_normalize);
         let scores = |looker: &Looker, rooms: Option<&[Vec3]>| match said_up {
             Some(_) => None,
-            None => Some(UpScores::new(looker, rooms, usual_up)),
+            None => Some(UpScores::new(looker, rooms, axes)),
         };
         let whole = looker.region;
         let survey = |up_scores: Option<UpScores>, interior: Option<(f32, Region)>| {

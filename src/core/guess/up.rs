@@ -15,6 +15,7 @@
 //! repositories, for which nothing was fitted. Without bodies of revolution and other files they
 //! were 7 and 7; by an earlier version with 6 kinds of evidence 16 and 21.
 
+use super::file_axes::FileAxes;
 use super::look::Looker;
 use super::surfaces::{Direction, Surfaces};
 use crate::math::Vec3;
@@ -28,6 +29,11 @@ const USUAL_INSIDE: [f32; 6] = [-0.3, -0.3, 0.3, 0.0, 0.2, 0.0];
 /// that were read and written by MeshLab often have +y up.
 const USUAL_FOR_PROGRAM: f32 = 1.5;
 const USUAL_FOR_PROGRAM_INSIDE: f32 = 0.2;
+/// Score of the direction opposite to the axis that the program usually writes: its settings offer
+/// other axes, and nobody wants a model upside down.
+const AGAINST_PROGRAM: f32 = -2.5;
+/// Score of the axis across a flat scene with the name of a building, of rooms or of land.
+const LIES: f32 = 4.0;
 /// Score by which another direction must be better than +y.
 const MARGIN: f32 = 0.02;
 
@@ -167,6 +173,13 @@ fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
     f32::from(u8::from(is))
 }
 
+/// Returns true if a scene of this `extent` is flat, and lies if `up` is up.
+fn lies(extent: Vec3, up: Direction) -> bool {
+    const FLAT: f32 = 0.25;
+    let across = extent[(up.axis + 1) % 3].min(extent[(up.axis + 2) % 3]);
+    !up.is_negative && extent[up.axis] <= FLAT * across
+}
+
 /// Value of an axis, less the larger one of both other axes.
 fn over_others(values: [f32; 3], up: Direction) -> f32 {
     values[up.axis] - values[(up.axis + 1) % 3].max(values[(up.axis + 2) % 3])
@@ -177,9 +190,10 @@ fn over_others(values: [f32; 3], up: Direction) -> f32 {
 pub struct UpScores([f32; 6]);
 
 impl UpScores {
-    /// Scores by the scene's shapes; of an interior by points inside of its rooms. `usual` is the
-    /// axis that the program usually writes, if that is known.
-    pub(super) fn new(looker: &Looker, rooms: Option<&[Vec3]>, usual: Option<Vec3>) -> Self {
+    /// Scores by the scene's shapes and the comments of its file; of an interior by points inside of
+    /// its rooms.
+    pub(super) fn new(looker: &Looker, rooms: Option<&[Vec3]>, axes: &FileAxes) -> Self {
+        let usual = axes.usual_up;
         let surfaces = Surfaces::new(looker);
         let weighed = |evidence: &[(f32, Evidence)], up| -> f32 {
             evidence
@@ -188,15 +202,20 @@ impl UpScores {
                 .sum()
         };
         let written = |up: Direction| f32::from(u8::from(usual == Some(up.vector())));
+        let of_file = |up: Direction| {
+            let is_against = usual == Some(up.opposite().vector());
+            let lies = axes.is_of_land && lies(surfaces.extent, up);
+            AGAINST_PROGRAM * f32::from(u8::from(is_against)) + LIES * f32::from(u8::from(lies))
+        };
         Self(match rooms {
-            None => {
-                Direction::ALL.map(|up| USUAL[up.index()] + USUAL_FOR_PROGRAM * written(up) + weighed(&OUTSIDE, up))
-            }
+            None => Direction::ALL
+                .map(|up| USUAL[up.index()] + USUAL_FOR_PROGRAM * written(up) + of_file(up) + weighed(&OUTSIDE, up)),
             Some(rooms) => {
                 let rays = Direction::ALL.map(|up| Free::along(looker, rooms, up.vector()));
                 Direction::ALL.map(|up| {
                     USUAL_INSIDE[up.index()]
                         + USUAL_FOR_PROGRAM_INSIDE * written(up)
+                        + of_file(up)
                         + weighed(&INSIDE, up)
                         + LOW_ROOMS * is_low(&rays, up)
                         + CLEAR_ABOVE * is_clear(&rays, up)

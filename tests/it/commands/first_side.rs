@@ -189,3 +189,36 @@ fn rooms_without_a_ceiling_are_looked_into() {
     assert!(apart(azimuth, 180.0) <= 60.0, "{words}");
     assert!(words.contains("elevation 35°"), "{words}");
 }
+
+/// The upright axis of a file of this name.
+fn up_of(name: &str, text: &str) -> [f64; 3] {
+    let folder = folder(&[(name, text)]);
+    vector(&camera(folder.path(), name)["up"])
+}
+
+/// Files of programs that know one upright axis have it, whatever their shapes say.
+#[test]
+fn programs_with_one_axis_decide() {
+    let text = chair().upended();
+    assert_eq!(up(&text), [0.0, 0.0, 1.0]);
+    for head in [
+        "# Apple ModelIO OBJ File: a\n",
+        "# Blender 4.0.2\no Shape_IndexedFaceSet.001\n",
+    ] {
+        assert_eq!(up(&format!("{head}{text}")), [0.0, 1.0, 0.0], "{head}");
+    }
+}
+
+/// A storey of walls stands on edge in a file of any name, and lies in one of a building.
+#[test]
+fn flat_buildings_lie() {
+    let mut walls = Boxes::default();
+    for i in 0..6 {
+        let x = 12.0 * i as f32;
+        walls = walls
+            .add([x, 0.0, 0.0], [x + 0.2, 49.0, 3.4])
+            .add([0.0, 9.0 * i as f32, 0.0], [70.0, 9.0 * i as f32 + 0.2, 3.4]);
+    }
+    assert_eq!(up_of("building.obj", &walls.text), [0.0, 0.0, 1.0]);
+    assert_eq!(up_of("floor_2.obj", &walls.text), [0.0, 0.0, 1.0]);
+}

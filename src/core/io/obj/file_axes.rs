@@ -34,6 +34,35 @@ const KEEP: [&str; 10] = [
     "gdal",
 ];
 
+/// Programs whose models all have +y up.
+const ONLY_Y: [&str; 1] = ["apple modelio"];
+/// Part of the names that importers give meshes of VRML, in which +y is up.
+const OF_VRML: &str = "indexedfaceset";
+/// Words of names of buildings, of rooms and of land.
+const LAND: [&str; 21] = [
+    "apartment",
+    "arena",
+    "building",
+    "campus",
+    "city",
+    "floor",
+    "floorplan",
+    "garden",
+    "ground",
+    "house",
+    "island",
+    "land",
+    "landscape",
+    "map",
+    "office",
+    "park",
+    "room",
+    "stadium",
+    "street",
+    "terrain",
+    "town",
+];
+
 /// Programs whose models face −z.
 const FACE_BACK: [&str; 1] = ["blockbench"];
 
@@ -42,9 +71,16 @@ pub fn file_axes(path: &Path) -> FileAxes {
     let mut head = Vec::new();
     let file = open_regular(path).map(|file| file.take(HEAD));
     let read = file.and_then(|mut file| file.read_to_end(&mut head).ok());
-    match read {
+    let axes = match read {
         Some(_) => axes_of(&String::from_utf8_lossy(&head).to_lowercase()),
         None => FileAxes::default(),
+    };
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
+    FileAxes {
+        is_of_land: stem
+            .split(|c: char| !c.is_alphabetic())
+            .any(|word| LAND.contains(&word)),
+        ..axes
     }
 }
 
@@ -52,7 +88,13 @@ pub fn file_axes(path: &Path) -> FileAxes {
 fn axes_of(head: &str) -> FileAxes {
     let comments = || head.lines().filter_map(|line| line.trim_start().strip_prefix('#'));
     let is_named = |comment: &str, programs: &[&str]| programs.iter().any(|program| comment.contains(program));
+    let is_of_vrml = |line: &str| {
+        let name = line.strip_prefix("o ").or(line.strip_prefix("g "));
+        name.is_some_and(|name| name.contains(OF_VRML))
+    };
+    let has_only_y = comments().any(|comment| is_named(comment, &ONLY_Y)) || head.lines().any(is_of_vrml);
     FileAxes {
+        only_up: has_only_y.then_some(Vec3::Y),
         declared: comments().find_map(declared_axes),
         usual_up: match Signature::find(head).map(|signature| signature.dialect) {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),

@@ -2,6 +2,7 @@
 
 mod inside;
 
+use super::far_ground::without_far_ground;
 use super::file_axes::FileAxes;
 use super::framing::Frame;
 use super::groups;
@@ -132,7 +133,13 @@ impl<'a> CameraFinder<'a> {
         looker.region = if survey.is_interior {
             region
         } else {
-            groups::without_sheet(&Looker { region, ..looker }, &survey.horizon)
+            let looker = Looker { region, ..looker };
+            let region = groups::without_sheet(&looker, &survey.horizon);
+            if region.has_wide_ground {
+                region
+            } else {
+                without_far_ground(&looker, &survey.horizon)
+            }
         };
         Self {
             survey,

@@ -10,6 +10,7 @@ mod camera;
 mod elevation;
 mod emitters;
 mod facing;
+mod far_ground;
 mod file_axes;
 mod floors;
 mod framing;

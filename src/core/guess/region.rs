@@ -200,7 +200,7 @@ impl Region {
 }
 
 /// Bounds of the middle 90 % of the coordinates along each axis.
-fn middle_bounds(corners: &[Vec3]) -> Bounds3 {
+pub(super) fn middle_bounds(corners: &[Vec3]) -> Bounds3 {
     let mut bounds = Bounds3 {
         min: Vec3::ZERO,
         max: Vec3::ZERO,

@@ -21,7 +21,7 @@ const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
 /// buildings are open, and smaller than the buildings.
 const MIN_GROUP: f32 = 0.5;
 const MIN_ROOM_OF_GROUP: f32 = 0.4;
-const MAX_OPENNESS: f32 = 0.12;
+const MAX_OPENNESS: f32 = 0.1;
 
 /// What surrounds a point.
 #[derive(Clone, Copy, Debug)]

@@ -222,3 +222,29 @@ fn flat_buildings_lie() {
     assert_eq!(up_of("building.obj", &walls.text), [0.0, 0.0, 1.0]);
     assert_eq!(up_of("floor_2.obj", &walls.text), [0.0, 0.0, 1.0]);
 }
+
+/// A few flat triangles far around all others do not frame the scene, though they share corners with
+/// it.
+#[test]
+fn far_grounds_do_not_frame_the_scene() {
+    let town = |river: bool| {
+        let mut town = Boxes::default();
+        for i in 0..36 {
+            let (x, z) = ((i % 6) as f32 * 20.0, (i / 6) as f32 * 20.0);
+            town = town.add([x, 0.0, z], [x + 9.0, 6.0 + (i % 5) as f32, z + 9.0]);
+        }
+        let mut text = town.text;
+        if river {
+            text += "v -1500 0 -30\nv 0 0 -400\nf 1 -2 -1\n";
+        }
+        text
+    };
+    let distance = |text: &str| {
+        let folder = folder(&[("a.obj", text)]);
+        let camera = camera(folder.path(), "a.obj");
+        let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+        (0..3).map(|i| (eye[i] - target[i]).powi(2)).sum::<f64>().sqrt()
+    };
+    let (alone, with_river) = (distance(&town(false)), distance(&town(true)));
+    assert!((with_river - alone).abs() < 0.2 * alone, "{with_river} {alone}");
+}

@@ -1,0 +1,75 @@
+//! Ground that reaches far beyond what stands on it: a river of a city map, or a plate under a
+//! house. A few low triangles around all others do not decide how an object is framed.
+//!
+//! Unlike a sheet of its own (`groups`), such a ground may share corners with the rest, and may be
+//! some triangles of several parts.
+
+use super::floors::upright_bounds;
+use super::look::Looker;
+use super::region::{Region, middle_bounds};
+use super::triangles::{Triangle, for_each_triangle};
+use crate::math::{Bounds3, Horizon, Vec3};
+
+/// Maximum number of triangles that are tested, evenly spread over the scene's, and corners of which
+/// the middle is found.
+const MAX_TRIANGLES: u64 = 1 << 20;
+const SAMPLES: u64 = 1 << 15;
+/// Distance from the middle 90 % of the corners within which triangles belong to it, in extents.
+const MARGIN: f32 = 0.5;
+/// Height up to which a ground lies, as a share of the scene's.
+const LOW: f32 = 0.2;
+/// Maximum share of all triangles in the ground.
+const FEW: f32 = 0.05;
+/// Outline of the scene over that of the rest, at least, and minimum number of other triangles.
+const WIDER: f32 = 4.0;
+/// Width of the scene over its height, at least: fins of rockets and feet of towers are no ground.
+const WIDE: f32 = 2.0;
+const MIN_REST: usize = 30;
+
+/// The looker's region without a ground that reaches far beyond the rest.
+pub(super) fn without_far_ground(looker: &Looker, horizon: &Horizon) -> Region {
+    let whole = looker.region;
+    let visit = |max, visit: &mut dyn FnMut(&Triangle)| {
+        for_each_triangle(looker.scene, max, |triangle| {
+            if whole.holds(&triangle.corners) {
+                visit(triangle);
+            }
+        });
+    };
+    let mut corners: Vec<Vec3> = Vec::new();
+    visit(SAMPLES, &mut |triangle| {
+        corners.extend(triangle.corners.map(|p| horizon.coordinates(p)));
+    });
+    let (core, outline) = (middle_bounds(&corners), upright_bounds(whole.bounds, horizon));
+    let size = outline.max - outline.min;
+    if size.x.max(size.z) < WIDE * size.y {
+        return whole;
+    }
+    let margin = MARGIN * (core.max - core.min).with_y(0.0).max_element();
+    let top = outline.min.y + LOW * size.y;
+    let is_beyond = |p: Vec3| {
+        p.x < core.min.x - margin || p.x > core.max.x + margin || p.z < core.min.z - margin || p.z > core.max.z + margin
+    };
+    let (mut ground, mut others, mut rest, mut is_ground) = (0, 0, Bounds3::EMPTY, true);
+    visit(MAX_TRIANGLES, &mut |triangle| {
+        let corners = triangle.corners.map(|p| horizon.coordinates(p));
+        if corners.into_iter().any(is_beyond) {
+            ground += 1;
+            is_ground &= corners.iter().all(|p| p.y <= top);
+        } else {
+            others += 1;
+            triangle.corners.iter().for_each(|&p| rest.extend(p));
+        }
+    });
+    let is_few = others >= MIN_REST && ground as f32 <= FEW * (ground + others) as f32;
+    if ground == 0 || !is_ground || !is_few || rest.is_empty() {
+        return whole;
+    }
+    let area = |bounds: Bounds3| (bounds.max.x - bounds.min.x) * (bounds.max.z - bounds.min.z);
+    let object = upright_bounds(rest, horizon);
+    if area(object) > 0.0 && area(outline) >= WIDER * area(object) {
+        whole.on_ground(rest)
+    } else {
+        whole
+    }
+}

@@ -1,11 +1,12 @@
-//! Shapes that tell the front of an object: the back-rest of a seat is at its back, and feet stick
-//! out to the front of the ankles.
+//! Shapes that tell the front of an object: the back-rest of a seat is at its back, feet stick out
+//! to the front of the ankles, and the head of an animal on four legs is high at its front.
 //!
 //! Limits were set on some 700 public files, whose seats and people were told by name and by eye.
 //! Both are rare among other files: about one in a hundred has the shape of a seat or of feet.
 
 use super::surfaces::Point;
 use crate::math::{Bounds3, Horizon, Vec3};
+use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
 /// Azimuths of the sides, degrees.
@@ -45,6 +46,35 @@ const LEG: f32 = 0.25;
 const FOOT: RangeInclusive<f32> = 0.05..=0.35;
 const TOES: RangeInclusive<f32> = 0.03..=0.25;
 
+/// Height of an animal on four legs over its length, and minimum of its length over its width.
+const ON_LEGS: RangeInclusive<f32> = 0.4..=1.6;
+const LONG_BODY: f32 = 1.5;
+/// Height above which there are head and neck, as a share of the height, and minimum share of the
+/// points there that is in front of the middle.
+const HEAD: f32 = 0.65;
+const IN_FRONT: f32 = 0.9;
+/// Width of the head as a share of the width: fins are narrower.
+const HEAD_WIDTH: RangeInclusive<f32> = 0.2..=1.05;
+/// Minimum length of the head as a share of the length: head boards of beds are thin.
+const HEAD_LENGTH: f32 = 0.12;
+/// Height up to which there are feet, and minimum share of the length between them.
+const HOOVES: f32 = 0.08;
+const STRIDE: f32 = 0.35;
+/// Half of the length in the middle that the legs leave free, as a share of the length, and maximum
+/// share of the points of feet there.
+const BELLY: f32 = 0.1;
+const UNDER_BELLY: f32 = 0.08;
+
+/// Cells of the grid in which halves of an object are compared, along an axis.
+const HALF_CELLS: f32 = 12.0;
+/// Minimum likeness of left and right, and minimum difference to that of front and back.
+const ALIKE: f32 = 0.8;
+const LESS_ALIKE: f32 = 0.12;
+/// Length over width, height over width and over length of vehicles and animals.
+const LENGTH: RangeInclusive<f32> = 1.6..=4.0;
+const VEHICLE: RangeInclusive<f32> = 0.45..=1.6;
+const LOW: f32 = 0.8;
+
 /// A point with coordinates of one side: to the right, up and to the front.
 #[derive(Clone, Copy)]
 struct Placed {
@@ -66,7 +96,48 @@ pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Op
         (areas[best] >= SEAT_AREA).then_some(SIDES[best])
     };
     let has_toes = |azimuth: &f32| toes_stick_out(&placed(points, bounds, horizon, *azimuth), size.y);
-    seat().or_else(|| SIDES.into_iter().find(has_toes))
+    let has_head = |azimuth: &f32| head_is_high(&placed(points, bounds, horizon, *azimuth), size.y);
+    // A head above a back is like a back-rest above a seat.
+    let head = SIDES.into_iter().find(has_head);
+    head.or_else(seat).or_else(|| SIDES.into_iter().find(has_toes))
+}
+
+/// Returns true if the object is an animal on four legs whose head is at this side.
+fn head_is_high(points: &[Placed], height: f32) -> bool {
+    let of = |from: f32, to: f32| points.iter().filter(move |p| p.height >= from && p.height <= to);
+    let (Some((back, front)), Some((left, right))) = (
+        range(points.iter().map(|p| p.front), MIN_POINTS),
+        range(points.iter().map(|p| p.right), MIN_POINTS),
+    ) else {
+        return false;
+    };
+    let (length, width) = (front - back, right - left);
+    if length < LONG_BODY * width || !ON_LEGS.contains(&(height / length)) {
+        return false;
+    }
+    let middle = 0.5 * (back + front);
+    let (Some((nape, nose)), Some((head_left, head_right))) = (
+        range(of(HEAD, 1.0).map(|p| p.front), MIN_POINTS),
+        range(of(HEAD, 1.0).map(|p| p.right), MIN_POINTS),
+    ) else {
+        return false;
+    };
+    if nose - nape < HEAD_LENGTH * length {
+        return false;
+    }
+    let head = of(HEAD, 1.0).count() as f32;
+    let before = of(HEAD, 1.0).filter(|p| p.front > middle).count() as f32;
+    if before < IN_FRONT * head || !HEAD_WIDTH.contains(&((head_right - head_left) / width)) {
+        return false;
+    }
+    let Some((hind, fore)) = range(of(0.0, HOOVES).map(|p| p.front), MIN_POINTS / 4) else {
+        return false;
+    };
+    let feet = of(0.0, HOOVES).count() as f32;
+    let between = of(0.0, HOOVES)
+        .filter(|p| (p.front - 0.5 * (hind + fore)).abs() < BELLY * length)
+        .count() as f32;
+    fore - hind >= STRIDE * length && between <= UNDER_BELLY * feet
 }
 
 /// The points in coordinates of a side around the middle of the box; height from 0 to 1.
@@ -189,4 +260,36 @@ fn toes_stick_out(points: &[Placed], height: f32) -> bool {
         let toes = ((foot.1 - ankle.1) - (ankle.0 - foot.0)) / height;
         FOOT.contains(&((foot.1 - foot.0) / height)) && TOES.contains(&toes)
     })
+}
+
+/// Returns true if an object is built like vehicles and animals: longer than wide, with two sides
+/// that are mirror images, and ends that are none.
+pub(super) fn is_long_body(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> bool {
+    let size = bounds.max - bounds.min;
+    let (along, across) = if size.x > size.z { (0, 2) } else { (2, 0) };
+    let (length, width) = (size[along], size[across]);
+    let is_shaped = width > 0.0
+        && LENGTH.contains(&(length / width))
+        && VEHICLE.contains(&(size.y / width))
+        && size.y <= LOW * length;
+    if !is_shaped || points.is_empty() {
+        return false;
+    }
+    let cells: BTreeSet<[i32; 3]> = points
+        .iter()
+        .map(|point| {
+            let place = (horizon.coordinates(point.p) - bounds.min) / size * HALF_CELLS;
+            place.to_array().map(|x| (x as i32).clamp(0, HALF_CELLS as i32 - 1))
+        })
+        .collect();
+    let likeness = |axis: usize| {
+        let mirrored = |cell: &&[i32; 3]| {
+            let mut cell = **cell;
+            cell[axis] = HALF_CELLS as i32 - 1 - cell[axis];
+            cells.contains(&cell)
+        };
+        cells.iter().filter(mirrored).count() as f32 / cells.len() as f32
+    };
+    let (sides, ends) = (likeness(across), likeness(along));
+    sides >= ALIKE && ends <= sides - LESS_ALIKE
 }

@@ -19,6 +19,7 @@ mod interior;
 mod lathe;
 mod light;
 mod look;
+mod named_sides;
 mod object;
 mod open_house;
 mod parts;

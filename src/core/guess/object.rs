@@ -1,10 +1,11 @@
 //! The view of an object: which of its sides is its front, and from where around it shows most.
 
-use super::facing::facing;
+use super::facing::{facing, is_long_body};
 use super::file_axes::FileAxes;
 use super::framing::Frame;
 use super::interior::upright_bounds;
 use super::look::{Looker, Seen, Tally};
+use super::named_sides::named_front;
 use super::open_house;
 use super::surfaces;
 use crate::camera::{Camera, CameraParameters};
@@ -46,6 +47,8 @@ const SYMMETRY: f32 = 0.6;
 const FRONT_OF_PROGRAM: f32 = 2.5;
 /// Doublings of detail that a side counts more if shapes tell that it is the front.
 const FACING: f32 = 4.0;
+/// Doublings of detail that the long sides of a vehicle or an animal count less.
+const LONG_SIDE: f32 = 3.0;
 /// Doublings of detail by which the front must be ahead of all other sides to be no guess, if
 /// azimuth 0 counts no more than they do.
 const CLEAR: f32 = 1.0;
@@ -80,7 +83,9 @@ impl Front {
         }
         let of_program = axes.usual_front.and_then(toward);
         let points = surfaces::points(looker);
+        let named = named_front(looker, &points, horizon).and_then(toward);
         let told = facing(&points, upright_bounds(looker.region.bounds, horizon), horizon);
+        let is_long = is_long_body(&points, upright_bounds(looker.region.bounds, horizon), horizon);
         let azimuths = [0.0, 180.0, 90.0, 270.0];
         let evidence: Vec<f32> = azimuths
             .par_iter()
@@ -92,6 +97,8 @@ impl Front {
                 let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
                 let mut evidence = picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry();
                 evidence += if told == Some(azimuth) { FACING } else { 0.0 };
+                evidence += if named == Some(azimuth) { FACING } else { 0.0 };
+                evidence -= if is_long && side.is_long() { LONG_SIDE } else { 0.0 };
                 evidence
                     + if of_program == Some(azimuth) {
                         FRONT_OF_PROGRAM
@@ -130,6 +137,11 @@ struct Side {
 }
 
 impl Side {
+    /// Returns true if the object is wider than deep from here.
+    fn is_long(&self) -> bool {
+        self.width > self.depth
+    }
+
     fn new(looker: &Looker, horizon: &Horizon, azimuth: f32) -> Self {
         let bounds = upright_bounds(looker.region.bounds, horizon);
         let size = bounds.max - bounds.min;

@@ -355,7 +355,7 @@ fn is_high(name: &str) -> Option<bool> {
 }
 
 /// Words of a name in lower case. A word ends at a capital letter and at other characters.
-fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut was_lower = false;
     for c in name.chars() {
@@ -399,6 +399,7 @@ mod tests {
             area: 1.0,
             uvs,
             material: 0,
+            part: 0,
         };
         let upright = [Vec2::ZERO, Vec2::X, Vec2::Y];
         assert_eq!(v_direction(&triangle(Some(upright))), Vec3::Z);

@@ -13,6 +13,8 @@ pub(super) struct Triangle {
     /// Texture coordinates of the corners; `None` without them.
     pub uvs: Option<[Vec2; 3]>,
     pub material: u32,
+    /// Part of the scene's names of parts.
+    pub part: u32,
 }
 
 /// Name of a triangle of a scene.
@@ -41,6 +43,7 @@ pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&
                 area: triangle_area(p0, p1, p2),
                 uvs: (!mesh.uvs.is_empty()).then(|| mesh.triangles[next as usize].map(|i| mesh.uvs[i as usize])),
                 material: scene.shape(geom).material.0,
+                part: mesh.part(PrimId(next as u32)),
             });
             next += stride;
         }

@@ -248,3 +248,66 @@ fn far_grounds_do_not_frame_the_scene() {
     let (alone, with_river) = (distance(&town(false)), distance(&town(true)));
     assert!((with_river - alone).abs() < 0.2 * alone, "{with_river} {alone}");
 }
+
+/// Eyes are at the front, and a tail is at the back.
+#[test]
+fn names_tell_the_front() {
+    for (name, z, front) in [
+        ("Eyes", 1.0, 0.0),
+        ("Eyes", -1.1, 180.0),
+        ("tail_lamp", 1.0, 180.0),
+        ("tail_lamp", -1.1, 0.0),
+    ] {
+        let mut head = Boxes::default().add([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]);
+        head.text += &format!("usemtl {name}\n");
+        for x in [-0.6, 0.3] {
+            head = head.add([x, 1.2, z], [x + 0.3, 1.5, z + 0.1]);
+        }
+        let (azimuth, words) = seen(&head.text);
+        assert!(apart(azimuth, front) < 60.0, "{name} {z}: {words}");
+        let expected = format!("; its front is at azimuth {front}°;");
+        assert!(words.contains(&expected), "{name} {z}: {words}");
+    }
+}
+
+/// An animal on four legs looks to where its head is.
+#[test]
+fn high_heads_are_in_front() {
+    for (sign, front) in [(1.0, 0.0), (-1.0, 180.0)] {
+        let mut dog = Boxes::default();
+        let mut add = |[x0, y0, z0]: [f32; 3], [x1, y1, z1]: [f32; 3]| {
+            let (low, high) = (f32::min(sign * z0, sign * z1), f32::max(sign * z0, sign * z1));
+            dog = std::mem::take(&mut dog).add([x0, y0, low], [x1, y1, high]);
+        };
+        add([-0.4, 0.6, -0.9], [0.4, 1.1, 0.8]);
+        add([-0.25, 1.1, 0.6], [0.25, 1.7, 1.2]);
+        add([-0.05, 0.9, -1.0], [0.05, 1.0, -0.9]);
+        for (x, z) in [(-0.4, -0.9), (0.2, -0.9), (-0.4, 0.6), (0.2, 0.6)] {
+            add([x, 0.0, z], [x + 0.2, 0.6, z + 0.2]);
+        }
+        let (azimuth, words) = seen(&dog.text);
+        assert!(apart(azimuth, front) <= 75.0, "{azimuth} {front}: {words}");
+        assert!(
+            words.contains(&format!("; its front is at azimuth {front}°;")),
+            "{words}"
+        );
+    }
+}
+
+/// A car along x is not seen as if a door were its front.
+#[test]
+fn long_sides_are_no_fronts() {
+    let mut car = Boxes::default()
+        .add([-2.0, 0.3, -0.8], [2.0, 0.8, 0.8])
+        .add([-0.4, 0.8, -0.7], [1.6, 1.4, 0.7]);
+    for (x, z) in [(-1.5, -0.85), (-1.5, 0.65), (1.0, -0.85), (1.0, 0.65)] {
+        car = car.add([x, 0.0, z], [x + 0.6, 0.6, z + 0.2]);
+    }
+    let (_, words) = seen(&car.text);
+    assert!(
+        words.contains("front is at azimuth 90°")
+            || words.contains("front is at azimuth -90°")
+            || words.contains("front is at azimuth 270°"),
+        "{words}"
+    );
+}

@@ -1,0 +1,163 @@
+//! The front of an object by the names of its materials and parts: eyes, teeth and headlights are at
+//! the front, tails and tail lamps at the back.
+
+use super::look::Looker;
+use super::surfaces::{Point, words};
+use super::triangles::for_each_triangle;
+use crate::math::{Horizon, Vec3};
+
+/// Maximum number of triangles that are looked at, evenly spread over the scene's.
+const MAX_TRIANGLES: u64 = 1 << 20;
+/// Words in names of things that are at the front.
+const FRONT: [&str; 23] = [
+    "beak",
+    "cornea",
+    "eye",
+    "eyeball",
+    "eyebrow",
+    "eyelash",
+    "eyelid",
+    "face",
+    "grill",
+    "grille",
+    "headlight",
+    "iris",
+    "lip",
+    "mouth",
+    "muzzle",
+    "nose",
+    "pupil",
+    "sclera",
+    "snout",
+    "teeth",
+    "tongue",
+    "tooth",
+    "windscreen",
+];
+/// Words in names of things that are at the back.
+const BACK: [&str; 6] = ["backpack", "exhaust", "rear", "tail", "taillamp", "taillight"];
+/// Half of the height in which the rest of the object is compared with the named things, beyond
+/// their own, as a share of the object's.
+const BAND: f32 = 0.02;
+/// Minimum number of points in the band.
+const MIN_POINTS: usize = 40;
+/// Distance of the named things from the middle of the band, as a share of its extent: minimum.
+const OFF_MIDDLE: f32 = 0.12;
+/// Minimum distance to the front over that to the side.
+const STRAIGHT: f32 = 2.0;
+
+/// Direction of the front by names, of any length; `None` if they do not tell. `points` are spread
+/// over the surfaces.
+pub(super) fn named_front(looker: &Looker, points: &[Point], horizon: &Horizon) -> Option<Vec3> {
+    let scene = looker.scene;
+    let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| is_front(&m.name)).collect();
+    let names = scene.part_names();
+    let parts: Vec<Option<bool>> = (0..=names.len() as u32)
+        .map(|part| is_front(&names.name(part)))
+        .collect();
+    if materials.iter().chain(&parts).all(Option::is_none) {
+        return None;
+    }
+    let (mut front, mut back) = (Named::default(), Named::default());
+    for_each_triangle(scene, MAX_TRIANGLES, |triangle| {
+        let of = |sides: &[Option<bool>], i: u32| sides.get(i as usize).copied().flatten();
+        let side = of(&materials, triangle.material).or(of(&parts, triangle.part));
+        let corners = triangle.corners.map(|p| horizon.coordinates(p));
+        match side {
+            Some(true) => front.add(corners, triangle.area as f32),
+            Some(false) => back.add(corners, triangle.area as f32),
+            None => {}
+        }
+    });
+    let points: Vec<Vec3> = points.iter().map(|point| horizon.coordinates(point.p)).collect();
+    let of_front = front.offset(&points);
+    let offset = of_front.or(back.offset(&points).map(|offset| -offset))?;
+    Some(horizon.point(offset))
+}
+
+/// Triangles with names of one side, in coordinates of the horizon.
+struct Named {
+    /// Sum of their middles, weighted by area, and of the areas.
+    sum: Vec3,
+    area: f32,
+    /// Lowest and highest corner.
+    heights: [f32; 2],
+}
+
+impl Default for Named {
+    fn default() -> Self {
+        Self {
+            sum: Vec3::ZERO,
+            area: 0.0,
+            heights: [f32::INFINITY, f32::NEG_INFINITY],
+        }
+    }
+}
+
+impl Named {
+    fn add(&mut self, corners: [Vec3; 3], area: f32) {
+        self.sum += area / 3.0 * corners.into_iter().sum::<Vec3>();
+        self.area += area;
+        for p in corners {
+            self.heights = [self.heights[0].min(p.y), self.heights[1].max(p.y)];
+        }
+    }
+
+    /// Horizontal way from the middle of the object at the height of the named things to these;
+    /// `None` if it is short, or leads to a corner.
+    fn offset(&self, points: &[Vec3]) -> Option<Vec3> {
+        let middle = self.sum / self.area;
+        let ends = |values: &mut dyn Iterator<Item = f32>| {
+            values.fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), x| {
+                (min.min(x), max.max(x))
+            })
+        };
+        let (bottom, top) = ends(&mut points.iter().map(|p| p.y));
+        let margin = BAND * (top - bottom);
+        let is_in = |p: &&Vec3| p.y >= self.heights[0] - margin && p.y <= self.heights[1] + margin;
+        let band: Vec<Vec3> = points.iter().filter(is_in).copied().collect();
+        if band.len() < MIN_POINTS || !middle.is_finite() {
+            return None;
+        }
+        let [(left, right), (back, front)] = [0, 2].map(|axis: usize| ends(&mut band.iter().map(|p| p[axis])));
+        let center = Vec3::new(0.5 * (left + right), middle.y, 0.5 * (back + front));
+        let offset = middle - center;
+        let [x, z] = [offset.x.abs(), offset.z.abs()];
+        let is_far = x > OFF_MIDDLE * (right - left) || z > OFF_MIDDLE * (front - back);
+        (is_far && x.max(z) >= STRAIGHT * x.min(z)).then_some(offset)
+    }
+}
+
+/// True if a name is of a thing at the front, false if it is of one at the back, `None` of others.
+fn is_front(name: &str) -> Option<bool> {
+    let words = words(name);
+    let has = |list: &[&str]| {
+        let is_listed = |word: &String| list.contains(&word.as_str()) || list.contains(&word.trim_end_matches('s'));
+        words.iter().any(is_listed)
+    };
+    match (has(&FRONT), has(&BACK)) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_of_the_front_or_the_back() {
+        for (name, expected) in [
+            ("Eyes", Some(true)),
+            ("Head_Teeth.001", Some(true)),
+            ("tailLights", Some(false)),
+            ("Rear_Wheel", Some(false)),
+            ("teeth and tail", None),
+            ("surface", None),
+            ("", None),
+        ] {
+            assert_eq!(is_front(name), expected, "{name}");
+        }
+    }
+}

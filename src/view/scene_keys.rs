@@ -80,7 +80,7 @@ mod tests {
         }
         let keys = material_keys();
         let maps = keys.iter().filter(|(key, _)| key.ends_with("_map"));
-        assert_eq!(maps.clone().count(), 9);
+        assert_eq!(maps.clone().count(), 10);
         for (key, _) in maps {
             assert!(
                 check_material(key).unwrap_err().contains("any file of this machine"),

@@ -190,16 +190,18 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scenes that `--help` leaves out.
-const RARE: [&str; 35] = [
+const RARE: [&str; 39] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
     "checkpoint-interval",
     "compact",
     "compression",
+    "crease-angle",
     "cut-caps",
     "cut-light",
     "denoise-radius",
+    "displacement",
     "distortion",
     "dpi",
     "elevation",
@@ -208,10 +210,12 @@ const RARE: [&str; 35] = [
     "fisheye-mapping",
     "half",
     "intrinsics",
+    "line-width",
     "maps-by-name",
     "mtl-dialect",
     "obj-reader",
     "origin",
+    "ortho-height",
     "panes",
     "pose",
     "scale",

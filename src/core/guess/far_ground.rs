@@ -10,8 +10,8 @@ use super::region::{Region, middle_bounds};
 use super::triangles::{Triangle, for_each_triangle};
 use crate::math::{Bounds3, Horizon, Vec3};
 
-/// Maximum number of triangles that are tested, evenly spread over the scene's, and corners of which
-/// the middle is found.
+/// Maximum number of triangles that are tested, evenly spread over the scene's, and of those whose
+/// corners give the middle.
 const MAX_TRIANGLES: u64 = 1 << 20;
 const SAMPLES: u64 = 1 << 15;
 /// Distance from the middle 90 % of the corners within which triangles belong to it, in extents.

@@ -1,5 +1,5 @@
-//! The front of an object by the names of its materials and parts: eyes, teeth and headlights are at
-//! the front, tails and tail lamps at the back.
+//! The front of an object by the names of its materials and parts: eyes, teeth and headlights are
+//! at the front, tails and tail lamps at the back.
 
 use super::look::Looker;
 use super::surfaces::{Point, words};

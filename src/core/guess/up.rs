@@ -30,7 +30,7 @@ const USUAL_INSIDE: [f32; 6] = [-0.3, -0.3, 0.3, 0.0, 0.2, 0.0];
 const USUAL_FOR_PROGRAM: f32 = 1.5;
 const USUAL_FOR_PROGRAM_INSIDE: f32 = 0.2;
 /// Score of the direction opposite to the axis that the program usually writes: its settings offer
-/// other axes, and nobody wants a model upside down.
+/// other axes, but models upside down are mistakes.
 const AGAINST_PROGRAM: f32 = -2.5;
 /// Score of the axis across a flat scene with the name of a building, of rooms or of land.
 const LIES: f32 = 4.0;

@@ -200,16 +200,17 @@ impl Beside {
         read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
     }
 
-    /// The picture that is the colour of all materials of a file without library: the only one for
-    /// which the first of these rules holds that holds for any, among pictures that `may_be` colours.
+    /// The picture that is the colour of all materials of a file without library. The first of these
+    /// rules that holds for a picture decides, if it holds for one only, among pictures that `may_be`
+    /// colours.
     ///
     /// 1. It has the name of the file.
     /// 2. Its name begins with that of the file, and with that of no other OBJ file of the folder
     ///    that is longer. Of pictures that differ by a number, the first is taken.
     /// 3. Its first word is that of the file, and its others are words for textures: `cup_tex` for
     ///    `cup_small`.
-    /// 4. It is the only picture of the folder. Its sides are powers of two. The folder has no other
-    ///    OBJ file; or it has no library, and the name has a word for textures.
+    /// 4. It is the only picture of the folder. Its sides are powers of two. The folder has no
+    ///    other OBJ file; or it has no library, and the name has a word for textures.
     pub fn picture_of_file(&self, may_be: impl Fn(&Image) -> bool) -> Option<PathBuf> {
         let file = self.file.concat();
         let found = |rule: &dyn Fn(&Image) -> bool| -> Vec<&Image> {
@@ -287,8 +288,8 @@ impl Beside {
             && !self.objs.iter().any(|obj| obj == first)
     }
 
-    /// Names of pictures that libraries of the folder name, other than `own` and that of the name of
-    /// the OBJ file.
+    /// Names of pictures in libraries of the folder, other than `own` and the library of the OBJ
+    /// file's name.
     pub fn claimed(&self, own: &[&Path]) -> HashSet<String> {
         let file = self.file.concat();
         let mut claimed = HashSet::new();
@@ -418,7 +419,8 @@ pub(super) fn words_of(name: &str) -> Vec<String> {
     words
 }
 
-/// Returns true for a word that says how large a picture is, or how it is kept: `2k`, `1001`, `jpg`.
+/// Returns true for a word that says how large a picture is, or how it is kept: `2k`, `1001`,
+/// `jpg`.
 fn is_about_size(word: &str) -> bool {
     let digits = word.strip_suffix('k').unwrap_or(word);
     (!digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())) || matches!(word, "jpg" | "png" | "exr")

@@ -1,7 +1,6 @@
 //! Pictures as files have them, before they become textures.
 
 use super::FileError;
-use std::collections::HashMap;
 use std::path::Path;
 
 /// A picture as its file has it, row by row from the top.
@@ -18,8 +17,9 @@ pub(super) struct Picture {
 
 impl Picture {
     /// Returns true if alpha is a cut-out: nearly all pixels are opaque or transparent, there are
-    /// both, and nearly all transparent ones have one colour. Masks of gloss or of clothes have
-    /// details of the picture below.
+    /// both, and nearly all transparent ones are black, as programs store nothing. Masks of gloss or
+    /// of clothes have details of the picture below, and a white that was not meant to be seen is
+    /// the colour of paper in others.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),
@@ -58,29 +58,26 @@ fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32)
     /// Share of transparent pixels, and of opaque ones, at least: one colour of a palette is
     /// transparent.
     const BOTH: f32 = 0.01;
-    /// Share of the transparent pixels of one colour, at least, and levels of a channel by which
-    /// colours differ.
-    const ONE_COLOR: f32 = 0.9;
-    const LEVELS: f32 = 16.0;
+    /// Share of the transparent pixels that are black, at least, and the largest sample of black.
+    const NOTHING: f32 = 0.9;
+    const BLACK: f32 = 0.06;
     if channels % 2 != 0 {
         return false;
     }
-    let (mut colors, mut opaque): (HashMap<[u8; 3], usize>, usize) = (HashMap::new(), 0);
+    let (mut transparent, mut black, mut opaque) = (0usize, 0usize, 0usize);
     for texel in samples.chunks_exact(channels) {
         let alpha = value(texel[channels - 1]);
         opaque += usize::from(alpha >= ENDS[1]);
         if alpha <= ENDS[0] {
-            let level = |i: usize| (value(texel[i.min(channels - 2)]) * LEVELS).clamp(0.0, LEVELS - 1.0) as u8;
-            *colors.entry([0, 1, 2].map(level)).or_default() += 1;
+            transparent += 1;
+            black += usize::from(texel[..channels - 1].iter().all(|&sample| value(sample) <= BLACK));
         }
     }
-    let transparent: usize = colors.values().sum();
-    let usual = colors.into_values().max().unwrap_or(0);
     let all = (samples.len() / channels).max(1) as f32;
     let [transparent_share, opaque_share] = [transparent, opaque].map(|count| count as f32 / all);
     transparent_share.min(opaque_share) >= BOTH
         && transparent_share + opaque_share >= 1.0 - GRADED
-        && usual as f32 >= ONE_COLOR * transparent as f32
+        && black as f32 >= NOTHING * transparent as f32
 }
 
 /// Samples by their type: shares of the largest number, or linear values.

@@ -21,8 +21,8 @@ pub enum TextureKind {
     /// One number of each texel, linear: opacity, roughness, heights.
     Value(Channel),
     /// Opacity by the alpha of a picture of colours, if that is a cut-out: nearly all texels are
-    /// opaque or transparent, there are both, and the transparent ones have one colour. An error of
-    /// other pictures.
+    /// opaque or transparent, there are both, and the transparent ones are black. An error of other
+    /// pictures.
     CutOut,
     /// A normal map: three numbers, linear.
     Normal,

@@ -160,6 +160,10 @@ const DIFFERENCES: [(&str, &[(&str, &str)]); 6] = [
                 "libraries after their materials are used",
             ),
             ("mtllib a.mtl\nusemtl gone\nf 1 2 3", "materials without a definition"),
+            (
+                "mtllib one.mtl\nf 1 2 3",
+                "the only material of a library, of faces without one",
+            ),
         ],
     ),
     (
@@ -196,9 +200,13 @@ fn known_differences_are_those_of_the_page() {
         let folder = folder(&[
             ("t.obj", &format!("{square}{lines}\n")),
             ("a.mtl", library),
-            ("grey.mtl", "newmtl red\nKd 0.5\n"),
-            ("case.mtl", "NEWMTL red\nkd 1 0 0\n"),
-            ("early.mtl", "Ns x\nnewmtl red\nKd 0 1 0\nbump b.png\n"),
+            ("one.mtl", "newmtl red\nKd 1 0 0\n"),
+            ("grey.mtl", "newmtl red\nKd 0.5\nnewmtl blue\nKd 0 0 1\n"),
+            ("case.mtl", "NEWMTL red\nkd 1 0 0\nnewmtl blue\nKd 0 0 1\n"),
+            (
+                "early.mtl",
+                "Ns x\nnewmtl red\nKd 0 1 0\nbump b.png\nnewmtl blue\nKd 0 0 1\n",
+            ),
         ]);
         assert_eq!(difference(&folder.path().join("t.obj")), what, "{lines}");
         assert!(page.contains(reason), "{reason}");

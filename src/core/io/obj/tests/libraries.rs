@@ -40,7 +40,7 @@ fn libraries_lie_close_by() {
         ("mtllib no.mtl a.mtl", &["in/a"]),
         ("mtllib huh a.mtl", &["in/a"]),
     ] {
-        let (found, told) = materials(&at, statement);
+        let (found, told) = materials(&at, &format!("{statement}\nusemtl m"));
         assert_eq!(found, names, "{statement}");
         let is_exact = statement == "mtllib my red.mtl my blue.mtl";
         let wanted = if is_exact { 0 } else { names.len() };
@@ -69,8 +69,14 @@ fn a_library_of_the_name_of_the_file_is_taken() {
         told[0].contains("t.obj: the file names no material library; "),
         "{told:?}"
     );
-    // Not if nothing asks for a material, or if there is a library.
+    // Without `usemtl` if it has one material.
+    let (names, told) = materials(at, "");
+    assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 2));
+    assert!(told[1].contains("no face names a material; all have `t`"), "{told:?}");
+    fs::write(at.join("t.mtl"), "newmtl t\nKd 1\nnewmtl u\nKd 1\n").unwrap();
     assert!(materials(at, "").0.is_empty());
+    fs::write(at.join("t.mtl"), "newmtl t\nKd 1\n").unwrap();
+    // Not if there is another library.
     assert_eq!(materials(at, "mtllib a.mtl gone.mtl\nusemtl a").0, ["a"]);
     fs::rename(at.join("t.mtl"), at.join("T.obj.mtl")).unwrap();
     assert_eq!(materials(at, "usemtl t").0, ["t"]);

@@ -47,7 +47,8 @@ pub fn escaping(accel: &dyn Accel, origin: Vec3, count: u32) -> usize {
     (0..count).filter(escapes).count()
 }
 
-/// Calls `check` with each backend that is built in.
+/// Calls `check` with each backend that is built in, if there is one.
+#[cfg_attr(not(any(feature = "embree", feature = "obvhs")), expect(unused_variables))]
 pub fn for_each_backend(scene: &Scene, check: impl Fn(&dyn Accel)) {
     #[cfg(feature = "embree")]
     check(&embrasure::accel::embree::EmbreeAccel::new(scene, 1).unwrap());

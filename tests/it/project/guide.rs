@@ -391,7 +391,7 @@ fn commands_are_understood() {
 /// Renders are small that name no size or pixels.
 const SMALL: &str = r#"embrasure() {
     case "$*" in
-        *--size*|*--crop*|*--pixel*) command embrasure "$@" ;;
+        *--size*|*--scale*|*--crop*|*--pixel*) command embrasure "$@" ;;
         render*|lab*) command embrasure "$@" --size 96x72 ;;
         *) command embrasure "$@" ;;
     esac

@@ -68,7 +68,7 @@ fn a_wall_of_three_metres_has_708_pixels_at_1_to_50_and_300_dpi() {
     assert!((width as f64 - pixels(3.0 * 1.04)).abs() <= 1.0 && (height as f64 - pixels(2.5 + 0.12)).abs() <= 1.0);
     assert_eq!(attributes.horizontal_density, Some(300.0));
     let scale = attributes.other.get(&Text::from("embrasure.scale"));
-    assert!(matches!(scale, Some(AttributeValue::Text(text)) if text.to_string() == "1:50"));
+    assert!(matches!(scale, Some(AttributeValue::Text(text)) if text.eq("1:50")));
     let reader = png::Decoder::new(std::io::BufReader::new(
         std::fs::File::open(folder.path().join("t.png")).unwrap(),
     ));

@@ -71,7 +71,7 @@ impl Camera {
     }
 }
 
-/// The matrix whose columns are affine functions of a point: an axis, and what is added.
+/// The matrix whose columns are affine functions of a point: an axis and a constant.
 fn matrix(columns: [(DVec3, f64); 4]) -> Matrix {
     let entry = |i: usize| {
         let (axis, constant) = columns[i % 4];
@@ -141,7 +141,7 @@ mod tests {
         [0, 1, 2].map(|column| of(column) / of(3))
     }
 
-    /// Points are where the camera sees them.
+    /// Points lie at the pixels at which the camera sees them.
     #[test]
     fn matrices_project_as_the_camera_does() {
         let shift = Vec2::new(0.2, -0.3);

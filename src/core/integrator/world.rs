@@ -326,7 +326,7 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// [`World::transmittance`] between the lens and what the camera sees first, which is at `seen`.
+    /// [`World::transmittance`] between the lens and the first surface that the camera sees, at `seen`.
     #[inline(always)]
     pub fn transmittance_to_lens(&self, ray: &Ray, seen: &Hit, out: &mut impl RaySink) -> Transmittance {
         if !self.scene.hides_from_camera() {

@@ -110,8 +110,8 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// Adds what each triangle with these corners gives to the normals at its corners: its own normal,
-/// weighted by the angle (Thürmer and Wüthrich 1998).
+/// Calls `add` for each corner of a triangle with the triangle's normal, weighted by the angle
+/// (Thürmer and Wüthrich 1998).
 fn add_normals(corners: [Vec3; 3], mut add: impl FnMut(usize, DVec3)) {
     let [a, b, c] = corners;
     let normal = triangle_normal(a, b, c).as_dvec3();

@@ -86,7 +86,7 @@ named! {
     ObjReader: "own" => Self::Own, "tobj" => Self::Tobj;
 }
 
-/// Whether surfaces are displaced.
+/// The displacements that are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DisplacementUse {
     /// As a scene file says; as a library says if the object is subdivided.
@@ -129,7 +129,7 @@ named! {
     MapsByName: "auto" => Self::Auto, "off" => Self::Off;
 }
 
-/// Whether sections have caps.
+/// The caps of sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CutCaps {
     /// Cuts of closed surfaces have caps.

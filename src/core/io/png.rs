@@ -148,7 +148,7 @@ pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Ve
     Ok(file)
 }
 
-/// `density` is the number of pixels per metre of paper, where the picture has a scale.
+/// `density` is the number of pixels per metre of paper, if the picture has a scale.
 fn encode_as(
     writer: impl Write,
     (color, density): (png::ColorType, Option<u32>),

@@ -22,7 +22,7 @@ const CAP_REFLECTANCE: f32 = 0.05;
 const MAX_NAMED: usize = 4;
 
 impl Loader<'_> {
-    /// Cuts what was added, by each section in turn.
+    /// Cuts the objects by each section in turn.
     pub(super) fn cut_sections(&mut self, objs: &BTreeMap<Shape, ObjFile>) {
         let mut usual = None;
         let parameters = &self.file.load.parameters;

@@ -1,7 +1,7 @@
 //! Loading a scene: reads the files that a scene file names, and builds the scene. `inspect_scene` collects all findings, and `load_scene` ends with
 //! the first error.
 //!
-//! `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
+//! `shapes` reads OBJ files, `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
 
 mod beside;
 mod cuts;
@@ -10,37 +10,31 @@ mod materials;
 mod named_maps;
 mod objects;
 mod parts;
+mod reports;
+mod shapes;
 mod textures;
 mod unseen;
 
 use super::find_file::FileFinder;
-use super::load_obj::load_obj;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest};
-use super::obj::ObjFile;
-use super::object_section::ObjectSection;
 use super::part_section::PartSection;
 use super::patches::{Patch, PatchList};
 use super::scene_file::SceneFile;
-use super::section::value;
 use super::texture::TextureRequest;
-use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Severity, Warning};
-use crate::geometry::MAX_STEPS;
+use super::{FileError, Findings, LoadObserver, MemoryLimit, Severity, Warning};
 use crate::io::LoadOptions;
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
-use crate::math::{excerpt_of_name, significant};
-use crate::scene::{
-    BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport, UnlitBuilder,
-};
+use crate::scene::{DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, UnlitBuilder};
 use materials::{Undefined, Untextured};
 use named_maps::NamedMaps;
-use std::collections::{BTreeMap, HashMap, HashSet};
-use std::ops::Range;
+use reports::{ground_error, report_findings, scene_error};
+use shapes::{Shape, Shapes};
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use textures::AskedTexture;
-use toml::Spanned;
 use unseen::report_unseen;
 
 /// A scene read from files.
@@ -195,44 +189,9 @@ struct UsedMaterial {
     parts: Vec<u32>,
 }
 
-/// What an object's shape comes from.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Shapes {
-    /// At time 0.
-    open: Shape,
-    /// At time 1, if that is another one.
-    close: Option<Shape>,
-    /// True if rays from the camera pass the object.
-    is_hidden: bool,
-}
-
-/// An OBJ file, and how it is subdivided.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-struct Shape {
-    path: PathBuf,
-    /// Steps of subdivision.
-    steps: u32,
-    /// Bits of the angle in degrees above which edges stay sharp.
-    crease_angle: Option<u32>,
-}
-
 impl<'a> Loader<'a> {
     fn new(file: &'a SceneFile, builder: SceneBuilder, observer: &'a dyn LoadObserver, goes_on: bool) -> Self {
-        let of = |object: &ObjectSection| {
-            let shape = |name: &Spanned<PathBuf>| Shape {
-                path: file.resolve(name.get_ref()),
-                steps: value(&object.subdivision).unwrap_or(file.load.parameters.subdivision()),
-                crease_angle: value(&object.crease_angle)
-                    .or(file.load.parameters.crease_angle())
-                    .map(f32::to_bits),
-            };
-            Shapes {
-                open: shape(&object.obj),
-                close: object.obj_close.as_ref().map(shape),
-                is_hidden: value(&object.camera_visible) == Some(false),
-            }
-        };
-        let shapes: Vec<Shapes> = file.object.iter().map(of).collect();
+        let shapes: Vec<Shapes> = file.object.iter().map(|object| Shapes::of(file, object)).collect();
         let (mut copies, mut last_use) = (HashMap::new(), HashMap::new());
         for (index, shapes) in shapes.iter().enumerate() {
             let Shapes { open, close, .. } = shapes;
@@ -359,98 +318,6 @@ impl<'a> Loader<'a> {
         !self.goes_on && self.findings.first_error().is_some()
     }
 
-    /// Reads the files of objects.
-    fn load_objects(&mut self) -> Vec<ObjSource> {
-        match self.file.all_texture_dirs() {
-            Ok(folders) => self.texture_dirs = folders,
-            Err(error) => self.wrong("missing-folder", error),
-        }
-        for section in &self.file.light_group {
-            if let Err(error) = section.add_to(&mut self.builder, &self.file.source, &mut self.light_groups) {
-                self.wrong("wrong-light-group", error);
-            }
-        }
-        match self.file.patches() {
-            Ok(patches) => self.patches = PatchList::new(patches),
-            Err(error) => self.wrong("wrong-material", error),
-        }
-        match self.file.part_patches() {
-            Ok(parts) => self.parts = parts,
-            Err(error) => self.wrong("wrong-part", error),
-        }
-        self.load.parts = self.file.part_filter(&self.parts);
-        self.part_fits = vec![false; self.load.parts.globs().count()];
-        // A file that several objects name is read once.
-        let mut objs: BTreeMap<Shape, ObjFile> = BTreeMap::new();
-        let mut tried = HashSet::new();
-        let mut sources = Vec::new();
-        for (index, object) in self.file.object.iter().enumerate() {
-            let Shapes { open, close, .. } = self.shapes[index].clone();
-            let names = [Some(&object.obj), object.obj_close.as_ref()];
-            let shapes: Vec<Shape> = [Some(open), close].into_iter().flatten().collect();
-            for (shape, name) in shapes.iter().zip(names.into_iter().flatten()) {
-                if !tried.insert(shape.clone()) {
-                    continue;
-                }
-                let path = shape.path.clone();
-                let is_read = self.files.contains(&path);
-                match self.read_shape(shape, object) {
-                    Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
-                    Ok(mut obj) => {
-                        for (fits, glob) in self.part_fits.iter_mut().zip(self.load.parts.globs()) {
-                            *fits |= obj.parts.parts().any(|part| obj.parts.fits(part, glob));
-                        }
-                        let meshes = obj.groups.iter_mut().map(|group| &mut group.mesh);
-                        self.builder.add_parts(std::mem::take(&mut obj.parts), meshes);
-                        if !is_read {
-                            self.files.push(path.clone());
-                            self.files.extend(obj.libraries.iter().cloned());
-                            sources.push(ObjSource::new(path, &obj));
-                        }
-                        self.allowance.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
-                        objs.insert(shape.clone(), obj);
-                    }
-                }
-            }
-            if self.is_over() {
-                return sources;
-            }
-            if shapes.iter().all(|shape| objs.contains_key(shape)) {
-                if let Err(error) = self.add_object(index, object, &mut objs) {
-                    self.wrong("wrong-object", error);
-                }
-            }
-        }
-        self.check_parts(&objs);
-        for object in &self.file.made {
-            if let Err(error) = self.add_made(object, &objs) {
-                self.wrong("wrong-object", error);
-            }
-        }
-        self.tell_of_undefined();
-        self.tell_of_offers();
-        self.make_visible();
-        self.cut_sections(&objs);
-        sources
-    }
-
-    /// Reads the OBJ file of an object.
-    fn read_shape(&mut self, shape: &Shape, object: &ObjectSection) -> Result<ObjFile, FileError> {
-        let subdivision = object.subdivision.as_ref().filter(|steps| *steps.get_ref() > MAX_STEPS);
-        if let Some(steps) = subdivision {
-            let message = format!("subdivision = {}", steps.get_ref());
-            let error = self.file.error(steps.span(), message);
-            return Err(error.help(format!("write a number of steps from 0 to {MAX_STEPS}")));
-        }
-        let mut options = self.load.clone();
-        options.parameters.subdivision = Some(shape.steps);
-        options.parameters.crease_angle = shape.crease_angle.map(f32::from_bits);
-        let is_told = self.files.contains(&shape.path);
-        let mut again = Findings::default();
-        let findings = if is_told { &mut again } else { &mut self.findings };
-        load_obj(&shape.path, &options, self.allowance, self.observer, findings)
-    }
-
     /// Adds lights and the ground.
     fn add_lights(&mut self) {
         if self.is_over() {
@@ -504,146 +371,5 @@ impl<'a> Loader<'a> {
 
     fn warn(&mut self, code: &'static str, error: FileError) {
         self.findings.add(Severity::Warning, code, error);
-    }
-
-    /// Says where the scene file names the file that could not be read.
-    fn named_here(&self, error: FileError, path: &Path, span: Range<usize>) -> FileError {
-        if error.position.is_some() || error.help.is_some() || !self.file.is_file() {
-            return error.help_if_none("check the path");
-        }
-        let message = error.message.clone();
-        self.file
-            .error(span, format!("{}: {message}", path.display()))
-            .help("check the path; it is relative to the scene file")
-    }
-}
-
-/// An error of the `[ground]`, at the key that it is about.
-fn ground_error(file: &SceneFile, error: &BuildError) -> FileError {
-    let span = file.ground.as_ref().and_then(|ground| ground.place_of(error));
-    let error = match span {
-        Some(span) => file.error(span, error.to_string()),
-        None => file.whole(error.to_string()),
-    };
-    error.help("correct the value, or leave the key out")
-}
-
-fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
-    if matches!(error, BuildError::BadGround { .. }) {
-        return ground_error(file, error);
-    }
-    file.whole(error.to_string()).help(match error {
-        BuildError::TooSmall { .. } => {
-            "scale it up, camera and lights too: `transform = { scale = ... }` of its objects"
-        }
-        BuildError::UnknownIrradiance | BuildError::TooManyLightsOfGround { .. } => {
-            "use --no-ground, or light the scene with an environment or directional lights"
-        }
-        BuildError::BadPlacement { .. } => "correct the placement, or scale the object's own coordinates",
-        _ => "split the scene, or remove a part of it",
-    })
-}
-
-/// Sum of the shares of a surface up to which rounded statements may mean 1.
-const MAX_ROUNDING: f32 = 1.01;
-
-/// Reports what stands twice at one place.
-fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Findings) {
-    for (code, noun, count) in [
-        ("repeated-triangles", "triangles", report.repeated_triangles),
-        ("repeated-instances", "instances", report.repeated_instances),
-    ] {
-        if count > 0 {
-            let error = file.whole(format!("{noun} that repeat others at the same place, skipped: {count}"));
-            findings.push(Finding::new(Severity::Warning, code, error).repeated(count, []));
-        }
-    }
-    let emitters = report.coincident_emitters;
-    if emitters.triangles > 0 {
-        let noun = if emitters.triangles == 1 {
-            "triangle lies"
-        } else {
-            "triangles lie"
-        };
-        let message = format!(
-            "{} emitting {noun} on others: light sampling counts all of them, up to {} at one place, and rays find one",
-            emitters.triangles, emitters.max_at_one_place
-        );
-        let error = file.whole(message).help("delete all but one of them");
-        findings.add(Severity::Warning, "coincident-emitters", error);
-    }
-    if report.coincident_triangles > 0 {
-        let count = report.coincident_triangles;
-        let message = format!(
-            "up to {count} triangles of different materials or objects lie at one place: each ray there is tested with all of them, and hits any of them"
-        );
-        let error = file.whole(message).help("delete all but one of them");
-        findings.add(Severity::Warning, "coincident-triangles", error);
-    }
-}
-
-fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {
-    if report.degenerate_triangles > 0 {
-        let count = report.degenerate_triangles;
-        let error = file.whole(format!("triangles without area, skipped: {count}"));
-        findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
-    }
-    let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
-    // Statements have few digits.
-    let told = report.scaled_materials.iter().filter(|(_, sum)| *sum > MAX_ROUNDING);
-    for (name, sum) in told {
-        let message = format!(
-            "material `{}` reflects more light than it receives: {} times, in some channel; scaled to 1",
-            excerpt_of_name(name),
-            significant((*sum).into(), 4)
-        );
-        let error = match places.get(name.as_str()) {
-            Some(Some((path, position))) => FileError::new(path, message).at(*position),
-            _ => file.whole(message),
-        };
-        findings.add(Severity::Warning, "scaled-material", error);
-    }
-    if report.panes > 0 {
-        let noun = if report.panes == 1 { "pane" } else { "panes" };
-        let message = format!("Glass: {} {noun}, light passes straight", report.panes);
-        let error = file
-            .whole(message)
-            .help("`panes = \"refract\"` in [render] keeps them as bodies");
-        findings.add(Severity::Note, "glass-panes", error);
-    }
-    if report.rectangles > 0 {
-        let noun = if report.rectangles == 1 {
-            "rectangle"
-        } else {
-            "rectangles"
-        };
-        let message = format!(
-            "Lights: {} {noun} of two triangles, each sampled as one light",
-            report.rectangles
-        );
-        let error = file
-            .whole(message)
-            .help("`triangle_sampling = \"solid-angle\"` in [render] samples their triangles");
-        findings.add(Severity::Note, "rectangle-lights", error);
-    }
-    report_repetitions(file, report, findings);
-    if report.degenerate_emitters > 0 {
-        let noun = match report.degenerate_emitters {
-            1 => "1 emitting triangle has".into(),
-            count => format!("{count} emitting triangles have"),
-        };
-        let error = file.whole(format!("{noun} no area in 32-bit floats, and gives no light"));
-        let error = error.help("scale them up, move them closer to the origin, or use a sphere light");
-        findings.add(Severity::Warning, "lost-emitter", error);
-    }
-    if report.is_dark {
-        let error = file.whole("no light of the scene emits: the picture is black");
-        let error =
-            error.help("set their radiance, intensity or irradiance above 0, or remove them for the default light");
-        findings.add(Severity::Warning, "no-light", error);
-    }
-    if report.default_light {
-        let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";
-        findings.add(Severity::Note, DEFAULT_LIGHT, file.whole(message));
     }
 }

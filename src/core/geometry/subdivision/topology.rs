@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-/// Index of what is not there.
+/// Index of a missing element.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// How a mesh is subdivided.

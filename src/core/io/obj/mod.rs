@@ -1,10 +1,11 @@
-//! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or
+//! OBJ files: chunks (`parse`), their statements (`chunk`) and what they say (`outline`), faces by material (`groups`) or
 //! as they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
 //! libraries (`libraries`), fronts and backs at one place (`sides`), subdivision (`subdivide`), lines and points (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
 //! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
 
+mod chunk;
 mod colors;
 mod faces;
 mod file_axes;

@@ -201,6 +201,14 @@ impl FaceRange {
 }
 
 impl Section {
+    /// An empty section. Its first change of state changes nothing: faces may belong to what is
+    /// before the section.
+    pub fn of_unchanged_state() -> Self {
+        let mut section = Self::default();
+        section.state_change();
+        section
+    }
+
     /// Each change of state with the faces that it is for, which may be none.
     pub fn states(&self) -> impl Iterator<Item = (&StateChange, FaceRange)> {
         let ends = self.state_changes.iter().skip(1).map(|next| next.face);

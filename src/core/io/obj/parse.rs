@@ -1,23 +1,20 @@
-//! Statements of OBJ files, read in parallel.
+//! OBJ files as outlines, read in parallel by chunks.
 //!
 //! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices
 //! mean in it, and names a wrong line at once.
 
-use super::colors::{color_of, read_mrgb};
-use super::libraries::LibraryName;
+use super::chunk::Chunk;
 use super::outline::{NONE, Outline, Section, VertexData};
-use super::parts::{CurrentNames, PartState};
-use super::polygon::MAX_CLIPPED;
-use super::remarks::{Remark, Remarks, Skipped, ignored};
+use super::parts::CurrentNames;
+use super::remarks::{Remark, Remarks};
 use crate::geometry::PartNames;
 use crate::io::PartFilter;
-use crate::io::statements::{MRGB, Statement, chunks, place_of, split_keyword, statements, whole_statements};
-use crate::io::{FileError, MAX_WRONG, Position};
-use crate::math::{DVec3, Vec2, Vec3, excerpt};
+use crate::io::statements::{chunks, split_keyword, statements};
+use crate::io::{FileError, MAX_WRONG};
+use crate::math::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::path::Path;
-use std::str;
 
 /// A text cut into chunks whose statements have been counted: each knows its line and what indices mean in it.
 pub(super) struct Chunks<'a> {
@@ -131,8 +128,7 @@ fn parse_all(
         .zip(before)
         .zip(names)
         .map(|((text, before), names)| {
-            let states = [(); 2].map(|()| PartState::new(wanted.parts, text, names));
-            let chunk = Chunk::parse(path, text, [before, total], wanted, states);
+            let chunk = Chunk::parse(path, text, [before, total], names, wanted);
             advance(text.len() as u64);
             chunk
         })
@@ -164,9 +160,9 @@ fn parse_all(
         outline.wrong_positions.extend(wrong_positions);
         outline.vertices.append(&mut chunk.vertices);
         outline.sections.push(chunk.section);
-        if wanted.keep_wires {
-            chunk.wire_parts.number(&mut outline.parts, &mut chunk.wires);
-            outline.wires.push(chunk.wires);
+        if let Some(mut wires) = chunk.wires {
+            wires.parts.number(&mut outline.parts, &mut wires.section);
+            outline.wires.push(wires.section);
         }
         outline.libraries.append(&mut chunk.libraries);
         outline.remarks.append(&chunk.remarks);
@@ -186,14 +182,13 @@ fn parse_all(
 }
 
 /// Keywords of what corners name, in the order of a corner's parts.
-const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
-const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+pub(super) const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
 
 /// Numbers of lines, and of `v`, `vt` and `vn` statements.
 #[derive(Clone, Copy, Default)]
-struct Counts {
-    lines: usize,
-    elements: [usize; 3],
+pub(super) struct Counts {
+    pub lines: usize,
+    pub elements: [usize; 3],
     faces: usize,
     corners: usize,
 }
@@ -228,403 +223,4 @@ impl Counts {
             corners: self.corners + other.corners,
         }
     }
-}
-
-/// Error in a statement: the message, the wrong word, and the remedy.
-struct Fault {
-    word: String,
-    message: String,
-    help: String,
-}
-
-impl Fault {
-    fn new(word: &str, message: impl Into<String>, help: impl Into<String>) -> Self {
-        let (word, message, help) = (word.into(), message.into(), help.into());
-        Self { word, message, help }
-    }
-
-    /// The fault, with its effect.
-    fn and(mut self, effect: &str) -> Self {
-        self.message = format!("{}; {effect}", self.message);
-        self
-    }
-}
-
-/// What a chunk of the file says.
-struct Chunk<'a> {
-    before: &'a Counts,
-    total: &'a Counts,
-    vertices: VertexData,
-    section: Section,
-    libraries: Vec<LibraryName>,
-    remarks: Remarks,
-    /// As in [`Outline`].
-    wrong: Vec<FileError>,
-    wrong_count: usize,
-    /// Indices of wrong positions, in order.
-    wrong_positions: Vec<usize>,
-    /// The first wrong `vt` index and the first wrong `vn` index of the current face.
-    lost: [Option<Fault>; 2],
-    /// The point of the file that becomes the origin.
-    origin: DVec3,
-    keep_lines: bool,
-    parts: PartState<'a>,
-    /// Lines and points, as faces of their vertices.
-    wires: Section,
-    /// True if these are read.
-    keep_wires: bool,
-    /// Parts of these.
-    wire_parts: PartState<'a>,
-}
-
-impl<'a> Chunk<'a> {
-    /// Reads a chunk of a file that has `total` counts, `before` of them before the chunk.
-    fn parse(
-        path: &Path,
-        text: &str,
-        [before, total]: [&'a Counts; 2],
-        wanted: Wanted,
-        [parts, wire_parts]: [PartState<'a>; 2],
-    ) -> Self {
-        let mut chunk = Self {
-            before,
-            total,
-            vertices: VertexData::default(),
-            section: Section::default(),
-            libraries: Vec::new(),
-            remarks: Remarks::default(),
-            wrong: Vec::new(),
-            wrong_count: 0,
-            wrong_positions: Vec::new(),
-            lost: [None, None],
-            origin: wanted.origin,
-            keep_lines: wanted.keep_lines,
-            parts,
-            wires: Section::default(),
-            keep_wires: wanted.keep_wires,
-            wire_parts,
-        };
-        chunk.wires.state_change();
-        // The first state_change changes nothing: faces may belong to what came before the chunk.
-        chunk.section.state_change();
-        for statement in whole_statements(text) {
-            let line = statement.line;
-            let result = chunk.read(&statement, before.lines + line);
-            if result.is_ok() && chunk.lost.iter().all(Option::is_none) {
-                continue;
-            }
-            let lost = std::mem::take(&mut chunk.lost);
-            for fault in result.err().into_iter().chain(lost.into_iter().flatten()) {
-                chunk.wrong_count += 1;
-                if chunk.wrong.len() < MAX_WRONG {
-                    let place = place_of(text, line, &fault.word);
-                    let place = Position {
-                        line: before.lines + place.line,
-                        ..place
-                    };
-                    let error = FileError::new(path, fault.message);
-                    chunk.wrong.push(error.at(place).help(fault.help));
-                }
-            }
-        }
-        chunk.section.shrink_to_fit();
-        chunk.parts.shrink_to_fit();
-        chunk
-    }
-
-    /// Position of a vertex, of whose `words` those behind it are left. Far from the file's origin 32
-    /// bits round a part of it away.
-    fn position<'w>(
-        &self,
-        statement: &str,
-        rest: &str,
-        words: &mut impl Iterator<Item = &'w str>,
-    ) -> Result<Vec3, Fault> {
-        let near: [f32; 3] = numbers_of(statement, words, 3)?;
-        if self.origin == DVec3::ZERO {
-            return Ok(near.into());
-        }
-        let exact = |word: &str| word.parse().unwrap_or(f64::NAN);
-        let mut words = rest.split_ascii_whitespace().map(exact);
-        let p = DVec3::from([0; 3].map(|_| words.next().unwrap_or(f64::NAN)));
-        Ok((p - self.origin).as_vec3a())
-    }
-
-    fn read(&mut self, whole: &Statement, line: usize) -> Result<(), Fault> {
-        let statement = &*whole.text;
-        let (keyword, rest) = split_keyword(statement);
-        match keyword {
-            // A wrong value is 0, so that the indices of others keep their meaning.
-            "v" => {
-                let mut words = rest.split_ascii_whitespace();
-                let position = self.position(statement, rest, &mut words);
-                let position = position.and_then(|p| if p.is_finite() { Ok(p) } else { Err(not_finite(rest)) });
-                if position.is_err() {
-                    self.wrong_positions.push(self.vertices.positions.len());
-                }
-                self.vertices.positions.push(*position.as_ref().unwrap_or(&Vec3::ZERO));
-                match color_of(words) {
-                    Ok(Some(color)) => self.vertices.set_color(color),
-                    Ok(None) => {}
-                    Err(()) => self.remarks.add(Remark::BadColor, line),
-                }
-                position.map_err(|fault| fault.and("faces with this vertex are left out"))?;
-            }
-            "vt" => {
-                let uv = numbers(statement, rest, 1).map(Vec2::from);
-                let mut uv = uv.map_err(|fault| {
-                    self.vertices.uvs.push(Vec2::ZERO);
-                    fault.and("it counts as 0 0")
-                })?;
-                if !uv.is_finite() {
-                    self.remarks.add(Remark::BadUv, line);
-                    uv = Vec2::ZERO;
-                }
-                self.vertices.uvs.push(uv);
-            }
-            "vn" => {
-                let given = numbers(statement, rest, 3).map(Vec3::from);
-                let given = given.map_err(|fault| {
-                    self.vertices.normals.push(Vec3::ZERO);
-                    fault.and("it counts as none")
-                })?;
-                // In f64, where the square of no f32 is lost
-                let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
-                if normal == Vec3::ZERO {
-                    self.remarks.add(Remark::BadNormal, line);
-                }
-                self.vertices.normals.push(normal);
-            }
-            "f" | "fo" if self.parts.is_shown(self.section.face_count()) => self.read_face(rest, line)?,
-            "f" | "fo" => {}
-            "o" => {
-                self.parts.begin_object(whole.start);
-                self.wire_parts.begin_object(whole.start);
-            }
-            "g" => {
-                self.parts.begin_groups(whole.start);
-                self.wire_parts.begin_groups(whole.start);
-            }
-            "usemtl" => {
-                let whole_name = whole.whole_name();
-                if !rest.is_empty() || whole_name.is_some() {
-                    let wires = self.keep_wires.then_some(&mut self.wires);
-                    for section in std::iter::once(&mut self.section).chain(wires) {
-                        let state_change = section.state_change();
-                        state_change.line = line;
-                        state_change.whole_name = whole_name.map(Into::into);
-                        state_change.material = Some(rest.to_string()).filter(|name| !name.is_empty());
-                    }
-                }
-            }
-            "s" => self.section.state_change().smoothing = Some(self.smoothing_group(rest, line)),
-            "mtllib" => self.libraries.push(LibraryName {
-                text: rest.into(),
-                whole: whole.whole_name().map(Into::into),
-                line,
-            }),
-            MRGB => {
-                let read = read_mrgb(rest, &mut self.vertices.mrgb);
-                read.unwrap_or_else(|()| self.remarks.add(Remark::BadColor, line));
-            }
-            "" => {}
-            "p" | "l" if self.keep_wires => {
-                if self.wire_parts.is_shown(self.wires.face_count()) {
-                    self.read_wire(keyword == "l", rest, line)?;
-                }
-            }
-            "p" => self
-                .remarks
-                .skip(Skipped::Point, rest.split_ascii_whitespace().count(), line),
-            "l" => self.remarks.skip(Skipped::Line, 1, line),
-            "curv" | "curv2" | "cdc" => self.remarks.skip(Skipped::Curve, 1, line),
-            "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(Skipped::Surface, 1, line),
-            // Blocks that are filled up with zeros
-            _ if keyword.bytes().all(|byte| byte == 0) => {}
-            _ => match ignored(keyword) {
-                Some(index) => self.remarks.ignore(index, line),
-                None => self.remarks.add_unknown(&excerpt(keyword), line),
-            },
-        }
-        Ok(())
-    }
-
-    /// Reads the vertices of a line, or of points.
-    fn read_wire(&mut self, is_line: bool, words: &str, line: usize) -> Result<(), Fault> {
-        let start = self.wires.corner_count();
-        for word in words.split_ascii_whitespace() {
-            let corner = self.corner(word);
-            // Only positions count
-            self.lost = [None, None];
-            match corner {
-                Ok([v, ..]) => self.wires.push_corner([v, NONE, NONE]),
-                Err(fault) => {
-                    self.wires.truncate(start);
-                    return Err(fault.and("the element is left out"));
-                }
-            }
-        }
-        let count = self.wires.corner_count() - start;
-        if is_line && count < 2 {
-            self.wires.truncate(start);
-            let message = format!("a line of {count} vertices");
-            return Err(Fault::new(
-                "l",
-                message,
-                "name two vertices or more, or write a point (`p`)",
-            ));
-        }
-        let line = self.keep_lines.then(|| u32::try_from(line).unwrap_or(u32::MAX));
-        if is_line {
-            self.wires.push_face(u32::try_from(count).unwrap_or(u32::MAX), line);
-        } else {
-            (0..count).for_each(|_| self.wires.push_face(1, line));
-        }
-        Ok(())
-    }
-
-    fn read_face(&mut self, corners: &str, line: usize) -> Result<(), Fault> {
-        let start = self.section.corner_count();
-        if corners.split_ascii_whitespace().nth(2).is_none() {
-            self.remarks.add(Remark::ShortFace, line);
-            return Ok(());
-        }
-        for word in corners.split_ascii_whitespace() {
-            match self.corner(word) {
-                Ok(corner) => self.section.push_corner(corner),
-                Err(fault) => {
-                    self.section.truncate(start);
-                    self.lost = [None, None];
-                    return Err(fault.and("the face is left out"));
-                }
-            }
-        }
-        let size = self.section.corner_count() - start;
-        if size > MAX_CLIPPED {
-            self.remarks.add(Remark::LongFace, line);
-        }
-        let Ok(size) = u32::try_from(size) else {
-            self.section.truncate(start);
-            let message = format!("a face of {size} corners");
-            return Err(Fault::new("f", message, "cut the face into smaller ones"));
-        };
-        let line = self.keep_lines.then(|| u32::try_from(line).unwrap_or(u32::MAX));
-        self.section.push_face(size, line);
-        Ok(())
-    }
-
-    /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or
-    /// `vn` counts as none, with its fault in `lost`.
-    fn corner(&mut self, word: &str) -> Result<[u32; 3], Fault> {
-        let mut corner = [NONE; 3];
-        // As bytes: words are too short for what searches a string.
-        for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
-            let Some(slot) = corner.get_mut(kind) else {
-                let message = format!("`{}` has too many parts", excerpt(word));
-                return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
-            };
-            if !part.is_empty() || kind == 0 {
-                match (self.index(kind, part, word), kind) {
-                    (Ok(index), _) => *slot = index,
-                    (Err(fault), 0) => return Err(fault),
-                    (Err(fault), 1) => {
-                        self.lost[0].get_or_insert(fault.and("its texture coordinates count as 0 0"));
-                    }
-                    (Err(fault), _) => {
-                        self.lost[1].get_or_insert(fault.and("its normal is computed"));
-                    }
-                }
-            }
-        }
-        Ok(corner)
-    }
-
-    /// The index, counted from 0, of a part of the corner `word`.
-    fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
-        let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
-            let message = match kind {
-                0 => format!("`{}` is not a face corner", excerpt(word)),
-                _ => format!("{} index in `{}` is not a number", NAMES[kind], excerpt(word)),
-            };
-            return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
-        };
-        let so_far = (self.before.elements[kind] + self.vertices.counts()[kind]) as i64;
-        let total = self.total.elements[kind] as i64;
-        if (1..=total).contains(&index) {
-            return Ok((index - 1) as u32);
-        }
-        if (-so_far..0).contains(&index) {
-            return Ok((so_far + index) as u32);
-        }
-
-        let (name, keyword, shown) = (NAMES[kind], KEYWORDS[kind], excerpt(word));
-        if index == 0 {
-            let message = format!("{name} index 0 in `{shown}`");
-            return Err(Fault::new(word, message, "OBJ indices start at 1"));
-        }
-        let help = match (index < 0, total) {
-            (_, 0) => format!("the file has no `{keyword}` line"),
-            (true, _) if so_far == 0 => format!("no `{keyword}` came before this line: use a positive index"),
-            (true, _) => format!("{so_far} came before this line: use -{so_far} to -1, or a positive index"),
-            (false, _) => format!("the file has {total} `{keyword}` lines: use 1 to {total}"),
-        };
-        let message = format!("{name} index {index} in `{shown}` is out of range");
-        Err(Fault::new(word, message, help))
-    }
-
-    /// The number of a smoothing group, 0 for none.
-    fn smoothing_group(&mut self, name: &str, line: usize) -> u32 {
-        match name {
-            "" | "off" => 0,
-            _ => name.parse().unwrap_or_else(|_| {
-                self.remarks.add(Remark::BadSmoothing, line);
-                0
-            }),
-        }
-    }
-}
-
-/// The first `N` numbers of `rest`, of which those after the first `needed` are 0 where they are not given.
-fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], Fault> {
-    numbers_of(statement, &mut rest.split_ascii_whitespace(), needed)
-}
-
-/// The first `N` numbers of `words`, which keep the rest, as [`numbers`] reads them.
-fn numbers_of<'w, const N: usize>(
-    statement: &str,
-    words: &mut impl Iterator<Item = &'w str>,
-    needed: usize,
-) -> Result<[f32; N], Fault> {
-    let mut numbers = [0.0; N];
-    let mut count = 0;
-    for (slot, word) in numbers.iter_mut().zip(words) {
-        *slot = number(word)?;
-        count += 1;
-    }
-    if count < needed {
-        let message = format!("{needed} numbers expected: `{}`", excerpt(statement));
-        return Err(Fault::new(split_keyword(statement).0, message, "complete the line"));
-    }
-    Ok(numbers)
-}
-
-fn number(word: &str) -> Result<f32, Fault> {
-    if let Ok(number) = word.parse() {
-        return Ok(number);
-    }
-    // How Microsoft's C library writes values that are not numbers: 1.#QNAN0, -1.#IND00, -nan(ind)
-    if word.contains(".#") || word.contains("nan(") {
-        return Ok(f32::NAN);
-    }
-    let message = format!("`{}` is not a number", excerpt(word));
-    Err(Fault::new(word, message, "write a decimal number"))
-}
-
-/// That one of the numbers in `rest` is infinite or none.
-fn not_finite(rest: &str) -> Fault {
-    let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
-    let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));
-    let word = word.unwrap_or(rest);
-    let message = format!("`{}` is not a finite number", excerpt(word));
-    Fault::new(word, message, "write a finite coordinate")
 }

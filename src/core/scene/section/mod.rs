@@ -28,7 +28,7 @@ use fill::fill;
 use outline::outlines;
 use std::collections::HashMap;
 
-/// The scene that light meets where sections cut it.
+/// The scene that light meets if sections cut it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutLight {
     /// The scene that is left.
@@ -123,7 +123,7 @@ struct CutObject {
 /// How a section treats meshes of a material.
 #[derive(Clone, Copy)]
 struct Treatment {
-    /// Light meets what is cut off.
+    /// Light meets the parts that are cut off.
     keeps_removed: bool,
     /// The mesh stays as it is.
     is_exempt: bool,

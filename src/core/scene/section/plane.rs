@@ -32,7 +32,7 @@ impl SectionPlane {
         (offset.is_finite()).then_some(Self { normal, offset, axes })
     }
 
-    /// Signed distance of a point: negative where the scene stays.
+    /// Signed distance of a point: negative on the side that stays.
     pub(super) fn distance(&self, p: Vec3) -> f64 {
         self.normal.dot(p.as_dvec3()) - self.offset
     }

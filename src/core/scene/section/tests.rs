@@ -82,7 +82,7 @@ fn cut(meshes: Vec<Mesh>, plane: &SectionPlane) -> (Scene, SectionReport) {
     (builder.build().unwrap().0, report)
 }
 
-/// Volume of what the triangles enclose, and area of the triangles of material 1.
+/// Volume that the triangles enclose, and area of the triangles of material 1.
 fn measures(scene: &Scene) -> (f64, f64) {
     let (mut volume, mut area) = (0.0, 0.0);
     for geom in scene.geom_ids() {

@@ -148,7 +148,7 @@ fn libraries_are_found() {
     ];
     for (line, names, warnings) in cases {
         let path = folder.path().join("t.obj");
-        fs::write(&path, format!("{line}\n{SQUARE}f 1 2 3\n")).unwrap();
+        fs::write(&path, format!("{line}\n{SQUARE}usemtl {}\nf 1 2 3\n", names[0])).unwrap();
         let file = load_file(&path, &LoadOptions::default()).unwrap();
         let got: Vec<_> = file.materials.iter().map(|m| m.material.name.as_str()).collect();
         assert_eq!(got, names, "{line}");

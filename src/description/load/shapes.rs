@@ -1,0 +1,161 @@
+//! The OBJ files of objects.
+
+use super::Loader;
+use crate::description::load_obj::load_obj;
+use crate::description::obj::ObjFile;
+use crate::description::object_section::ObjectSection;
+use crate::description::patches::PatchList;
+use crate::description::scene_file::SceneFile;
+use crate::description::section::value;
+use crate::description::{FileError, Findings};
+use crate::geometry::MAX_STEPS;
+use crate::lint::ObjSource;
+use std::collections::{BTreeMap, HashSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// What an object's shape comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Shapes {
+    /// At time 0.
+    pub open: Shape,
+    /// At time 1, if that is another one.
+    pub close: Option<Shape>,
+    /// True if rays from the camera pass the object.
+    pub is_hidden: bool,
+}
+
+/// An OBJ file, and how it is subdivided.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Shape {
+    pub path: PathBuf,
+    /// Steps of subdivision.
+    pub steps: u32,
+    /// Bits of the angle in degrees above which edges stay sharp.
+    pub crease_angle: Option<u32>,
+}
+
+impl Shapes {
+    /// Shapes of an object of `file`.
+    pub fn of(file: &SceneFile, object: &ObjectSection) -> Self {
+        let parameters = &file.load.parameters;
+        let shape = |name: &Spanned<PathBuf>| Shape {
+            path: file.resolve(name.get_ref()),
+            steps: value(&object.subdivision).unwrap_or(parameters.subdivision()),
+            crease_angle: value(&object.crease_angle)
+                .or(parameters.crease_angle())
+                .map(f32::to_bits),
+        };
+        Self {
+            open: shape(&object.obj),
+            close: object.obj_close.as_ref().map(shape),
+            is_hidden: value(&object.camera_visible) == Some(false),
+        }
+    }
+}
+
+impl Loader<'_> {
+    /// Reads the files of objects.
+    pub(super) fn load_objects(&mut self) -> Vec<ObjSource> {
+        match self.file.all_texture_dirs() {
+            Ok(folders) => self.texture_dirs = folders,
+            Err(error) => self.wrong("missing-folder", error),
+        }
+        for section in &self.file.light_group {
+            if let Err(error) = section.add_to(&mut self.builder, &self.file.source, &mut self.light_groups) {
+                self.wrong("wrong-light-group", error);
+            }
+        }
+        match self.file.patches() {
+            Ok(patches) => self.patches = PatchList::new(patches),
+            Err(error) => self.wrong("wrong-material", error),
+        }
+        match self.file.part_patches() {
+            Ok(parts) => self.parts = parts,
+            Err(error) => self.wrong("wrong-part", error),
+        }
+        self.load.parts = self.file.part_filter(&self.parts);
+        self.part_fits = vec![false; self.load.parts.globs().count()];
+        // A file that several objects name is read once.
+        let mut objs: BTreeMap<Shape, ObjFile> = BTreeMap::new();
+        let mut tried = HashSet::new();
+        let mut sources = Vec::new();
+        for (index, object) in self.file.object.iter().enumerate() {
+            let Shapes { open, close, .. } = self.shapes[index].clone();
+            let names = [Some(&object.obj), object.obj_close.as_ref()];
+            let shapes: Vec<Shape> = [Some(open), close].into_iter().flatten().collect();
+            for (shape, name) in shapes.iter().zip(names.into_iter().flatten()) {
+                if !tried.insert(shape.clone()) {
+                    continue;
+                }
+                let path = shape.path.clone();
+                let is_read = self.files.contains(&path);
+                match self.read_shape(shape, object) {
+                    Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
+                    Ok(mut obj) => {
+                        for (fits, glob) in self.part_fits.iter_mut().zip(self.load.parts.globs()) {
+                            *fits |= obj.parts.parts().any(|part| obj.parts.fits(part, glob));
+                        }
+                        let meshes = obj.groups.iter_mut().map(|group| &mut group.mesh);
+                        self.builder.add_parts(std::mem::take(&mut obj.parts), meshes);
+                        if !is_read {
+                            self.files.push(path.clone());
+                            self.files.extend(obj.libraries.iter().cloned());
+                            sources.push(ObjSource::new(path, &obj));
+                        }
+                        self.allowance.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
+                        objs.insert(shape.clone(), obj);
+                    }
+                }
+            }
+            if self.is_over() {
+                return sources;
+            }
+            if shapes.iter().all(|shape| objs.contains_key(shape)) {
+                if let Err(error) = self.add_object(index, object, &mut objs) {
+                    self.wrong("wrong-object", error);
+                }
+            }
+        }
+        self.check_parts(&objs);
+        for object in &self.file.made {
+            if let Err(error) = self.add_made(object, &objs) {
+                self.wrong("wrong-object", error);
+            }
+        }
+        self.tell_of_undefined();
+        self.tell_of_offers();
+        self.make_visible();
+        self.cut_sections(&objs);
+        sources
+    }
+
+    /// Reads the OBJ file of an object.
+    fn read_shape(&mut self, shape: &Shape, object: &ObjectSection) -> Result<ObjFile, FileError> {
+        let subdivision = object.subdivision.as_ref().filter(|steps| *steps.get_ref() > MAX_STEPS);
+        if let Some(steps) = subdivision {
+            let message = format!("subdivision = {}", steps.get_ref());
+            let error = self.file.error(steps.span(), message);
+            return Err(error.help(format!("write a number of steps from 0 to {MAX_STEPS}")));
+        }
+        let mut options = self.load.clone();
+        options.parameters.subdivision = Some(shape.steps);
+        options.parameters.crease_angle = shape.crease_angle.map(f32::from_bits);
+        let is_told = self.files.contains(&shape.path);
+        let mut again = Findings::default();
+        let findings = if is_told { &mut again } else { &mut self.findings };
+        load_obj(&shape.path, &options, self.allowance, self.observer, findings)
+    }
+
+    /// Says where the scene file names the file that could not be read.
+    fn named_here(&self, error: FileError, path: &Path, span: Range<usize>) -> FileError {
+        if error.position.is_some() || error.help.is_some() || !self.file.is_file() {
+            return error.help_if_none("check the path");
+        }
+        let message = error.message.clone();
+        self.file
+            .error(span, format!("{}: {message}", path.display()))
+            .help("check the path; it is relative to the scene file")
+    }
+}

@@ -1,12 +1,13 @@
 //! Statements of one chunk of an OBJ file.
 
 use super::colors::{color_of, read_mrgb};
+use super::counts::{Counts, KEYWORDS};
 use super::libraries::LibraryName;
 use super::outline::{NONE, Section, VertexData};
-use super::parse::{Counts, KEYWORDS, Wanted};
 use super::parts::{CurrentNames, PartState};
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks, Skipped, ignored};
+use crate::io::PartFilter;
 use crate::io::statements::{MRGB, Statement, place_of, split_keyword, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{DVec3, Vec2, Vec3, excerpt};
@@ -35,6 +36,19 @@ impl Fault {
         self.message = format!("{}; {effect}", self.message);
         self
     }
+}
+
+/// Selection of an OBJ file that is read.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    /// The point of the file that becomes the origin.
+    pub origin: DVec3,
+    /// True if the line of each face is kept.
+    pub keep_lines: bool,
+    /// True if lines and points are read.
+    pub keep_wires: bool,
+    /// The parts whose faces are read.
+    pub parts: &'a PartFilter,
 }
 
 /// The statements of a chunk of the file.

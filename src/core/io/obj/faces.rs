@@ -1,7 +1,7 @@
 use super::outline::{FaceRange, Outline};
-use super::parse::{Chunks, Wanted, parse};
 use super::polygon::triangulate;
 use super::{CHUNK_BYTES, read_text};
+use super::{chunk::Wanted, counts::Chunks, parse::parse};
 use crate::io::FileError;
 use crate::io::PartFilter;
 use crate::io::normals::area_vector;

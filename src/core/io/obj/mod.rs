@@ -1,4 +1,4 @@
-//! OBJ files: chunks (`parse`), their statements (`chunk`) and what they say (`outline`), faces by material (`groups`) or
+//! OBJ files: chunks (`counts`, `parse`), their statements (`chunk`) and what they say (`outline`), faces by material (`groups`) or
 //! as they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
 //! libraries (`libraries`), fronts and backs at one place (`sides`), subdivision (`subdivide`), lines and points (`wires`).
 //!
@@ -7,6 +7,7 @@
 
 mod chunk;
 mod colors;
+mod counts;
 mod faces;
 mod file_axes;
 mod groups;
@@ -30,7 +31,9 @@ use crate::files::input;
 use crate::files::memory::Allowance;
 use crate::geometry::{Mesh, PartNames};
 use crate::math::{DVec3, excerpt_of_name};
+use chunk::Wanted;
 use colors::{Colors, take_colors};
+use counts::Chunks;
 pub use faces::{Face, FaceMaterial, ObjFaces};
 pub use file_axes::{file_axes, first_comment};
 use libraries::{find_libraries, load_libraries};
@@ -38,7 +41,6 @@ pub use named_unit::named_unit;
 pub(super) use origin::chosen_origin;
 pub use origin::origin_of;
 use outline::Outline;
-use parse::{Chunks, Wanted};
 use parts::MaterialRules;
 use rayon::prelude::*;
 use std::collections::HashMap;

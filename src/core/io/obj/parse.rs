@@ -3,79 +3,14 @@
 //! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices
 //! mean in it, and names a wrong line at once.
 
-use super::chunk::Chunk;
+use super::chunk::{Chunk, Wanted};
+use super::counts::Chunks;
 use super::outline::{NONE, Outline, Section, VertexData};
-use super::parts::CurrentNames;
 use super::remarks::{Remark, Remarks};
 use crate::geometry::PartNames;
-use crate::io::PartFilter;
-use crate::io::statements::{chunks, split_keyword, statements};
 use crate::io::{FileError, MAX_WRONG};
-use crate::math::DVec3;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::path::Path;
-
-/// A text cut into chunks whose statements have been counted: each knows its line and what indices mean in it.
-pub(super) struct Chunks<'a> {
-    texts: Vec<&'a str>,
-    /// Counts of all that is before each chunk.
-    before: Vec<Counts>,
-    total: Counts,
-    /// Names of parts that the first face of each chunk stands below.
-    names: Vec<CurrentNames>,
-}
-
-impl<'a> Chunks<'a> {
-    /// Cuts and counts a text in chunks of some `chunk_bytes`, in parallel.
-    pub fn count(text: &'a str, chunk_bytes: usize) -> Self {
-        let texts = chunks(text, chunk_bytes);
-        let counts: Vec<(Counts, [Option<String>; 2])> = texts.par_iter().map(|chunk| Counts::of(chunk)).collect();
-        let (mut total, mut last) = (Counts::default(), CurrentNames::default());
-        let running = |(counts, names): &(Counts, [Option<String>; 2])| {
-            let before = (total, last.clone());
-            total = total.plus(*counts);
-            last.follow(names);
-            before
-        };
-        let (before, names) = counts.iter().map(running).unzip();
-        Self {
-            texts,
-            before,
-            total,
-            names,
-        }
-    }
-
-    /// About how many bytes reading takes at most, of which the text takes `length`.
-    pub fn bytes(&self, length: u64) -> u64 {
-        let [v, vt, vn] = self.total.elements.map(|n| n as u64);
-        let (faces, corners) = (self.total.faces as u64, self.total.corners as u64);
-        let (has_uvs, has_normals) = (u64::from(vt > 0), u64::from(vn > 0));
-        let values = 16 * v + 8 * vt + 16 * vn;
-        let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
-        // Chunks have their values until they are joined.
-        let reading = length + outline + values;
-        // Then the text is given back, faces become triangles, and corners vertices, by an index of those that there are.
-        let (triangles, vertices) = (corners.saturating_sub(2 * faces), v.max(vt).max(vn));
-        let index = if has_uvs + has_normals == 0 { 4 } else { 48 };
-        let mesh = 12 * triangles + vertices * (16 + 8 * has_uvs + 16 * has_normals);
-        reading.max(outline + mesh + index * vertices)
-    }
-}
-
-/// Selection of an OBJ file that is read.
-#[derive(Clone, Copy)]
-pub(super) struct Wanted<'a> {
-    /// The point of the file that becomes the origin.
-    pub origin: DVec3,
-    /// True if the line of each face is kept.
-    pub keep_lines: bool,
-    /// True if lines and points are read.
-    pub keep_wires: bool,
-    /// The parts whose faces are read.
-    pub parts: &'a PartFilter,
-}
 
 /// Reads the statements of an OBJ file, in parallel; the result does not depend on the size of the chunks.
 ///
@@ -179,48 +114,4 @@ fn parse_all(
         return Err(FileError::new(path, message).help("cut it into several files"));
     }
     Ok(outline)
-}
-
-/// Keywords of what corners name, in the order of a corner's parts.
-pub(super) const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
-
-/// Numbers of lines, and of `v`, `vt` and `vn` statements.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Counts {
-    pub lines: usize,
-    pub elements: [usize; 3],
-    faces: usize,
-    corners: usize,
-}
-
-impl Counts {
-    /// Counts the statements of a text, and finds its last `o` and its last `g`.
-    fn of(text: &str) -> (Self, [Option<String>; 2]) {
-        let mut names = [None, None];
-        let mut counts = Self {
-            lines: text.bytes().filter(|&b| b == b'\n').count(),
-            ..Self::default()
-        };
-        for (_, statement) in statements(text) {
-            let (keyword, rest) = split_keyword(&statement);
-            if let Some(kind) = KEYWORDS.iter().position(|&k| k == keyword) {
-                counts.elements[kind] += 1;
-            } else if keyword == "f" {
-                counts.faces += 1;
-                counts.corners += rest.split_ascii_whitespace().count();
-            } else if let Some(kind) = ["o", "g"].into_iter().position(|k| k == keyword) {
-                names[kind] = Some(statement);
-            }
-        }
-        (counts, names.map(|name| name.map(Cow::into_owned)))
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self {
-            lines: self.lines + other.lines,
-            elements: [0, 1, 2].map(|kind| self.elements[kind] + other.elements[kind]),
-            faces: self.faces + other.faces,
-            corners: self.corners + other.corners,
-        }
-    }
 }

@@ -193,7 +193,7 @@ impl MaterialRules {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::obj::parse::{Chunks, Wanted, parse};
+    use crate::io::obj::{chunk::Wanted, counts::Chunks, parse::parse};
     use crate::math::{DVec3, Glob};
     use std::path::Path;
 

@@ -166,8 +166,8 @@ fn move_out(
 
 #[cfg(test)]
 mod tests {
-    use super::super::parse::{Chunks, Wanted, parse};
     use super::super::{Colors, Group, MaterialRules, into_groups};
+    use super::super::{chunk::Wanted, counts::Chunks, parse::parse};
     use crate::io::PartFilter;
     use crate::math::DVec3;
     use std::path::Path;

@@ -1,5 +1,5 @@
-use super::super::parse::{self, Chunks, Wanted};
 use super::super::{Colors, Group, MaterialRules, into_groups};
+use super::super::{chunk::Wanted, counts::Chunks, parse};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
 use crate::io::PartFilter;

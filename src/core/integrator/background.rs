@@ -1,11 +1,13 @@
-//! What camera rays see where no surface of the scene stops them: the background, and the ground that catches shadows.
+//! Background of camera rays that no surface stops, and the shadow-catching ground.
 //!
-//! Only rays from the camera, with those that went straight on through surfaces of an opacity below 1, see the background. Reflections and glass see
-//! the lights. The background therefore changes nothing but the pixels in which it is seen.
+//! Only camera rays see the background, including those that passed straight through surfaces of
+//! opacity below 1. Reflections and glass see the lights. So the background changes only the pixels
+//! that show it.
 //!
-//! An integrator tells its sink what the camera ray has seen (`CameraView`), and the sink finishes the sample with it. The light that a sample finds is
-//! linear in its first vertex, so the ground's share of unshadowed light is a factor of all of it: path reuse, roulette and the weights of multiple
-//! importance sampling know nothing of the ground.
+//! An integrator passes the view of the camera ray (`CameraView`) to its sink, and the sink
+//! finishes the sample with it. The light of a sample is linear in its first vertex, so the
+//! ground's share of unshadowed light is a factor of all of it. Path reuse, roulette and the
+//! weights of multiple importance sampling do not depend on the ground.
 
 use super::{FoundLight, LightSource};
 use crate::color::Spectrum;
@@ -13,17 +15,17 @@ use crate::film::Backing;
 use crate::math::Vec3;
 use crate::math::float::smooth_step;
 
-/// What camera rays see where they leave the scene.
+/// Background for camera rays that leave the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Background {
-    /// The lights themselves: the environment.
+    /// The lights of the scene: the environment.
     #[default]
     Light,
-    /// Nothing: the picture has an alpha channel.
+    /// Transparent: the image has an alpha channel.
     Transparent,
     /// Constant radiance, W·sr⁻¹·m⁻².
     Color(Spectrum),
-    /// A backdrop of this radiance, W·sr⁻¹·m⁻², below the horizon, which darkens towards the top.
+    /// A backdrop with this radiance, W·sr⁻¹·m⁻², below the horizon, which darkens towards the top.
     Gradient(Spectrum),
 }
 
@@ -32,12 +34,12 @@ pub enum Background {
 pub struct Backdrop {
     /// The background.
     pub background: Background,
-    /// Unit direction that is up.
+    /// Unit vector that points up.
     pub up: Vec3,
 }
 
 impl Default for Backdrop {
-    /// The lights themselves.
+    /// The lights of the scene, y up.
     fn default() -> Self {
         Self {
             background: Background::Light,
@@ -46,16 +48,16 @@ impl Default for Backdrop {
     }
 }
 
-/// Elevations, in degrees, between which a gradient falls from its full radiance to [`TOP`] of it.
+/// Elevations, in degrees, between which a gradient falls from full radiance to [`TOP`].
 const FALL: [f32; 2] = [-15.0, 50.0];
-/// Share of its radiance that is left at the top of a gradient.
+/// Radiance at the top of a gradient, relative to its full radiance.
 const TOP: f32 = 0.3;
 
 impl Background {
-    /// Radiance of a gradient where none is given: light grey, below what displays clip.
+    /// Default radiance of a gradient: light grey, below the clipping level of displays.
     pub const GRADIENT: Spectrum = Spectrum::splat(0.8);
 
-    /// This background, if pictures for display show it as it was asked for.
+    /// Backing for display images, if they can show this background exactly.
     pub fn backing(self) -> Option<Backing> {
         match self {
             Self::Transparent => Some(Backing::Transparent),
@@ -64,13 +66,14 @@ impl Background {
         }
     }
 
-    /// Radiance in the unit direction `w` of a background that does not depend on the lights; `None` for the others.
+    /// Radiance in the unit direction `w`, if the background does not depend on the lights.
+    /// Otherwise `None`.
     pub fn radiance(&self, w: Vec3, up: Vec3) -> Option<Spectrum> {
         match *self {
             Self::Light | Self::Transparent => None,
             Self::Color(radiance) => Some(radiance),
             Self::Gradient(radiance) => {
-                // A smooth step has no edge at either end, and so no band shows.
+                // A smooth step has no edge at either end, so no band is visible.
                 let elevation = w.dot(up).clamp(-1.0, 1.0).asin().to_degrees();
                 let [low, high] = FALL;
                 let t = smooth_step((elevation - low) / (high - low));
@@ -80,40 +83,41 @@ impl Background {
     }
 }
 
-/// What a camera ray sees besides surfaces.
+/// View of a camera ray that is not a surface.
 #[derive(Clone, Debug)]
 pub enum CameraView {
-    /// A transparent background, or one of a colour, of which this share passes what is before it.
+    /// A transparent background or a colour, times the transmittance before it.
     Background(Spectrum),
-    /// The ground: the background, times the share of its light that arrives.
+    /// The ground: the background times the share of its light that arrives.
     Ground(Shadow),
 }
 
-/// The ground at a point, as a camera ray sees it.
+/// The ground at a point, seen by a camera ray.
 ///
-/// The share of light that arrives is `reflected · factor + base`, where `reflected` is the light that the sample finds: the ground is a diffuse
-/// surface of albedo ρ and irradiance E, which reflects ρ E / π, and `factor` is π / (ρ E₀) for the irradiance E₀ without the scene.
+/// The share of light that arrives is `reflected · factor + base`, where `reflected` is the light
+/// that the sample finds. The ground is a diffuse surface of albedo ρ and irradiance E, which
+/// reflects ρ E / π. `factor` is π / (ρ E₀) for the irradiance E₀ without the scene.
 #[derive(Clone, Debug)]
 pub struct Shadow {
     /// Factor from the reflected light to the share of light that arrives.
     pub factor: Spectrum,
-    /// Share that is added.
+    /// Share that is added to it.
     pub base: Spectrum,
-    /// Light of the background behind the ground; `None`: it is transparent.
+    /// Light of the background behind the ground. `None` if it is transparent.
     pub background: Option<BackgroundLight>,
 }
 
 /// Light of the background along a camera ray.
 #[derive(Clone, Debug)]
 pub enum BackgroundLight {
-    /// Radiance that comes from no light.
+    /// Radiance that does not come from a light.
     Plain(Spectrum),
     /// Radiance of each light.
     Lights(Vec<(Spectrum, LightSource)>),
 }
 
 impl BackgroundLight {
-    /// Radiance of all lights.
+    /// Total radiance.
     pub fn radiance(&self) -> Spectrum {
         match self {
             Self::Plain(radiance) => *radiance,
@@ -125,7 +129,7 @@ impl BackgroundLight {
         }
     }
 
-    /// The light, source by source, times `factor`.
+    /// Light of each source, times `factor`.
     pub fn lights(&self, factor: Spectrum) -> impl Iterator<Item = FoundLight<'static>> + '_ {
         let (plain, lights) = match self {
             Self::Plain(radiance) => (Some((*radiance, LightSource::BACKGROUND)), &[][..]),
@@ -144,9 +148,9 @@ impl BackgroundLight {
 }
 
 impl CameraView {
-    /// The sample that has found `radiance`: its light, and the share in which it sees the background;
-    /// `None` if a value is not finite. On the ground the light, or the share, may be negative, since
-    /// a sample may find less light than the unshadowed light that is subtracted.
+    /// Light of the sample, which found `radiance`, and its share of the background. `None` if a
+    /// value is not finite. On the ground both may be negative: a sample may find less light than
+    /// the unshadowed light that is subtracted.
     pub fn finish(&self, radiance: Spectrum) -> Option<(Spectrum, Spectrum)> {
         let (radiance, share) = match self {
             Self::Background(share) => (radiance, *share),
@@ -164,7 +168,7 @@ impl Shadow {
         light.map_or(Spectrum::ZERO, |light| self.factor * light)
     }
 
-    /// Light of a sample that has found `radiance`, and the share in which it sees the background.
+    /// Light of a sample that found `radiance`, and its share of the background.
     fn seen(&self, radiance: Spectrum) -> (Spectrum, Spectrum) {
         let share = radiance * self.factor + self.base;
         let Some(background) = self.background.as_ref().map(BackgroundLight::radiance) else {
@@ -191,7 +195,7 @@ mod tests {
         assert!((at(90.0) - 0.15).abs() < 1e-6 && (at(60.0) - 0.15).abs() < 1e-6);
         let falls = (-15..50).all(|degrees| at(degrees as f32) >= at(degrees as f32 + 1.0));
         assert!(falls && at(0.0) > at(20.0));
-        // The direction that is up is the caller's.
+        // The caller defines which direction is up.
         let up = gradient.radiance(Vec3::Z, Vec3::Z).unwrap().mean();
         assert!((up - 0.15).abs() < 1e-6);
     }

@@ -1,5 +1,6 @@
-//! What the camera sees first: the auxiliary channels of the first surface (albedo, normal and depth of every picture, and what `--aov` adds,
-//! `film/aov.rs`), the background, and the ground (`background.rs`).
+//! First view of a camera ray: the auxiliary channels of the first surface (albedo, normal and
+//! depth of every image, and the channels of `--aov`, `film/aov.rs`), the background, and the
+//! ground (`background.rs`).
 
 use super::background::{Background, BackgroundLight, CameraView, Shadow};
 use super::vertex::Vertex;
@@ -13,8 +14,8 @@ use crate::math::{Ray, Vec2};
 use crate::scene::Ground;
 
 impl<A: Accel> World<'_, A> {
-    /// Notes what the camera ray `ray` sees first: `vertex`. Where that is the ground, it shows the background, and no surface is there:
-    /// depths, mattes and metering see the objects alone.
+    /// Passes `vertex`, the first view of the camera ray `ray`, to the sink. The ground counts as
+    /// background, not as a surface: depths, mattes and metering use only the objects.
     ///
     /// `beta` is the transmittance before the surface.
     #[inline(always)]
@@ -25,8 +26,8 @@ impl<A: Accel> World<'_, A> {
         }
     }
 
-    /// View of the ground at `vertex`, whose share of light is judged by the light that the sample
-    /// finds there.
+    /// View of the ground at `vertex`. The light that the sample finds there determines the share
+    /// of unshadowed light.
     #[inline(never)]
     fn ground_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
         let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
@@ -37,8 +38,8 @@ impl<A: Accel> World<'_, A> {
         })
     }
 
-    /// View of the ground at `vertex`, if the sample finds the light of the ground less the light
-    /// that would arrive without the scene.
+    /// View of the ground at `vertex`, if the integrator computes the light of the ground minus the
+    /// light that would arrive without the scene.
     #[inline(never)]
     pub(super) fn shadow_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
         let (factor, _) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
@@ -49,7 +50,7 @@ impl<A: Accel> World<'_, A> {
         })
     }
 
-    /// Light of the background along `ray`; `None` where it is transparent.
+    /// Light of the background along `ray`. `None` if the background is transparent.
     fn behind(&self, ray: &Ray) -> Option<BackgroundLight> {
         let (background, up) = (self.backdrop.background, self.backdrop.up);
         if background == Background::Transparent {
@@ -67,8 +68,9 @@ impl<A: Accel> World<'_, A> {
         Some(BackgroundLight::Lights(lights.collect()))
     }
 
-    /// Adds the background along `ray`, a camera ray of throughput `beta` that leaves the scene, to `out`. `false`: it is the light that such a ray
-    /// meets, which the integrator adds.
+    /// Adds the background to `out` for the camera ray `ray`, which leaves the scene with
+    /// throughput `beta`. Returns false if the background is the lights of the scene: the
+    /// integrator then adds them.
     #[inline(always)]
     pub(super) fn see_background(&self, ray: &Ray, beta: Spectrum, out: &mut impl Sink) -> bool {
         if self.backdrop.background == Background::Light {
@@ -112,7 +114,7 @@ impl<A: Accel> World<'_, A> {
     fn luminance_of_lamp(&self, vertex: &Vertex) -> f32 {
         let hit = &vertex.hit;
         let (p, to_camera) = (vertex.point.p, vertex.frame.to_world(vertex.wo));
-        // Sphere lamps need a place on the ray; only the density depends on its distance.
+        // Sphere lamps need a point on the ray; only the density depends on its distance.
         let context = LightSampleContext::any_side(p + to_camera * hit.t);
         let light = self
             .scene
@@ -126,7 +128,7 @@ impl<A: Accel> World<'_, A> {
     #[inline(never)]
     fn features_of(&self, vertex: &Vertex) -> Features {
         let hit = &vertex.hit;
-        // Where the point is on the film when the shutter opens and when it closes
+        // Film position of the point at shutter open and at shutter close
         let moves = self.scene.is_moving() || self.camera.is_moving();
         let film = |time: f32| {
             let p = self.scene.placed(hit, time).point(hit.b1, hit.b2).p;

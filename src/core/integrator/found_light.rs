@@ -1,8 +1,9 @@
-//! Light that paths find: what an integrator tells its sink, light by light.
+//! Light that an integrator passes to its sink.
 //!
-//! Each light names its source and the scattering events between the source and the camera. The sink
-//! of a plain picture adds the radiance. A sink that separates groups of lights or classes of paths
-//! sorts it too (`render/light_parts.rs`). `LightSum` keeps light that gets common factors later.
+//! Each light names its source and the scattering events between the source and the camera. The
+//! sink of a plain image adds the radiance. A sink that separates groups of lights or classes of
+//! paths sorts it too (`render/light_parts.rs`). `LightSum` keeps light that is multiplied by a
+//! common factor later.
 
 use super::Sink;
 use crate::bsdf::ScatteringEvent;
@@ -11,7 +12,7 @@ use crate::film::{LightPaths, MAX_CLASSES, PathLight};
 use crate::light::{Light, LightId};
 use crate::scene::Scene;
 
-/// Light that a path has found.
+/// Light of one path.
 #[derive(Clone, Copy, Debug)]
 pub struct FoundLight<'e> {
     /// Radiance times the throughput of the path.
@@ -20,22 +21,22 @@ pub struct FoundLight<'e> {
     pub source: Option<LightSource>,
     /// Number of scattering events between the source and the camera.
     pub scatterings: u32,
-    /// Last ones of these events, in order from the camera. The sink knows the others by
-    /// `scattered`. Empty if it does not separate paths.
+    /// Last events of the path, in order from the camera. The sink gets the earlier events from
+    /// `scattered`. Empty if the sink does not separate paths.
     pub events: &'e [ScatteringEvent],
 }
 
 /// Source of light, as groups of lights and light path expressions distinguish it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightSource {
-    /// Index of the light's group, if it is a light.
+    /// Index of the group of the light. `None` if the source is not a light.
     pub group: Option<usize>,
     /// Kind of the light.
     pub kind: PathLight,
 }
 
 impl LightSource {
-    /// Background that is no light.
+    /// Background that is not a light.
     pub const BACKGROUND: Self = Self {
         group: None,
         kind: PathLight::Background,
@@ -89,11 +90,11 @@ impl FoundLight<'_> {
     }
 }
 
-/// Light of `kind` by classes of `paths`. `events` are those between the light and the camera, the
-/// event next to the light first.
+/// Splits light of `kind` into the classes of `paths`. `events` lie between the light and the
+/// camera, the event next to the light first.
 ///
-/// Smooth lobes share an event by their values, so a mixture of diffuse and glossy lobes scatters
-/// each share into its own class. This needs no random number.
+/// Smooth lobes share an event in proportion to their values. So a mixture of diffuse and glossy
+/// lobes scatters each share into its class. This needs no random number.
 pub fn path_classes(
     radiance: Spectrum,
     kind: PathLight,
@@ -113,7 +114,8 @@ pub fn path_classes(
     })
 }
 
-/// Sum of light that is told later, with a common factor, and its parts if the sink separates any.
+/// Sum of light that is passed on later with a common factor. Has its parts if the sink separates
+/// them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightSum {
     pub radiance: Spectrum,
@@ -130,7 +132,7 @@ pub(crate) struct LightPart {
 }
 
 impl LightSum {
-    /// Notes a part of light that the sum contains.
+    /// Adds a part of the light that the sum contains.
     #[inline(never)]
     pub fn add_part(&mut self, light: FoundLight) {
         let Some(source) = light.source else { return };
@@ -153,7 +155,7 @@ impl LightSum {
         &self.parts
     }
 
-    /// Tells `out` the sum times `factor`.
+    /// Passes the sum times `factor` to `out`.
     #[inline(always)]
     pub fn tell(&self, factor: Spectrum, scatterings: u32, out: &mut impl Sink) {
         out.light(FoundLight::sum(self.radiance * factor, scatterings));

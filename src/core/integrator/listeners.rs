@@ -1,4 +1,5 @@
-//! Sinks between an integrator and the sink of a sample: the rest of a shared path, and clamped light.
+//! Sinks between an integrator and the sink of a sample: for the rest of a shared path, and for
+//! clamped light.
 
 use super::found_light::LightSum;
 use super::{CameraView, FoundLight, PathEvent, RayKind, RaySink, Sink};
@@ -6,7 +7,7 @@ use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 
-/// Implements [`RaySink`] for a type whose field `out` gets rays and records.
+/// Implements [`RaySink`] for a type: rays and records go to its field `out`.
 macro_rules! rays_go_to_out {
     ($($head:tt)+) => {
         $($head)+ {
@@ -38,16 +39,16 @@ macro_rules! rays_go_to_out {
 /// A sink that sums the light of the rest of a path. Rays and records go to the sink of the path.
 pub(crate) struct Summed<'o, O> {
     out: &'o mut O,
-    /// The light.
+    /// Sum of the light.
     pub sum: LightSum,
-    /// Scattering events before the rest of the path.
+    /// Number of scattering events before the rest of the path.
     depth: u32,
     /// Events of the rest of the path, if the sink separates paths.
     events: Vec<ScatteringEvent>,
 }
 
 impl<'o, O: Sink> Summed<'o, O> {
-    /// No light yet of a path that `out` listens to, after `depth` scattering events.
+    /// Empty sum for a path of the sink `out`, after `depth` scattering events.
     pub fn new(depth: u32, out: &'o mut O) -> Self {
         Self {
             out,
@@ -110,7 +111,7 @@ pub(crate) struct Clamped<'o> {
 }
 
 impl<'o> Clamped<'o> {
-    /// No light yet of a sample that `out` listens to.
+    /// Empty sum for a sample of the sink `out`.
     pub fn new(out: &'o mut dyn Sink) -> Self {
         Self {
             out,
@@ -118,7 +119,7 @@ impl<'o> Clamped<'o> {
         }
     }
 
-    /// Tells the light after the first bounce, scaled down to the luminance `limit` if it has more.
+    /// Passes on the light after the first bounce, scaled down if its luminance is above `limit`.
     pub fn finish(mut self, limit: f32) {
         let luminance = self.indirect.radiance.luminance();
         let factor = if luminance > limit { limit / luminance } else { 1.0 };

@@ -1,7 +1,8 @@
 //! Light transport: the mathematics of one pixel sample. No threads, no tiles, no files.
 //!
-//! One folder for each family of methods: `path`, `bidirectional`, `photon`, `metropolis` and `irradiance_cache`. All of them use the modules at the
-//! top. Families may use `path` and `bidirectional`; these two use no other family.
+//! Each family of methods has a folder: `path`, `bidirectional`, `photon`, `metropolis` and
+//! `irradiance_cache`. All families use the modules at the top. Families may use `path` and
+//! `bidirectional`; these two use no other family.
 
 mod background;
 mod bidirectional;
@@ -68,34 +69,35 @@ use crate::sampler::{SampleKey, Sampler};
 
 /// Computes one sample of one pixel: a key in, contributions out.
 pub trait Integrator: Sync {
-    /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`.
+    /// Traces the sample `key` with numbers from `sampler` and adds its light to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 
-    /// Traces several samples, each into an `out` of its own: what they have in common may be done once.
+    /// Traces several samples, each into a separate `out`: shared work may be done once.
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (key, out) in keys.iter().zip(out) {
             self.sample(*key, sampler, out);
         }
     }
 
-    /// Pixels, of a tile, whose samples are worth tracing together: 1, or up to [`SAMPLES_AT_ONCE`].
+    /// Number of pixels of a tile whose samples are worth tracing together: 1 to
+    /// [`SAMPLES_AT_ONCE`].
     fn pixels_at_once(&self) -> usize {
         1
     }
 }
 
-/// An integrator from outside of this crate: how the light of one sample is found, by whichever backend. `Renderer::render_with` renders by it, and
-/// `examples/own_integrator.rs` has one.
+/// An integrator from another crate. Works with any backend. `Renderer::render_with` renders with
+/// it; `examples/own_integrator.rs` is an example.
 pub trait SampleTracer: Sync {
-    /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`, as [`Integrator::sample`] does.
+    /// Traces the sample `key` as [`Integrator::sample`] does.
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 }
 
-/// A [`SampleTracer`] in its world.
+/// A [`SampleTracer`] with its world.
 pub struct Traced<'a, T> {
-    /// What `tracer` works in.
+    /// Scene, backend and camera.
     pub world: World<'a, &'a dyn Accel>,
-    /// How light is found.
+    /// Integrator from another crate.
     pub tracer: &'a T,
 }
 
@@ -108,29 +110,30 @@ impl<T: SampleTracer> Integrator for Traced<'_, T> {
 /// Maximum number of samples that are worth tracing together.
 pub const SAMPLES_AT_ONCE: usize = 16;
 
-/// Purpose of a ray; statistics count by it.
+/// Purpose of a ray; statistics count rays by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
     /// From the camera.
     Camera,
-    /// Onwards from a surface, or out from a light.
+    /// From a surface after scattering, or from a light.
     Bounce,
     /// Towards a light.
     Shadow,
 }
 
-/// Listens to an integrator that traces one sample: takes the light that its paths find.
+/// Receives the light that an integrator finds for one sample.
 pub trait Sink: RaySink {
-    /// Filter weight of the sample: 1, or ±1 for filters with negative lobes. Comes first.
+    /// Filter weight of the sample: 1, or ±1 for filters with negative lobes. Call it before
+    /// `radiance`.
     fn weight(&mut self, weight: f32);
 
     /// Adds light to the pixel of the sample.
     fn light(&mut self, light: FoundLight);
 
-    /// Notes a part of light that [`Sink::light`] gets as a sum over several sources.
+    /// Receives a part of the light that [`Sink::light`] gets as a sum over several sources.
     fn part(&mut self, _light: FoundLight) {}
 
-    /// Adds radiance to the pixel of the sample that comes from no light of the scene.
+    /// Adds radiance to the pixel of the sample that does not come from a light of the scene.
     #[inline(always)]
     fn radiance(&mut self, radiance: Spectrum) {
         self.light(FoundLight {
@@ -141,29 +144,29 @@ pub trait Sink: RaySink {
         });
     }
 
-    /// Notes what the camera sees first.
+    /// Receives the first surface that the camera ray hits.
     fn first_surface(&mut self, surface: FirstSurface);
 
-    /// Notes that the camera ray sees a background or the ground, by which the sample is finished.
+    /// Receives the background or the ground that the camera ray sees; it finishes the sample.
     fn camera_view(&mut self, _view: CameraView) {}
 
-    /// Returns true if sources of light are separated: only then does it need the parts of sums.
+    /// Returns true if the sink separates sources of light: only then it needs the parts of sums.
     #[inline(always)]
     fn tells_parts(&self) -> bool {
         false
     }
 
-    /// Returns true if classes of paths are separated: only then does it need scattering events.
+    /// Returns true if the sink separates classes of paths: only then it needs scattering events.
     #[inline(always)]
     fn tells_paths(&self) -> bool {
         false
     }
 
-    /// Notes the event by which the path leaves the vertex after `depth` scattering events.
+    /// Receives the event by which the path leaves the vertex after `depth` scattering events.
     fn scattered(&mut self, _depth: u32, _event: ScatteringEvent) {}
 }
 
-/// Dynamic dispatch, for code that is not compiled once more for a sink of its own.
+/// Dynamic dispatch, for code that is not compiled separately for each sink.
 impl Sink for &mut (dyn Sink + '_) {
     fn weight(&mut self, weight: f32) {
         (**self).weight(weight);
@@ -228,10 +231,12 @@ impl RaySink for &mut (dyn Sink + '_) {
     }
 }
 
-/// An integrator whose light paths may light any pixel. Each iteration is one sample of every pixel.
+/// An integrator whose light paths may light any pixel. Each iteration is one sample of every
+/// pixel.
 ///
-/// An iteration is prepared (photon maps, seeds of chains), then takes samples of pixels and runs Markov chains, in any order. Random numbers depend
-/// on the place within the iteration and on its index alone, so any machine may compute any iteration.
+/// An iteration is prepared (photon maps, seeds of chains). Then it takes samples of pixels and
+/// runs Markov chains, in any order. Random numbers depend only on the index of the iteration and
+/// on the place within it, so any machine may compute any iteration.
 pub trait IterationIntegrator: Sync {
     /// Result of one part of the preparation.
     type Part: Send;
@@ -244,7 +249,7 @@ pub trait IterationIntegrator: Sync {
     /// Prepares part `index` of `iteration`. `out` counts the rays.
     fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part;
 
-    /// Joins the parts, which are in their order.
+    /// Joins the parts, given in their order.
     fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared;
 
     /// Number of strategies whose light is summed separately.
@@ -252,13 +257,14 @@ pub trait IterationIntegrator: Sync {
         0
     }
 
-    /// Returns true if film points beyond the borders of the picture repeat its directions
+    /// Returns true if film points beyond the borders of the image repeat its directions
     /// ([`Camera::repeats`](crate::camera::Camera::repeats)).
     fn repeats(&self) -> bool {
         false
     }
 
-    /// Whether samples of a pixel light other pixels. Samples outside a crop are then taken too.
+    /// Returns true if samples of a pixel light other pixels. Samples outside a crop are then taken
+    /// too.
     fn sends_light(&self) -> bool;
 
     /// Traces the sample `key` of a pixel.
@@ -286,20 +292,21 @@ pub trait RaySink {
     /// Counts a traced ray.
     fn ray(&mut self, kind: RayKind);
 
-    /// Counts a walk through surfaces of an opacity below 1 that was cut at its bound.
+    /// Counts a walk through surfaces with opacity below 1 that ended at its maximum length.
     fn cut_walk(&mut self);
 
-    /// Whether the work is to end: what it finds will be thrown away. Loops that may be long look here, and leave.
+    /// Returns true if the work is cancelled and its result will be discarded. Long loops check
+    /// this and return early.
     fn is_cancelled(&self) -> bool {
         false
     }
 
-    /// Whether the sink records paths: only then are events made for it.
+    /// Returns true if the sink records paths: only then events are made for it.
     fn records(&self) -> bool {
         false
     }
 
-    /// Takes an event of a path.
+    /// Records an event of a path.
     fn record(&mut self, _event: PathEvent) {}
 
     /// Number of events so far.
@@ -307,13 +314,14 @@ pub trait RaySink {
         0
     }
 
-    /// The events from the place `from` on, which the sink then forgets: a Markov chain records a path where its light is added.
+    /// Removes and returns the events from index `from` on. A Markov chain records a path at the
+    /// time its light is added.
     fn take_record(&mut self, _from: usize) -> Vec<PathEvent> {
         Vec::new()
     }
 }
 
-/// A sink of tests, which counts no rays.
+/// A sink for tests that counts no rays.
 #[cfg(test)]
 pub(crate) struct Uncounted;
 
@@ -323,37 +331,38 @@ impl RaySink for Uncounted {
     fn cut_walk(&mut self) {}
 }
 
-/// Takes light that falls on other pixels too.
+/// A sink that also receives light for other pixels.
 pub trait SplatSink: Sink {
-    /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `light` in a pixel whose
-    /// filter is 1 there.
+    /// Adds `light` to all pixels that see the point `film` (pixels, origin top left), times the
+    /// filter of each pixel at that point.
     fn splat(&mut self, film: Vec2, light: FoundLight);
 
-    /// Notes what one of [`IterationIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
-    /// itself.
+    /// Receives the light of one of [`IterationIntegrator::strategies`], with and without its MIS
+    /// weight. The light falls on the pixel of the sample, or at `film`.
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
 
-    /// Adds light of one class of paths ([`LightPaths`](crate::film::LightPaths)), in the sample's own pixel or where `film` says: a part of what
-    /// [`Sink::light`] or [`SplatSink::splat`] gets.
+    /// Adds light of one class of paths ([`LightPaths`](crate::film::LightPaths)) to the pixel of
+    /// the sample, or at `film`. It is a part of the light that [`Sink::light`] or
+    /// [`SplatSink::splat`] gets.
     fn path_class(&mut self, _class: usize, _film: Option<Vec2>, _radiance: Spectrum) {}
 
     /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.
     fn mutation(&mut self, _kind: &'static str, _proposed: u64, _accepted: u64) {}
 
-    /// Counts a Markov chain that has ended.
+    /// Counts a Markov chain that ended.
     fn chain(&mut self, _counts: ChainCounts) {}
 }
 
-/// Markov chains, and how they moved between pixels (`metropolis/visits.rs`).
+/// Number of Markov chains, and how they moved between pixels (`metropolis/visits.rs`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChainCounts {
-    /// Chains.
+    /// Number of chains.
     pub chains: u64,
-    /// Mutations of all chains.
+    /// Number of mutations of all chains.
     pub mutations: u64,
-    /// Squares of the numbers of mutations of one chain in one pixel, summed over pixels and chains.
+    /// Sum over pixels and chains of the squared number of mutations of one chain in one pixel.
     pub squared_visits: u64,
-    /// Chains with half of their mutations or more in one pixel.
+    /// Number of chains with at least half of their mutations in one pixel.
     pub stuck: u64,
 }
 
@@ -368,7 +377,8 @@ impl ChainCounts {
         }
     }
 
-    /// Integrated autocorrelation time of the pixel that a chain is in, mutations: 1 where a chain never returns to a pixel. `None` without mutations.
+    /// Integrated autocorrelation time of the pixel of a chain, in mutations: 1 if a chain never
+    /// returns to a pixel. `None` without mutations.
     pub fn autocorrelation_time(self) -> Option<f64> {
         (self.mutations > 0).then(|| self.squared_visits as f64 / self.mutations as f64)
     }

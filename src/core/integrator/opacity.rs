@@ -1,25 +1,32 @@
-//! Alpha and thin glass: the walk along a ray through surfaces of opacity below 1 (`d` and `map_d` of MTL, 0 to 1) and through surfaces that light
-//! passes straight on (`material/thin_surface.rs`).
+//! Alpha and thin glass: the walk along a ray through surfaces of opacity below 1 (`d` and `map_d`
+//! of MTL, 0 to 1) and through surfaces that light passes without a change of direction
+//! (`material/thin_surface.rs`).
 //!
-//! Backends do not know of them. A walk keeps the origin and direction of its ray and raises the near end of the open interval to the parameter of
-//! the last hit, so that each step is strictly farther and no surface counts twice. A new ray from the offset origin behind each surface was tried:
-//! two surfaces with large offsets passed a ray to each other for ever.
+//! Backends do not handle them. A walk keeps the origin and direction of its ray and raises the
+//! near end of the open interval to the parameter of the last hit. So each step is strictly
+//! farther, and no surface counts twice. A new ray from the offset origin behind each surface was
+//! tried: two surfaces with large offsets passed a ray to each other for ever.
 //!
-//! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash of ray and hit.
-//! - `World::intersect` passes thin glass with the probability of its Fresnel transmittance, and multiplies the throughput by its tint. One random
-//!   number serves all thin surfaces of a ray: what is left of it after a decision is uniform again. The path tracer draws that number for camera
-//!   rays, so that windows in the picture are stratified; it is a hash for all others.
-//! - `World::transmittance` multiplies 1 − opacity, and what glass lets pass, along a shadow ray, which is less noisy than a random decision.
-//! - Crossing a surface is no scattering: it counts in no depth, and the previous vertex stays what it was.
-//! - Rays from the camera pass surfaces that are hidden from it, and all others pass surfaces that
+//! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash
+//!   of ray and hit.
+//! - `World::intersect` passes thin glass with the probability of its Fresnel transmittance, and
+//!   multiplies the throughput by its tint. All thin surfaces of a ray share one random number:
+//!   after a decision it is rescaled to be uniform again. The path tracer samples that number for
+//!   camera rays, so that windows in the image are stratified; for all other rays it is a hash.
+//! - `World::transmittance` multiplies 1 − opacity and the transmittance of glass along a shadow
+//!   ray, which is less noisy than a random decision.
+//! - Crossing a surface is not a scattering event: the depth and the previous vertex stay the same.
+//! - Camera rays pass surfaces that are hidden from the camera. All other rays pass surfaces that
 //!   only the camera sees (`Material::camera_visible`, `Material::light_visible`).
 //! - Surfaces that coincide to the last bit count as one.
-//! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
-//! - An emitting surface of opacity α emits α Le on average: a ray that stops there finds Le, a sampled
-//!   point counts α Le (`light/textured.rs`). Beside a round lamp, rays pass its hull
+//! - A walk has at most 10,000 queries. All surfaces behind count as opaque, and `cut_walks` of
+//!   `--stats` counts such walks.
+//! - An emitting surface of opacity α emits α Le on average. A ray that stops there finds Le; a
+//!   sampled point counts α Le (`light/textured.rs`). Rays that miss a round lamp pass its hull
 //!   (`scene/lamp_hulls.rs`).
 //!
-//! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Alpha", has the cost of alpha, and "Window panes" that of glass.
+//! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Alpha",
+//! has the cost of alpha, and "Window panes" that of glass.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;
@@ -30,16 +37,16 @@ use crate::math::float::ALMOST_ONE;
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::scene::Scene;
 
-/// Maximum number of ray queries of one walk. Surfaces behind so many layers count as opaque: a walk that is cut loses light and never hangs.
-/// Statistics count such walks.
+/// Maximum number of ray queries of one walk. Surfaces behind count as opaque: a walk that is cut
+/// loses light but never hangs. Statistics count these walks.
 pub(super) const MAX_LAYERS: u32 = 10_000;
 
-/// How light passes the surfaces between two points.
+/// Transmittance of the surfaces between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transmittance {
-    /// Probability with which a ray passes all of them.
+    /// Probability that a ray passes all surfaces.
     pub pass: f32,
-    /// Factor of the light that passes, in the mean over rays that do.
+    /// Mean factor of the light of the rays that pass.
     pub tint: Spectrum,
 }
 
@@ -49,7 +56,7 @@ impl Transmittance {
         pass: 1.0,
         tint: Spectrum::ONE,
     };
-    /// An opaque surface is between.
+    /// Transmittance of an opaque surface.
     pub const BLOCKED: Self = Self {
         pass: 0.0,
         tint: Spectrum::ONE,
@@ -61,13 +68,13 @@ impl Transmittance {
         self.tint * self.pass
     }
 
-    /// Whether no ray passes.
+    /// Returns true if no ray passes.
     #[inline(always)]
     pub fn is_blocked(&self) -> bool {
         self.pass <= 0.0
     }
 
-    /// Multiplies by what the surface at `hit` lets pass of `ray`.
+    /// Multiplies by the transmittance of the surface at `hit` for `ray`.
     pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene, is_from_camera: bool) {
         if scene.misses_lamp(hit, ray) || !scene.is_met(hit, is_from_camera) {
             return;
@@ -76,7 +83,7 @@ impl Transmittance {
         match scene.thin_surface_along(hit, ray).filter(|_| opacity > 0.0) {
             None => self.pass *= 1.0 - opacity,
             Some((pass, tint)) => {
-                // By a hole, or through the glass
+                // Open share of the surface, and share that passes the glass
                 let (hole, glass) = (1.0 - opacity, opacity * pass);
                 self.pass *= hole + glass;
                 if hole + glass > 0.0 {
@@ -89,19 +96,19 @@ impl Transmittance {
 
 /// Random decisions of a ray at thin surfaces.
 pub(super) struct Passing {
-    /// Uniform in [0, 1); `None` before the first surface, where it is not given.
+    /// Uniform in [0, 1). `None` before the first surface, if no number was given.
     u: Option<f32>,
-    /// Factor of the light that has passed.
+    /// Factor of the light that passed.
     pub tint: Spectrum,
 }
 
 impl Passing {
-    /// A ray that has met no surface yet, with a uniform random number, if there is one.
+    /// A ray before its first surface, with a uniform random number, if there is one.
     pub fn new(u: Option<f32>) -> Self {
         Self { u, tint: Spectrum::ONE }
     }
 
-    /// Whether `ray` passes the glass at `hit`, if it is glass.
+    /// Returns true if the surface at `hit` is thin glass and `ray` passes it.
     pub fn passes(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) -> bool {
         let Some((pass, tint)) = scene.thin_surface_along(hit, ray) else {
             return false;
@@ -121,14 +128,15 @@ impl Passing {
 
 /// Walks along a ray from surface to surface, nearest first.
 ///
-/// Origin and direction stay, and only the near end of the interval rises, to the parameter of the last hit. The interval is open, so that the
-/// parameter grows with each query: a walk ends, and counts no surface twice. Surfaces that coincide to the last bit count as one.
+/// The origin and direction stay; only the near end of the interval rises, to the parameter of the
+/// last hit. The interval is open, so the parameter grows with each query: a walk ends, and counts
+/// no surface twice. Surfaces that coincide to the last bit count as one.
 pub(super) struct OpacityWalk<'a, A> {
     accel: &'a A,
     ray: Ray,
-    /// The surface that the walk has met last.
+    /// Last surface of the walk.
     last: Option<Hit>,
-    /// Ray queries that are left.
+    /// Remaining number of ray queries.
     left: u32,
     is_cut: bool,
 }
@@ -152,7 +160,8 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
         layers
     }
 
-    /// The next surface; `None` behind the last one, or where the walk is cut. Each ray query is counted as one of `kind`.
+    /// Next surface. `None` behind the last one, or if the walk is cut. Counts each ray query as
+    /// `kind`.
     pub fn next(&mut self, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         loop {
             if self.left == 0 {
@@ -165,7 +174,8 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
             let hit = self.accel.intersect(&self.ray)?;
             let is_same = self.last.is_some_and(|last| last.is_same_surface(&hit));
             self.pass(&hit);
-            // A packet of rays and a single ray may find one surface at parameters that differ by a rounding.
+            // A ray packet and a single ray may find one surface at parameters that differ by a
+            // rounding error.
             if !is_same {
                 return Some(hit);
             }
@@ -177,25 +187,26 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
         self.ray.t_max = self.ray.t_max.min(t);
     }
 
-    /// Whether the walk ended at [`MAX_LAYERS`], with surfaces behind.
+    /// Returns true if the walk ended at [`MAX_LAYERS`] with surfaces behind.
     pub fn is_cut(&self) -> bool {
         self.is_cut
     }
 
     fn pass(&mut self, hit: &Hit) {
-        // Strictly farther, also where a backend gives a parameter outside the interval that it was asked for
+        // Strictly farther, even if a backend returns a parameter outside the interval
         self.ray.t_min = hit.t.max(f32::from_bits(self.ray.t_min.to_bits() + 1));
         self.last = Some(*hit);
     }
 }
 
-/// Whether the surface of this `opacity` at `hit` stops `ray`: true for the share `opacity` of all rays. The random number is a hash of ray and
-/// hit, since the dimensions of a sample do not depend on the number of layers; no two rays of a render are alike.
+/// Returns true if the surface of this `opacity` at `hit` stops `ray`: for the share `opacity` of
+/// all rays. The random number is a hash of ray and hit, since the dimensions of a sample do not
+/// depend on the number of layers. No two rays of a render are equal.
 pub(super) fn stops(hit: &Hit, ray: &Ray, opacity: f32) -> bool {
     opacity >= 1.0 || (opacity > 0.0 && uniform(hit, ray) < opacity)
 }
 
-/// A number in [0, 1), by the bits of `hit` and `ray`.
+/// Number in [0, 1), a hash of the bits of `hit` and `ray`.
 fn uniform(hit: &Hit, ray: &Ray) -> f32 {
     unit_f32(hash(hit, ray))
 }
@@ -258,8 +269,9 @@ mod tests {
         }
     }
 
-    /// Random triangles within `scale` of the origin, each of an opacity of its own, with shading normals that have nothing to do with them, as
-    /// foliage has: most triangles stand for curved surfaces, from which rays start far off.
+    /// Random triangles within `scale` of the origin, with random opacities. Their shading normals
+    /// are random, as in foliage: most triangles then represent curved surfaces, and rays start far
+    /// from them.
     fn cards(random: &mut Random, scale: f32) -> Scene {
         let mut builder = SceneBuilder::new();
         for _ in 0..10 + (random.next() * 40.0) as usize {
@@ -281,8 +293,9 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// Opacities of the triangles that `ray` crosses, nearest first, by Möller and Trumbore in f64; `None` where rounding might decide: at an edge,
-    /// at an end of the ray, and where two triangles meet.
+    /// Opacities of the triangles that `ray` crosses, nearest first, by Möller and Trumbore in f64.
+    /// `None` if rounding might decide: at an edge, at an end of the ray, or if two triangles are
+    /// close together.
     fn sorted_opacities(scene: &Scene, ray: &Ray) -> Option<Vec<f32>> {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let mut crossings = Vec::new();
@@ -314,7 +327,7 @@ mod tests {
         (!is_close).then(|| crossings.into_iter().map(|(_, opacity)| opacity).collect())
     }
 
-    /// Shows `scene` through each backend there is.
+    /// Calls `look` with `scene` and each available backend.
     fn with_worlds(scene: &Scene, mut look: impl FnMut(World<&dyn Accel>)) {
         let camera = CameraParameters {
             position: Vec3::Z,
@@ -365,7 +378,8 @@ mod tests {
                         (found - expected).abs() <= 1e-6,
                         "{name}, scale {scale}: {found} instead of {expected} of {opacities:?} along {ray:?}"
                     );
-                    // A query for each surface up to the first opaque one, and one behind the last
+                    // One query per surface up to the first opaque one, or one more behind the last
+                    // surface
                     let met = opacities.iter().position(|&opacity| opacity >= 1.0);
                     let queries = met.map_or(opacities.len() + 1, |opaque| opaque + 1);
                     assert_eq!((counts.rays, counts.cut), (queries as u64, 0), "{name}, {opacities:?}");
@@ -376,8 +390,8 @@ mod tests {
         assert!(checked > 500, "{checked}");
     }
 
-    /// The first hit lies behind as many layers as chance lets pass: of all rays, as many get through as transmittance says, whether the closest hit
-    /// came by itself or in a packet.
+    /// Compares the number of rays that pass with the transmittance. The closest hit comes from a
+    /// single ray or from a packet.
     #[test]
     fn rays_get_through_as_often_as_transmittance_says() {
         let mut random = Random(8);
@@ -444,7 +458,7 @@ mod tests {
             let (hit, _) = world.intersect(&through, RayKind::Bounce, &mut counts);
             assert!(hit.is_some(), "what is behind the bound counts as opaque");
             assert_eq!(counts.cut, 2);
-            // Six surfaces less
+            // The walk starts six surfaces later
             let within = Ray::new(Vec3::Z * (z(5) - 1e-4), Vec3::NEG_Z);
             assert_eq!(world.transmittance(&within, &mut counts), Transmittance::CLEAR);
             let found = world.intersect(&within, RayKind::Bounce, &mut counts);

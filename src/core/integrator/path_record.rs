@@ -1,7 +1,10 @@
-//! Records of paths: vertices, densities, weights and contributions, as the integrators use them (`embrasure paths`, `render --pixel`).
+//! Records of paths: vertices, densities, weights and contributions of integrators
+//! (`embrasure paths`, `render --pixel`).
 //!
-//! Integrators tell a sink what they do if it asks for it ([`RaySink::records`]). The sinks of renders do not, and nothing is computed for records then. A record
-//! is a flat list of events in the order of the integrator's work: vertices belong to the path that began last, and light to the vertex that was met last.
+//! Integrators record events if [`RaySink::records`] returns true. The sinks of renders return
+//! false, and nothing is computed for records then. A record is a flat list of events in the order
+//! of the integrator's work. A vertex belongs to the last path that began. Light belongs to the
+//! last vertex.
 
 use super::vertex::Vertex;
 use super::{RaySink, Sink};
@@ -11,23 +14,24 @@ use crate::geometry::Hit;
 use crate::light::LightId;
 use crate::math::{Ray, Vec2, Vec3};
 
-/// An event in the life of a path.
+/// An event of a path.
 #[derive(Clone, Copy, Debug)]
 pub enum PathEvent {
     /// A path begins.
     Start {
-        /// Where: on the lens, or on a light.
+        /// Start point, on the lens or on a light.
         p: Vec3,
         /// Unit direction of its ray.
         direction: Vec3,
-        /// The light that it begins at; `None` at the camera.
+        /// Light at the start. `None` at the camera.
         light: Option<LightId>,
         /// Throughput of the ray.
         beta: Spectrum,
     },
-    /// The path meets a surface.
+    /// The path hits a surface.
     Vertex {
-        /// Scattering events before it. In a tree of rays it belongs to the last vertex with one event less.
+        /// Number of scattering events before it. In a tree of rays the vertex belongs to the last
+        /// vertex with one event less.
         depth: u32,
         /// The hit.
         hit: Hit,
@@ -35,36 +39,37 @@ pub enum PathEvent {
         p: Vec3,
         /// Unit shading normal.
         n: Vec3,
-        /// Throughput of the ray that meets it.
+        /// Throughput of the ray that hits it.
         beta: Spectrum,
     },
-    /// Emitted light that the path meets, at its last vertex or infinitely far away.
+    /// Emitted light that the path hits, at its last vertex or infinitely far away.
     Emission(EmissionRecord),
     /// A light is sampled for the last vertex.
     LightSample(LightSampleRecord),
-    /// The shadow ray of the first light sample that has none yet was traced.
+    /// The shadow ray of the first untraced light sample was traced.
     Shadow {
-        /// Transmittance; black where the light is occluded.
+        /// Transmittance; black if the light is occluded.
         transmittance: Spectrum,
     },
     /// The path leaves a vertex.
     Scatter {
-        /// Scattering events before that vertex: it is the last one of which this is so.
+        /// Number of scattering events before that vertex. It is the last vertex with this depth.
         depth: u32,
-        /// Where to.
+        /// Outgoing direction, density and weight.
         scattering: ScatteringRecord,
     },
-    /// A subpath from the camera and one from a light are joined.
+    /// A camera subpath and a light subpath are connected.
     Connection {
-        /// Vertices from the light, and from the camera.
+        /// Number of vertices of the light subpath and of the camera subpath.
         strategy: (usize, usize),
-        /// Whether their ends were merged, in place of connected: then both count the last vertex.
+        /// True if their ends were merged instead of connected: both numbers then include the last
+        /// vertex.
         is_merged: bool,
-        /// The light.
+        /// Light of the path.
         light: LightId,
         /// MIS weight of the strategy.
         weight: f32,
-        /// Light without that weight.
+        /// Light without the MIS weight.
         radiance: Spectrum,
     },
     /// The density of photons at the last vertex was estimated.
@@ -74,40 +79,44 @@ pub enum PathEvent {
         /// Radius of the disk, scene units.
         radius: f32,
     },
-    /// A path that a Markov chain visits is whole.
+    /// A path of a Markov chain is complete.
     Visited,
-    /// The cache of irradiance was asked at the last vertex.
+    /// The irradiance cache was used at the last vertex.
     Cached,
-    /// Light of a path that pixels share is added, by a connection of the first vertex to an end.
+    /// Light of a path shared between pixels is added, by a connection of the first vertex to an
+    /// end.
     Shared {
-        /// Column and row of the pixel whose path has found the end.
+        /// Column and row of the pixel whose path found the end.
         owner: [u32; 2],
-        /// The end.
+        /// Position of the end.
         p: Vec3,
     },
-    /// The rest of a path that is shared begins: its light is that of [`PathEvent::Shared`] in all pixels that see its end.
+    /// The rest of a shared path begins. Its light is the light of [`PathEvent::Shared`] in all
+    /// pixels that see its end.
     SharedPath,
-    /// A part of the light of the next [`PathEvent::Added`].
+    /// Part of the light of the next [`PathEvent::Added`].
     Light(Spectrum),
-    /// Light is added to the sample's own pixel, or where it falls on the film.
+    /// Light is added to the pixel of the sample or at a point of the film.
     Added {
-        /// Position on the film, pixels, if it may be another pixel.
+        /// Position on the film, in pixels, if it may be another pixel.
         film: Option<Vec2>,
         /// The light.
         radiance: Spectrum,
     },
 }
 
-/// Emitted light that a path meets.
+/// Emitted light that a path hits.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionRecord {
     /// The light.
     pub light: LightId,
-    /// Unit direction towards it.
+    /// Unit direction towards the light.
     pub direction: Vec3,
-    /// Density per solid angle with which the direction was drawn; 0 at the camera and behind delta lobes.
+    /// Density per solid angle with which the BSDF sampled the direction; 0 at the camera and
+    /// behind delta lobes.
     pub scattering_pdf: f32,
-    /// Density per solid angle with which light sampling draws it, the choice of the light included.
+    /// Density per solid angle with which light sampling samples the direction, including the
+    /// choice of the light.
     pub light_pdf: f32,
     /// MIS weight.
     pub weight: f32,
@@ -120,15 +129,15 @@ pub struct EmissionRecord {
 pub struct LightSampleRecord {
     /// The light.
     pub light: LightId,
-    /// Unit direction towards it.
+    /// Unit direction towards the light.
     pub direction: Vec3,
-    /// Where on it; `None` infinitely far away.
+    /// Point on the light. `None` if it is infinitely far away.
     pub target: Option<Vec3>,
     /// Probability of choosing this light, times the number of samples that are summed.
     pub pmf: f32,
     /// Density of the direction per solid angle, given the light; 1 for delta lights.
     pub pdf: f32,
-    /// Density per solid angle with which the BSDF draws the direction.
+    /// Density per solid angle with which the BSDF samples the direction.
     pub scattering_pdf: f32,
     /// MIS weight.
     pub weight: f32,
@@ -136,7 +145,7 @@ pub struct LightSampleRecord {
     pub f_cos: Spectrum,
     /// Radiance, or irradiance of delta lights.
     pub radiance: Spectrum,
-    /// Transmittance along its shadow ray; `None` until that is traced, which [`PathEvent::Shadow`] says.
+    /// Transmittance along the shadow ray. `None` until it is traced ([`PathEvent::Shadow`]).
     pub transmittance: Option<Spectrum>,
 }
 
@@ -145,21 +154,22 @@ pub struct LightSampleRecord {
 pub struct ScatteringRecord {
     /// Unit direction.
     pub direction: Vec3,
-    /// Name of the lobe that has the largest share of the light from there.
+    /// Name of the lobe with the largest share of the light from that direction.
     pub lobe: &'static str,
-    /// Whether that is a delta lobe.
+    /// True if this lobe is a delta lobe.
     pub is_delta: bool,
-    /// Density per solid angle; the probability of a delta lobe.
+    /// Density per solid angle; for a delta lobe, its probability.
     pub pdf: f32,
     /// Factor of the throughput, without `roulette`.
     pub weight: Spectrum,
-    /// Index of refraction beyond the surface over that before it, where the path is refracted, else 1.
+    /// Index of refraction beyond the surface relative to the side of the path, if it is refracted,
+    /// else 1.
     pub eta: f32,
-    /// Factor that makes up for paths that roulette has ended, and the like.
+    /// Factor that compensates for paths terminated by roulette, and similar factors.
     pub roulette: f32,
 }
 
-/// Records that a path begins along `ray`, at the camera or at `light`.
+/// Records the start of a path along `ray`, at the camera or at `light`.
 #[inline(always)]
 pub(super) fn start(ray: &Ray, light: Option<LightId>, beta: Spectrum, out: &mut impl RaySink) {
     if out.records() {
@@ -172,7 +182,7 @@ pub(super) fn start(ray: &Ray, light: Option<LightId>, beta: Spectrum, out: &mut
     }
 }
 
-/// Records that a path meets `vertex` after `depth` scattering events, with the throughput `beta`.
+/// Records that a path hits `vertex` after `depth` scattering events, with the throughput `beta`.
 #[inline(always)]
 pub(super) fn vertex(depth: u32, vertex: &Vertex, beta: Spectrum, out: &mut impl RaySink) {
     if out.records() {
@@ -186,8 +196,8 @@ pub(super) fn vertex(depth: u32, vertex: &Vertex, beta: Spectrum, out: &mut impl
     }
 }
 
-/// Tells `out` that a path leaves `vertex`, which it has met after `depth` scattering events, by
-/// `sample`. `roulette` makes up for paths that end.
+/// Notifies `out` that a path scatters at `vertex` by `sample`, after `depth` earlier scattering
+/// events. `roulette` compensates for paths that end.
 #[inline(always)]
 pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette: f32, out: &mut impl Sink) {
     if out.tells_paths() {

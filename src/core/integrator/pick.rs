@@ -1,4 +1,4 @@
-//! The surface that a viewer points at, and its outline in the picture.
+//! The surface that a viewer points at, and its outline in the image.
 
 use super::world::World;
 use crate::accel::Accel;
@@ -15,7 +15,7 @@ pub struct Picked {
     pub position: Vec3,
 }
 
-/// Surfaces that are selected together: those of one material in one object.
+/// Surfaces that are selected together: all surfaces of one material in one object.
 type Part = (u32, u32);
 
 impl<A: Accel> World<'_, A> {
@@ -26,8 +26,8 @@ impl<A: Accel> World<'_, A> {
         Some(Picked { hit, position })
     }
 
-    /// Returns the cells of a grid of `size` over the picture that show the part of `picked`, row by row: numbers of
-    /// cells without it and with it, in turns.
+    /// Cells of a grid of `size` over the image that show the part of `picked`, row by row. The
+    /// result is run lengths: cells without the part and cells with it in turns.
     pub fn outline(&self, picked: &Picked, size: UVec2) -> Vec<u32> {
         let part = self.part(&picked.hit);
         let cell = self.camera.resolution().as_vec2() / size.as_vec2();
@@ -42,7 +42,7 @@ impl<A: Accel> World<'_, A> {
         runs(rows.into_iter().flatten())
     }
 
-    /// Hit of the ray through the middle of the lens. A ground that catches shadows is not seen itself.
+    /// Hit of the ray through the middle of the lens. A shadow-catching ground is not hit.
     fn first_hit(&self, film: Vec2) -> Option<Hit> {
         let ray = self.camera.ray(film, Vec2::splat(0.5), self.camera.time(0.5));
         let hit = self.accel.intersect(&ray)?;
@@ -55,7 +55,7 @@ impl<A: Accel> World<'_, A> {
     }
 }
 
-/// Numbers of consecutive `false`, `true`, `false` and so on.
+/// Lengths of the runs of `false`, `true`, `false` and so on.
 fn runs(cells: impl Iterator<Item = bool>) -> Vec<u32> {
     let mut runs = vec![0];
     let mut is_in = false;

@@ -1,21 +1,23 @@
-//! Search radius of photons, and of the vertices of light paths that `vcm` merges: where it starts and how it shrinks.
+//! Search radius of photons, and of the vertices that `vcm` merges: its start value and how it
+//! shrinks.
 //!
-//! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In
-//! progressive methods each iteration has a radius of its own, [`shrinkage`] times the first. `photon-map` gathers a number of photons instead of those
-//! within a radius; its maximum distances are `FAR_SHARE` and `NEAR_SHARE` in `photon/photon_map.rs`.
+//! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a
+//! pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods each iteration has another
+//! radius: [`shrinkage`] times the first. `photon-map` gathers a fixed number of photons instead.
+//! Its maximum distances are `FAR_SHARE` and `NEAR_SHARE` in `photon/photon_map.rs`.
 //!
-//! It stands beside the families and not in `photon`, because the weights of `bidirectional/connection` know the radius of merging, and `bidirectional`
-//! uses no other family.
+//! The module is beside the families and not in `photon`: the weights of `bidirectional/connection`
+//! need the merging radius, and `bidirectional` uses no other family.
 
 use crate::camera::Camera;
 use crate::math::{Ball, Vec3};
 
-/// Radius within which photons, or vertices of light paths, count for a point.
+/// Maximum distance of the photons, or of the vertices of light paths, that a point uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SearchRadius {
-    /// One radius for the whole scene, scene units.
+    /// One radius for the whole scene, in scene units.
     Fixed(f32),
-    /// Widths of a pixel at the point's distance from the camera, so that near and far look alike.
+    /// Radius in widths of a pixel at the distance of the point, so that near and far look alike.
     Pixels(f32),
 }
 
@@ -24,12 +26,12 @@ pub enum SearchRadius {
 pub struct ProgressiveRadius {
     /// Radius of the first iteration.
     pub first: SearchRadius,
-    /// Radius reduction parameter α, between 0 (smallest bias) and 1 (radii stay).
+    /// Radius reduction parameter α: from 0 (smallest bias) to 1 (constant radius).
     pub alpha: f32,
 }
 
 impl ProgressiveRadius {
-    /// Radii of `iteration`, counted from 0, in a scene that `ball` holds.
+    /// Radii of `iteration`, counted from 0. `ball` encloses the scene.
     pub(crate) fn of_iteration<'a>(&self, iteration: u32, camera: &'a Camera, ball: &Ball) -> Radii<'a> {
         Radii::new(self.first, shrinkage(iteration, self.alpha), camera, ball)
     }
@@ -38,38 +40,41 @@ impl ProgressiveRadius {
 /// Radius of the first iteration of `sppm`, in widths of a pixel (docs/benchmarks.md, "Photons").
 pub const PHOTON_PIXELS: f32 = 3.0;
 
-/// Radius of the first iteration of `vcm`, in widths of a pixel. Connections find most of the light, and merging loses light at edges at every vertex.
+/// Radius of the first iteration of `vcm`, in widths of a pixel. Connections find most of the
+/// light, and merging loses light at edges at every vertex.
 pub const MERGING_PIXELS: f32 = 1.0;
 
-/// Maximum change of a radius per length: with few pixels a pixel's width grows as fast as the distance.
+/// Maximum change of a radius per length. If the image has few pixels, the width of a pixel grows
+/// as fast as the distance.
 const MAX_SLOPE: f32 = 0.5;
 
-/// Minimum radius over the size of the scene; coordinates tell so small lengths apart.
+/// Minimum radius relative to the size of the scene; coordinates resolve lengths down to this.
 const MIN_SHARE: f32 = 1.0 / (1 << 20) as f32;
 
-/// Radius of `iteration`, counted from 0, over that of the first, in (0, 1]: the root of `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and
-/// Zwicker 2011). `alpha` of 1 keeps the radius.
+/// Radius of `iteration`, counted from 0, relative to the first, in (0, 1]: the root of
+/// `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and Zwicker 2011). `alpha` of 1 keeps the
+/// radius.
 fn shrinkage(iteration: u32, alpha: f32) -> f32 {
     let alpha = alpha as f64;
     let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);
     (1..=iteration).map(ratio).product::<f64>().sqrt() as f32
 }
 
-/// [`SearchRadius`] in a scene, as seen by a camera.
+/// [`SearchRadius`] for one scene and camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Radii<'a> {
     camera: &'a Camera,
-    /// Width by distance, where it is not fixed.
+    /// Radius per distance, unless the radius is fixed.
     slope: f32,
     fixed: Option<f32>,
-    /// Pixels, for parallel rays.
+    /// Radius in pixels, for parallel rays.
     pixels: f32,
     min: f32,
     max: f32,
 }
 
 impl<'a> Radii<'a> {
-    /// `radius` times `factor`, in a scene that `ball` holds.
+    /// Radii of `radius` times `factor`. `ball` encloses the scene.
     pub fn new(radius: SearchRadius, factor: f32, camera: &'a Camera, ball: &Ball) -> Self {
         let size = (ball.center.abs().max_element() + ball.radius).min(1e30);
         let (fixed, pixels) = match radius {
@@ -91,7 +96,7 @@ impl<'a> Radii<'a> {
         self.slope
     }
 
-    /// The radius at `p` at `time`.
+    /// Radius at `p` at `time`.
     pub fn at(&self, p: Vec3, time: f32) -> f32 {
         let radius = self.fixed.unwrap_or_else(|| {
             if self.camera.pixel_width_by_distance() == 0.0 {

@@ -7,10 +7,10 @@ use crate::light::LightSampleContext;
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Vec2, Vec3};
 
-/// A surface point with the local frame and the scattering that hold there.
+/// A surface point with its local frame and BSDF.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<'a> {
-    /// Hit of the ray that found it.
+    /// Hit of the ray that found the vertex.
     pub hit: Hit,
     /// Surface point.
     pub point: SurfacePoint,
@@ -20,30 +20,32 @@ pub struct Vertex<'a> {
     pub bsdf: &'a Bsdf,
     /// Direction to the viewer, local frame.
     pub wo: Vec3,
-    /// `bsdf` as `wo` sees it, which [`Vertex::view_in`] makes; `None` for a single lobe, which needs none.
+    /// View of `bsdf` from `wo`, made by [`Vertex::view_in`]. `None` for a single lobe, which needs
+    /// no view.
     pub view: Option<&'a BsdfView<'a>>,
-    /// Whether the shading normal was bent towards the viewer.
+    /// True if the shading normal was bent towards the viewer.
     pub is_bent: bool,
-    /// Whether `bsdf` holds for one wavelength.
+    /// True if `bsdf` is the BSDF of one wavelength.
     pub is_dispersing: bool,
     /// The body behind the surface, as in [`Ray::body`](crate::math::Ray::body).
     pub body: u32,
 }
 
 impl<'a> Vertex<'a> {
-    /// Makes the view of `bsdf` by `wo` in `slot`, where `bsdf` has several lobes.
+    /// Makes the view of `bsdf` from `wo` in `slot` if `bsdf` has several lobes.
     #[inline(always)]
     pub fn view_in(slot: &'a BsdfSlot<'a>, bsdf: &'a Bsdf, wo: Vec3) -> Option<&'a BsdfView<'a>> {
         Self::needs_view(bsdf).then(|| slot.view.get_or_init(|| BsdfView::new(bsdf, wo)))
     }
 
-    /// Whether a vertex with this BSDF has a view of it.
+    /// Returns true if a vertex with this BSDF needs a view of it.
     #[inline(always)]
     pub fn needs_view(bsdf: &Bsdf) -> bool {
         !matches!(bsdf, Bsdf::Single(_))
     }
 
-    /// Value of the BSDF for light from `wi` (local frame), cosine excluded, and density with which [`Vertex::sample`] draws `wi`.
+    /// Value of the BSDF for light from `wi` (local frame), cosine excluded, and density with which
+    /// [`Vertex::sample`] samples `wi`.
     #[inline(always)]
     pub fn eval_pdf(&self, wi: Vec3) -> (Spectrum, f32) {
         match self.view {
@@ -52,7 +54,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Draws `wi` by the BSDF: `u_lobe` chooses a lobe, `u` a direction.
+    /// Samples `wi` from the BSDF: `u_lobe` chooses a lobe, `u` a direction.
     #[inline(always)]
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         match self.view {
@@ -61,7 +63,8 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Share of uniform light that the surface scatters to the viewer, by channel.
+    /// Directional albedo per channel: share of uniform light that the surface scatters to the
+    /// viewer.
     #[inline(always)]
     pub fn albedo(&self) -> Spectrum {
         match self.view {
@@ -70,12 +73,12 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The event of light from `wi` (local frame), by a delta lobe or by the smooth lobes.
+    /// Scattering event of light from `wi` (local frame), by a delta lobe or by the smooth lobes.
     pub fn event(&self, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         self.bsdf.event(self.wo, wi, is_delta)
     }
 
-    /// Probability that [`Vertex::sample`] chooses a lobe that is no delta lobe.
+    /// Probability that [`Vertex::sample`] chooses a smooth lobe.
     pub fn smooth_probability(&self) -> f32 {
         match self.view {
             Some(view) => view.smooth_probability(),
@@ -83,7 +86,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The point as one that light falls on.
+    /// Light sampling context of the point.
     #[inline(always)]
     pub fn light_context(&self) -> LightSampleContext {
         let n = match self.bsdf.glossy_eta(self.wo) {
@@ -93,13 +96,15 @@ impl<'a> Vertex<'a> {
         LightSampleContext { p: self.point.p, n }
     }
 
-    /// Returns true if the shading normal and the geometric normal put the unit direction `w` (world
-    /// frame) on different sides: photons and light paths bring no light from there.
+    /// Returns true if the unit direction `w` (world frame) is on different sides of the shading
+    /// normal and of the geometric normal. Photons and light paths bring no light from such
+    /// directions.
     pub fn is_one_way(&self, w: Vec3) -> bool {
         !self.point.sides_agree(w)
     }
 
-    /// The body, as in [`Ray::body`](crate::math::Ray::body), in which rays in direction `wi` (local frame) start.
+    /// The body, as in [`Ray::body`](crate::math::Ray::body), at the start of rays in direction
+    /// `wi` (local frame).
     #[inline(always)]
     pub fn body_towards(&self, wi: Vec3) -> u32 {
         if wi.z < 0.0 { self.body } else { 0 }

@@ -1,11 +1,14 @@
-//! Learns what of the sky is seen from surfaces, before the first sample: `light/visibility_grid.rs` draws directions of the sky by it.
+//! Learns which part of the sky is visible from surfaces, before the first sample.
+//! `light/visibility_grid.rs` samples directions of the sky by it.
 //!
-//! Some paths from the camera find surfaces as the picture's own paths do. Where enough of their rays leave the scene, the sky is drawn well enough by
-//! radiance, and nothing is learned. Else each cell of a grid that holds surfaces sends one ray through each bin of directions, from points that
-//! the paths have found. The number of rays is limited to a few percent of those of a picture of 16 samples per pixel.
+//! Some camera paths find surfaces in the same way as the render does. If enough of their rays
+//! leave the scene, sampling the sky by radiance is good enough, and nothing is learned. Otherwise
+//! each grid cell with surfaces sends one ray through each bin of directions, from the points that
+//! the paths found. The number of rays is limited to a few percent of the rays of an image with 16
+//! samples per pixel.
 //!
-//! Random numbers are those of no sample and of no seed: all parts of a render learn the same, with any settings. Which pixels a
-//! render is to show does not matter either.
+//! The random numbers do not depend on samples or on the seed: all parts of a render learn the
+//! same, with any settings. The crop of a render does not matter either.
 
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, World};
@@ -17,52 +20,53 @@ use crate::math::{Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler, Stream};
 use crate::scene::Scene;
 
-/// Pixels of which one gets a path that finds surfaces.
+/// Number of pixels per path that finds surfaces.
 const PIXELS_A_PATH: u64 = 8;
-/// Number of such paths, at least and at most.
+/// Minimum and maximum number of these paths.
 const PATHS: [u64; 2] = [128, 32_768];
-/// Paths in a work item.
+/// Number of paths in a work item.
 const PATHS_A_WORK_ITEM: u32 = 256;
-/// Maximum number of scattering events of such a path.
+/// Maximum number of scattering events of a path.
 const MAX_DEPTH: u32 = 8;
-/// Maximum probability that it goes on.
+/// Maximum probability that a path continues.
 const MAX_SURVIVAL: f32 = 0.9;
-/// Rays that learn what is seen, for each pixel of the picture, at most: about 4 % of the time of 16 samples.
+/// Maximum number of learning rays per pixel: about 4 % of the time of 16 samples.
 const RAYS_A_PIXEL: u64 = 2;
-/// Such rays at least and at most.
+/// Minimum and maximum number of learning rays.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
-/// Share of the rays from surfaces that leave the scene from which on nothing is to be gained.
+/// Share of rays from surfaces that leave the scene above which learning gains nothing.
 const OPEN: f64 = 0.4;
 /// Maximum number of surface points from which a cell traces rays.
 const SITES_A_CELL: usize = 64;
-/// Maximum number of these points that are tried until one faces a light.
+/// Maximum number of these points that are tried until one faces the target.
 const TRIES: usize = 16;
-/// Cells in a work item.
+/// Number of cells in a work item.
 const CELLS_A_WORK_ITEM: usize = 16;
 
-/// Learns what of the sky is seen from the surfaces that the camera sees, directly or not.
+/// Learns which part of the sky is visible from the surfaces that the camera sees, directly or
+/// indirectly.
 #[derive(Debug)]
 pub struct VisibilityLearner<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
 }
 
-/// A point on a surface that light falls on.
+/// A surface point that receives light.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     point: SurfacePoint,
-    /// Normal on the side from which light counts; zero where it counts from either side.
+    /// Normal on the side that receives light; zero if both sides receive light.
     n: Vec3,
 }
 
 /// Surface points that paths have found.
 #[derive(Clone, Debug, Default)]
 pub struct Sites {
-    /// Points on surfaces, path by path.
+    /// Surface points, path by path.
     pub sites: Vec<Site>,
-    /// Rays that went on from surfaces, by other than delta lobes.
+    /// Number of rays scattered by smooth lobes.
     rays: u64,
-    /// Those among them that left the scene.
+    /// Number of these rays that left the scene.
     escaped: u64,
 }
 
@@ -71,9 +75,9 @@ pub struct Sites {
 pub struct SitesByCell {
     cells: Vec<Vec<Site>>,
     groups: Vec<Vec<Site>>,
-    /// The group of each cell.
+    /// Index of the group of each cell.
     group_of: Vec<usize>,
-    /// Points that paths have found in each cell.
+    /// Number of points that paths found in each cell.
     counts: Vec<usize>,
 }
 
@@ -94,16 +98,17 @@ fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
     let is_asked = match mode {
         SelectionMode::Visibility => true,
-        // Of lamps alone nothing is gained (docs/benchmarks.md).
+        // With lamps only, learning gains nothing (docs/benchmarks.md).
         SelectionMode::Auto => scene.lights().iter().any(is_sky),
         SelectionMode::Power | SelectionMode::Place | SelectionMode::Uniform | SelectionMode::All => false,
     };
-    // Of a ground that catches shadows, the light that is missing counts: it comes from where nothing is seen.
+    // On a shadow-catching ground the blocked light counts: it comes from directions that are not
+    // visible.
     is_asked && scene.ground().is_none()
 }
 
 impl<A: Accel> VisibilityLearner<'_, A> {
-    /// Whether visibility is to be learned, and has not been yet.
+    /// Returns true if visibility must be learned and is not yet learned.
     pub fn is_wanted(&self) -> bool {
         let selection = self.world.light_selection;
         learns_visibility(self.world.scene, selection.mode()) && !selection.is_learned()
@@ -118,12 +123,12 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         (self.pixels() / PIXELS_A_PATH).clamp(PATHS[0], PATHS[1]) as u32
     }
 
-    /// Number of work items in which surfaces are found.
+    /// Number of work items that find surfaces.
     pub fn site_work_items(&self) -> u32 {
         self.paths().div_ceil(PATHS_A_WORK_ITEM)
     }
 
-    /// The work item `index` of them.
+    /// Finds the surfaces of work item `index`.
     pub fn find_sites(&self, index: u32, out: &mut impl RaySink) -> Sites {
         let mut found = Sites::default();
         let first = index * PATHS_A_WORK_ITEM;
@@ -183,7 +188,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         all
     }
 
-    /// A grid of cells for these sites; `None` where nothing is to be gained by it.
+    /// A grid of cells for the sites `found`. `None` if it gains nothing.
     pub fn grid(&self, found: &Sites) -> Option<VisibilityGrid> {
         let scene = self.world.scene;
         let is_open = found.escaped as f64 >= OPEN * found.rays as f64;
@@ -197,8 +202,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             .visibility_grid(scene.lights(), &points, rays)
     }
 
-    /// The sites of each cell of `grid`, and those of each group of cells, in their order: evenly some of all where there are many. Then the number of sites
-    /// of each cell.
+    /// Sorts `sites` into the cells of `grid` and into groups of cells, in their order. If there
+    /// are too many, keeps an evenly spaced selection. Counts all sites of each cell.
     pub fn places(&self, grid: &VisibilityGrid, sites: &[Site]) -> SitesByCell {
         let group_of = grid.groups();
         let mut places = SitesByCell {
@@ -221,12 +226,13 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         places
     }
 
-    /// Number of work items in which `count` cells, or groups of cells, trace their rays.
+    /// Number of work items that trace the rays of `count` cells or groups of cells.
     pub fn trace_work_items(&self, count: usize) -> u32 {
         count.div_ceil(CELLS_A_WORK_ITEM) as u32
     }
 
-    /// The work item `index` of the groups' work: the share of light that passes by one ray through each bin of the sky.
+    /// Traces work item `index` of the groups: one ray through each bin of the sky. Returns its
+    /// transmittance.
     pub fn trace_from_groups(
         &self,
         grid: &VisibilityGrid,
@@ -251,7 +257,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         shares
     }
 
-    /// The work item `index` of the cells' work, where `groups` have found these shares: the mean transmittance from each cell to each target.
+    /// Traces work item `index` of the cells. Returns the mean transmittance from each cell to each
+    /// target. `groups` has the transmittances of the groups.
     pub fn trace_from_cells(
         &self,
         grid: &VisibilityGrid,
@@ -280,8 +287,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         shares
     }
 
-    /// The transmittance along one ray from one of the `sites` to `target`; `None` where no site faces it. `column` and `index` name its
-    /// random numbers.
+    /// Transmittance along one ray from one of the `sites` to `target`. `None` if no site faces it.
+    /// `column` and `index` select the random numbers.
     fn trace_to(
         &self,
         grid: &VisibilityGrid,
@@ -299,7 +306,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         let u = sampler.get_2d(Dimension::PIXEL);
         let start = (sampler.get_1d(Dimension::TECHNIQUE) * sites.len() as f32) as usize;
         let (before, after) = sites.split_at(start.min(sites.len()));
-        // Directions of the sky are the same from everywhere.
+        // Directions of the sky are the same from every site.
         let mut tries = after.iter().chain(before).take(TRIES);
         let (site, sample) = tries.find_map(|site| {
             let sample = grid.sample_target(
@@ -327,14 +334,15 @@ impl Site {
         }
     }
 
-    /// Whether light from `wi` counts.
+    /// Returns true if the site receives light from `wi`.
     fn faces(&self, wi: Vec3) -> bool {
         self.n == Vec3::ZERO || self.n.dot(wi) > 0.0
     }
 }
 
-/// Points of the unit square that are evenly distributed, the first ones of them too: the additive recurrence of the plastic number (Roberts 2018, "The
-/// Unreasonable Effectiveness of Quasirandom Sequences").
+/// Points of the unit square that are evenly distributed, also the first few: the additive
+/// recurrence of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
+/// Sequences").
 fn evenly(index: u32) -> Vec2 {
     let at = |step: f64| (0.5 + step * f64::from(index)).fract() as f32;
     Vec2::new(at(0.754_877_666_246_692_7), at(0.569_840_290_998_053_2)).min(Vec2::splat(crate::math::float::ALMOST_ONE))

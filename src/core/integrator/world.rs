@@ -1,11 +1,13 @@
-//! The world that all integrators share: scene, backend, camera and pixel filter, and the ray queries over them.
+//! The world that all integrators share: scene, backend, camera and pixel filter, and their ray
+//! queries.
 //!
-//! Textures are filtered by an eighth of the width that a pixel has on the surface as the camera sees it directly (`World::footprint`). This depends
-//! on the point alone and needs no state along a path, so both ends of a bidirectional path agree on it. The rest of the filtering is the mean over
-//! the pixel's samples. After a diffuse bounce the filter is sharper than it need be, which costs noise and no blur. docs/benchmarks.md, "Texture
-//! filters", has the widths that were tried.
+//! Textures are filtered with an eighth of the width that a pixel has on the surface in a direct
+//! view (`World::footprint`). This width depends only on the point and needs no state along a path,
+//! so both ends of a bidirectional path agree on it. The mean over the samples of the pixel does
+//! the rest of the filtering. After a diffuse bounce the filter is sharper than necessary: this
+//! costs noise but no blur. docs/benchmarks.md, "Texture filters", has the widths that were tried.
 //!
-//! `World::vertex` has a separate path for plain shapes, whose normal and material are the same all over.
+//! `World::vertex` has a fast path for plain shapes with one normal and one material.
 
 use super::background::Backdrop;
 use super::opacity::{OpacityWalk, Passing, Transmittance, stops};
@@ -27,31 +29,32 @@ use crate::scene::{HullHit, Scene};
 
 /// Width of a sample, in pixels.
 ///
-/// A pixel's samples have places of their own in it, and their mean filters textures once more: for n samples 1/√n is wide enough (PBR4
-/// §10.1.3, which stops at 1/8). Here n is taken to be 64, whatever it will be, so that samples stay what they are when others are added: fewer
-/// see more noise of textures than need be, which is far below that of light (docs/benchmarks.md).
+/// The samples of a pixel lie at different points, and their mean filters textures again. For n
+/// samples a width of 1/√n is enough (PBR4 §10.1.3, which stops at 1/8). Here n is always 64, so
+/// that samples do not change if more are added. With fewer samples textures have more noise than
+/// necessary, far below the noise of light (docs/benchmarks.md).
 const SAMPLE_WIDTH: f32 = 0.125;
 
-/// The scene, its backend, its camera, and the choice of its lights: shared by all integrators.
+/// Scene, backend, camera and light selection: shared by all integrators.
 #[derive(Debug)]
 pub struct World<'a, A> {
     /// Scene.
     pub scene: &'a Scene,
     /// Backend of ray queries over `scene`.
     pub accel: &'a A,
-    /// Choice of lights of `scene`, and what it has learned.
+    /// Light selection of `scene`, with its learned data.
     pub light_selection: &'a LightSelection,
     /// Camera.
     pub camera: &'a Camera,
     /// Pixel filter.
     pub filter: &'a Filter,
-    /// Whether first surfaces come with their [`Features`](crate::film::Features).
+    /// True if first surfaces come with their [`Features`](crate::film::Features).
     pub features: bool,
-    /// Whether bidirectional methods separate their strategies.
+    /// True if bidirectional methods separate their strategies.
     pub strategies: bool,
-    /// What separates light paths, where they are distinguished.
+    /// Classes of light paths, if the render separates them.
     pub paths: Option<&'a LightPaths>,
-    /// What camera rays see where they leave the scene.
+    /// Background for camera rays that leave the scene.
     pub backdrop: Backdrop,
 }
 
@@ -64,7 +67,7 @@ impl<A> Clone for World<'_, A> {
 impl<A> Copy for World<'_, A> {}
 
 impl<'a, A> World<'a, A> {
-    /// This world with another backend for ray queries.
+    /// Returns this world with another backend.
     pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
         let Self {
             scene,
@@ -92,7 +95,7 @@ impl<'a, A> World<'a, A> {
 }
 
 impl<'a, A: Accel> World<'a, A> {
-    /// A world that is seen against its lights, and of which nothing but the picture is wanted.
+    /// A world with the lights as background and without additional channels.
     pub fn new(
         scene: &'a Scene,
         accel: &'a A,
@@ -113,8 +116,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Starts the sample `key`: the ray through a point near the pixel that the filter draws, from a random point of the lens, at `time` or, where
-    /// that is not given, at a random time.
+    /// Starts the sample `key`. Returns the ray from a random point of the lens through a film
+    /// point sampled from the pixel filter. Its time is `time`, or random if `time` is `None`.
     #[inline(always)]
     pub fn camera_ray(
         &self,
@@ -133,17 +136,17 @@ impl<'a, A: Accel> World<'a, A> {
         ray
     }
 
-    /// A random time, where anything moves.
+    /// A random time if anything moves.
     pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
         self.time_at(|| sampler.get_1d(Dimension::TIME))
     }
 
-    /// Whether anything, or the camera, is not where it was at another time.
+    /// Returns true if the scene or the camera moves.
     pub(super) fn moves(&self) -> bool {
         self.scene.is_moving() || self.camera.is_moving()
     }
 
-    /// The time at `u` of the shutter interval; `u` is drawn only where anything moves.
+    /// Time at `u` of the shutter interval. Calls `u` only if anything moves.
     pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
         match self.moves() {
             true => self.camera.time(u()),
@@ -151,7 +154,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Light that sets out from a light of the scene, which `choice` draws by power, with the probability of that light.
+    /// Samples emission of a light chosen by power with `choice`. Returns the light and its
+    /// probability too.
     pub(super) fn sample_emission(
         &self,
         time: f32,
@@ -162,13 +166,13 @@ impl<'a, A: Accel> World<'a, A> {
         Some((id, pmf, self.emission_of(id, time, u())?))
     }
 
-    /// Light that sets out from the light `id` at a point and in a direction that the numbers draw.
+    /// Samples a point and a direction of emission of the light `id`.
     pub(super) fn emission_of(&self, id: LightId, time: f32, [u_position, u_direction]: [Vec2; 2]) -> Option<Emission> {
         let light = &self.scene.lights()[id.0 as usize];
         light.sample_emission(time, u_position, u_direction, self.scene.textures(), &self.scene.ball())
     }
 
-    /// The ray through the point `film` (pixels, origin top left) from a random point of the lens.
+    /// Ray through the point `film` (pixels, origin top left) from a random point of the lens.
     #[inline(always)]
     pub(super) fn ray_through(&self, film: Vec2, time: f32, sampler: &impl Sampler) -> Ray {
         let lens = match self.camera.has_lens() {
@@ -178,13 +182,14 @@ impl<'a, A: Accel> World<'a, A> {
         self.camera.ray(film, lens, time)
     }
 
-    /// Whether surfaces and lights stay where they are while the camera looks.
+    /// Returns true if surfaces and lights do not move while the shutter is open.
     pub fn stands_still(&self) -> bool {
         let [open, close] = self.camera.shutter();
         !self.scene.is_moving() || open == close
     }
 
-    /// The first surface of the sample `key`, noted for the auxiliary channels; `None` where the ray leaves the scene.
+    /// First surface of the sample `key`; adds it to the auxiliary channels. `None` if the ray
+    /// leaves the scene.
     pub fn look<'v>(
         &'v self,
         key: SampleKey,
@@ -203,8 +208,8 @@ impl<'a, A: Accel> World<'a, A> {
         Some(vertex)
     }
 
-    /// Closest hit of `ray`, and the transmittance before it. Surfaces with alpha and thin glass let
-    /// rays pass at random; thin glass and bodies tint their light.
+    /// Closest hit of `ray`, and the transmittance before it. Rays pass surfaces with alpha and
+    /// thin glass at random; thin glass and bodies tint the light.
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> (Option<Hit>, Spectrum) {
         out.ray(kind);
@@ -218,7 +223,7 @@ impl<'a, A: Accel> World<'a, A> {
         (hit, Spectrum::ONE)
     }
 
-    /// [`World::first_opaque`] where bodies absorb light: the tint is what they leave of it, too.
+    /// [`World::first_opaque`] if bodies absorb light. The tint includes this absorption.
     #[inline(never)]
     pub(super) fn first_in_bodies(
         &self,
@@ -238,16 +243,18 @@ impl<'a, A: Accel> World<'a, A> {
         )
     }
 
-    /// Whether surfaces may let rays of this kind pass straight on.
+    /// Returns true if rays of this kind may pass surfaces without a change of direction.
     #[inline(always)]
     pub(super) fn lets_pass(&self, kind: RayKind) -> bool {
         self.scene.lets_light_pass()
             || (kind == RayKind::Camera && (self.scene.hides_from_camera() || self.scene.ground().is_some()))
     }
 
-    /// The first surface along `ray` that is opaque where the ray meets it, and the tint of the glass before it; `first` is the ray's closest hit. A
-    /// surface of opacity α stops the share α of all rays, by [`stops`]. Thin glass lets rays pass by `u`, which is uniform in [0, 1), or by a hash. The
-    /// ground stops no camera ray from below. Surfaces between a lamp and its hull are in front of the lamp.
+    /// First surface along `ray` that stops it, and the tint of the glass before it. `first` is the
+    /// closest hit of the ray. A surface of opacity α stops the share α of all rays, by [`stops`].
+    /// Thin glass lets rays pass by `u`, which is uniform in [0, 1), or by a hash. The ground does
+    /// not stop camera rays from below. Surfaces between a lamp and its hull are in front of the
+    /// lamp.
     #[inline(never)]
     pub(super) fn first_opaque(
         &self,
@@ -263,7 +270,7 @@ impl<'a, A: Accel> World<'a, A> {
         };
         let has_thin_surfaces = self.scene.has_thin_surfaces();
         let mut passing = Passing::new(u);
-        // The ray parameter at which the surface stops the ray
+        // Ray parameter at which the surface stops the ray
         let mut stop = |hit: &Hit, tint: &mut Spectrum| {
             let stop = match self.scene.hull_hit(hit, &ray) {
                 HullHit::Misses => None,
@@ -301,7 +308,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Transmittance along `ray`: clear or blocked, unless it crosses thin glass or surfaces of an opacity below 1, or lies in a body that absorbs.
+    /// Transmittance along `ray`: clear or blocked, unless the ray crosses thin glass or surfaces
+    /// of opacity below 1, or lies in a body that absorbs.
     #[inline(always)]
     pub fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
         let passed = self.transmittance_of_surfaces(ray, out);
@@ -326,7 +334,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// [`World::transmittance`] between the lens and the first surface that the camera sees, at `seen`.
+    /// [`World::transmittance`] between the lens and the first surface that the camera sees, at
+    /// `seen`.
     #[inline(always)]
     pub fn transmittance_to_lens(&self, ray: &Ray, seen: &Hit, out: &mut impl RaySink) -> Transmittance {
         if !self.scene.hides_from_camera() {
@@ -358,7 +367,7 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// The surface at `hit`, seen along `ray` by light of `wavelength`, if the path has one. `slot`
+    /// Vertex at `hit`, seen along `ray`, for the `wavelength` of the path, if it has one. `slot`
     /// holds a BSDF that varies over the surface, and the view of its BSDF.
     #[inline(always)]
     pub fn vertex<'v>(
@@ -396,7 +405,7 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// The ray that leaves `vertex` in direction `wi` (local frame).
+    /// Ray that leaves `vertex` in direction `wi` (local frame).
     #[inline(always)]
     pub fn ray_along(&self, vertex: &Vertex, wi: Vec3) -> Ray {
         let w = vertex.frame.to_world(wi);
@@ -411,11 +420,12 @@ impl<'a, A: Accel> World<'a, A> {
         self.origin_on(&vertex.point, Side::of(wi.z), w)
     }
 
-    /// Origin of rays that leave `point` in the unit direction `w`, which is on `side` by the shading
-    /// normal.
+    /// Origin of rays that leave `point` in the unit direction `w`, which is on `side` of the
+    /// shading normal.
     ///
-    /// By the geometric normal `w` may be on the other side. Then the ray starts on `side` too, so it
-    /// never starts behind a wall, and hits the surface itself or passes a curved surface's rim.
+    /// By the geometric normal, `w` may be on the other side. Then the ray starts on `side` too: it
+    /// never starts behind a wall. It hits the surface itself or passes the rim of a curved
+    /// surface.
     #[inline(always)]
     pub fn origin_on(&self, point: &SurfacePoint, side: Side, w: Vec3) -> Vec3 {
         let height = point.height(side);
@@ -426,7 +436,7 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Origin raised to the curved surface, unless another surface is in between: a raised origin
-    /// within another object would see no light.
+    /// inside another object would receive no light.
     #[inline(never)]
     fn raised_origin(&self, point: &SurfacePoint, side: Side, height: f32) -> Vec3 {
         let (low, high) = (offset_to(point, side), point.raised(side, height));
@@ -436,20 +446,21 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// The wavelength of the light of a path, where glass disperses it.
+    /// Wavelength of the light of a path, if the scene has dispersive glass.
     #[inline(always)]
     pub(super) fn wavelength(&self, sampler: &impl Sampler) -> Option<Wavelength> {
         (self.scene.is_dispersive()).then(|| Wavelength::sample(sampler.get_1d(Dimension::WAVELENGTH)))
     }
 
-    /// The BSDF, made in `slot`, that the surface at `hit` has for a wavelength, where that makes a difference.
+    /// BSDF of the surface at `hit` for a wavelength, made in `slot`. `None` if it does not depend
+    /// on the wavelength.
     #[inline(never)]
     fn dispersed<'v>(&self, hit: &Hit, slot: &'v BsdfSlot<'v>, wavelength: &Wavelength) -> Option<&'v Bsdf> {
         let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers)?;
         Some(slot.bsdf.get_or_init(|| bsdf))
     }
 
-    /// [`World::vertex`] if normals or materials vary, kept out of line.
+    /// [`World::vertex`] if normals or materials vary; not inlined.
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let wo = -ray.direction;
@@ -473,12 +484,14 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Footprint of a ray on the surface at `point`, in scene units: its share of what a pixel sees there if it looks straight from the
-    /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way). It depends on the place alone:
-    /// paths that meet a point, from the camera or from a light, must find the same surface there.
+    /// Footprint of a ray on the surface at `point`, in scene units: [`SAMPLE_WIDTH`] times the
+    /// width of a pixel in a direct view from the camera. Along a path it is at least this wide
+    /// (PBR4 §10.1.3, which approximates the same way). It depends only on the point: paths from
+    /// the camera and from lights that hit a point must find the same surface there.
     pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {
         let to = self.camera.view_of(point.p, point.time);
-        // A pixel's square is stretched along one axis, where it is seen at a grazing angle: the side of a square of the same area.
+        // At grazing angles the square of a pixel is stretched along one axis: use the side of a
+        // square of the same area.
         let cos = (to.dot(point.ng) / to.length()).abs().max(1e-2);
         SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()
     }

@@ -7,15 +7,16 @@ use crate::integrator::{
 };
 use crate::sampler::{SampleKey, Sampler};
 
-/// Bidirectional path tracing: every sample follows a path from the camera and one from a light, and joins them in all ways, which multiple importance
-/// sampling weighs (Veach 1997, ch. 10; Lafortune and Willems 1993).
+/// Bidirectional path tracing: each sample traces a camera path and a light path, and connects them
+/// by all strategies. Multiple importance sampling weights the strategies (Veach 1997, ch. 10;
+/// Lafortune and Willems 1993).
 #[derive(Debug)]
 pub struct BidirectionalIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette of the subpaths.
     pub roulette: Roulette,
@@ -57,7 +58,7 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
             out.first_surface(first);
         }
 
-        // All ways to join them
+        // All strategies that connect them
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {
@@ -74,7 +75,7 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
 }
 
 impl<A: Accel> BidirectionalIntegrator<'_, A> {
-    /// Gives `out` the classes of the light of `contribution`, which is of the subpaths `paths`.
+    /// Passes `contribution`, made of the subpaths `paths`, to `out`, split into classes of paths.
     fn tell_apart(&self, contribution: &Contribution, paths: &Subpaths, tells: &LightPaths, out: &mut impl SplatSink) {
         let radiance = contribution.radiance * contribution.weight;
         if radiance.is_black() || !radiance.is_valid() {
@@ -88,7 +89,8 @@ impl<A: Accel> BidirectionalIntegrator<'_, A> {
     }
 }
 
-/// Strategies (s, t) for paths of up to `max_depth` scattering events: by the number of vertices, then by those from the camera.
+/// Strategies (s, t) for paths of up to `max_depth` scattering events, ordered by the number of
+/// vertices, then by the number of camera vertices.
 pub fn strategies(max_depth: u32) -> impl Iterator<Item = (usize, usize)> {
     (2..=max_depth as usize + 2).flat_map(|n| (1..=n).map(move |t| (n - t, t)))
 }

@@ -5,14 +5,15 @@ use crate::integrator::{Heuristic, IterationIntegrator, RayKind, RaySink, Roulet
 use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
-/// Light tracing: paths start at lights, and every vertex shows itself to the camera (Arvo 1986; Dutré, Lafortune and Willems 1993). What the camera sees
-/// by a delta lobe first, in mirrors and through glass, it cannot find, nor may it: that light is
-/// missing. Lamps that parallel rays see are met from the camera.
+/// Light tracing: paths start at lights, and every vertex is connected to the camera (Arvo 1986;
+/// Dutré, Lafortune and Willems 1993). Light that reaches the camera through a delta lobe, in
+/// mirrors and through glass, is missing: no connection can find it. A camera with parallel rays
+/// finds lamps by its camera rays.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
@@ -40,7 +41,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
-        // What the camera sees first, for the auxiliary channels alone
+        // First view of the camera, only for the auxiliary channels
         let ray = self.world.camera_ray(key, None, sampler, out);
         if self.world.camera.lens_of(&ray).is_far {
             self.look(ray, sampler, out);
@@ -48,7 +49,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
             out.first_surface(Surface::new(&self.world, hit, &ray).first_seen(&self.world));
         }
 
-        // A light's path, and each of its vertices seen by the camera
+        // A light path, with each vertex connected to the camera
         let paths = Subpaths {
             light: connector.light_path(ray.time, sampler, out),
             time: ray.time,
@@ -68,8 +69,8 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 }
 
 impl<A: Accel> LightIntegrator<'_, A> {
-    /// Adds the lights that `ray` meets: a light sample is never in the one direction of parallel
-    /// rays.
+    /// Adds the lights that `ray` hits. A sampled light never lies in the single direction of
+    /// parallel rays.
     fn look(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, Some(0));
         let (camera, escape) = connector.camera_path(ray, sampler, out);

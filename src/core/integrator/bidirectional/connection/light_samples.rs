@@ -1,4 +1,4 @@
-//! Samples of lights that paths from the camera end at, for the strategies with s = 1.
+//! Light samples at the end of camera paths, for the strategies with s = 1.
 
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{LightEnd, PathVertex, VertexKind, emission_pdfs};
@@ -13,7 +13,7 @@ pub(super) struct LightDimensions {
     pub point: Dimension,
 }
 
-/// A sample of the light `id`, of which `pmf` samples are expected.
+/// A sample of the light `id`. `pmf` is the expected number of samples of this light.
 pub(super) struct Sampled<'a> {
     scene: &'a Scene,
     pub id: LightId,
@@ -23,12 +23,12 @@ pub(super) struct Sampled<'a> {
 }
 
 impl<'a> Sampled<'a> {
-    /// What arrives, over the density.
+    /// Incident radiance over the density.
     pub fn radiance(&self) -> Spectrum {
         self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
     }
 
-    /// The light's end of the path, as a path that starts there would have made it.
+    /// Light vertex of the path, as a light path would have made it.
     pub fn vertex(&self) -> PathVertex<'a> {
         let light = &self.scene.lights()[self.id.0 as usize];
         let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
@@ -60,7 +60,7 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// Samples of lights of `scene`, which `selection` chooses: of one light, or of all lamps, for `context`.
+/// Samples lights of `scene` chosen by `selection` for `context`: one light, or all lamps.
 pub(super) fn sample_lights<'a>(
     (scene, selection): (&'a Scene, &LightSelection),
     context: &LightSampleContext,

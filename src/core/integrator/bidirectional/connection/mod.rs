@@ -1,7 +1,9 @@
-//! Connections of a camera subpath and a light subpath by all strategies (s, t), and their weights (`weights`).
+//! Connections of a camera subpath and a light subpath by all strategies (s, t), and their weights
+//! (`weights`).
 //!
-//! With s = 1 a point on a light is sampled anew for the vertex that it lights, and with t = 1 a point on the lens. `light_tracing` uses t = 1 alone,
-//! `metropolis/pssmlt.rs` asks for single strategies, and `photon/vcm.rs` adds merging.
+//! With s = 1 a new point on a light is sampled for the vertex that it lights. With t = 1 a new
+//! point on the lens is sampled. `light_tracing` uses only t = 1, `metropolis/pssmlt.rs` uses
+//! single strategies, and `photon/vcm.rs` adds merging.
 
 mod light_samples;
 mod weights;
@@ -23,10 +25,11 @@ use crate::scene::Scene;
 use light_samples::{LightDimensions, sample_lights};
 use weights::Met;
 
-/// Connects a subpath from the camera and one from a light, by all strategies.
+/// Connects a camera subpath and a light subpath by all strategies.
 ///
-/// A strategy (s, t) takes s vertices from the light's subpath and t from the camera's (Veach 1997, §10.2). With s = 1 the point on the light is
-/// drawn anew for the vertex that it lights; with t = 1 the point on the lens is.
+/// A strategy (s, t) uses s vertices of the light subpath and t of the camera subpath (Veach 1997,
+/// §10.2). With s = 1 the point on the light is sampled anew for the vertex that it lights. With t
+/// = 1 the point on the lens is sampled anew.
 #[derive(Debug)]
 pub(crate) struct Connector<'w, 'a, A> {
     pub world: &'w World<'a, A>,
@@ -34,47 +37,49 @@ pub(crate) struct Connector<'w, 'a, A> {
     pub roulette: Roulette,
     /// Maximum number of scattering events.
     pub max_depth: Option<u32>,
-    /// How subpaths from lights are also merged with those from the camera, if they are.
+    /// Merging of light subpaths with camera subpaths, if enabled.
     pub merging: Option<Merging<'w>>,
 }
 
-/// Merging of subpaths that end near each other (Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection
-/// and Merging").
+/// Merging of subpaths that end near each other (Georgiev, Křivánek, Davidovič and Slusallek 2012,
+/// "Light Transport Simulation with Vertex Connection and Merging").
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Merging<'w> {
-    /// Subpaths from lights with which each one from the camera may be merged.
+    /// Number of light subpaths available for merging with each camera subpath.
     pub paths: f32,
     /// Maximum distance between their ends.
     pub radii: &'w Radii<'w>,
 }
 
 impl Merging<'_> {
-    /// Expected number of times that a point is taken for `p`, over the density per area with which it is drawn: `π r² n` (their eq. 7).
+    /// Expected number of points accepted in place of `p`, over the density per area of sampling
+    /// them: `π r² n` (their eq. 7).
     fn acceptance(&self, p: Vec3, time: f32) -> f64 {
         let radius = self.radii.at(p, time) as f64;
         std::f64::consts::PI * radius * radius * self.paths as f64
     }
 }
 
-/// A subpath from the camera and one from a light.
+/// A camera subpath and a light subpath.
 #[derive(Debug, Default)]
 pub(crate) struct Subpaths<'a> {
     pub camera: Vec<PathVertex<'a>>,
     pub light: Vec<PathVertex<'a>>,
-    /// How the one from the camera leaves the scene, if it does.
+    /// Segment by which the camera subpath leaves the scene, if it does.
     pub escape: Option<PathRay>,
     /// Time of both subpaths.
     pub time: f32,
 }
 
 impl Subpaths<'_> {
-    /// What the camera sees first, for the auxiliary channels; `None` where it meets nothing.
+    /// First surface of the camera subpath, for the auxiliary channels. `None` if it hits nothing.
     pub fn first_seen<A: Accel>(&self, world: &World<A>) -> Option<FirstSurface> {
         let first = self.camera.get(1).and_then(PathVertex::surface)?;
         Some(first.first_seen(world))
     }
 
-    /// Whether a light with which the camera's subpath ends, as its vertex number `count`, is seen by delta lobes alone.
+    /// Returns true if the camera subpath reaches its vertex number `count`, a light, only by delta
+    /// lobes.
     pub fn sees_by_delta(&self, count: usize) -> bool {
         let between = self.camera.iter().skip(1).take(count.saturating_sub(2));
         between.into_iter().all(|vertex| vertex.is_delta)
@@ -84,25 +89,27 @@ impl Subpaths<'_> {
 /// Contribution of one strategy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contribution {
-    /// Vertices from the light, and from the camera.
+    /// Number of light vertices and of camera vertices.
     pub strategy: (usize, usize),
-    /// Estimate of the light that comes by paths of this length, in the sample's own pixel or where `film` says.
+    /// Estimate of the light of all paths of this length, in the pixel of the sample or at `film`.
     pub radiance: Spectrum,
-    /// Share of it that the strategy has among all that could have made the path.
+    /// MIS weight of the strategy.
     pub weight: f32,
-    /// Position on the film, if not in the sample's own pixel.
+    /// Position on the film, if it is not in the pixel of the sample.
     pub film: Option<Vec2>,
-    /// The light that it comes from.
+    /// Light of the path.
     pub light: LightId,
-    /// Events at the last vertices of both subpaths, from the light's to the camera's, where they are connected and paths are distinguished.
+    /// Events at the last vertices of both subpaths, light first, if they are connected and the
+    /// render separates paths.
     pub ends: [Option<ScatteringEvent>; 2],
 }
 
 impl Contribution {
-    /// All events from the light to the camera, where paths are distinguished. `paths` are those that the contribution is of.
+    /// All events from the light to the camera, if the render separates paths. `paths` are the
+    /// subpaths of the contribution.
     pub fn events<'p>(&self, paths: &'p Subpaths) -> impl Iterator<Item = ScatteringEvent> + 'p {
         let (s, t) = self.strategy;
-        // Without the ends of the whole path and those that are connected
+        // Vertices without both ends of the path and without the connected ones
         fn inner<'p>(path: &'p [PathVertex], count: usize) -> &'p [PathVertex<'p>] {
             path.get(1..count.saturating_sub(1)).unwrap_or_default()
         }
@@ -130,7 +137,7 @@ impl Contribution {
         }
     }
 
-    /// Adds the weighted light to the sample's own pixel, or where it falls on the film.
+    /// Adds the weighted light to the pixel of the sample or at its film position.
     pub fn add_to(&self, scene: &Scene, out: &mut impl SplatSink) {
         let light = self.light(self.radiance * self.weight, scene);
         self.record(out);
@@ -142,7 +149,7 @@ impl Contribution {
 }
 
 impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
-    /// A connector of subpaths that are never merged.
+    /// A connector without merging.
     pub fn new(world: &'w World<'a, A>, heuristic: Heuristic, roulette: Roulette, max_depth: Option<u32>) -> Self {
         Self {
             world,
@@ -153,7 +160,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Paths of an iteration: each pixel has one from the camera, and sends one from a light into the scene.
+    /// Number of light paths of an iteration: one per pixel.
     fn paths(&self) -> f32 {
         let size = self.world.camera.resolution();
         size.x as f32 * size.y as f32
@@ -164,7 +171,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         subpath::max_vertices(self.max_depth)
     }
 
-    /// Follows both subpaths, the camera's along `ray`.
+    /// Traces both subpaths, the camera subpath along `ray`.
     pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
         let (camera, escape) = self.camera_path(ray, sampler, out);
         let mut light = self.light_path(ray.time, sampler, out);
@@ -177,7 +184,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// The subpath that starts along `ray`, and how it leaves the scene, if it does.
+    /// Camera subpath along `ray`, and the segment that leaves the scene, if it does.
     pub fn camera_path(
         &self,
         ray: Ray,
@@ -198,7 +205,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         (path, escape)
     }
 
-    /// The subpath of a light at `time`; empty where nothing emits. Weights need [`Connector::sum_light`] of it.
+    /// Light subpath at `time`; empty if nothing emits. Weights need [`Connector::sum_light`] of
+    /// it.
     pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;
@@ -230,7 +238,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Gives `found` the contribution of each strategy to `paths`.
+    /// Calls `found` with the contribution of each strategy to `paths`.
     pub fn all(
         &self,
         paths: &mut Subpaths<'a>,
@@ -241,7 +249,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         self.all_of(2, paths, sampler, out, found);
     }
 
-    /// Contributions of paths of `min_vertices` vertices or more; at least 2.
+    /// Contributions of paths with at least `min_vertices` vertices; `min_vertices` is at least 2.
     pub fn all_of(
         &self,
         min_vertices: usize,
@@ -264,7 +272,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// What the strategy (s, t) makes of `paths`, which have as many vertices; with s = 0 of what is met within the scene.
+    /// Calls `found` with the contributions of the strategy (s, t) to `paths`, which have enough
+    /// vertices. For s = 0 only with light hit inside the scene.
     pub fn strategy(
         &self,
         strategy: (usize, usize),
@@ -283,7 +292,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// s = 0: the camera's subpath meets a light.
+    /// s = 0: the camera subpath hits a light.
     fn meet(&self, (camera, time): (&[PathVertex<'a>], f32), found: &mut impl FnMut(Contribution)) {
         let [.., before, last] = camera else { return };
         let Some(surface) = last.surface() else { return };
@@ -305,7 +314,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         });
     }
 
-    /// s = 0, where the camera's subpath leaves the scene and meets infinitely distant lights.
+    /// s = 0: the camera subpath leaves the scene and hits infinitely distant lights.
     pub fn escape(&self, paths: &mut Subpaths<'a>, found: &mut impl FnMut(Contribution)) {
         let (camera, time) = (&mut paths.camera, paths.time);
         let (Some(PathRay { ray, beta, pdf }), Some(last)) = (paths.escape, camera.last()) else {
@@ -337,7 +346,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// s = 1: a light is sampled for the last vertex of the camera's subpath.
+    /// s = 1: a light is sampled for the last vertex of the camera subpath.
     fn sample_light(
         &self,
         (camera, time): (&[PathVertex<'a>], f32),
@@ -395,7 +404,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         found: &mut impl FnMut(Contribution),
     ) {
         let lens = self.lens_point(1, time, sampler);
-        // No sampled light is in the one direction of parallel rays.
+        // A sampled light never lies in the single direction of parallel rays.
         if lens.is_far {
             return;
         }
@@ -413,7 +422,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             sampler,
             |sampled| {
                 let wi = sampled.sample.wi;
-                // What has no size is not seen.
+                // Delta lights are invisible.
                 let seen = self.seen(&lens, wi, time).filter(|_| !sampled.sample.is_delta);
                 let Some((film, importance)) = seen else { return };
                 let ray = sampled.sample.shadow_ray(lens.p).when(time);
@@ -433,7 +442,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         );
     }
 
-    /// t = 1: the last vertex of the light's subpath is joined to the lens.
+    /// t = 1: the last vertex of the light subpath is connected to the lens.
     fn look_at(
         &self,
         (light, time): (&[PathVertex<'a>], f32),
@@ -479,7 +488,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Both subpaths are joined by their last vertices.
+    /// Connects the last vertices of both subpaths.
     fn connect(
         &self,
         (camera, light, time): (&[PathVertex<'a>], &[PathVertex<'a>], f32),
@@ -522,7 +531,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// The event at a vertex that is connected, where paths are distinguished: light from the direction `wi` leaves in the direction `wo`.
+    /// Event at a connected vertex, if the render separates paths: light from the direction `wi`
+    /// leaves in the direction `wo`.
     fn event(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Option<ScatteringEvent> {
         self.world.paths.map(|_| surface.event(self.world.scene, wo, wi, false))
     }
@@ -536,15 +546,16 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         self.world.camera.lens_point(u, time)
     }
 
-    /// Where light that comes to the lens against the direction `w` falls, and what it counts there over the density of the point: for one of all the
-    /// paths of an iteration.
+    /// Film position of light that arrives at the lens against the direction `w`, and its weight
+    /// for one light path of the iteration. The weight is the importance over the density of the
+    /// lens point and the number of paths.
     fn seen(&self, lens: &PathVertex, w: Vec3, time: f32) -> Option<(Vec2, f32)> {
         let importance = self.world.camera.importance(lens.p, w, time)?;
         let we = importance.we * lens.cosine(w) / lens.forward;
         Some((importance.film, we / self.paths()))
     }
 
-    /// The vertex as a point that light falls on, seen from the vertex before it on a path from the camera.
+    /// Light sampling context of the vertex, seen from the previous vertex of a camera path.
     fn light_context(&self, vertex: &PathVertex) -> LightSampleContext {
         match vertex.surface() {
             Some(surface) => surface.light_context(self.world.scene, surface.back),
@@ -552,8 +563,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Density per solid angle, or of parallel rays per area across them, with which a path of the
-    /// iteration leaves the lens at `p` in direction `w`.
+    /// Density with which a path of the iteration leaves the lens at `p` in direction `w`: per
+    /// solid angle, or for parallel rays per area across them.
     fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
         let importance = self.world.camera.importance(p, w, time);
         importance.map_or(0.0, |importance| importance.pdf / self.paths())

@@ -1,15 +1,20 @@
-//! Weights of multiple importance sampling over all strategies that make one path.
+//! Weights of multiple importance sampling over all strategies for one path.
 //!
-//! A weight compares the density of a strategy with those of all others. Neighbouring strategies differ by one vertex, so each ratio of densities follows
-//! from the one before (Veach 1997, §10.2). All but the two vertices on either side of a connection keep their densities, for any connection:
-//! each subpath sums the strategies that join nearer to its own end once (`PathVertex::others`), and a weight is then computed in constant time
-//! (van Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012, "Implementing Vertex Connection and Merging").
+//! A weight compares the density of a strategy with the densities of all other strategies.
+//! Neighbouring strategies differ by one vertex, so each ratio of densities follows from the
+//! previous one (Veach 1997, §10.2). Only the two vertices on either side of a connection change
+//! their densities. So each subpath sums the strategies that connect nearer to its own end once
+//! (`PathVertex::others`). A weight is then computed in constant time (van Antwerpen 2011,
+//! "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012, "Implementing Vertex
+//! Connection and Merging").
 //!
-//! A delta lobe has density 1 in the direction that it gives. Both ends draw that direction, and the ratio of their densities is the Jacobian of the
-//! one direction with respect to the other ([`super::subpath`] computes it). Strategies that would have to join subpaths at a delta lobe are left out.
+//! A delta lobe has density 1 in its direction. Both ends sample that direction, and the ratio of
+//! their densities is the Jacobian of one direction with respect to the other ([`super::subpath`]
+//! computes it). Strategies that would connect at a delta lobe are left out.
 //!
-//! Vertex merging (`photon/vcm.rs`) adds one term for each vertex that is not passed by a delta lobe: its density is that of both subpaths that end
-//! there, times `π r² n` for n light paths (Georgiev et al. 2012).
+//! Vertex merging (`photon/vcm.rs`) adds one term for each vertex that the path does not leave by a
+//! delta lobe. The term is the density of both subpaths that end there, times `π r² n` for n light
+//! paths (Georgiev et al. 2012).
 
 use super::Connector;
 use crate::accel::Accel;
@@ -17,7 +22,7 @@ use crate::integrator::bidirectional::subpath::{PathVertex, VertexKind, emission
 use crate::light::{LightId, LightSampleContext};
 use crate::math::Vec3;
 
-/// A light that a path meets, and the density with which light sampling would have found it.
+/// A light that a path hits, and the density of finding it by light sampling.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub light: LightId,
@@ -25,7 +30,7 @@ pub(super) struct Met {
 }
 
 impl<A: Accel> Connector<'_, '_, A> {
-    /// Density with which a path from the camera that comes from the direction `wo` goes on from `at` to `to`.
+    /// Density with which a camera path from the direction `wo` continues from `at` to `to`.
     fn pdf_from_camera(&self, wo: Option<Vec3>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
         let pdf = match (&at.kind, wo) {
@@ -35,7 +40,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         at.density_at(pdf, to)
     }
 
-    /// Density with which a path from a light that comes from `before` goes on from `at` to `to`.
+    /// Density with which a light path from `before` continues from `at` to `to`.
     fn pdf_from_light(&self, before: Option<&PathVertex>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
         let pdf = match (&at.kind, before) {
@@ -49,12 +54,12 @@ impl<A: Accel> Connector<'_, '_, A> {
         at.density_at(pdf, to)
     }
 
-    /// Share of the strategy that joins these subpaths among all that could have made their path (Veach 1997, §10.2.1).
+    /// MIS weight of the strategy that connects these subpaths (Veach 1997, §10.2.1).
     pub(super) fn weight(&self, camera: &[PathVertex], light: &[PathVertex], met: Option<Met>, time: f32) -> f32 {
         self.weight_of(camera, light, met, time, false)
     }
 
-    /// Share of merging the last vertex of `camera` with the one that follows on `light` among all strategies that could have made the path.
+    /// MIS weight of merging the last vertex of `camera` with the vertex after `light`.
     pub fn merging_weight(&self, camera: &[PathVertex], light: &[PathVertex], time: f32) -> f32 {
         self.weight_of(camera, light, None, time, true)
     }
@@ -78,11 +83,11 @@ impl<A: Accel> Connector<'_, '_, A> {
         let is_delta_light = light.first().is_some_and(PathVertex::is_delta_light);
 
         // ANCHOR: sum
-        // Strategies that join on the camera's side of this connection, each over that of a connection here
+        // Strategies that connect on the camera's side, relative to the connection here
         let mut on_camera_side = 0.0;
         if let Some((previous, _)) = before.split_last() {
             let mut others = match s {
-                // A light sample, which is no connection
+                // A light sample, not a connection
                 0 => one_if(!previous.is_delta) * self.raised(densities.direct, densities.end),
                 _ => one_if(!previous.is_delta && !previous.is_one_way),
             };
@@ -93,7 +98,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             on_camera_side = self.beyond(densities.end, end.forward, others);
         }
 
-        // Strategies that join on the light's side
+        // Strategies that connect on the light's side
         let mut on_light_side = 0.0;
         if let Some((other, rest)) = light.split_last() {
             let others = match rest.last() {
@@ -114,7 +119,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             on_light_side = self.beyond(densities.other, other.forward, others);
         }
 
-        // Those that join here
+        // Strategies that connect here
         let connection = match light.last() {
             Some(other) if is_merged && other.is_delta => 0.0,
             Some(other) if s == 1 => self.raised(densities.direct, other.forward),
@@ -132,7 +137,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let weight = (1.0 / (1.0 + (other + on_camera_side + on_light_side) / own)) as f32;
         // ANCHOR_END: sum
-        // A strategy that is no match for others at all counts nothing.
+        // The weight is 0 if this strategy has density 0 for the path.
         if weight.is_finite() { weight } else { 0.0 }
     }
 
@@ -149,9 +154,9 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let back = end.surface().map(|surface| surface.back);
         let w = end.direction_to(other);
-        // Light from there does not come to the end.
+        // Light from that direction does not arrive at the end.
         let is_one_way = end.surface().is_some_and(|surface| surface.is_one_way(surface.back, w));
-        // A merged vertex may follow a delta lobe, and then came by no other.
+        // A merged vertex may follow a delta lobe; no other lobe could have sampled it.
         let by_delta = is_merged && other.is_delta;
         ConnectionDensities {
             end: match by_delta {
@@ -177,7 +182,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Densities where the camera's subpath has met a light with its vertex `end`, which follows on `previous`.
+    /// Densities if the camera subpath hits a light with its vertex `end`, after `previous`.
     fn densities_at_met_light(
         &self,
         end: &PathVertex,
@@ -203,7 +208,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Sets [`PathVertex::others`] along a subpath from the camera.
+    /// Sets [`PathVertex::others`] along a camera subpath.
     pub fn sum_camera(&self, path: &mut [PathVertex], time: f32) {
         for k in 1..path.len() {
             let (before, at) = (&path[k - 1], &path[k]);
@@ -215,7 +220,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Sets [`PathVertex::others`] along a subpath from a light.
+    /// Sets [`PathVertex::others`] along a light subpath.
     pub fn sum_light(&self, path: &mut [PathVertex], time: f32) {
         let Some(first) = path.first_mut() else { return };
         first.others = one_if(!first.is_delta_light());
@@ -223,7 +228,8 @@ impl<A: Accel> Connector<'_, '_, A> {
             let (before, at) = (&path[m - 1], &path[m]);
             let mut others = connects(before, at);
             if m == 1 {
-                // A path of two vertices is joined to one that decides how its light would be sampled.
+                // A light path of two vertices: the vertex that it is connected to determines its
+                // light sampling density.
                 let Some(next) = path.get(2) else { break };
                 let direct = self.direct(before, at, Some(at.direction_to(next)), time);
                 others *= self.raised(direct, before.forward);
@@ -233,13 +239,14 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// A ratio of densities, raised by the heuristic.
+    /// Ratio of densities, raised by the heuristic.
     fn raised(&self, density: f32, over: f32) -> f64 {
         self.heuristic.raised(density as f64 / over as f64)
     }
 
-    /// `others`, which is relative to a connection before a vertex, relative to the connection behind it. The vertex has the density `other` from the other end and
-    /// `own` from this one. Past a vertex that no other strategy makes there is none, whatever densities say.
+    /// Changes `others` from relative to a connection before a vertex to relative to the connection
+    /// behind it. The vertex has the density `other` from the other end and `own` from this end.
+    /// Returns 0 if no other strategy can sample the vertex, even if the ratio is infinite.
     fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
         match self.raised(other, own) {
             ratio if ratio == 0.0 || others == 0.0 => 0.0,
@@ -247,7 +254,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Density of merging at `at`, over that of a connection before it on the light's side; `from_light` is its density from there.
+    /// Density of merging at `at`, relative to a connection before it on the light's side.
+    /// `from_light` is the density of `at` from the light.
     fn merges(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         match at.is_delta {
             true => 0.0,
@@ -255,7 +263,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Expected merges where the vertex is an end of its subpath, which therefore has not gone on by a delta lobe.
+    /// [`Connector::merges`] for the last vertex of a subpath, which has not scattered by a delta
+    /// lobe.
     fn merges_at_end(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         let Some(merging) = &self.merging else { return 0.0 };
         match at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
@@ -266,7 +275,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Density with which the end `light` of a path is sampled for the vertex `at`, seen from the direction `wo`.
+    /// Density of sampling the light vertex `light` from the vertex `at`, seen from the direction
+    /// `wo`.
     fn direct(&self, light: &PathVertex, at: &PathVertex, wo: Option<Vec3>, time: f32) -> f32 {
         let scene = self.world.scene;
         let VertexKind::Light(end) = &light.kind else {
@@ -294,23 +304,25 @@ fn one_if(condition: bool) -> f64 {
     f64::from(u8::from(condition))
 }
 
-/// 1 if `a`, from which the subpath goes on to `b`, and `b` can be connected, else 0.
+/// Returns 1 if `a` and the next vertex `b` of its subpath can be connected, else 0.
 fn connects(a: &PathVertex, b: &PathVertex) -> f64 {
     one_if(!a.is_delta && !a.is_one_way && !b.is_delta)
 }
 
-/// Densities of the vertices about a connection with which the other end would have drawn them; 0 where there is no such vertex.
+/// Densities with which the other end would sample the vertices next to a connection; 0 if there is
+/// no vertex.
 #[derive(Clone, Copy, Debug, Default)]
 struct ConnectionDensities {
-    /// Last vertex of the camera's subpath, from the light.
+    /// Last vertex of the camera subpath, sampled from the light.
     end: f32,
-    /// The vertex before it, likewise.
+    /// The vertex before it, sampled from the light.
     previous: f32,
-    /// Last vertex of the light's subpath, from the camera.
+    /// Last vertex of the light subpath, sampled from the camera.
     other: f32,
-    /// The vertex before it, likewise.
+    /// The vertex before it, sampled from the camera.
     next: f32,
-    /// Density of the light's end where it is sampled for its neighbour, if the connection is next to either.
+    /// Density of sampling the light vertex from its neighbour, if the connection is next to
+    /// either.
     direct: f32,
 }
 

@@ -1,25 +1,31 @@
-//! Subpaths from the camera and from lights: the walk here, vertices in `vertex`, and the surfaces that they are on in `surface`.
+//! Subpaths from the camera and from lights: this file has the walk, `vertex` the vertices, and
+//! `surface` their surfaces.
 //!
-//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: that of being sampled from its own end, and that of
-//! being sampled from the other end.
+//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: of
+//! being sampled from its own end, and of being sampled from the other end.
 //!
-//! Both ends must agree on one measurement contribution. BSDFs are therefore those that belong to the geometric normal (Veach 1997, §5.3). Where a
-//! shading normal is bent for a viewer (`geometry/mesh.rs`), it is bent for the vertex on the camera's side, also if the path came from the light.
-//! Three rules follow:
+//! Both ends must agree on one measurement contribution. So BSDFs belong to the geometric normal
+//! (Veach 1997, §5.3). If a shading normal is bent for a viewer (`geometry/mesh.rs`), it is bent
+//! for the vertex on the camera's side, even if the path came from the light. Three rules follow:
 //!
-//! - A ray that looks for light starts on the side that the light has by the bent normal, as in `path/direct.rs`. A ray that carries light away
-//!   starts on the side of the facet from which it is seen.
-//! - A light path does not know its viewer. It draws some directions about the normal of the facet (`Surface::facet_share`): where the shading normal
-//!   is far from it, light leaves in directions that a lobe about the shading normal never draws.
-//! - A camera path may leave a vertex beyond the horizon of its facet, or of its shading normal (`Surface::is_one_way`). The ray hits the same facet
-//!   again, or what is behind the rim of a curved surface. Light from that direction hits the other side of the facet: no path from a light comes here
-//!   by it, and no connection goes there. Light samples do.
+//! - A ray that searches for light starts on the light's side of the bent normal, as in
+//!   `path/direct.rs`. A ray that takes light away starts on the side of the facet from which it is
+//!   seen.
+//! - A light path has no viewer yet. It samples some directions around the normal of the facet
+//!   (`Surface::facet_share`). If the shading normal is far from it, light leaves in directions
+//!   that a lobe around the shading normal never samples.
+//! - A camera path may leave a vertex below the horizon of its facet, or of its shading normal
+//!   (`Surface::is_one_way`). The ray hits the same facet again, or the surface behind the rim of a
+//!   curved surface. Light from that direction hits the other side of the facet: no light path
+//!   arrives by it, and no connection uses it. Light samples do.
 //!
-//! Densities of directions that delta lobes give leave out the delta distribution and the probability of the lobe, which both ends have in common. They
-//! keep the geometry of the segment and the Jacobian of the one direction by the other (`delta_jacobian`): a strategy whose densities lack these is
-//! compared with others as if mirrors were as near to one neighbour as to the other.
+//! Densities of the directions of delta lobes leave out the delta distribution and the probability
+//! of the lobe, which both ends have in common. They keep the geometry of the segment and the
+//! Jacobian of one direction with respect to the other (`delta_jacobian`). Without these, a
+//! strategy would be compared with others as if mirrors had the same distance to both neighbours.
 //!
-//! The filter width of texture lookups must be the same from both ends, and so depends on the point alone (`World::footprint`).
+//! The filter width of texture lookups must be the same from both ends, so it depends only on the
+//! point (`World::footprint`).
 
 mod surface;
 mod vertex;
@@ -36,18 +42,20 @@ use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
 
-/// Maximum number of vertices of a path, both ends counted: light that is scattered more often cannot be seen.
+/// Maximum number of vertices of a path, including both ends: light that is scattered more often is
+/// lost.
 pub(crate) const MAX_VERTICES: usize = 66;
 
-/// Maximum number of vertices of a path that scatters `max_depth` times at most.
+/// Maximum number of vertices of a path with at most `max_depth` scattering events.
 pub(crate) fn max_vertices(max_depth: Option<u32>) -> usize {
     max_depth.map_or(MAX_VERTICES, |depth| {
         MAX_VERTICES.min((depth as usize).saturating_add(2))
     })
 }
 
-/// Densities of a path that starts at the light `id`, where its normal is `ng`, and leaves it in direction `w`: of the start, and of how it goes on to the
-/// next vertex. The first is per area and the second per solid angle; of infinitely distant lights it is the other way round.
+/// Densities of a path that starts at the light `id` with normal `ng`, in direction `w`: of the
+/// start point and of the direction. The first is per area and the second per solid angle; for
+/// infinitely distant lights it is the other way round.
 pub(crate) fn emission_pdfs(
     scene: &Scene,
     (id, is_infinite): (LightId, bool),
@@ -68,11 +76,11 @@ pub(crate) struct PathRay {
     pub ray: Ray,
     /// Throughput.
     pub beta: Spectrum,
-    /// Density of the direction, per solid angle; of rays from infinity per area of a disk.
+    /// Density of the direction per solid angle; for rays from infinity, per area of a disk.
     pub pdf: f32,
 }
 
-/// How a subpath walks on from its first vertex.
+/// Walk of a subpath from its first vertex.
 pub(crate) struct Walk<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     pub mode: TransportMode,
@@ -82,7 +90,8 @@ pub(crate) struct Walk<'w, 'a, A> {
 }
 
 impl<'a, A: Accel> Walk<'_, 'a, A> {
-    /// Adds to `path`, whose only vertex is left by `first`, all further vertices. Gives the segment that leaves the scene, if one does.
+    /// Continues `path` from its only vertex along `first`, and adds all further vertices. Returns
+    /// the segment that leaves the scene, if there is one.
     pub fn follow(
         &self,
         path: &mut Vec<PathVertex<'a>>,
@@ -100,7 +109,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             TransportMode::Radiance => RayKind::Camera,
             TransportMode::Importance => RayKind::Bounce,
         };
-        // Factor of radiance by refraction
+        // Factor of the radiance by refraction
         let mut roulette_scale = 1.0;
         while path.len() < self.max {
             let (hit, transmittance) = self.world.intersect(&ray, kind, out);
@@ -184,7 +193,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         None
     }
 
-    /// Samples a direction in which the subpath goes on from `surface`.
+    /// Samples a direction in which the subpath continues from `surface`.
     fn scatter(&self, surface: &Surface, u_lobe: f32, u: Vec2) -> Option<Onwards> {
         let scene = self.world.scene;
         let back = surface.back;
@@ -196,7 +205,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,
             (false, true) => sample.weight * surface.adjoint_delta(w, back),
-            // By the normal that the camera will see
+            // By the normal for the later viewer
             (false, false) => surface.adjoint_throughput(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
         };
         if weight.is_black() {
@@ -223,32 +232,35 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
     }
 }
 
-/// Solid angle about the direction in which a delta lobe sends a path on, over that about the direction from which the path comes: 1 for mirrors. Of
-/// refraction it follows from the basic radiance `L / η²`, which stays: `η² cos θ dω` is the same on both sides. `eta` is the index on the far side
-/// over the one on the near side.
+/// Solid angle around the outgoing direction of a delta lobe, relative to the solid angle around
+/// the incoming direction: 1 for mirrors. For refraction it follows from the basic radiance
+/// `L / η²`, which stays constant: `η² cos θ dω` is the same on both sides. `eta` is the index on
+/// the far side relative to the near side.
 ///
-/// Two ends of a path draw the two directions of a delta lobe, each as a delta distribution in a variable of its own; this is how they compare.
+/// Each end of a path samples its direction as a delta distribution in another variable; this
+/// factor converts between them.
 fn delta_jacobian(cos_back: f32, cos_onwards: f32, eta: f32) -> f32 {
     (cos_back / (cos_onwards * eta * eta)).abs()
 }
 
-/// A sampled direction in which a subpath goes on.
+/// A sampled direction in which a subpath continues.
 struct Onwards {
     ray: Ray,
     weight: Spectrum,
     is_delta: bool,
     /// As in [`PathVertex::is_one_way`].
     is_one_way: bool,
-    /// Where paths are distinguished.
+    /// Scattering event, if the render separates paths.
     event: Option<ScatteringEvent>,
-    /// Per solid angle; 1 for a delta lobe.
+    /// Density per solid angle; 1 for a delta lobe.
     pdf: f32,
-    /// Density of the way back per solid angle; for a delta lobe [`delta_jacobian`].
+    /// Density of the reverse direction per solid angle; for a delta lobe [`delta_jacobian`].
     reverse_pdf: f32,
     eta: f32,
 }
 
-/// Block of random numbers of the vertex after `depth` scattering events: paths from the camera and from lights take turns.
+/// Block of random numbers of the vertex after `depth` scattering events: camera and light paths
+/// use alternate blocks.
 pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     match mode {
         TransportMode::Radiance => 2 * depth,
@@ -256,5 +268,5 @@ pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     }
 }
 
-/// Block of random numbers of the light that a path starts from.
+/// Block of random numbers for the light at the start of a path.
 pub(crate) const EMISSION_BLOCK: u32 = 1;

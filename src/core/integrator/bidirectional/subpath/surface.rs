@@ -1,4 +1,4 @@
-//! Points of surfaces on which subpaths have vertices.
+//! Surface points at the vertices of subpaths.
 
 use crate::accel::Accel;
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringEvent, TransportMode};
@@ -15,7 +15,7 @@ use std::borrow::Cow;
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Deref;
 
-/// A BSDF, which is the scene's or, where it varies, the vertex's own.
+/// A BSDF: a reference into the scene, or owned by the vertex if it varies over the surface.
 #[derive(Clone, Debug)]
 pub(crate) enum Held<'a> {
     ByScene(&'a Bsdf),
@@ -32,24 +32,24 @@ impl Deref for Held<'_> {
     }
 }
 
-/// A point of a surface, independent of its viewer.
+/// A surface point that does not depend on its viewer.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface<'a> {
     pub hit: Hit,
-    /// Surface point, with the shading normal before it is bent to a viewer.
+    /// Surface point, with the shading normal not bent to a viewer.
     pub point: SurfacePoint,
     frame: Frame,
     pub bsdf: Held<'a>,
     /// The body behind the surface, as in [`Ray::body`].
     body: u32,
-    /// Whether normals or material vary here.
+    /// True if normals or material vary here.
     is_detailed: bool,
     /// Unit direction to the previous vertex, world space.
     pub back: Vec3,
 }
 
 impl<'a> Surface<'a> {
-    /// The surface at `hit`, met along `ray`.
+    /// The surface at `hit` along `ray`.
     pub fn new<A: Accel>(world: &World<'a, A>, hit: Hit, ray: &Ray) -> Self {
         let back = -ray.direction;
         if let Some((point, bsdf)) = world.scene.plain_surface(&hit, ray.time) {
@@ -80,7 +80,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Point and frame with the shading normal as it is for a viewer in the direction `wo`.
+    /// Point and frame with the shading normal for a viewer in the direction `wo`.
     fn seen_from(&self, scene: &Scene, wo: Vec3) -> (SurfacePoint, Frame) {
         if !self.bends_for(wo) {
             return (self.point, self.frame);
@@ -89,7 +89,7 @@ impl<'a> Surface<'a> {
         (point, scene.frame(&self.hit, &point))
     }
 
-    /// The local frame for a path that comes from the direction `back`: one from a light has no viewer yet.
+    /// Local frame for a path from the direction `back`; a light path has no viewer yet.
     pub fn frame_for(&self, scene: &Scene, back: Vec3, mode: TransportMode) -> Frame {
         match mode {
             TransportMode::Radiance => self.seen_from(scene, back).1,
@@ -97,25 +97,25 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Returns true if only a path from the camera, which leaves in the direction `wo` to its previous
-    /// vertex, can go on here in the direction `wi`: by the shading normal, as `wo` sees it, `wi` is on
-    /// another side than by the geometric normal. Light from `wi` hits the other side of the facet.
+    /// Returns true if only a camera path, whose previous vertex is in the direction `wo`, can
+    /// continue in the direction `wi`. Then `wi` is on different sides of the shading normal, bent
+    /// to `wo`, and of the geometric normal. Light from `wi` hits the other side of the facet.
     pub fn is_one_way(&self, wo: Vec3, wi: Vec3) -> bool {
         self.is_detailed && !self.point.seen_from(wo).sides_agree(wi)
     }
 
-    /// [`Surface::is_one_way`] for a sampled direction `wi`. A delta lobe about a normal that is bent to
-    /// `wo` is one-way too.
+    /// [`Surface::is_one_way`] for a sampled direction `wi`. A delta lobe around a normal that is
+    /// bent to `wo` is one-way too.
     pub fn goes_one_way(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> bool {
         is_delta && self.bends_for(wo) || self.is_one_way(wo, wi)
     }
 
-    /// Returns true if the shading normal is another one for a viewer in the direction `wo`.
+    /// Returns true if the shading normal is bent for a viewer in the direction `wo`.
     fn bends_for(&self, wo: Vec3) -> bool {
         self.is_detailed && self.point.bends_for(wo)
     }
 
-    /// [`Surface::scattered`] for light that arrives by a path from a light: zero if `wi` is one-way
+    /// [`Surface::scattered`] for light of a light path: zero if `wi` is one-way
     /// ([`Surface::is_one_way`]).
     pub fn scattered_arrival(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         match self.is_one_way(wo, wi) {
@@ -124,8 +124,9 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// What radiance is multiplied by at a delta lobe that takes light from the direction `wi` to the direction `wo` on a path from a light, besides the
-    /// weight of the lobe; 0 if a path from the camera would not go the same way back.
+    /// Factor of the radiance at a delta lobe of a light path, in addition to the weight of the
+    /// lobe. The light comes from the direction `wi` and leaves in the direction `wo`. 0 if a
+    /// camera path could not take the reverse way.
     pub fn adjoint_delta(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.goes_one_way(wo, wi, true) {
             true => 0.0,
@@ -133,26 +134,27 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Light from the direction `wi` that leaves in the direction `wo` to the camera: `f |cos|` by the shading normal, which is what radiance per solid
-    /// angle of `wi` is multiplied by.
+    /// Throughput of light from the direction `wi` in the direction `wo` to the camera. This is
+    /// `f |cos|` with the shading normal: the factor of radiance per solid angle of `wi`.
     pub fn scattered(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let (point, frame) = self.seen_from(scene, wo);
         self.bsdf.eval(frame.to_local(wo), frame.to_local(wi)) * wi.dot(point.ns).abs()
     }
 
-    /// The event of light from the direction `wi` that leaves in the direction `wo` to the camera.
+    /// Event of light from the direction `wi` that leaves in the direction `wo` to the camera.
     pub fn event(&self, scene: &Scene, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         let (_, frame) = self.seen_from(scene, wo);
         self.bsdf.event(frame.to_local(wo), frame.to_local(wi), is_delta)
     }
 
-    /// Density per solid angle with which a path from the camera that comes from the direction `wo` goes on in `wi`.
+    /// Density per solid angle with which a camera path from the direction `wo` continues in `wi`.
     pub fn pdf_from_camera(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> f32 {
         let (_, frame) = self.seen_from(scene, wo);
         self.bsdf.pdf(frame.to_local(wo), frame.to_local(wi))
     }
 
-    /// Density per solid angle with which a path from a light that comes from the direction `wi` goes on in `wo`. The viewer is not known yet.
+    /// Density per solid angle with which a light path from the direction `wi` continues in `wo`,
+    /// without a viewer.
     pub fn pdf_from_light(&self, wi: Vec3, wo: Vec3) -> f32 {
         let (from, to) = (self.frame.to_local(wi), self.frame.to_local(wo));
         let pdf = self.bsdf.pdf(from, to);
@@ -170,8 +172,9 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Draws a direction in which a path that comes from the direction `back` goes on, from either end: in the local frame of [`Surface::frame_for`], in
-    /// which `back` is `local`. The weight is that of radiance.
+    /// Samples the next direction of a path from the direction `back`, from either end. The result
+    /// is in the local frame of [`Surface::frame_for`]; `local` is `back` in this frame. The weight
+    /// is the weight of radiance.
     pub fn sample(&self, (back, local): (Vec3, Vec3), u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match mode {
             TransportMode::Radiance => self.bsdf.sample(local, u_lobe, u, mode),
@@ -179,7 +182,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// The ray on which a path that comes from the direction `back` goes on in direction `w`.
+    /// Ray on which a path from the direction `back` continues in direction `w`.
     pub fn ray_onwards<A: Accel>(&self, world: &World<A>, back: Vec3, w: Vec3, mode: TransportMode) -> Ray {
         let origin = match mode {
             TransportMode::Radiance => self.origin_towards_light(world, back, w),
@@ -188,13 +191,13 @@ impl<'a> Surface<'a> {
         Ray::new(origin, w).when(self.point.time).within(self.body_towards(w))
     }
 
-    /// The body, as in [`Ray::body`], in which rays in direction `w` start.
+    /// The body, as in [`Ray::body`], at the start of rays in direction `w`.
     pub fn body_towards(&self, w: Vec3) -> u32 {
         if w.dot(self.point.ng) < 0.0 { self.body } else { 0 }
     }
 
-    /// Draws a direction in which a path from a light that comes from the direction `wi` goes on: in the local frame of [`Surface::frame_for`], its weight
-    /// that of radiance.
+    /// Samples the next direction of a light path from the direction `wi`, in the local frame of
+    /// [`Surface::frame_for`]. The weight is the weight of radiance.
     fn sample_from_light(&self, wi: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let (local, share) = (self.frame.to_local(wi), self.facet_share());
         let smooth = if share > 0.0 {
@@ -226,9 +229,11 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Share of a light's paths that go on by the cosine about the geometric normal. The BSDF draws directions about the shading normal, and those that are
-    /// above the facet but beyond its horizon never: but with the normal bent to a viewer there light is scattered there too. It grows with the square root
-    /// of what is missed, so that neither many paths are drawn badly nor few count too much.
+    /// Share of light paths that sample the cosine around the geometric normal. The BSDF samples
+    /// directions around the shading normal, and never those above the facet but below the horizon
+    /// of the shading normal. A viewer there still sees light, because the normal is bent to the
+    /// viewer. The share grows with the square root of the missed part: so neither are many paths
+    /// sampled badly, nor do few have large weights.
     fn facet_share(&self) -> f32 {
         match self.is_detailed {
             true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),
@@ -236,19 +241,20 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Where rays start that go on in direction `wi` to find the light which is scattered to `wo`: on the side that it has by the shading normal, as
-    /// [`World::origin_on`] says.
+    /// Origin of rays in direction `wi` that search for light scattered to `wo`: on the light's
+    /// side of the shading normal, as in [`World::origin_on`].
     pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, wo: Vec3, wi: Vec3) -> Vec3 {
         let (point, _) = self.seen_from(world.scene, wo);
         world.origin_on(&point, Side::of(wi.dot(point.ns)), wi)
     }
 
-    /// Where rays start that carry light away in direction `wo`: on the side from which it is seen there.
+    /// Origin of rays that take light away in direction `wo`: on the side that is visible from
+    /// there.
     pub fn origin_towards_camera(&self, wo: Vec3) -> Vec3 {
         offset_origin(&self.point, wo)
     }
 
-    /// The point as one that light falls on, seen from the direction `wo`.
+    /// Light sampling context of the point, seen from the direction `wo`.
     pub fn light_context(&self, scene: &Scene, wo: Vec3) -> LightSampleContext {
         let (point, frame) = self.seen_from(scene, wo);
         let wo = frame.to_local(wo);
@@ -261,8 +267,9 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// 1 over the probability with which the surface stops rays: what light that has met it by that chance counts to others who have met it by the same chance. Both
-    /// ends of a merged path are one vertex of it.
+    /// 1 over the probability that the surface stops rays. Both subpaths of a merged path hit the
+    /// surface by chance, but it is one vertex of the path. This factor removes one of the two
+    /// probabilities.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
         match scene.lets_light_pass() {
             true => 1.0 / scene.stopping_share(&self.hit),
@@ -270,7 +277,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// What the auxiliary channels show of it, where the camera sees it first.
+    /// First surface for the auxiliary channels, if the camera sees it first.
     pub fn first_seen<A: Accel>(&self, world: &World<A>) -> FirstSurface {
         let (point, frame) = self.seen_from(world.scene, self.back);
         let vertex = Vertex {
@@ -287,7 +294,7 @@ impl<'a> Surface<'a> {
         world.first_surface(&vertex)
     }
 
-    /// The light that the surface itself sends back along the ray that has met it, as `from` sees it.
+    /// Light that the surface emits back along the ray that hit it, seen from `from`.
     pub fn emitted<A: Accel>(&self, world: &World<A>, from: &LightSampleContext) -> Option<Incident> {
         let point = &self.point;
         let light = world.scene.emitted(
@@ -300,8 +307,9 @@ impl<'a> Surface<'a> {
         (!light.radiance.is_black()).then_some(light)
     }
 
-    /// What a path that carries light here from the direction `wi` counts in the direction `wo`, over the cosine of `wo` with the geometric normal: the
-    /// BSDF of the surface that the geometric normal belongs to, so that both ways of making a path give one measure (Veach 1997, §5.3).
+    /// Throughput of a light path from the direction `wi` to the direction `wo`, over the cosine of
+    /// `wo` with the geometric normal. This is the BSDF that belongs to the geometric normal, so
+    /// that both directions of a path have one measure (Veach 1997, §5.3).
     pub fn adjoint_throughput(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let factor = 1.0 / wi.dot(self.point.ng).abs();
         match factor.is_finite() {

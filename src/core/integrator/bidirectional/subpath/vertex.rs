@@ -9,36 +9,41 @@ use crate::integrator::World;
 use crate::light::{Emission, LightId};
 use crate::math::Vec3;
 
-/// A vertex of a subpath, which starts at the camera or at a light.
+/// A vertex of a subpath from the camera or from a light.
 ///
-/// Densities are per area of a surface, for infinitely distant lights and lenses per solid angle. A
-/// delta lobe draws its direction with density 1, and a path from
-/// the other end with the Jacobian of its direction. Densities tell how likely each strategy of making the whole path is (Veach 1997, §10.2).
+/// Densities are per area of a surface, or per solid angle for infinitely distant lights and
+/// lenses. A delta lobe samples its direction with density 1, and a path from the other end with
+/// the Jacobian of its direction. The densities give the probability of each strategy for the whole
+/// path (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
     pub kind: VertexKind<Surface<'a>, LightEnd>,
-    /// World space; without meaning at an infinitely distant light.
+    /// Position in world space; unused at an infinitely distant light.
     pub p: Vec3,
-    /// Unit geometric normal; zero at single points, the direction of travel at infinity.
+    /// Unit geometric normal; zero at point lights and panoramic lenses, the direction of travel at
+    /// infinity.
     pub ng: Vec3,
-    /// What the vertex counts, over the density of the subpath so far.
+    /// Throughput of the subpath up to this vertex, over its density.
     pub beta: Spectrum,
-    /// Density with which the subpath has made the vertex.
+    /// Density with which the subpath sampled the vertex.
     pub forward: f32,
-    /// The one with which a path from the other end would have, coming along the same vertices; set when the subpath goes on.
+    /// Density with which a path from the other end would sample the vertex along the same
+    /// vertices. Set when the subpath continues.
     pub reverse: f32,
-    /// Whether the subpath goes on by a delta lobe.
+    /// True if the subpath continues by a delta lobe.
     pub is_delta: bool,
-    /// True if the subpath is the camera's, and goes on in a direction from which no light path can come.
+    /// True if this is a camera subpath that continues in a direction from which no light path can
+    /// arrive.
     pub is_one_way: bool,
-    /// Densities of all strategies that join the path between its end and this vertex, raised by the MIS heuristic, over that of a connection of this vertex
-    /// with the one before it. `Connector::sum_camera` and `Connector::sum_light` compute it.
+    /// Sum of the densities, raised by the MIS heuristic, of all strategies that connect the path
+    /// between its end and this vertex. Relative to a connection of this vertex with the previous
+    /// one. Computed by `Connector::sum_camera` and `Connector::sum_light`.
     pub others: f64,
-    /// The event by which the subpath goes on, where paths are distinguished.
+    /// Event by which the subpath continues, if the render separates paths.
     pub event: Option<ScatteringEvent>,
 }
 
-/// What a vertex of a path is on: `S` describes surfaces, and `L` lights.
+/// Object of a vertex: `S` describes surfaces, and `L` lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum VertexKind<S, L> {
     /// The lens, seen from infinity if `is_far`: its rays are parallel.
@@ -49,17 +54,17 @@ pub(crate) enum VertexKind<S, L> {
     Light(L),
 }
 
-/// The light that a vertex is on.
+/// The light of a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightEnd {
     pub id: LightId,
     pub is_infinite: bool,
-    /// Whether no ray can meet it.
+    /// True if no ray can hit it.
     pub is_delta: bool,
 }
 
 impl<'a> PathVertex<'a> {
-    /// The camera's end of a path.
+    /// The camera vertex of a path.
     pub fn lens<A>(world: &World<'a, A>, LensPoint { p, normal, is_far }: LensPoint) -> Self
     where
         A: Accel,
@@ -78,7 +83,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The light's end of a path, where `emission` sets out; its light was chosen with probability `pmf`.
+    /// The light vertex of a path at the origin of `emission`. Its light was chosen with
+    /// probability `pmf`.
     pub fn light(id: LightId, pmf: f32, emission: &Emission) -> Self {
         let pdf = match emission.is_infinite {
             true => emission.pdf_direction,
@@ -102,7 +108,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The end of a path from the camera that has met the infinitely distant light `id` in direction `w`, drawn with density `pdf`.
+    /// The end of a camera path that hits the infinitely distant light `id` in direction `w`,
+    /// sampled with density `pdf`.
     pub fn far_away(id: LightId, w: Vec3, pdf: f32) -> Self {
         let end = LightEnd {
             id,
@@ -133,12 +140,12 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Whether the vertex is on a light that no ray can meet.
+    /// Returns true if the vertex is on a light that no ray can hit.
     pub fn is_delta_light(&self) -> bool {
         matches!(&self.kind, VertexKind::Light(end) if end.is_delta)
     }
 
-    /// The vertex's light; an arbitrary one if it is on none.
+    /// Light of the vertex; arbitrary if it is not on a light.
     pub fn light_id(&self) -> LightId {
         match &self.kind {
             VertexKind::Light(end) => end.id,
@@ -146,7 +153,7 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The vertex's surface, if it is on one.
+    /// Surface of the vertex, if it is on one.
     pub fn surface(&self) -> Option<&Surface<'a>> {
         match &self.kind {
             VertexKind::Surface(surface) => Some(surface),
@@ -163,7 +170,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The density at `to` of what leaves here with density `pdf`: per solid angle, or at infinity per area of a disk.
+    /// Converts the density `pdf` of a direction that leaves this vertex to the density at `to`.
+    /// `pdf` is per solid angle, or at infinity per area of a disk.
     pub fn density_at(&self, pdf: f32, to: &Self) -> f32 {
         if to.is_infinite() {
             return pdf;
@@ -176,7 +184,7 @@ impl<'a> PathVertex<'a> {
         pdf * to.cosine(w).abs() / squared
     }
 
-    /// Cosine of `w` to the normal; 1 at a point that has none.
+    /// Cosine between `w` and the normal; 1 at a point without normal.
     pub fn cosine(&self, w: Vec3) -> f32 {
         if self.ng == Vec3::ZERO { 1.0 } else { w.dot(self.ng) }
     }

@@ -1,4 +1,5 @@
-//! Weights in one pass against the sum over all strategies of a path, and densities along delta lobes against reciprocity.
+//! Compares weights in one pass with the sum over all strategies of a path, and densities along
+//! delta lobes with reciprocity.
 
 use super::super::{Merging, Subpaths};
 use super::*;
@@ -35,7 +36,8 @@ fn add(b: &mut SceneBuilder, positions: &[[f32; 3]], triangles: &[[u32; 3]], mat
 
 const QUAD: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
-/// Connectors of a closed matte room with a lamp, a mirror and a prism of glass, with either heuristic, without merging and with it.
+/// Calls `look` with connectors of a closed matte room with a lamp, a mirror and a glass prism:
+/// with each heuristic, with and without merging.
 fn in_room(mut look: impl FnMut(&Connector<BruteForce>)) {
     let mut b = SceneBuilder::new();
     let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 2.0 } else { 0.0 });
@@ -111,7 +113,7 @@ fn each_sample(connector: &Connector<BruteForce>, count: u32, mut look: impl FnM
     }
 }
 
-/// The weight, as the sum over all strategies, vertex by vertex.
+/// Weight as the sum over all strategies, vertex by vertex.
 fn summed(
     connector: &Connector<BruteForce>,
     camera: &[PathVertex],
@@ -128,7 +130,7 @@ fn summed(
     };
     let at = |i: usize| if i < t { &camera[i] } else { &light[n - 1 - i] };
 
-    // Densities of each vertex from either side
+    // Densities of each vertex from both ends
     let (mut from_camera, mut from_light) = ([0.0f64; MAX_VERTICES], [0.0f64; MAX_VERTICES]);
     let mut is_delta = [false; MAX_VERTICES];
     for i in 0..n {
@@ -164,7 +166,7 @@ fn summed(
         _ => 1.0,
     };
 
-    // All strategies over a connection here
+    // All strategies relative to a connection here
     let over_this = |other: usize| {
         let ratio = |i: usize| from_light[i] / from_camera[i];
         let before: f64 = (other..t).map(ratio).product();
@@ -226,15 +228,15 @@ fn one_pass_gives_the_sum_over_all_strategies() {
     assert!(compared.iter().all(|&count| count > 200), "{compared:?}");
 }
 
-/// Between two matte surfaces light goes either way by mirrors and glass with equal density: both ends draw directions by the cosine, and what a lobe
-/// does to the width of a beam is undone on the way back.
+/// Between two matte surfaces, mirrors and glass have equal density in both directions. Both ends
+/// sample directions by the cosine, and the way back undoes the change of a beam's width by a lobe.
 #[test]
 fn delta_lobes_have_one_density_from_both_ends() {
     let (mut mirrors, mut refractions) = (0, 0);
     in_room(|connector| {
         each_sample(connector, 1024, |paths| {
             for path in [&paths.camera, &paths.light] {
-                // From a matte vertex by delta lobes to a matte one that the path leaves
+                // From a matte vertex by delta lobes to a matte vertex that the path leaves
                 let mut start = 1;
                 for end in 2..path.len().saturating_sub(1) {
                     if path[end].is_delta {

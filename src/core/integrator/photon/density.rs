@@ -1,5 +1,5 @@
-//! Density estimation (Jensen 1996): radiance from the photons near a point. `sppm` and `photon_map` differ in the photons and in the points; the
-//! estimate is common.
+//! Density estimation (Jensen 1996): radiance from the photons near a point. `sppm` and
+//! `photon_map` share the estimate, with different photons and points.
 
 use super::photons::Photon;
 use crate::integrator::FoundLight;
@@ -9,15 +9,18 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use std::f32::consts::PI;
 
-/// Cosine between the normals of two points of one surface, at least: a wall that meets another one at a corner is another surface.
+/// Minimum cosine between the normals of two points of one surface: a wall at a corner is another
+/// surface.
 const MIN_COSINE: f32 = 0.7;
 
-/// Whether points with these unit geometric normals, near to each other, are of one surface.
+/// Returns true if points with these unit geometric normals, near to each other, are on one
+/// surface.
 pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
     ng.dot(other).abs() >= MIN_COSINE
 }
 
-/// Light that photons about a vertex have brought, scattered to its viewer: an estimate of the density of flux (Jensen 1996, eq. 6).
+/// Light of the photons around a vertex, scattered to its viewer: an estimate of the density of
+/// flux (Jensen 1996, eq. 6).
 ///
 /// With N paths, and photons i of power Φᵢ within a disk of radius r,
 ///
@@ -25,19 +28,21 @@ pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
 /// L(ωₒ) ≈ 1 / (π r² N) Σᵢ f(ωₒ, ωᵢ) |cos θᵢ| / |cos θ'ᵢ| Φᵢ
 /// ```
 ///
-/// where θ is the angle with the shading normal of the vertex, and θ' that with the geometric normal of the surface that the photon has met: of flat
-/// surfaces both are one. Its mean is that of the scattered light over the disk. What is wrong with it is that light varies within the disk, that the
-/// disk may lie over the edge of a surface, and that curved surfaces have more area in a ball than the disk: a bias that grows with r².
+/// θ is the angle with the shading normal of the vertex, and θ' the angle with the geometric normal
+/// at the photon; on flat surfaces they are equal. The mean of the estimate is the mean scattered
+/// light over the disk. It has a bias that grows with r², for three reasons. Light varies within
+/// the disk. The disk may extend over the edge of a surface. Curved surfaces have more area in a
+/// ball than the disk.
 pub(crate) struct Density<'v> {
     scene: &'v Scene,
     vertex: &'v Vertex<'v>,
     sum: LightSum,
-    /// Whether sources of light are separated.
+    /// True if sources of light are separated.
     has_parts: bool,
 }
 
 impl<'v> Density<'v> {
-    /// About `vertex`, without a photon yet.
+    /// Empty estimate around `vertex`.
     pub fn new(scene: &'v Scene, vertex: &'v Vertex<'v>, has_parts: bool) -> Self {
         Self {
             scene,
@@ -47,13 +52,14 @@ impl<'v> Density<'v> {
         }
     }
 
-    /// Whether `photon` is on the surface that the vertex is on, as far as its normal tells.
+    /// Returns true if `photon` is on the surface of the vertex, judged by its normal.
     pub fn is_of_surface(&self, photon: &Photon) -> bool {
         is_one_surface(photon.ng(), self.vertex.point.ng)
     }
 
-    /// Adds the light of `photon`, if it is one of the surface. Light that has come to the other side counts if the surface lets it pass. Light from
-    /// beyond the horizon of one of the normals is left to paths from the camera ([`Vertex::is_one_way`]).
+    /// Adds the light of `photon`, if it is on the surface of the vertex. Light on the other side
+    /// counts if the surface transmits it. Light from below the horizon of one of the normals is
+    /// left to camera paths ([`Vertex::is_one_way`]).
     // ANCHOR: estimate
     pub fn add(&mut self, photon: &Photon) {
         if !self.is_of_surface(photon) || self.vertex.is_one_way(photon.wi()) {
@@ -72,8 +78,8 @@ impl<'v> Density<'v> {
     }
     // ANCHOR_END: estimate
 
-    /// The sum of photons, and its factor, if `paths` paths left the photons within a disk of squared
-    /// radius `squared`. The factor is 0 for a point, about which photons give no estimate.
+    /// Sum of the photons, and its factor. `paths` paths left the photons within a disk of squared
+    /// radius `squared`. The factor is 0 for a radius of 0, for which there is no estimate.
     // ANCHOR: radiance
     pub fn radiance(self, paths: u32, squared: f32) -> (LightSum, f32) {
         let density = 1.0 / (PI * squared * paths as f32);

@@ -1,8 +1,10 @@
 //! A hash grid of the photons of one iteration.
 //!
-//! A counting sort fills the table in the order in which photons come, so its contents are the same for any number of threads. Cells are as wide as
-//! the search radius is at their place: a photon goes into the level of the power of two of the radius at its own position, and a lookup reads the
-//! levels that radii near it have, one or two. The grid thus suits near and far surfaces alike, and no lookup reads more than some dozens of cells.
+//! A counting sort fills the table in the order of the photons, so its contents are the same for
+//! any number of threads. The width of a cell follows the search radius at its position. The level
+//! of a photon is the power of two of the radius at the photon. A lookup reads the levels of all
+//! radii near it, one or two. So the grid suits near and far surfaces alike, and a lookup reads at
+//! most some dozens of cells.
 
 use super::photons::Photon;
 use crate::integrator::search_radius::Radii;
@@ -22,26 +24,26 @@ impl Placed for Photon {
     }
 }
 
-/// Photons, or the like, by their place: a hash table of the cells of regular grids.
+/// Photons, or other items, by position: a hash table of the cells of regular grids.
 ///
-/// Each photon is in a cell some two to four times as wide as the radius at its place; cells of one width are a level. Radii change slowly from place
-/// to place, and so a search about a point visits one level, or at two, and at few of its cells, however different radii
-/// are elsewhere.
+/// The cell of a photon is two to four times as wide as the radius at the photon. Cells of one
+/// width are a level. Radii change slowly with position. So a search visits one or two levels and
+/// few of their cells, however different radii are elsewhere.
 #[derive(Debug)]
 pub struct PhotonGrid<T = Photon> {
-    /// By bucket of their cells, and within one in the order in which they came.
+    /// Photons sorted by the bucket of their cell; within a bucket in their original order.
     photons: Vec<T>,
     cells: Vec<Cell>,
-    /// Where each bucket starts, and the end of the last one.
+    /// Start of each bucket, and the end of the last one.
     starts: Vec<u32>,
-    /// By how much radii change over a length.
+    /// Maximum change of the radius per length.
     slope: f32,
 }
 
 /// A cube of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Cell {
-    /// Exponent of its width.
+    /// Exponent of the width.
     level: i32,
     place: [i32; 3],
 }
@@ -61,18 +63,19 @@ impl Cell {
     }
 }
 
-/// Level of the cells of photons at whose place the radius is `radius`, which is twice their width at most and a quarter at least.
+/// Level of the cells of photons with search radius `radius`. A cell is two to four times as wide
+/// as the radius.
 fn level(radius: f32) -> i32 {
     (radius.log2().floor() as i32).clamp(-100, 100) + 2
 }
 
-/// Width of the cells of a level, scene units.
+/// Width of the cells of a level, in scene units.
 fn width(level: i32) -> f32 {
     f32::exp2(level as f32)
 }
 
 impl<T: Placed> PhotonGrid<T> {
-    /// Grid of `photons`, to be found about points as far away as `radii` say at `time`.
+    /// Grid of `photons`, to be searched within `radii` at `time`.
     pub fn new(photons: Vec<T>, radii: &Radii, time: f32) -> Self {
         // Counting sort by bucket
         let cell = |photon: &T| Cell::of(photon.place(), level(radii.at(photon.place(), time)));
@@ -106,17 +109,17 @@ impl<T: Placed> PhotonGrid<T> {
         self.photons.len()
     }
 
-    /// Whether the grid is empty.
+    /// Returns true if the grid is empty.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()
     }
 
-    /// Gives `found` each photon that is no further from `p` than `radius`, the radius there.
+    /// Calls `found` with each photon within `radius` of `p`; `radius` is the search radius at `p`.
     pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&T)) {
-        // Levels of photons that may be as near, by the radii at their places
+        // Levels of photons within the radius, by the radii at their positions
         let change = self.slope * radius * (1.0 + gamma(64)) + radius * gamma(64);
         let levels = level(radius - change)..=level(radius + change);
-        // By more than what rounds
+        // Larger than the rounding errors
         let reach = radius * (1.0 + gamma(8)) + gamma(8) * p.abs().max_element();
         for level in levels {
             let (first, last) = (Cell::of(p - reach, level).place, Cell::of(p + reach, level).place);
@@ -138,7 +141,7 @@ impl<T: Placed> PhotonGrid<T> {
         }
     }
 
-    /// Gives `found` each photon in `cell`; others may be in the same bucket.
+    /// Calls `found` with each photon in `cell`; the bucket may have photons of other cells.
     fn each_in(&self, cell: Cell, mut found: impl FnMut(&T)) {
         let bucket = cell.hash() as usize & (self.starts.len() - 2);
         let bounds = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
@@ -160,8 +163,9 @@ mod tests {
     use crate::math::{Ball, UVec2};
     use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 
-    /// The grid finds what a look at every photon finds, each once: radii from pixels far and near, steep and flat, fixed ones, far from the
-    /// origin, and all photons at one place.
+    /// Compares the grid with a linear search; each photon must be found once. Tests radii in
+    /// pixels, far and near, steep and flat, fixed radii, positions far from the origin, and many
+    /// photons at one position.
     #[test]
     fn the_grid_finds_what_brute_force_finds() {
         let mut sampler = Independent::new(1);

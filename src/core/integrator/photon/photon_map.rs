@@ -1,16 +1,20 @@
 //! Photon mapping with final gathering (Jensen 1996, "Global Illumination using Photon Maps").
 //!
-//! All photons are sent once, before the first sample (`render/photons.rs`), whatever the crop: crops and parts of a render have the photons of the
-//! whole. Caustics, light that delta lobes alone have scattered, are looked up directly. All other indirect light comes by gather rays; the density
-//! estimate at their ends uses all photons, those straight from lights included.
+//! All photons are traced once, before the first sample (`render/photons.rs`), for any crop: crops
+//! and parts of a render have the photons of the whole. Caustics, light scattered only by delta
+//! lobes, are estimated directly at the vertex. All other indirect light comes by gather rays. The
+//! density estimate at their ends uses all photons, including those straight from lights.
 //!
-//! - Irradiance is not computed ahead at photons (Christensen 1999), which would be some times faster. It would know neither `--max-depth` nor light
-//!   groups nor lobes other than matte ones.
-//! - A gather ray shorter than the search radius at its end makes that end a vertex of the path, because disks would show in corners.
-//! - Where surfaces or lights move, photons are sent within slices of the shutter interval, and each sample looks at the photons of the slice that has
-//!   its time. A slice has its share of the paths, and so a larger radius. What moves within a slice is still blurred, by a sixteenth of its way
-//!   at most where there are 65,536 paths.
-//! - The errors of photons are common to all samples. The variance channel does not contain them, and `embrasure compare` does not test by it.
+//! - Irradiance is not precomputed at photons (Christensen 1999). This would be several times
+//!   faster, but would not support `--max-depth`, light groups, or lobes other than matte ones.
+//! - If a gather ray is shorter than the search radius at its end, that end becomes a vertex of the
+//!   path, because disks would be visible in corners.
+//! - If surfaces or lights move, photons are traced within slices of the shutter interval. Each
+//!   sample uses the photons of the slice of its time. A slice has its share of the paths, and so a
+//!   larger radius. Motion within a slice is still blurred, by at most a sixteenth of the motion
+//!   with 65,536 paths.
+//! - The errors of photons are common to all samples. The variance channel does not contain them,
+//!   and `embrasure compare` does not test by it.
 
 use super::density::Density;
 use super::photons::Photon;
@@ -25,53 +29,60 @@ use crate::integrator::{Integrator, PathEvent, Roulette, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen 2001): photons are sent once, and all samples of all
-/// pixels look at them, straight at caustics and by final gathering at all else.
+/// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen
+/// 2001): photons are traced once. All samples of all pixels use them, directly for caustics and by
+/// final gathering for all other indirect light.
 ///
-/// Each path of light is counted once. A path from the camera goes on by delta lobes, and past surfaces that scatter narrowly by any; where it meets
-/// a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]) it sends rays of directions that the BSDF draws, `gather_rays` the first time and
-/// one later. Then
+/// Each light path is counted once. A camera path continues by delta lobes, and at surfaces that
+/// scatter narrowly by any lobe. At a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`])
+/// it traces rays sampled from the BSDF: `gather_rays` the first time and one later. Then
 ///
-/// - light that the path meets on its way is seen, and so is light that a gather ray meets first, by its MIS weight;
-/// - light that comes to a vertex straight from a light is sampled there;
-/// - light that has been scattered by delta lobes alone comes to wide surfaces as photons of the caustic map, the density of which is estimated
-///   there; a gather ray that a delta lobe has sent on meets no light, since that would be the same;
-/// - all other light has left, last of all, a surface that scatters it by other than delta lobes: gather rays meet that surface, straight or by
-///   delta lobes, where the density of the global map, which has all photons, tells what it scatters.
+/// - light that the path hits is added, and so is light that a gather ray hits first, with its MIS
+///   weight;
+/// - light straight from a light is sampled at each vertex;
+/// - light scattered only by delta lobes arrives at wide surfaces as photons of the caustic map,
+///   whose density is estimated there. So a gather ray after a delta lobe adds no emitted light: it
+///   would be the same light;
+/// - all other light left a surface by a smooth lobe, and after that only delta lobes. Gather rays
+///   hit that surface, straight or by delta lobes. The density of the global map, with all photons,
+///   gives the light that it scatters.
 ///
-/// Where a gather ray is shorter than the radius of the disk that it looks at, as it is in corners, the disk would show; such an end is treated as
-/// a vertex of the path instead.
+/// If a gather ray is shorter than the radius of its disk, as in corners, the disk would be
+/// visible. The end of the ray then becomes a vertex of the path instead.
 ///
-/// The picture is biased, and stays so however many samples are added: densities are means over disks, and the photons are the same
-/// for all samples. More photons make both less. The error that photons bring is common to all samples, so that variances do not tell of it.
-/// Where things move, samples look at photons of a slice of the shutter interval.
+/// The image is biased for any number of samples: densities are means over disks, and the photons
+/// are the same for all samples. More photons reduce both. The error of the photons is common to
+/// all samples, so variances do not contain it. If objects move, samples use the photons of a slice
+/// of the shutter interval.
 #[derive(Debug)]
 pub struct PhotonMapIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Photons that were sent before.
+    /// Photons, traced before.
     pub maps: &'a PhotonMaps,
-    /// How direct light is found.
+    /// Strategy for direct light.
     pub strategy: Strategy,
-    /// Maximum number of scattering events; `None` means as many as a light's path has room for, 64.
+    /// Maximum number of scattering events; `None` means the maximum of a light path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
     /// Number of photons of an estimate, at least 2.
     pub photon_count: u32,
-    /// Maximum distance of these photons, scene units; `None`: [`FAR_SHARE`] of the radius of the scene in the global map, [`NEAR_SHARE`] in that of caustics.
+    /// Maximum distance of these photons, in scene units. `None`: [`FAR_SHARE`] times the radius of
+    /// the scene in the global map, [`NEAR_SHARE`] times in the caustic map.
     pub radius: Option<f32>,
-    /// Rays that leave the first wide surface on the way, ≥ 1.
+    /// Number of rays from the first wide surface of a path, ≥ 1.
     pub gather_rays: u32,
 }
 
-/// Maximum search radius in the global map, over the radius of the scene.
+/// Maximum search radius in the global map, relative to the radius of the scene.
 pub const FAR_SHARE: f32 = 0.1;
 
-/// Maximum search radius in the map of caustics, over the radius of the scene: where they have edges, they should be seen.
+/// Maximum search radius in the caustic map, relative to the radius of the scene: smaller, because
+/// caustics have edges.
 pub const NEAR_SHARE: f32 = 0.02;
 
-/// The photons of a render, by slices of the shutter interval.
+/// Photons of a render, by slices of the shutter interval.
 #[derive(Debug)]
 pub struct PhotonMaps {
     slices: Vec<PhotonSlice>,
@@ -82,14 +93,14 @@ pub struct PhotonMaps {
 pub struct PhotonSlice {
     /// All photons.
     pub global: PhotonTree,
-    /// Photons whose light has been scattered by delta lobes alone.
+    /// Photons scattered only by delta lobes.
     pub caustics: PhotonTree,
-    /// Paths that left them.
+    /// Number of paths that left the photons.
     pub paths: u32,
 }
 
 impl PhotonMaps {
-    /// Maps of the photons that `paths` paths left, none of which was left out, in `slices` slices of equal length.
+    /// Maps of all photons of `paths` paths, in `slices` slices of equal length.
     pub fn new(mut photons: Vec<Photon>, paths: u32, slices: u32) -> Self {
         photons.sort_by_key(|photon| photon.slice);
         let of_slice = |slice: u32| {
@@ -99,17 +110,17 @@ impl PhotonMaps {
             PhotonSlice {
                 caustics: PhotonTree::new(caustics.collect()),
                 global: PhotonTree::new(global),
-                // Paths take turns.
+                // Slices take turns.
                 paths: paths.saturating_sub(slice).div_ceil(slices),
             }
         };
-        // Each takes the end of what is left.
+        // Each slice takes the end of the remaining photons.
         let mut slices: Vec<PhotonSlice> = (0..slices).rev().map(of_slice).collect();
         slices.reverse();
         Self { slices }
     }
 
-    /// Slice at the share `u` of the shutter interval; `None` where there is none.
+    /// Slice at the fraction `u` of the shutter interval. `None` if there are no slices.
     pub fn at(&self, u: f32) -> Option<&PhotonSlice> {
         let last = self.slices.len().checked_sub(1)?;
         self.slices.get(((u * self.slices.len() as f32) as usize).min(last))
@@ -119,22 +130,23 @@ impl PhotonMaps {
 /// Purpose of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Purpose {
-    /// To see, with all light that it meets.
+    /// Adds all emitted light that the ray hits.
     See,
-    /// To gather what the surface that it meets scatters. Before its last delta lobe it has come so far.
+    /// Gathers the light scattered by the surface that the ray hits. `length` is the distance
+    /// before its last delta lobe.
     Gather { length: f32, after_delta: bool },
 }
 
-/// A path whose ray is still to be traced.
+/// A path whose ray is not yet traced.
 struct QueuedPath {
     path: PathState,
     purpose: Purpose,
-    /// Number of the gather ray that the path follows, from 1 on; 0 before the path branches.
+    /// Number of the gather ray of the path, from 1 on; 0 before the path branches.
     branch: u32,
 }
 
 impl QueuedPath {
-    /// The block of random numbers of the vertex where its ray ends.
+    /// Block of random numbers of the vertex at the end of the ray.
     fn block(&self) -> u32 {
         const DEPTHS: u32 = 64;
         self.branch * DEPTHS + self.path.depth.min(DEPTHS - 1)
@@ -156,8 +168,7 @@ impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
 }
 
 impl<A: Accel> PhotonMapIntegrator<'_, A> {
-    /// Adds the light that `queued` finds where its ray ends; what goes on from there is added to
-    /// `queue`.
+    /// Adds the light that `queued` finds at the end of its ray. Adds its next rays to `queue`.
     fn follow<S: Sampler>(&self, queued: QueuedPath, sampler: &S, queue: &mut Vec<QueuedPath>, out: &mut impl Sink) {
         let (world, strategy) = (&self.world, &self.strategy);
         let block = queued.block();
@@ -190,7 +201,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             }
         }
 
-        // Else direct light and caustics
+        // Otherwise direct light and caustics
         if gathered.is_none() {
             let u = LightNumbers::draw(sampler, block);
             let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
@@ -201,7 +212,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             }
         }
 
-        // On, by several rays the first time
+        // Next rays; several rays the first time
         let parts = gathered.is_none() && vertex.bsdf.is_wide() && queued.branch == 0;
         let rays = if parts { self.gather_rays } else { 1 };
         for index in 0..rays {
@@ -213,7 +224,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 continue;
             };
             let was_gathering = matches!(queued.purpose, Purpose::Gather { .. });
-            // No photon has brought light from beyond the horizon: the path goes on, as if the camera had seen the vertex.
+            // No photon brings light from below the horizon: the path continues as a camera path.
             let is_one_way = !sample.is_delta() && vertex.is_one_way(vertex.frame.to_world(sample.wi));
             let purpose = match (gathered, sample.is_delta()) {
                 _ if is_one_way => Purpose::See,
@@ -221,10 +232,10 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                     length,
                     after_delta: true,
                 },
-                // What other lobes scatter has been gathered.
+                // Light of the other lobes is already gathered.
                 (Some(_), false) => continue,
-                // Light that comes by a delta lobe to a vertex that a gather ray has met is a caustic where that ray comes from, if it is scattered
-                // no more.
+                // Light that a delta lobe brings directly to the end of a gather ray is a caustic
+                // at the start of that ray.
                 (None, true) if was_gathering => Purpose::Gather {
                     length: 0.0,
                     after_delta: true,
@@ -235,7 +246,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 },
                 (None, _) => Purpose::See,
             };
-            // That there are many of them is no reason to end.
+            // The number of gather rays does not change the survival probability.
             let eta_squared = sample.eta * sample.eta;
             let judged = path.beta * sample.weight * (path.roulette_scale * eta_squared);
             let decision = sampler.get_2d(Dimension::bounce(numbers, Bounce::Decisions)).y;
@@ -246,9 +257,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             queue.push(QueuedPath {
                 path: PathState {
                     roulette_scale: next.roulette_scale * rays as f32,
-                    // Lights are not sampled where photons are gathered.
+                    // Lights are not sampled if photons were gathered.
                     prev: next.prev.filter(|_| gathered.is_none() || !is_one_way),
-                    // Such light is a caustic.
+                    // This light is a caustic.
                     skips_emission: matches!(purpose, Purpose::Gather { after_delta: true, .. }),
                     ..next
                 },
@@ -258,7 +269,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         }
     }
 
-    /// Photons about `vertex`, which the camera sees first.
+    /// Photons around `vertex`, the first vertex of a camera path.
     fn photons_at(&self, vertex: &Vertex) -> Points {
         let point = &vertex.point;
         let slice = self.maps.at(self.world.camera.share_of_shutter(point.time));
@@ -270,7 +281,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let dot = 0.5 * self.world.camera.pixel_width(point.p, point.time);
         let max = self.max_distance(FAR_SHARE);
         let nearest = slice.global.nearest(point.p, self.photon_count as usize, max, counts);
-        // The search leaves out the farthest of as many as are asked for.
+        // The search leaves out the farthest of the requested photons.
         let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
         let caustics = self.density(|slice| (&slice.caustics, NEAR_SHARE), (0, vertex), false);
         Points {
@@ -282,12 +293,12 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         }
     }
 
-    /// Maximum distance of photons that count: as it is set, or `share` of the radius of the scene.
+    /// Maximum distance of photons: the setting, or `share` times the radius of the scene.
     fn max_distance(&self, share: f32) -> f32 {
         self.radius.unwrap_or_else(|| share * self.world.scene.ball().radius)
     }
 
-    /// [`PhotonMapIntegrator::density`], whose number of photons is recorded.
+    /// [`PhotonMapIntegrator::density`], and a record of the number of photons.
     fn recorded_density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
@@ -302,8 +313,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         light
     }
 
-    /// The light of photons that `vertex` scatters, after `depth` scattering events of the path. `map` says of which photons of a slice,
-    /// and their maximum distance over the radius of the scene.
+    /// Light of photons that `vertex` scatters, after `depth` scattering events of the path. `map`
+    /// selects the photons of a slice and their maximum distance relative to the radius of the
+    /// scene.
     fn density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
@@ -347,7 +359,7 @@ struct PhotonLight {
 }
 
 impl PhotonLight {
-    /// Tells `out` the light that the vertex scatters along `path`.
+    /// Passes the light that the vertex scatters along `path` to `out`.
     fn tell(&self, path: &PathState, out: &mut impl Sink) {
         self.light.tell(path.beta * self.factor, path.depth + 2, out);
     }

@@ -1,5 +1,5 @@
-//! Photon tracing: paths from lights that leave a photon at each vertex that can scatter light to a viewer. Paths are those of
-//! `bidirectional/subpath`.
+//! Photon tracing: light paths that store a photon at each vertex that can scatter light to a
+//! viewer. The paths are those of `bidirectional/subpath`.
 
 use crate::accel::Accel;
 use crate::color::Spectrum;
@@ -10,30 +10,33 @@ use crate::light::LightId;
 use crate::math::Vec3;
 use crate::sampler::{Dimension, SampleKey, Sampler, Stream};
 
-/// Light that has arrived at a surface, at the end of a path from a light (Jensen 1996, "Global Illumination using Photon Maps").
+/// Light that arrived at a surface, at the end of a light path (Jensen 1996, "Global Illumination
+/// using Photon Maps").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Photon {
-    /// Where, world space.
+    /// Position in world space.
     p: [f32; 3],
-    /// Unit direction from which it has come, world space.
+    /// Unit direction to the previous vertex, world space.
     wi: [f32; 3],
     /// Unit geometric normal of the surface.
     ng: [f32; 3],
-    /// Power, W, of all the light that its path stands for: the flux of a set of paths is the mean over paths, including those that leave no photon.
+    /// Power, in W, as if its path had all the light: flux is the mean over all paths, including
+    /// those without a photon.
     power: [f32; 3],
-    /// The light that it comes from.
+    /// Source of the photon.
     pub light: LightId,
-    /// Number of scattering events on its way.
+    /// Number of scattering events before the photon.
     pub scatterings: u16,
-    /// Slice of the shutter interval in which it was sent, of those of [`PhotonTracer::slices`].
+    /// Slice of the shutter interval, of [`PhotonTracer::slices`].
     pub slice: u8,
-    /// Whether all of them were by delta lobes, and there was one: then it is a part of a caustic.
+    /// True if there was at least one scattering event and all were by delta lobes: the photon is
+    /// part of a caustic.
     pub is_caustic: bool,
 }
 
 impl Photon {
-    /// A photon of a light at `p`, on a surface with unit normal `ng`, that carries `power` there from the unit direction `wi` without being
-    /// scattered.
+    /// An unscattered photon of a light at `p`, on a surface with unit normal `ng`, with `power`
+    /// from the unit direction `wi`.
     pub fn new(light: LightId, p: Vec3, ng: Vec3, wi: Vec3, power: Spectrum) -> Self {
         Self {
             p: p.to_array(),
@@ -47,42 +50,44 @@ impl Photon {
         }
     }
 
-    /// Position, world space.
+    /// Position in world space.
     pub fn p(&self) -> Vec3 {
         Vec3::from_array(self.p)
     }
 
-    /// Unit direction from which it has come, world space.
+    /// Unit direction to the previous vertex, world space.
     pub fn wi(&self) -> Vec3 {
         Vec3::from_array(self.wi)
     }
 
-    /// Unit geometric normal of the surface that it has met.
+    /// Unit geometric normal of the surface.
     pub fn ng(&self) -> Vec3 {
         Vec3::from_array(self.ng)
     }
 
-    /// What its path carries there, W.
+    /// Power, in W.
     pub fn power(&self) -> Spectrum {
         let [r, g, b] = self.power;
         Spectrum::rgb(r, g, b)
     }
 }
 
-/// Sends photons from lights, and leaves one wherever a path meets a surface that does not only scatter by delta lobes.
+/// Traces light paths, and stores a photon at each surface that does not only have delta lobes.
 #[derive(Debug)]
 pub struct PhotonTracer<'a, A> {
-    /// The scene.
+    /// World with the scene.
     pub world: World<'a, A>,
-    /// Scattering events of a path at most, the one that sends a photon's light on included; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events of a path, including the one that scatters the light of
+    /// a photon; `None` means the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
-    /// Minimum number of scattering events of a photon that is kept.
+    /// Minimum number of scattering events of a stored photon.
     pub min_scatterings: u16,
 }
 
-/// Number of paths of a work item. Their random numbers are those of consecutive samples of one place, and so well distributed together.
+/// Number of paths of a work item. Their random numbers are consecutive samples of one stream, so
+/// they are well distributed together.
 pub const PHOTON_PATHS_A_WORK_ITEM: u32 = 1024;
 
 /// Maximum number of slices of the shutter interval.
@@ -91,8 +96,8 @@ const MAX_SLICES: u32 = 16;
 const MIN_PATHS_OF_A_SLICE: u32 = 4096;
 
 impl<'a, A: Accel> PhotonTracer<'a, A> {
-    /// Number of slices of the shutter interval that `paths` paths of times of their own are shared out to: several where surfaces or lights move, so that
-    /// photons of one slice are where their surfaces are.
+    /// Number of slices of the shutter interval for `paths` paths with random times. More than one
+    /// if surfaces or lights move, so that the photons of a slice lie on their surfaces.
     pub fn slices(&self, paths: u32) -> u32 {
         match self.world.scene.is_moving() {
             true => (paths / MIN_PATHS_OF_A_SLICE).clamp(1, MAX_SLICES),
@@ -105,8 +110,9 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         paths.div_ceil(PHOTON_PATHS_A_WORK_ITEM)
     }
 
-    /// The photons of the work item `index` of the `paths` paths of `iteration`, in the order of their paths; at `time`, or each path at a time of
-    /// its own, within slices that take turns.
+    /// Photons of the work item `index` of the `paths` paths of `iteration`, in the order of their
+    /// paths. All paths are at `time`. If it is `None`, each has a random time, and slices take
+    /// turns.
     pub fn work_item<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
@@ -119,7 +125,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         let slices = if time.is_some() { 1 } else { self.slices(paths) };
         let mut turn = index * PHOTON_PATHS_A_WORK_ITEM;
         self.each_path((iteration, index), paths, time, sampler, out, |path| {
-            // A photon wherever light can be scattered to anybody
+            // A photon at each vertex that can scatter light to a viewer
             let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
             let slice = (turn % slices) as u8;
             turn += 1;
@@ -142,7 +148,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         photons
     }
 
-    /// Gives `found` each path of the work item, from its light on.
+    /// Calls `found` with each path of the work item, from the light on.
     pub(crate) fn each_path<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
@@ -169,7 +175,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// The time of all paths of `iteration`, where photons and the points that use them must have one time.
+    /// Time of all paths of `iteration`, if photons and the points that use them need one time.
     pub(crate) fn time_of_iteration<S: Sampler>(&self, iteration: u32, sampler: &mut S) -> f32 {
         sampler.start(SampleKey::of_stream(Stream::Iteration, 0, iteration));
         self.time(sampler)

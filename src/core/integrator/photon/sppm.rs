@@ -1,12 +1,14 @@
-//! Stochastic progressive photon mapping whose iterations are independent of each other.
+//! Stochastic progressive photon mapping with independent iterations.
 //!
-//! Hachisuka and Jensen (2009) keep a radius, a count and a flux for each pixel, and shrink the radius by what each iteration finds: an iteration
-//! then depends on all iterations before it. Knaus and Zwicker (2011) make the radius a function of the iteration's index alone and prove the same
-//! convergence. The second form is in use, because its iterations are samples like any others: a render that is stopped, split, merged or cropped has
-//! the same bits, and pixels have no state.
+//! Hachisuka and Jensen (2009) keep a radius, a count and a flux for each pixel, and shrink the
+//! radius by the photons of each iteration. So an iteration depends on all previous ones. Knaus and
+//! Zwicker (2011) make the radius a function of the iteration index alone and prove the same
+//! convergence. We use the second form, because its iterations are ordinary samples. A render that
+//! is stopped, split, merged or cropped is bit-identical, and pixels have no state.
 //!
-//! The price is that radii do not follow the local density of photons. A caustic, which has many photons, could do with smaller disks, and a dark
-//! corner with larger ones. Instead the first radius is a multiple of a pixel's width at the distance of the point, so that near and far surfaces
+//! The disadvantage is that radii do not follow the local density of photons. A caustic with many
+//! photons could use smaller disks, and a dark corner larger ones. Instead the first radius is a
+//! multiple of the width of a pixel at the distance of the point, so that near and far surfaces
 //! look alike. `--photon-radius` sets one length for the whole scene.
 
 use super::density::Density;
@@ -21,35 +23,39 @@ use crate::integrator::{IterationIntegrator, PathEvent, RaySink, Roulette, Sink,
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and Zwicker (2011, "Progressive Photon Mapping: A
-/// Probabilistic Approach"): every iteration sends photons anew, looks at them within a radius that its index alone decides, and is an estimate by
-/// itself.
+/// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and
+/// Zwicker (2011, "Progressive Photon Mapping: A Probabilistic Approach"). Every iteration traces
+/// new photons and uses them within a radius that depends only on its index. Each iteration is an
+/// independent estimate.
 ///
-/// An iteration's estimate is biased, by the blur of its radius; iterations differ in that, and their mean comes as near to the picture as is wanted. With
-/// radii that shrink as `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)` the variance of the mean falls as `n^−α`, and its bias as `n^(α − 1)` (Knaus and Zwicker,
-/// §3.3).
+/// An iteration is biased by the blur of its radius. Radii shrink from iteration to iteration, so
+/// the mean converges to the exact image. With radii that shrink as
+/// `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)` the variance of the mean falls as `n^−α`, and its bias as
+/// `n^(α − 1)` (Knaus and Zwicker, §3.3).
 ///
-/// Each path of light is counted once. A path from the camera goes on by delta lobes, and past surfaces that scatter narrowly by any; where it meets
-/// a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]) its way ends. Then
+/// Each light path is counted once. A camera path continues by delta lobes, and at surfaces that
+/// scatter narrowly by any lobe. It ends at the first surface that scatters widely
+/// ([`crate::bsdf::Bsdf::is_wide`]). Then
 ///
-/// - light that it meets on its way is seen: all of it behind a delta lobe, or at the camera, and by its MIS weight behind others;
-/// - light that comes to a vertex straight from a light and leaves it by other than delta lobes is sampled there, and met by a ray of a random
-///   direction, weighed by MIS;
-/// - light that comes to the last vertex after having been scattered once or more, and leaves it by other than delta lobes, is that of photons, which
-///   are kept from their first scattering on;
-/// - light that leaves the last vertex by delta lobes, or comes there from beyond the horizon of its shading or geometric normal, is found by going on:
-///   no photon brings it.
+/// - emitted light that the path hits is added, with its MIS weight unless the path comes from the
+///   camera or from a delta lobe;
+/// - light straight from a light, scattered by smooth lobes, is sampled at each vertex and hit by a
+///   ray of a random direction, weighted by MIS;
+/// - photons bring the light that was scattered at least once before the last vertex, for its
+///   smooth lobes. They are stored from their first scattering on;
+/// - the path continues for light that no photon brings: it leaves the last vertex by delta lobes,
+///   or arrives from below the horizon of its shading or geometric normal.
 #[derive(Debug)]
 pub struct ProgressivePhotonIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// How direct light is found.
+    /// Strategy for direct light.
     pub strategy: Strategy,
-    /// Maximum number of scattering events; `None` means as many as a light's path has room for, 64.
+    /// Maximum number of scattering events; `None` means the maximum of a light path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
-    /// Light paths of an iteration; `None`: as many as the image has pixels.
+    /// Number of light paths of an iteration; `None`: the number of pixels.
     pub photons: Option<u32>,
     /// Search radius.
     pub radius: ProgressiveRadius,
@@ -70,7 +76,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         self.photons.unwrap_or_else(|| size.x.saturating_mul(size.y)).max(1)
     }
 
-    /// Adds the light that photons have brought to `vertex`, which `path` has found.
+    /// Adds the light of the photons around `vertex`, the last vertex of `path`.
     fn add_photons(&self, prepared: &IterationPhotons, path: &PathState, vertex: &Vertex, out: &mut impl Sink) {
         let point = &vertex.point;
         let radius = prepared.radii.at(point.p, point.time);
@@ -104,7 +110,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
             world: self.world,
             max_depth: self.max_depth,
             roulette: self.roulette,
-            // What comes straight from lights is sampled where it is seen.
+            // Direct light is sampled at the camera path.
             min_scatterings: 1,
         };
         let time = self.world.time_of_iteration(iteration, sampler);
@@ -150,7 +156,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 return;
             }
 
-            // Direct light, and that of photons
+            // Direct light, and light of photons
             let u = LightNumbers::draw(sampler, depth);
             let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
             trace(direct, world, (&path, &vertex), out);
@@ -159,7 +165,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 self.add_photons(prepared, &path, &vertex, out);
             }
 
-            // On
+            // Next direction
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let Some(sample) = strategy.directions.sample(&vertex, u_lobe, u) else {

@@ -1,31 +1,34 @@
 //! A k-d tree of photons for searches of the k nearest.
 //!
-//! `photon_map` uses a tree and not a grid: the densities of photons differ by powers of ten, and a tree that is built once may take its time. The
-//! tree is our own, about 100 lines: existing crates keep points apart from their data and cannot filter points that do not count, which the search
-//! needs.
+//! `photon_map` uses a tree and not a grid: the densities of photons differ by powers of ten. The
+//! tree is built only once, so it may take longer. We wrote the tree, about 100 lines: existing
+//! crates store points separately from their data and cannot filter points during the search.
 //!
-//! The farthest of the k photons sets the radius and is not counted: `(k − 1) / (π r²)` has no bias where photons are spread evenly.
+//! The farthest of the k photons sets the radius and is not counted: `(k − 1) / (π r²)` has no bias
+//! if photons are spread evenly.
 
 use super::photons::Photon;
 use crate::math::{Bounds3, Vec3};
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-/// Photons by their place: a balanced k-d tree (Bentley 1975; Jensen 1996), to find those that are nearest to a point, however dense they are there.
+/// Photons by position: a balanced k-d tree (Bentley 1975; Jensen 1996). Finds the photons nearest
+/// to a point, for any density.
 #[derive(Debug)]
 pub struct PhotonTree {
-    /// In the order of the tree: the root of a range lies in its middle, its halves on either side.
+    /// Photons in the order of the tree: the root of a range lies in its middle, its halves on
+    /// either side.
     photons: Vec<Photon>,
-    /// Axis across which each of them divides its range.
+    /// Axis across which each photon divides its range.
     axes: Vec<u8>,
 }
 
 /// The photons nearest to a point.
 #[derive(Debug)]
 pub struct Nearest<'t> {
-    /// Photons, in no order.
+    /// Photons, unsorted.
     pub photons: Vec<&'t Photon>,
-    /// Square of the distance within which there are no others.
+    /// Square of the search radius: there are no other photons within it.
     pub squared: f32,
 }
 
@@ -33,7 +36,7 @@ impl PhotonTree {
     /// Tree of `photons`; the same tree for the same photons in the same order.
     pub fn new(mut photons: Vec<Photon>) -> Self {
         let mut axes = vec![0; photons.len()];
-        // Ranges yet to be divided
+        // Ranges that are not yet divided
         let mut ranges: Vec<Range<usize>> = Vec::with_capacity(64);
         ranges.push(0..photons.len());
         while let Some(range) = ranges.pop() {
@@ -63,7 +66,7 @@ impl PhotonTree {
         self.photons.len()
     }
 
-    /// Whether the tree is empty.
+    /// Returns true if the tree is empty.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()
     }
@@ -73,16 +76,17 @@ impl PhotonTree {
         &self.photons
     }
 
-    /// The `count` photons nearest to `p` among those that `counts` accepts, but for the last of them, which tells how far they reach; or all within
-    /// `radius`, where these are fewer.
+    /// The `count` photons nearest to `p` that `counts` accepts, without the farthest one, which
+    /// sets the radius. If there are fewer within `radius`, all of these.
     ///
-    /// The mean of `(count − 1) / (π r²)` is the density of points that are spread evenly over a plane, if the point at distance r is the one with
-    /// number `count`.
+    /// The mean of `(count − 1) / (π r²)` is the density of points that are spread evenly over a
+    /// plane, if the point with number `count` has distance r.
     pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> Nearest<'_> {
-        // By the bits of squared distances, which have the order of the numbers, as none is below 0; then by place in the tree
+        // Sorted by the bits of squared distances, which have the order of the numbers, as all are
+        // at least 0; then by index in the tree
         let mut heap: BinaryHeap<(u32, usize)> = BinaryHeap::with_capacity(count + 1);
         let mut squared = radius * radius;
-        // Halves yet to be looked at, and how far they are away
+        // Unvisited halves and their distances
         let mut ranges: Vec<(Range<usize>, f32)> = Vec::with_capacity(64);
         ranges.push((0..self.photons.len(), 0.0));
         while let Some((range, far)) = ranges.pop() {
@@ -103,7 +107,7 @@ impl PhotonTree {
                     squared = f32::from_bits(bits);
                 }
             }
-            // The half that the point is in comes first.
+            // The half that contains the point comes first.
             let halves = [range.start..middle, middle + 1..range.end];
             let [near, other] = match (across < 0.0, halves) {
                 (true, [a, b]) => [a, b],
@@ -133,7 +137,8 @@ mod tests {
     use crate::light::LightId;
     use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 
-    /// What a sort by distance gives: many and few, within far and near, with photons that do not count, and many at one place.
+    /// Compares with a sort by distance: many and few photons, large and small radii, rejected
+    /// photons, and many at one position.
     #[test]
     fn the_tree_finds_the_nearest() {
         let mut sampler = Independent::new(2);

@@ -1,8 +1,9 @@
-//! Vertex connection and merging: `bdpt` with one more strategy at each vertex, merging with a light path that ends nearby.
+//! Vertex connection and merging: `bdpt` with one additional strategy at each vertex, merging with
+//! a light path that ends nearby.
 //!
-//! The weights are those of `bidirectional/connection/weights.rs`, which says how merging enters them. Light paths to merge with are
-//! others than those to connect with. They are kept whole for an iteration, about 500 bytes a vertex, and so there are fewer of them than pixels in a
-//! large picture.
+//! `bidirectional/connection/weights.rs` computes the weights and explains the term of merging. The
+//! light paths for merging are not the ones for connections. They are stored for a whole iteration,
+//! about 500 bytes per vertex, so there are fewer of them than pixels in a large image.
 
 use super::density::is_one_surface;
 use super::grid::{PhotonGrid, Placed};
@@ -16,33 +17,37 @@ use crate::math::Vec3;
 use crate::sampler::{SampleKey, Sampler};
 use std::f32::consts::PI;
 
-/// Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012; Hachisuka, Pantaleoni and Jensen 2012): bidirectional path
-/// tracing, whose strategies are joined by one more for each vertex: that a path from a light has come near to it.
+/// Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012; Hachisuka,
+/// Pantaleoni and Jensen 2012): bidirectional path tracing with one additional strategy for each
+/// vertex, merging with a light path that ends near it.
 ///
-/// Merging takes a path from a light that ends within a radius of a vertex for one that ends there: its density is that of both subpaths, times `π r²
-/// n` for n paths from lights. In multiple importance sampling it has its share of each path, and so it finds what no connection can, such as
-/// caustics seen in mirrors. What it finds has the bias of [`crate::integrator::ProgressivePhotonIntegrator`], to the share that it has; radii shrink in the same
-/// way.
+/// Merging uses a light path that ends within a radius of a vertex as if it ended there. Its
+/// density is the density of both subpaths, times `π r² n` for n light paths. Multiple importance
+/// sampling weights it with the other strategies, so it finds light that connections cannot find,
+/// such as caustics seen in mirrors. Its share of the light has the bias of
+/// [`crate::integrator::ProgressivePhotonIntegrator`]; radii shrink in the same way.
 ///
-/// Each sample has a path from a light of its own for connections. Those to merge with are others, kept for the time of an iteration: there may be fewer
-/// of them than pixels, since they take about 500 bytes a vertex.
+/// Each sample has a separate light path for connections. The light paths for merging are stored
+/// for the time of an iteration. There may be fewer of them than pixels, since they take about 500
+/// bytes per vertex.
 #[derive(Debug)]
 pub struct VertexMergingIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette of the subpaths.
     pub roulette: Roulette,
-    /// Paths from lights to merge with, in an iteration; `None`: as many as the image has pixels, 65536 at most.
+    /// Number of light paths for merging in an iteration; `None`: the number of pixels, at most
+    /// 65536.
     pub photons: Option<u32>,
     /// Merging radius.
     pub radius: ProgressiveRadius,
 }
 
-/// Default maximum number of light paths to merge with.
+/// Default maximum number of light paths for merging.
 pub const MAX_MERGED_PATHS: u32 = 1 << 16;
 
 /// Light paths of one work item, and their time.
@@ -87,7 +92,7 @@ impl<'a, A: Accel> VertexMergingIntegrator<'a, A> {
             .of_iteration(iteration, self.world.camera, &self.world.scene.ball())
     }
 
-    /// Connects and merges subpaths within `radii`.
+    /// Connector that also merges subpaths within `radii`.
     fn connector<'w>(&'w self, radii: &'w Radii<'w>) -> Connector<'w, 'a, A> {
         Connector {
             merging: Some(Merging {
@@ -121,7 +126,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         let work_item = (iteration, index);
         tracer.each_path(work_item, self.paths(), Some(time), sampler, out, |mut path| {
             connector.sum_light(&mut path, time);
-            // They are kept for the iteration.
+            // The path is stored for the iteration.
             path.shrink_to_fit();
             paths.push(path);
         });
@@ -170,14 +175,14 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
             out.first_surface(first);
         }
 
-        // All ways to join them
+        // All strategies that connect them
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {
             c.add_to(scene, out);
         }
 
-        // Paths from lights that come near to the one from the camera
+        // Light paths that end near a vertex of the camera path
         let camera = &paths.camera;
         for t in 2..=camera.len() {
             let last = &camera[t - 1];

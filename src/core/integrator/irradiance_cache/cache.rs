@@ -3,41 +3,43 @@ use crate::color::Spectrum;
 use crate::film::Points;
 use crate::math::{Bounds3, Vec3};
 
-/// Records of irradiance, in an octree, and what is interpolated between them (Ward, Rubinstein and Clear 1988).
+/// Records of irradiance in an octree, and interpolation between them (Ward, Rubinstein and Clear
+/// 1988).
 #[derive(Clone, Debug)]
 pub struct IrradianceCache {
-    /// Centre and half the side of the cube that holds all.
+    /// Centre and half side of the root cube.
     center: Vec3,
     half: f32,
-    /// Likely error of a record, as a share, up to which it has a say: Ward's `a`.
+    /// Maximum relative error of a valid record: Ward's `a`.
     error: f32,
     records: Vec<Record>,
     nodes: Vec<Node>,
-    /// Root of the records that were found after so many scatterings.
+    /// Root of the records of each layer.
     roots: Vec<u32>,
 }
 
 /// A cube of the octree.
 #[derive(Clone, Debug, Default)]
 struct Node {
-    /// The eighths, by the signs of x, y and z; 0 where there is none.
+    /// Children, by the signs of x, y and z; 0 if there is none.
     children: [u32; 8],
-    /// Records whose reach is half of the side to a whole one, and meets the cube.
+    /// Records whose reach is between half and all of the side of the cube, and overlaps it.
     records: Vec<u32>,
 }
 
-/// Where a record is made although others have a say: their likely error, as a share of that at which they have none. So records overlap, and
-/// few points of the picture fall between them.
+/// Error of existing records, relative to the maximum of valid ones, above which a new record is
+/// made. So records overlap, and few points of the image fall between them.
 const COVERED: f32 = 0.7;
 
-/// Within how many times their reach records make each other smaller.
+/// Distance of neighbouring records, relative to their reach: they limit each other's radius.
 const NEIGHBOURHOOD: f32 = 2.0;
 
-/// Maximum number of levels of the octree: floats tell no smaller cubes apart.
+/// Maximum number of levels of the octree: floats cannot resolve smaller cubes.
 const MAX_LEVELS: u32 = 24;
 
 impl IrradianceCache {
-    /// An empty cache for points inside `bounds`; records are used up to the relative error `error`.
+    /// An empty cache for points inside `bounds`; records are used up to the relative error
+    /// `error`.
     pub fn new(error: f32, bounds: Bounds3) -> Self {
         Self {
             center: bounds.center(),
@@ -54,19 +56,21 @@ impl IrradianceCache {
         self.records.len()
     }
 
-    /// Whether the cache is empty.
+    /// Returns true if the cache is empty.
     pub fn is_empty(&self) -> bool {
         self.records.is_empty()
     }
 
-    /// The records, in the order in which they came.
+    /// Records in the order of insertion.
     pub fn records(&self) -> &[Record] {
         &self.records
     }
 
-    /// The irradiance at the point `p` with unit normal `n`, seen after scatterings that count as `layer`; `None` where no record has a say.
+    /// Irradiance at the point `p` with unit normal `n`, of the records of `layer`. `None` without
+    /// a valid record.
     ///
-    /// Each counts by how far below the limit its likely error is, so that its say ends without an edge (Tabellion and Lamorlette 2004).
+    /// The weight of a record is how far its estimated error is below the limit, so that its
+    /// influence ends without an edge (Tabellion and Lamorlette 2004).
     pub fn irradiance(&self, p: Vec3, n: Vec3, layer: u32) -> Option<Spectrum> {
         let mut sum = Spectrum::ZERO;
         let mut weights = 0.0;
@@ -80,7 +84,8 @@ impl IrradianceCache {
         (weights > 0.0).then(|| (sum / weights).max(Spectrum::ZERO))
     }
 
-    /// Records about the point `p` with unit normal `n`, of `layer`: whether one is within `dot`, those that have a say, and the gradient that they say.
+    /// Statistics of the records of `layer` that are valid at the point `p` with unit normal `n`.
+    /// These are their number, reach and gradient, and whether one is within `dot`.
     pub fn points(&self, p: Vec3, n: Vec3, layer: u32, dot: f32) -> Points {
         let mut points = Points::default();
         let (mut gradient, mut weights) = (Vec3::ZERO, 0.0);
@@ -103,13 +108,13 @@ impl IrradianceCache {
         points
     }
 
-    /// Share of records that rest on few of their rays.
+    /// Share of records whose light comes from few of their rays.
     pub fn doubtful_share(&self) -> f64 {
         let doubtful = self.records.iter().filter(|record| record.is_doubtful()).count();
         doubtful as f64 / self.len().max(1) as f64
     }
 
-    /// Whether records are so near to that place that it needs none.
+    /// Returns true if a point needs no new record, because others are near enough.
     pub fn covers(&self, p: Vec3, n: Vec3, layer: u32) -> bool {
         let mut is_covered = false;
         self.visit(p, layer, |record| {
@@ -118,7 +123,7 @@ impl IrradianceCache {
         is_covered
     }
 
-    /// Shows `look` all records that may have a say at `p`.
+    /// Calls `look` with all records that may be valid at `p`.
     #[inline(always)]
     fn visit(&self, p: Vec3, layer: u32, mut look: impl FnMut(&Record)) {
         let (mut center, mut half) = (self.center, self.half);
@@ -134,9 +139,11 @@ impl IrradianceCache {
         }
     }
 
-    /// Adds `record` to those of `layer`. Where its radius, or that of a neighbour, is larger than the other's and the way between them, it shrinks
-    /// to that: what one of them sees nearby the other one has missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and
-    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A record that is nowhere, or reaches nowhere, is left out.
+    /// Adds `record` to the records of `layer`. Its radius is limited to the radius of each
+    /// neighbour plus the distance to it, and vice versa. One of them finds nearby surfaces that
+    /// the other one missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and
+    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A record with an
+    /// invalid position or radius is left out.
     pub fn insert(&mut self, mut record: Record, layer: u32) {
         if !(record.radius > 0.0 && record.radius.is_finite() && record.p.is_finite()) {
             return;
@@ -161,7 +168,7 @@ impl IrradianceCache {
             other.radius = other.radius.min(record.radius + way);
         }
 
-        // All cubes of its size that it reaches
+        // All cubes of its size within its reach
         let index = self.records.len() as u32;
         self.records.push(record);
         self.insert_into(cube, index, 0);
@@ -190,9 +197,10 @@ impl IrradianceCache {
         }
     }
 
-    /// Records so near to `record` that they concern each other; some come several times.
+    /// Records so near to `record` that they limit each other's radius; some are found several
+    /// times.
     fn find_neighbours(&self, (node, center, half): (usize, Vec3, f32), record: &Record, found: &mut Vec<u32>) {
-        // Those of a cube and below reach no farther than its side.
+        // Records of a cube and of its children reach at most its side.
         let reach = (self.error * record.radius).max(2.0 * half);
         if distance_to_cube(record.p, center, half) > NEIGHBOURHOOD * reach {
             return;
@@ -214,13 +222,13 @@ impl IrradianceCache {
     }
 }
 
-/// The eighth of a cube in which the point `d` from its centre is.
+/// Octant of a cube that contains the point at `d` from its centre.
 #[inline(always)]
 fn octant_of(d: Vec3) -> usize {
     d.cmpge(Vec3::ZERO).bitmask() as usize
 }
 
-/// The centre of an eighth of a cube; `half` is half of its own side.
+/// Centre of an octant of a cube; `half` is half the side of the octant.
 #[inline(always)]
 fn child_center(center: Vec3, half: f32, octant: usize) -> Vec3 {
     let sign = |bit: usize| if octant >> bit & 1 == 1 { half } else { -half };
@@ -244,7 +252,7 @@ mod tests {
         max: Vec3::ONE,
     };
 
-    /// Points all over the box, with normals to everywhere and a number each.
+    /// Points in the box, each with a random normal and a random number.
     fn places(seed: u64, count: u32) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
         (0..count).map(move |i| {
             let mut sampler = Independent::new(seed);
@@ -270,7 +278,8 @@ mod tests {
         }
     }
 
-    /// A cache of many records of all sizes, which turn to three sides, in two layers; `look` looks at it after each of them.
+    /// A cache of many records of all sizes, with three normals, in two layers. Calls `look` after
+    /// each of them.
     fn full_cache(mut look: impl FnMut(&IrradianceCache)) -> IrradianceCache {
         let mut cache = IrradianceCache::new(0.3, BOUNDS);
         for (i, (p, _, u)) in places(1, 3000).enumerate() {
@@ -281,7 +290,7 @@ mod tests {
         cache
     }
 
-    /// The octree finds whom a look at all records finds.
+    /// Compares the octree with a search of all records.
     #[test]
     fn no_record_is_overlooked() {
         let cache = full_cache(|_| ());
@@ -305,7 +314,7 @@ mod tests {
         assert!(found > 300, "{found}");
     }
 
-    /// Where one place is near to something, its neighbours are too, whichever comes first.
+    /// Neighbours of a record with a small radius have small radii too, in any order of insertion.
     #[test]
     fn radii_change_no_quicker_than_the_way() {
         let mut looked = 0;
@@ -315,7 +324,7 @@ mod tests {
             };
             let reach = |b: &Record| cache.error * a.radius.max(b.radius);
             let is_near = |b: &&Record| a.n == b.n && a.p.distance(b.p) < NEIGHBOURHOOD * reach(b);
-            // The other layer has nothing to do with it.
+            // Records of the other layer have no influence.
             for b in others.iter().rev().skip(1).step_by(2).filter(is_near) {
                 looked += 1;
                 assert!((a.radius - b.radius).abs() <= a.p.distance(b.p) * 1.0001, "{a:?} {b:?}");
@@ -324,7 +333,7 @@ mod tests {
         assert!(looked > 300, "{looked}");
     }
 
-    /// What changes linearly is right everywhere, since the gradients tell it.
+    /// Linear fields are exact at all points, because the gradients describe them.
     #[test]
     fn linear_fields_are_interpolated_exactly() {
         let field = |p: Vec3| 3.0 + p.x - 0.5 * p.y;
@@ -361,7 +370,7 @@ mod tests {
         assert!(known > 490, "{known}");
     }
 
-    /// Nothing is where it should not be, and nothing ends the program.
+    /// Odd records are not found, and cause no panic.
     #[test]
     fn odd_records_do_no_harm() {
         for bounds in [BOUNDS, Bounds3::EMPTY] {

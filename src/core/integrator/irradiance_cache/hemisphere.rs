@@ -1,4 +1,4 @@
-//! Rays over a stratified hemisphere, and the irradiance and gradients that they give.
+//! Rays over a stratified hemisphere, and their irradiance and gradients.
 
 use super::record::Gradients;
 use crate::color::Spectrum;
@@ -6,20 +6,20 @@ use crate::math::{Vec2, Vec3, sin_cos_turns};
 use std::array::from_fn;
 use std::f32::consts::PI;
 
-/// A hemisphere cut into strata of equal projected solid angle: rows from the normal (the local +z) to the horizon, columns about it (Ward and
-/// Heckbert 1992, "Irradiance Gradients").
+/// A hemisphere divided into strata of equal projected solid angle: rows from the normal (the local
+/// +z) to the horizon, columns around the normal (Ward and Heckbert 1992, "Irradiance Gradients").
 #[derive(Clone, Copy, Debug)]
 pub struct Strata {
     rows: u32,
     columns: u32,
 }
 
-/// Radiance and distance that a ray has found.
+/// Radiance and distance found by a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
-    /// Radiance that comes from there.
+    /// Radiance along the ray.
     pub radiance: Spectrum,
-    /// Distance, scene units; infinite where the ray meets nothing.
+    /// Distance, scene units; infinite if the ray hits nothing.
     pub distance: f32,
 }
 
@@ -38,14 +38,15 @@ pub struct GatheredHemisphere {
     pub irradiance: Spectrum,
     /// Gradients of the irradiance, in the local frame.
     pub gradients: Gradients,
-    /// Harmonic mean of the distances, cosine-weighted; infinite where nothing is near.
+    /// Harmonic mean of the distances, cosine-weighted; infinite if no ray hits a surface.
     pub distance: f32,
-    /// `(Σ L)² / Σ L²` of the rays' luminance; infinite where it is dark.
+    /// `(Σ L)² / Σ L²` of the luminance of the rays; infinite if there is no light.
     pub effective_rays: f32,
 }
 
 impl Strata {
-    /// Strata for about so many rays: strata are about as wide as high at half height, which takes π times as many columns as rows.
+    /// Strata for about `rays` rays. At half height they are about as wide as high, with π times as
+    /// many columns as rows.
     pub fn new(rays: u32) -> Self {
         let rows = (rays as f32 / PI).sqrt().round().max(2.0);
         Self {
@@ -59,7 +60,7 @@ impl Strata {
         self.rows * self.columns
     }
 
-    /// The local direction of the ray `index`, at `u` within its stratum.
+    /// Local direction of the ray `index`, at `u` within its stratum.
     pub fn direction(&self, index: u32, u: Vec2) -> Vec3 {
         let (row, column) = (index / self.columns, index % self.columns);
         let squared = (row as f32 + u.x) / self.rows as f32;
@@ -68,7 +69,8 @@ impl Strata {
         Vec3::new(r * cos, r * sin, (1.0 - squared).max(0.0).sqrt())
     }
 
-    /// Sums up what the rays have `seen`, in their order; a ray that is missing has seen nothing.
+    /// Sums the results `seen` of the rays, in their order; a missing ray counts as no light and no
+    /// surface.
     pub fn gather(&self, seen: &[Seen]) -> GatheredHemisphere {
         let count = self.rays() as f32;
         let radiance = seen.iter().fold(Spectrum::ZERO, |sum, ray| sum + ray.radiance);
@@ -88,8 +90,9 @@ impl Strata {
         }
     }
 
-    /// The change by turns (Ward and Heckbert 1992, the rotation gradient). The axis that turns the normal towards a direction is a quarter of a turn beyond its
-    /// azimuth, and the cosine of the angle with it grows by its sine.
+    /// Rotational gradient (Ward and Heckbert 1992, the rotation gradient). The axis that rotates
+    /// the normal towards a direction is a quarter turn beyond its azimuth, and the cosine of the
+    /// angle with the normal grows by its sine.
     fn rotational(&self, seen: &[Seen]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let mut sums = [Vec3::ZERO; 3];
@@ -108,15 +111,16 @@ impl Strata {
         sums
     }
 
-    /// The change by moves (Ward and Heckbert 1992, the translation gradient): what is seen on the two sides of the boundary between strata differs, and the boundary
-    /// wanders against the move, the faster the nearer it is. It belongs to the nearer side, which hides the other one.
+    /// Translational gradient (Ward and Heckbert 1992, the translation gradient). Radiance differs
+    /// across the boundary between strata. The boundary moves against the translation, the faster
+    /// the nearer it is. It belongs to the nearer side, which hides the other one.
     fn translational(&self, seen: &[Seen]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let ray = |row: u32, column: u32| seen.get((row * columns + column) as usize).unwrap_or(&Seen::NOTHING);
         let sin_to = |row: u32| (row as f32 / rows as f32).sqrt();
         let mut sums = [Vec3::ZERO; 3];
         for column in 0..columns {
-            // Boundaries between rows, which moves along the azimuth bring nearer to the normal
+            // Boundaries between rows, moved towards the normal by translations along the azimuth
             let mut along = Spectrum::ZERO;
             for row in 1..rows {
                 let (inner, outer) = (ray(row - 1, column), ray(row, column));
@@ -126,7 +130,7 @@ impl Strata {
             }
             add(&mut sums, along, self.tangent(column as f32 + 0.5, 0.0));
 
-            // Boundaries with the column before, which moves across it turn away
+            // Boundaries with the previous column, rotated away by translations across it
             let mut across = Spectrum::ZERO;
             let before = (column + columns - 1) % columns;
             for row in 0..rows {
@@ -139,14 +143,14 @@ impl Strata {
         sums
     }
 
-    /// The unit vector in the surface at the azimuth of `column`, so many `turns` on.
+    /// Unit tangent vector at the azimuth of `column` plus `turns` full turns.
     fn tangent(&self, column: f32, turns: f32) -> Vec3 {
         let (sin, cos) = sin_cos_turns(column / self.columns as f32 + turns);
         Vec3::new(cos, sin, 0.0)
     }
 }
 
-/// Adds `direction` to each channel's sum, times what is in the channel.
+/// Adds `direction` to the sum of each channel, times the channel of `factor`.
 fn add(sums: &mut [Vec3; 3], factor: Spectrum, direction: Vec3) {
     let factor = factor.to_array();
     *sums = from_fn(|c| sums[c] + direction * factor[c]);

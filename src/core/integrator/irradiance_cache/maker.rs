@@ -1,4 +1,4 @@
-//! Makes records of irradiance: where, and from which rays.
+//! Makes records of irradiance: their positions and their rays.
 
 use super::hemisphere::{Seen, Strata};
 use super::record::Record;
@@ -15,16 +15,17 @@ use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Radius of a record in widths of a pixel, at least and at most (Křivánek et al. 2006; Tabellion and Lamorlette 2004). Smaller ones cost more
-/// rays than the paths of the few pixels that they serve; larger ones would miss what is far from them and yet seen.
+/// Minimum and maximum radius of a record in widths of a pixel (Křivánek et al. 2006; Tabellion and
+/// Lamorlette 2004). A smaller record costs more rays than the paths of the few pixels that it
+/// serves. A larger one would miss changes far from it that are still visible.
 const PIXELS: [f32; 2] = [20.0, 200.0];
 
 /// Makes records of irradiance.
 #[derive(Debug)]
 pub struct RecordMaker<'a, A> {
-    /// Follows the light that rays of the hemisphere meet; shares no paths.
+    /// Traces the light that hemisphere rays find; without path reuse.
     pub path: PathIntegrator<'a, A>,
-    /// Rays of the hemisphere, about.
+    /// Approximate number of hemisphere rays.
     pub rays: u32,
 }
 
@@ -32,13 +33,13 @@ pub struct RecordMaker<'a, A> {
 #[derive(Clone, Copy, Debug)]
 pub struct RecordSite {
     point: SurfacePoint,
-    /// The side of the shading normal from which it is seen: 1 or −1.
+    /// Visible side of the shading normal: 1 or −1.
     side: f32,
     /// Number of scattering events between the camera and the point.
     depth: u32,
     /// Width of a pixel at the point, scene units.
     pixel: f32,
-    /// The sample that has found it.
+    /// Sample that found the point.
     key: SampleKey,
 }
 
@@ -48,25 +49,25 @@ impl RecordSite {
         self.point.p
     }
 
-    /// The sample that has found it.
+    /// Sample that found the point.
     pub fn key(&self) -> SampleKey {
         self.key
     }
 
-    /// Unit normal, on the side from which the surface is seen.
+    /// Unit normal, on the visible side of the surface.
     pub fn n(&self) -> Vec3 {
         self.point.ns * self.side
     }
 }
 
 impl<A: Accel> RecordMaker<'_, A> {
-    /// Number of scatterings that [`IrradianceCache`](super::IrradianceCache) distinguishes.
+    /// Layer of [`IrradianceCache`](super::IrradianceCache) for the records at `place`.
     pub fn layer(&self, place: &RecordSite) -> u32 {
         layer(self.path.max_depth, place.depth)
     }
 
-    /// The first matte surface that is seen in the sample `key` through the point `film` (pixels), behind mirrors and glass; `None` where light comes
-    /// another way.
+    /// First matte surface of the sample `key` through the point `film` (pixels), behind mirrors
+    /// and glass. `None` if the path scatters by another lobe first, or hits no surface.
     pub fn find<S: Sampler>(
         &self,
         key: SampleKey,
@@ -91,7 +92,7 @@ impl<A: Accel> RecordMaker<'_, A> {
                     point: vertex.point,
                     side: 1f32.copysign(vertex.wo.z),
                     depth,
-                    // As if the way were straight
+                    // As if the path were straight
                     pixel: world.camera.pixel_width(first.at(length), time),
                     key,
                 });
@@ -108,9 +109,10 @@ impl<A: Accel> RecordMaker<'_, A> {
         None
     }
 
-    /// The record at `place`, and how many rays came back with light that is none; `None` where there can be no record.
+    /// The record at `place`, and the number of rays with invalid light. `None` if no valid record
+    /// is possible.
     ///
-    /// Lights that rays meet first are left out: they are direct light.
+    /// Emission of the first surface that a ray hits is left out: it is direct light.
     pub fn make<S: Sampler>(&self, place: &RecordSite, sampler: &mut S, out: &mut impl Sink) -> (Option<Record>, u64) {
         let strata = Strata::new(self.rays);
         let frame = Frame::from_z(place.n());
@@ -119,7 +121,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             false => Side::Front,
         };
 
-        // What comes from everywhere
+        // Light from all directions
         let mut dropped = 0;
         let look = |index| {
             if out.is_cancelled() {
@@ -144,7 +146,7 @@ impl<A: Accel> RecordMaker<'_, A> {
                 place.depth + 1,
                 out,
             );
-            // Surfaces nearer than that change within the pixel.
+            // Surfaces nearer than a pixel change within the pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
                 seen.radiance = Spectrum::ZERO;
@@ -156,7 +158,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         let gathered = strata.gather(&seen);
         let gradients = gathered.gradients.to_world(&frame);
 
-        // Where gradients are steep a record holds less far, but not less than some pixels; nor may it then say that there is less than no light.
+        // Steep gradients make the radius smaller, but not below the minimum. Then the gradient is
+        // limited, so that irradiance does not become negative.
         let luminance = gathered.irradiance.luminance();
         let [min, max] = PIXELS.map(|pixels| pixels * place.pixel);
         let steepness = gradients.steepness();
@@ -177,14 +180,14 @@ impl<A: Accel> RecordMaker<'_, A> {
         (is_usable.then_some(record), dropped)
     }
 
-    /// The surface that `ray` hits, which has left another one after `depth` scattering events, that one
-    /// included.
+    /// Surface that `ray` hits, after `depth` scattering events, including the one at the start of
+    /// `ray`.
     fn look<S: Sampler>(&self, numbers: PathNumbers<S>, ray: &Ray, depth: u32, out: &mut impl Sink) -> Seen {
         let traced = self.path.world.intersect(ray, RayKind::Bounce, out);
         let (Some(hit), _) = traced else {
             return Seen::NOTHING;
         };
-        // Emission that the ray finds is direct light.
+        // Emission that the ray hits is direct light.
         let path = PathState {
             depth,
             skips_emission: true,
@@ -199,8 +202,8 @@ impl<A: Accel> RecordMaker<'_, A> {
     }
 }
 
-/// Whether the indirect light of `vertex`, which was met after `depth` scatterings by mirrors and the like, may be in a cache: it is the same for all
-/// directions, and there is any.
+/// Returns true if the indirect light of `vertex`, after `depth` mirrors or panes, may be in a
+/// cache. It must be the same for all directions, and the depth limit must allow it.
 pub(super) fn is_cached(vertex: &Vertex, depth: u32, max_depth: Option<u32>) -> bool {
     depth <= MAX_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
 }

@@ -1,22 +1,29 @@
-//! Irradiance caching: indirect light of matte surfaces is computed at few points and interpolated between them (Ward, Rubinstein and Clear 1988, "A
-//! Ray Tracing Solution for Diffuse Interreflection"), with the gradients of Ward and Heckbert (1992).
+//! Irradiance caching: indirect light of matte surfaces is computed at few points and interpolated
+//! between them (Ward, Rubinstein and Clear 1988, "A Ray Tracing Solution for Diffuse
+//! Interreflection"), with the gradients of Ward and Heckbert (1992).
 //!
-//! `hemisphere` estimates irradiance and its gradients from rays, `record` holds one result, `cache` stores all records in an octree and
-//! interpolates, and `maker` makes records. `render/irradiance.rs` decides where records are made, before the first sample; then the cache is frozen.
+//! `hemisphere` estimates irradiance and its gradients from rays, `record` has one result, `cache`
+//! stores all records in an octree and interpolates, and `maker` makes records.
+//! `render/irradiance.rs` chooses the positions of records before the first sample; then the cache
+//! is frozen.
 //!
-//! The method is biased. Direct light is not: it is estimated by light sampling and by rays, as in `path`. Rays of a hemisphere therefore leave out
-//! what the first surface emits, and carry all other light. Where the camera meets a point without a valid record, the path goes on as in `path`,
-//! which is unbiased there. Records are made where all others are above 0.7 of the error at which they are no longer valid, so that such points are
-//! few.
+//! The method is biased, except for direct light: it is estimated by light sampling and by rays, as
+//! in `path`. So the rays of a hemisphere leave out the emission of the first surface, and find all
+//! other light. If there is no valid record at a point, the path continues as in `path`, which is
+//! unbiased there. A record is made if the error of all others is above 0.7 of the maximum error of
+//! valid records, so such points are few.
 //!
-//! Behind mirrors less of `max_depth` is left. Each number of scattering events before the surface therefore has records of its own, unless the depth
-//! is unlimited.
+//! Behind mirrors, less of `max_depth` is left. So each number of scattering events before the
+//! surface has separate records, unless the depth is unlimited.
 //!
-//! - A record's radius is the harmonic mean distance of its hemisphere, less where the gradient is steep, and between 20 and 200 pixels. It is at
-//!   most the radius of a neighbour plus the distance to it (Křivánek et al. 2006). Without that rule cornell needs a third of the records and has
-//!   nearly twice the error, because neighbours see what one record misses.
-//! - Weights fall linearly to 0. Ward's weights, which are infinite at the record, show the noise of each record; they had a tenth more error.
-//! - There is at most one record for 8 pixels: among leaves, paths are faster.
+//! - The radius of a record is the harmonic mean distance of its hemisphere, smaller if the
+//!   gradient is steep, and between 20 and 200 pixels. It is at most the radius of a neighbour plus
+//!   the distance to it (Křivánek et al. 2006). Without that rule cornell needs a third of the
+//!   records and has nearly twice the error, because neighbours find surfaces that one record
+//!   misses.
+//! - Weights fall linearly to 0. Ward's weights, which are infinite at the record, show the noise
+//!   of each record; they had a tenth more error.
+//! - There is at most one record per 8 pixels: among leaves, paths are faster.
 //!
 //! docs/benchmarks.md, "Irradiance cache", compares it with `path`.
 
@@ -43,17 +50,19 @@ use crate::sampler::{SampleKey, Sampler};
 use maker::is_cached;
 use std::f32::consts::FRAC_1_PI;
 
-/// Maximum number of mirrors and panes behind which surfaces have records.
+/// Maximum number of mirrors and panes before a surface with records.
 const MAX_MIRRORS: u32 = 8;
 
-/// Path tracing in which the indirect light of the first matte surface, behind mirrors and glass too, comes from a cache, if that knows it.
+/// Path tracing with a cache for the indirect light of the first matte surface, also behind mirrors
+/// and glass.
 ///
-/// Biased: the cache is wrong by about as much as its error allows. Where it has no say paths go on as they would without it.
+/// Biased: the error of the cache is about its error limit. At points without valid records, paths
+/// continue as without a cache.
 #[derive(Debug)]
 pub struct IrradianceCacheIntegrator<'a, A> {
-    /// Path tracing, for all light that the cache does not know.
+    /// Path tracing, for all light that the cache does not have.
     pub path: PathIntegrator<'a, A>,
-    /// The records.
+    /// Records of irradiance.
     pub cache: &'a IrradianceCache,
 }
 
@@ -93,7 +102,8 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
             // Sample the BSDF and play Russian roulette
             let next = self.path.scatter(&path, &vertex, self.path.roulette, &u, out);
 
-            // End with the indirect light that the cache knows, and the other half of the estimate of direct light
+            // End with the indirect light of the cache, and the other half of the estimate of
+            // direct light
             if let Some(indirect) = only_mirrors.then(|| self.indirect(&vertex, depth)).flatten() {
                 if out.records() {
                     out.record(PathEvent::Cached);
@@ -115,7 +125,7 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
 }
 
 impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
-    /// Records about `vertex`, which the camera sees first.
+    /// Records around `vertex`, the first vertex of a camera path.
     fn records_at(&self, vertex: &Vertex) -> Points {
         if !is_cached(vertex, 0, self.path.max_depth) {
             return Points::default();
@@ -125,7 +135,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         self.cache.points(vertex.point.p, n, layer(self.path.max_depth, 0), dot)
     }
 
-    /// The indirect light that `vertex` scatters, as far as the cache knows it.
+    /// Indirect light that `vertex` scatters, if the cache has records there.
     fn indirect(&self, vertex: &Vertex, depth: u32) -> Option<Spectrum> {
         if !is_cached(vertex, depth, self.path.max_depth) {
             return None;
@@ -137,8 +147,8 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
     }
 }
 
-/// Which of the cache's records hold for a surface that is met after `depth` scatterings. Where their number is limited, there is the less left
-/// for the light that comes to it.
+/// Layer of the cache for a surface after `depth` scattering events. With a maximum depth, fewer
+/// events are left for the light that arrives there.
 fn layer(max_depth: Option<u32>, depth: u32) -> u32 {
     max_depth.map_or(0, |_| depth)
 }

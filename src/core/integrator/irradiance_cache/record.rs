@@ -2,48 +2,53 @@ use crate::color::Spectrum;
 use crate::math::{Frame, Vec3};
 use std::array::from_fn;
 
-/// The irradiance of indirect light at a place, with what tells how it changes around it (Ward, Rubinstein and Clear 1988; Ward and Heckbert
-/// 1992, "Irradiance Gradients").
+/// Irradiance of indirect light at a point, with its gradients (Ward, Rubinstein and Clear 1988;
+/// Ward and Heckbert 1992, "Irradiance Gradients").
 #[derive(Clone, Copy, Debug)]
 pub struct Record {
-    /// Position of the record, world space.
+    /// Position in world space.
     pub p: Vec3,
-    /// Unit normal, on the side from which the light comes.
+    /// Unit normal, on the side of the incident light.
     pub n: Vec3,
-    /// Distance at which the estimated error is 100 %: scene units.
+    /// Distance at which the estimated error is 100 %, in scene units.
     pub radius: f32,
     /// Irradiance, W·m⁻².
     pub irradiance: Spectrum,
     /// Gradients of the irradiance.
     pub gradients: Gradients,
-    /// Number of rays of equal radiance that would have the variance of those that were traced: `(Σ L)² / Σ L²` (Kish 1965).
+    /// Number of rays of equal radiance with the same variance as the traced rays: `(Σ L)² / Σ L²`
+    /// (Kish 1965).
     pub effective_rays: f32,
 }
 
-/// Effective rays below which a record is doubtful: its irradiance has a standard error of a sixth or more.
+/// Effective rays below which a record is doubtful: its irradiance has a standard error of a sixth
+/// or more.
 const FEW_RAYS: f32 = 36.0;
 
-/// How irradiance changes from a place, in every channel.
+/// Gradients of irradiance, in every channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gradients {
-    /// Change by a turn of the normal: along the axis of the turn, per radian.
+    /// Change by rotation of the normal: along the axis of rotation, per radian.
     pub rotational: [Vec3; 3],
-    /// Change by a move: along the way, per scene unit. It lies in the surface.
+    /// Change by translation: along its direction, per scene unit. It lies in the surface.
     pub translational: [Vec3; 3],
 }
 
-/// Maximum distance of a lookup behind a record's place, in shares of its reach: curved surfaces are made of flat triangles.
+/// Maximum distance of a lookup behind the surface of a record, relative to its reach: curved
+/// surfaces consist of flat triangles.
 const BEHIND: f32 = 0.1;
 
 impl Record {
-    /// Whether few of its rays have brought most of its light: they have found a caustic, which others have missed.
+    /// Returns true if few of its rays brought most of its light: they found a caustic that other
+    /// records missed.
     pub fn is_doubtful(&self) -> bool {
         self.effective_rays < FEW_RAYS
     }
 
-    /// How wrong the record is likely to be at the point `p` with normal `n`, as a share: the distance over the radius, and the root of one less
-    /// the cosine of the angle (Ward et al. 1988, the bound of the split sphere model). `None` where it is more than `max`, or where
-    /// the point lies behind the record's place and so may not see what that does.
+    /// Estimated relative error of the record at the point `p` with normal `n`. It is the distance
+    /// over the radius, plus the root of 1 minus the cosine of the angle (Ward et al. 1988, the
+    /// bound of the split sphere model). `None` if it is more than `max`, or if the point lies
+    /// behind the record and so may not see the same surfaces.
     #[inline(always)]
     // ANCHOR: error
     pub fn error(&self, p: Vec3, n: Vec3, max: f32) -> Option<f32> {
@@ -60,8 +65,8 @@ impl Record {
     }
     // ANCHOR_END: error
 
-    /// What the record says of the point `p` with normal `n`: its irradiance, changed as the gradients say (Ward and Heckbert 1992). May be
-    /// negative.
+    /// Irradiance of the record at the point `p` with normal `n`, extrapolated by its gradients
+    /// (Ward and Heckbert 1992). May be negative.
     #[inline(always)]
     pub fn at(&self, p: Vec3, n: Vec3) -> Spectrum {
         let (axis, d) = (self.n.cross(n), p - self.p);
@@ -75,7 +80,7 @@ impl Record {
 }
 
 impl Gradients {
-    /// Gradients in world space, of those in the local frame `frame`.
+    /// Gradients in world space, from gradients in the local frame `frame`.
     pub fn to_world(self, frame: &Frame) -> Self {
         Self {
             rotational: self.rotational.map(|g| frame.to_world(g)),
@@ -91,12 +96,12 @@ impl Gradients {
         }
     }
 
-    /// The largest change by a move of a scene unit, in the channels' luminance.
+    /// Maximum change of luminance by a translation of one scene unit.
     pub fn steepness(&self) -> f32 {
         self.of_luminance().length()
     }
 
-    /// The translational gradient of the channels' luminance.
+    /// Translational gradient of luminance.
     pub fn of_luminance(&self) -> Vec3 {
         let along = |axis: Vec3| Spectrum::from(self.translational.map(|g| g.dot(axis))).luminance();
         Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z))

@@ -1,14 +1,17 @@
-//! The importance image: a coarse image of the light, by which chains divide the luminance of paths.
+//! Importance image: a coarse image of the light, by which chains divide the luminance of paths.
 //!
-//! Where chains follow luminance alone, dark parts of a picture stay grainy. Two-stage Metropolis light transport (Veach and Guibas 1997) divides the
-//! luminance by an importance image, so that paths come to dark places as often as to bright ones. `--metropolis-target luminance` goes without.
+//! If chains follow only luminance, dark parts of an image stay noisy. Two-stage Metropolis light
+//! transport (Veach and Guibas 1997) divides the luminance by an importance image, so that chains
+//! visit dark places as often as bright ones. `--metropolis-target luminance` does not use it.
 //!
-//! The image is made once, before the first iteration, by 60 samples of `bdpt` for each of about 1024 cells. It uses random numbers of no iteration:
-//! any positive function that is made apart from the chains leaves them unbiased, and all parts of a render have the same one.
+//! The image is made once, before the first iteration, from 60 samples of `bdpt` for each of about
+//! 1024 cells. Its random numbers do not belong to any iteration. Any positive function that does
+//! not depend on the chains keeps them unbiased, and all parts of a render use the same one.
 //!
-//! A cell counts the median of five estimates, which one bright path cannot move. A fifth of the mean is mixed in, so that light where the image has
-//! found none weighs at most five times too much. The image has all light, also the light that chains do not carry; `ImportanceImage` derives why
-//! this minimises relative errors.
+//! The value of a cell is the median of five estimates, which a single bright path does not change.
+//! A fifth of the mean is mixed in: so the weight of light at places where the image found none is
+//! at most five times too large. The image has all light, including the light that chains leave
+//! out; `ImportanceImage` derives why this minimises relative errors.
 
 use super::options::name;
 use crate::accel::Accel;
@@ -17,35 +20,40 @@ use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 
-/// Coarse image of the light that each part of the picture receives, over its mean.
+/// Coarse image of the light of each part of the image, relative to its mean.
 ///
-/// Chains that are after a path's light over that of the importance image visit dark places about as often as bright ones (two-stage Metropolis light
-/// transport, Veach and Guibas 1997). Any importance image above 0 that is made apart from the chains is right. The one that makes the relative error of
-/// the whole least has all light, also what chains do not carry: of paths of light I at a place of the picture, T in the importance image and L in all,
-/// I / T fall there and each brings T, so that the sum of variances I T / L² is least, for a given number of paths, where T is proportional to L.
+/// The target of chains is the light of a path over the importance image. So they visit dark places
+/// about as often as bright ones (two-stage Metropolis light transport, Veach and Guibas 1997). Any
+/// importance image above 0 that does not depend on the chains is valid. The one with the minimum
+/// relative error has all light, including the light that chains leave out. Let a place of the
+/// image have the light I of chains, the value T of the importance image, and the total light L.
+/// `I / T` paths fall there, each with the light T. So the sum of variances `I T / L²`, for a given
+/// number of paths, is minimal if T is proportional to L.
 #[derive(Clone, Debug)]
 pub struct ImportanceImage {
-    /// Cells across and down.
+    /// Number of cells across and down.
     size: UVec2,
-    /// Cells for a pixel, across and down.
+    /// Cells per pixel, across and down.
     scale: Vec2,
-    /// Of each cell, row by row.
+    /// Value of each cell, row by row.
     values: Vec<f32>,
 }
 
-/// Cells of a picture, about.
+/// Approximate number of cells.
 const CELLS: f32 = 1024.0;
-/// Minimum width and height of a cell, pixels.
+/// Minimum width and height of a cell, in pixels.
 const MIN_SIDE: f32 = 4.0;
-/// Independent estimates of each cell, of which the one in the middle counts: a single path that is very bright makes no cell bright.
+/// Number of independent estimates of each cell. The median is used: a single very bright path does
+/// not make a cell bright.
 const ESTIMATES: u32 = 5;
-/// Samples of a cell in each of them.
+/// Number of samples of a cell in each estimate.
 const SAMPLES: u32 = 12;
-/// Share of the mean that is mixed in: paths that bring light where none was found are that much more frequent than their light, at most.
+/// Share of the mean that is mixed in. It limits the weight of paths at places where no light was
+/// found.
 const EVEN: f32 = 0.2;
 
 impl ImportanceImage {
-    /// A constant image: the chains' target is luminance itself.
+    /// A constant image: the target of the chains is luminance.
     pub fn even() -> Self {
         Self {
             size: UVec2::ONE,
@@ -54,7 +62,7 @@ impl ImportanceImage {
         }
     }
 
-    /// An image for `resolution` pixels, not filled yet.
+    /// An empty image for `resolution` pixels.
     fn of(resolution: UVec2) -> Self {
         let resolution = resolution.as_vec2();
         let side = (resolution.x * resolution.y / CELLS).sqrt().max(MIN_SIDE);
@@ -66,7 +74,8 @@ impl ImportanceImage {
         }
     }
 
-    /// Value at the position `film` (pixels, origin top left), above 0: between the centers of cells bilinear.
+    /// Value at the position `film` (pixels, origin top left), above 0; bilinear between the
+    /// centers of cells.
     pub fn at(&self, film: Vec2) -> f32 {
         let last = (self.size - 1).as_vec2();
         let at = (film * self.scale - 0.5).clamp(Vec2::ZERO, last);
@@ -78,7 +87,7 @@ impl ImportanceImage {
         row(first.y) + part.y * (row(next.y) - row(first.y))
     }
 
-    /// The cell at the place `film`, if it is in the picture.
+    /// Cell at the position `film`, if it is inside the image.
     fn cell(&self, film: Vec2) -> Option<usize> {
         let at = film * self.scale;
         let is_in = at.cmpge(Vec2::ZERO).all() && at.cmplt(self.size.as_vec2()).all();
@@ -89,13 +98,13 @@ impl ImportanceImage {
 /// Makes importance images, by bidirectional path tracing with few samples.
 #[derive(Debug)]
 pub struct ImportanceImageMaker<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// How strategies are weighed.
+    /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
     /// Maximum number of scattering events.
     pub max_depth: Option<u32>,
-    /// When subpaths end at random.
+    /// Russian roulette of the subpaths.
     pub roulette: Roulette,
 }
 
@@ -103,7 +112,7 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
     /// Number of work items.
     pub const WORK_ITEMS: u32 = ESTIMATES * SAMPLES;
 
-    /// The work item `index`: luminance by cells, of a sample of each cell.
+    /// Work item `index`: one sample of each cell. Returns the luminance of each cell.
     pub fn work_item<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
         let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
         let picture = ImportanceImage::of(self.world.camera.resolution());

@@ -1,4 +1,4 @@
-//! Options that the Metropolis methods share, and the path tracing of the light that chains leave out.
+//! Options of both Metropolis methods, and path tracing of the light that chains leave out.
 
 use crate::accel::Accel;
 use crate::integrator::path::state::PathState;
@@ -12,28 +12,29 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// Options of Metropolis light transport.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metropolis {
-    /// Method for light that is scattered once, or not at all, and for lamps that are seen by delta lobes alone.
+    /// Method for light that is scattered at most once, and for lamps seen only by delta lobes.
     pub direct: MetropolisDirect,
     /// Target of the chains.
     pub target: MetropolisTarget,
-    /// Chains in an iteration; `None`: as many as serve its number of pixels well.
+    /// Number of chains in an iteration; `None`: chosen by its number of pixels.
     pub chains: Option<u32>,
-    /// Samples of bidirectional path tracing in an iteration, which tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
+    /// Number of samples of bidirectional path tracing in an iteration. They estimate the total
+    /// light and the starts of chains. `None`: chosen by its number of pixels.
     pub bootstrap: Option<u32>,
     /// Probability of a large step, 0 to 1.
     pub large_step_probability: f32,
-    /// The longest small step, as a share of the range of a random number, above 0 and 0.5 at most.
+    /// Maximum small step, as a share of the range of a random number, above 0 and at most 0.5.
     pub mutation_size: f32,
 }
 
-/// Mutations, one for each pixel of the image in an iteration, for which there is a chain.
+/// Number of mutations per chain; an iteration has one mutation per pixel.
 const MUTATIONS_PER_CHAIN: u64 = 256;
 
-/// Minimum number of chains, where none is given.
+/// Default minimum number of chains.
 const MIN_CHAINS: u64 = 16;
 
 impl Default for Metropolis {
-    /// Steps as Kelemen et al. have them.
+    /// Step sizes of Kelemen et al.
     fn default() -> Self {
         Self {
             direct: MetropolisDirect::Ordinary,
@@ -46,40 +47,43 @@ impl Default for Metropolis {
     }
 }
 
-/// Method for direct light, for light that is not scattered at all, and for lamps that are seen in mirrors and through glass.
+/// Method for unscattered light, for direct light, and for lamps seen in mirrors and through glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisDirect {
-    /// Path tracing, a sample a pixel: chains would go where it is bright, and do no better (Veach and Guibas 1997, §5.4).
+    /// Path tracing, one sample per pixel: chains would visit bright places and be no better (Veach
+    /// and Guibas 1997, §5.4).
     #[default]
     Ordinary,
-    /// Chains, as all other light.
+    /// Chains, as for all other light.
     Metropolis,
 }
 
-/// Target of Markov chains: they visit paths in proportion to it.
+/// Target function of Markov chains: they visit paths in proportion to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisTarget {
-    /// The luminance that a path brings to the picture.
+    /// Luminance of the path.
     Luminance,
-    /// That over what a [`ImportanceImage`](crate::integrator::ImportanceImage) shows at its place, so that dark places get about as many paths as bright ones (two-stage Metropolis light
-    /// transport, Veach and Guibas 1997).
+    /// Luminance of the path, over the [`ImportanceImage`](crate::integrator::ImportanceImage) at
+    /// its position. So dark places get about as many paths as bright ones (two-stage Metropolis
+    /// light transport, Veach and Guibas 1997).
     #[default]
     Relative,
 }
 
-/// All that pixels see of the film, by filters as wide as they are. Pixels, origin top left.
+/// Area of the film that pixels see, including the width of the pixel filter. Pixels, origin top
+/// left.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FilmArea {
     min: Vec2,
-    /// Width and height.
+    /// Width and height, in pixels.
     pub size: Vec2,
 }
 
 impl FilmArea {
-    /// The area that the pixels of `world` see.
+    /// Film area that the pixels of `world` see.
     pub fn of<A>(world: &World<A>) -> Self {
         let margin = match world.camera.repeats() {
-            // Film points beyond a border repeat those within it.
+            // Film points beyond a border repeat points inside it.
             true => 0.0,
             false => (world.filter.radius() - 0.5).max(0.0),
         };
@@ -89,36 +93,37 @@ impl FilmArea {
         }
     }
 
-    /// Square pixels.
+    /// Area in square pixels.
     pub fn area(&self) -> f32 {
         self.size.x * self.size.y
     }
 
-    /// The place at `u` of the unit square.
+    /// Film point at `u` of the unit square.
     pub fn at(&self, u: Vec2) -> Vec2 {
         self.min + u * self.size
     }
 
-    /// Whether any pixel sees `place`.
+    /// Returns true if any pixel sees `place`.
     pub fn contains(&self, place: Vec2) -> bool {
         place.cmpge(self.min).all() && place.cmplt(self.min + self.size).all()
     }
 }
 
-/// Mutations of an iteration: one for each pixel of the image.
+/// Number of mutations of an iteration: one per pixel.
 pub(crate) fn mutations<A>(world: &World<A>) -> u64 {
     let size = world.camera.resolution();
     size.x as u64 * size.y as u64
 }
 
-/// Number of the `mutations` of an iteration that are those of chain `index` of `chains`.
+/// Number of mutations of chain `index`, of the `mutations` of an iteration with `chains` chains.
 pub(crate) fn mutations_of_chain(mutations: u64, index: u32, chains: u32) -> u64 {
     let share = |i: u64| mutations * i / chains as u64;
     share(index as u64 + 1) - share(index as u64)
 }
 
 impl Metropolis {
-    /// Traces the sample `key` of a pixel for all that chains do not carry: `ordinary`, or for the auxiliary channels alone what the camera sees first.
+    /// Traces the sample `key` of a pixel for the light that chains leave out: `ordinary`, or only
+    /// the first surface for the auxiliary channels.
     pub(crate) fn sample_pixel<A: Accel, S: Sampler>(
         &self,
         ordinary: &OrdinaryLight<A>,
@@ -134,26 +139,27 @@ impl Metropolis {
         }
     }
 
-    /// Whether chains carry all light, and not only what [`OrdinaryLight`] does not find.
+    /// Returns true if chains find all light, including the light of [`OrdinaryLight`].
     pub(crate) fn carries_all(&self) -> bool {
         self.direct == MetropolisDirect::Metropolis
     }
 
-    /// Chains of an iteration that has `mutations` mutations, one for each pixel of the image.
+    /// Number of chains of an iteration with `mutations` mutations.
     pub(crate) fn chains(&self, mutations: u64) -> u32 {
         let usual = (mutations / MUTATIONS_PER_CHAIN).max(MIN_CHAINS);
         let chains = self.chains.map_or(usual, u64::from);
         chains.clamp(1, mutations) as u32
     }
 
-    /// Minimum number of vertices of the paths that chains carry.
+    /// Minimum number of vertices of the paths of chains.
     pub(crate) fn min_vertices(&self) -> usize {
         if self.carries_all() { 2 } else { 4 }
     }
 }
 
-/// Finds what is left to path tracing beside chains: light that is scattered once or not at all, and lamps that are seen in mirrors and through glass, which a
-/// path from the camera meets without looking for them. They are few pixels, and bright: chains would either live there or never come.
+/// Finds the light that chains leave out: light that is scattered at most once, and lamps seen in
+/// mirrors and through glass. Camera paths hit these lamps anyway. They cover few bright pixels:
+/// chains would either stay there or never visit them.
 #[derive(Debug)]
 pub(crate) struct OrdinaryLight<'a, A> {
     pub world: World<'a, A>,
@@ -182,7 +188,8 @@ impl<A: Accel> OrdinaryLight<'_, A> {
         self.sample_lamps(key, sampler, out);
     }
 
-    /// Adds the light that comes along the sample's ray by two delta lobes or more, and by nothing else.
+    /// Adds the light along the ray of the sample that is scattered by at least two delta lobes and
+    /// by no other lobe.
     fn sample_lamps<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let world = &self.world;
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
@@ -214,7 +221,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
     }
 }
 
-/// A hash of the sampler's current sample: the key of a chain's own random numbers.
+/// Hash of the current sample of `sampler`: the key of a chain's random numbers.
 pub(crate) fn name(sampler: &impl Sampler) -> u64 {
     let [a, b] = [Dimension::PIXEL, Dimension::LENS].map(|dimension| sampler.get_2d(dimension));
     let word = |x: f32, y: f32| ((x.to_bits() as u64) << 32) | y.to_bits() as u64;

@@ -1,22 +1,30 @@
-//! Multiplexed Metropolis light transport in primary sample space (Kelemen et al. 2002; Hachisuka, Kaplanyan and Dachsbacher 2014).
+//! Multiplexed Metropolis light transport in primary sample space (Kelemen et al. 2002; Hachisuka,
+//! Kaplanyan and Dachsbacher 2014).
 //!
-//! A chain mutates the random numbers that make a path, and needs to know nothing of surfaces: `bidirectional/connection` makes paths of numbers as
-//! for `bdpt`, and `sampler/primary.rs` is a sampler whose numbers are those of a chain. One more number chooses among the strategies (s, t) that
-//! make a path of the chain's length, so that a chain prefers the strategies that work where it is. The numbers of the camera's end, of the light's
-//! end and of the choice are different dimensions: the ends stay what they are when another strategy is tried. An iteration takes half the time of
-//! one of `bdpt`.
+//! A chain mutates the random numbers that make a path, and does not depend on surfaces.
+//! `bidirectional/connection` makes paths from numbers as for `bdpt`. `sampler/primary.rs` is a
+//! sampler with the numbers of a chain. One additional number chooses among the strategies (s, t)
+//! for a path of the chain's length, so a chain prefers the best strategies at its place. The
+//! numbers of the camera end, of the light end and of the choice are different dimensions. So the
+//! ends stay the same if another strategy is tried. An iteration takes half the time of an
+//! iteration of `bdpt`.
 //!
-//! An iteration has seeds and chains of its own. A seed is one path of a sample of `bdpt`, chosen among all paths that the sample joins in
-//! proportion to their target; its weight is the target of all of them. Chains start at seeds in proportion to their weight, with one stratum for
-//! each chain, sorted by length. The sum of the weights is what all chains share; `PrimarySpaceIntegrator` derives that an iteration is then unbiased.
+//! Each iteration has separate seeds and chains. A seed is one path of a sample of `bdpt`. It is
+//! chosen among all paths of the sample in proportion to their target; its weight is the target of
+//! all of them. Chains start at seeds in proportion to their weight, with one stratum per chain,
+//! sorted by length. All chains share the sum of the weights; `PrimarySpaceIntegrator` derives that
+//! an iteration is then unbiased.
 //!
-//! A seed on a spike of the target, of which small steps find nothing but the spike itself, keeps its chains: the pixel gets their whole light, which is
-//! that of the seed. Sampling length and strategy at random (multiplexing the bootstrap too) makes such a seed brighter by the reciprocal of both
-//! probabilities, some hundred times: on `ring-caustic` single pixels then were 64 times too bright after 2048 iterations. A seed that
-//! stands for all paths of its sample is as bright as in `bdpt`, times the mutations for which there is a seed.
+//! A seed may be on a spike of the target, where small steps find only the spike itself. Its chains
+//! then stay there: the pixel gets their whole light, which is the light of the seed. Sampling
+//! length and strategy at random (multiplexing the bootstrap too) makes the light of the seed
+//! brighter by the reciprocal of both probabilities, some hundred times. On `ring-caustic` single
+//! pixels then were 64 times too bright after 2048 iterations. A seed that represents all paths of
+//! its sample is as bright as in `bdpt`, times the number of mutations per seed.
 //!
-//! Defaults (docs/benchmarks.md, "Metropolis light transport"): one chain for 256 mutations is between what scenes of easy light and scenes of hidden
-//! light would choose. Step sizes and the probability of large steps are those of Kelemen et al.
+//! Defaults (docs/benchmarks.md, "Metropolis light transport"): one chain per 256 mutations is a
+//! compromise between scenes with easy light and scenes with hidden light. Step sizes and the
+//! probability of large steps are those of Kelemen et al.
 
 use super::options::{FilmArea, OrdinaryLight, mutations, mutations_of_chain, name};
 use super::visits::Visits;
@@ -30,32 +38,38 @@ use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f64};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Step, Stream};
 use std::ops::RangeInclusive;
 
-/// Metropolis light transport in the space of primary samples (Kelemen, Szirmay-Kalos, Antal and Csonka 2002), multiplexed (Hachisuka, Kaplanyan and
-/// Dachsbacher 2014): Markov chains of paths that are as frequent as their light is bright.
+/// Metropolis light transport in the space of primary samples (Kelemen, Szirmay-Kalos, Antal and
+/// Csonka 2002), multiplexed (Hachisuka, Kaplanyan and Dachsbacher 2014): Markov chains that visit
+/// paths in proportion to their light.
 ///
-/// The state of a chain is the random numbers u of a path of a fixed number of vertices n; one of them chooses among the n ways in which
-/// bidirectional path tracing makes such a path. What the way finds, times its weight and n, is f(u), which integrates to the light that comes by
-/// paths of n vertices. The chain's target f*(u) is its luminance, over that of the importance image where it falls, and b the integral of f* over all u and n. With probability a = min(1, f*(v) /
-/// f*(u)) the chain goes from u to the proposal v; both are added to the picture, as b f / f* times 1 − a and a, which is the mean over that decision
-/// (Veach and Guibas 1997).
+/// The state of a chain is the random numbers u of a path with a fixed number of vertices n. One of
+/// them chooses among the n strategies of bidirectional path tracing for such a path. Let f(u) be
+/// the contribution of the strategy, times its weight and n. Its integral is the light of all paths
+/// of n vertices. The target f*(u) of the chain is the luminance of f(u) over the importance image
+/// at its position, and b is the integral of f* over all u and n. The chain moves from u to the
+/// proposal v with probability a = min(1, f*(v) / f*(u)). Both are added to the image, as b f / f*
+/// times 1 − a and a, which is the mean over that decision (Veach and Guibas 1997).
 ///
-/// **An iteration is unbiased by itself.** It first makes M seeds. Each is a point of all numbers but the choice of the way, with all ways of making
-/// paths of all n from these numbers, in each of which f* / n is the target that the way adds to b. One way is drawn in proportion to that, and w, the
-/// sum over all of them over M, is the weight of the seed; the sum B of the weights has the mean b. Chains start at seeds drawn by these weights: of
-/// C chains, C w / B are expected to start at a seed. Where the chain at u adds g(u) = f(u) / f*(u), all of them at their starts add B / C times
-/// the sum of g over them; given the seeds the mean of that is Σ w g, whose mean over the seeds is ∫ f* g = ∫ f, whatever M and C are. The same
-/// holds for any function in place of g, so also for what the chain adds in the mean after i steps, (Kⁱ g)(u): Σ w Kⁱ g has the mean ∫ f* Kⁱ g, and
-/// that is ∫ f* g = ∫ f since steps keep f* as it is. There is no bias of the start to be discarded (Veach 1997, §11.3.1), and a chain may be as
-/// short as one likes: it then is as noisy as the seeds are.
+/// **Each iteration is unbiased.** It first makes M seeds. Each is a point of all numbers except
+/// the choice of the strategy, with all strategies for paths of all n from these numbers. For each
+/// strategy, f* / n is the target that it adds to b. One strategy is sampled in proportion to this.
+/// The weight w of the seed is the sum over all strategies, over M; the sum B of the weights has
+/// the mean b. Chains start at seeds sampled by these weights: of C chains, `C w / B` are expected
+/// to start at a seed. If the chain at u adds g(u) = f(u) / f*(u), all chains at their starts add B
+/// / C times the sum of g over them. Given the seeds the mean of that is Σ w g, whose mean over the
+/// seeds is ∫ f* g = ∫ f, for any M and C. The same holds for any function in place of g, so also
+/// for the mean contribution of the chain after i steps, (Kⁱ g)(u). Σ w Kⁱ g has the mean ∫ f* Kⁱ
+/// g, and that is ∫ f* g = ∫ f since steps preserve f*. There is no start-up bias to be discarded
+/// (Veach 1997, §11.3.1), and a chain may have any length: a short one is as noisy as the seeds.
 #[derive(Debug)]
 pub struct PrimarySpaceIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// How techniques are weighed.
+    /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
     pub max_depth: Option<u32>,
-    /// Light samples of each pixel in an iteration, where direct light is found in the ordinary way.
+    /// Light samples per pixel in an iteration, if path tracing finds direct light.
     pub light_samples: u32,
     /// Options of the chains.
     pub metropolis: Metropolis,
@@ -63,37 +77,39 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     pub importance: &'a ImportanceImage,
 }
 
-/// Mutations for which there is a sample of bidirectional path tracing, one of whose paths a chain may start from.
+/// Number of mutations per bootstrap sample of bidirectional path tracing.
 const MUTATIONS_PER_SEED: u64 = 8;
-/// Minimum number of such samples in an iteration.
+/// Minimum number of bootstrap samples in an iteration.
 const MIN_SEEDS: u64 = 512;
-/// Samples of bidirectional path tracing that are made together.
+/// Number of bootstrap samples in a work item.
 const SEEDS_AT_ONCE: u32 = 64;
 
 /// A path that chains may start from.
 #[derive(Debug)]
 pub struct Seed {
-    /// Names its numbers.
+    /// Key of its random numbers.
     origin: u64,
-    /// Vertices.
+    /// Number of vertices.
     length: u32,
-    /// Vertices that come from the camera.
+    /// Number of camera vertices.
     from_camera: u32,
-    /// Target of all paths of its sample; once all seeds are joined, the sum of these up to this one.
+    /// Target of all paths of the bootstrap sample; after seeds are joined, the sum of these up to
+    /// this seed.
     weight: f64,
 }
 
-/// What all paths of a chain have in common.
+/// Common properties of all paths of a chain.
 #[derive(Clone, Copy, Debug)]
 struct PathShape {
-    /// Vertices.
+    /// Number of vertices.
     length: usize,
-    /// Ways by which the one that numbers choose is turned on: numbers of any seed make the way in which the seed was found.
+    /// Offset added to the strategy that the numbers choose, so that the numbers of a seed make the
+    /// strategy of the seed.
     turn: usize,
 }
 
 impl PathShape {
-    /// The one in which the numbers of `seed` make its path.
+    /// Shape for which the numbers of `seed` make its path.
     fn of(seed: &Seed) -> Self {
         let length = seed.length as usize;
         let chosen = Self { length, turn: 0 }.camera_vertices(&PrimarySampler::new(seed.origin));
@@ -103,7 +119,7 @@ impl PathShape {
         }
     }
 
-    /// Number of vertices that come from the camera, in the way that `numbers` choose.
+    /// Number of camera vertices in the strategy that `numbers` choose.
     fn camera_vertices(self, numbers: &impl Sampler) -> usize {
         let choice = numbers.get_1d(Dimension::TECHNIQUE);
         let chosen = ((choice * self.length as f32) as usize).min(self.length - 1);
@@ -111,21 +127,21 @@ impl PathShape {
     }
 }
 
-/// What a path finds.
+/// Contribution of a path.
 #[derive(Default)]
 struct State {
-    /// Each with its place on the film.
+    /// Contributions, each with its film position.
     found: Vec<Contribution>,
-    /// Luminance of all that, over that of the importance image.
+    /// Total luminance over the importance image.
     target: f32,
-    /// The share of the chain's mean that the path has, so far.
+    /// Accumulated share of the mutations of the chain.
     share: f64,
-    /// How the path was made, where that is recorded.
+    /// Events of the path, if the sink records paths.
     record: Vec<PathEvent>,
 }
 
 impl State {
-    /// Counts the path's share of mutations where it falls.
+    /// Adds the share of mutations to the visits at the film position.
     fn visit(&self, visits: &mut Visits) {
         let place = self.found.first().and_then(|contribution| contribution.film);
         if let Some(film) = place.filter(|_| self.target > 0.0 && self.share > 0.0) {
@@ -160,7 +176,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn join(&self, _: u32, parts: Vec<Vec<Seed>>) -> Vec<Seed> {
-        // By length, so that every length gets its share of the chains
+        // Sorted by length, so that every length gets its share of the chains
         let mut seeds = Vec::with_capacity(parts.iter().map(Vec::len).sum());
         seeds.extend(parts.into_iter().flatten());
         seeds.sort_by_key(|seed| seed.length);
@@ -178,7 +194,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn sends_light(&self) -> bool {
-        // Chains do, and are there whatever the crop is.
+        // Chains send light, for any crop.
         false
     }
 
@@ -205,7 +221,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         sampler: &mut S,
         out: &mut impl SplatSink,
     ) {
-        // Where it starts: each chain has a stratum of all the weight.
+        // Start: each chain has a stratum of the total weight.
         sampler.start(SampleKey::of_stream(Stream::Chains, index, iteration));
         let (name, chains) = (name(sampler), self.chains());
         let light = seeds.last().map_or(0.0, |seed| seed.weight);
@@ -224,7 +240,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         let mut numbers = PrimarySampler::chain(seed.origin, name, mutation_size, dimensions);
         let mut current = self.state(shape, &numbers, out);
 
-        // Its share of the iteration's mutations, of whose mean the picture gets its share
+        // The chain's share of the mutations of the iteration
         let mutations = mutations_of_chain(mutations(&self.world), index, chains);
         let scale = light / (chains as f64 * mutations as f64);
         let mut counts = [[0; 2]; 2];
@@ -262,7 +278,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
-    /// Samples in an iteration whose paths chains may start from.
+    /// Number of bootstrap samples in an iteration.
     fn seeds(&self) -> u32 {
         let usual = (mutations(&self.world) / MUTATIONS_PER_SEED).max(MIN_SEEDS);
         let max = u32::MAX - SEEDS_AT_ONCE;
@@ -271,14 +287,15 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             .map_or(usual.min(max as u64) as u32, |n| n.clamp(1, max))
     }
 
-    /// Numbers of vertices of the paths that chains carry.
+    /// Range of the number of vertices of the paths of chains.
     fn lengths(&self) -> RangeInclusive<usize> {
         self.metropolis.min_vertices()..=max_vertices(self.max_depth)
     }
 
-    /// One of the paths of the sample of bidirectional path tracing that `origin` names; `None` where it finds no light that chains carry.
+    /// One of the paths of the bootstrap sample with key `origin`. `None` if it has no light for
+    /// chains.
     fn seed(&self, origin: u64, out: &mut impl RaySink) -> Option<Seed> {
-        // Both subpaths, and all ways to join them
+        // Both subpaths, and all strategies that connect them
         let numbers = PrimarySampler::new(origin);
         let area = FilmArea::of(&self.world);
         let film = area.at(numbers.get_2d(Dimension::PIXEL));
@@ -291,7 +308,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             found.push(contribution)
         });
 
-        // One of them, in proportion to its target
+        // One of the paths, in proportion to its target
         let size = self.world.camera.resolution().as_vec2();
         let target = |c: &Contribution| {
             let is_lamp = c.strategy.0 == 0 && !self.metropolis.carries_all() && paths.sees_by_delta(c.strategy.1);
@@ -321,12 +338,14 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         })
     }
 
-    /// Joins subpaths of paths that scatter `max_depth` times at most. Their lengths are given: there is nothing for roulette to decide.
+    /// Connects subpaths for paths with at most `max_depth` scattering events. Their lengths are
+    /// given, so there is no roulette.
     fn connector(&self, max_depth: Option<u32>) -> Connector<'_, 'a, A> {
         Connector::new(&self.world, self.heuristic, Roulette::after(u32::MAX), max_depth)
     }
 
-    /// What the path of a shape that `numbers` name finds. What is no light is dropped where it is added; it attracts no chain.
+    /// Contribution of the path of `shape` from `numbers`. Invalid light has target 0; it is
+    /// dropped later, when it is added.
     fn state(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
         let before = out.record_len();
@@ -342,21 +361,22 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
                 false => return state,
             }
         }
-        // Of numbers below these the reciprocal need not be finite.
+        // For smaller numbers the reciprocal may be infinite.
         if target >= f32::MIN_POSITIVE && target.is_finite() {
             state.target = target;
         }
         state
     }
 
-    /// Makes a path of a shape by the technique that `numbers` choose, and gives what it finds to `found`, with its place on the film: radiance
-    /// times pixels, whose mean over all numbers is the sum over the film.
+    /// Makes a path of `shape` by the strategy that `numbers` choose, and adds its contributions to
+    /// `found`, with their film positions. Radiance times pixels: its mean over all numbers is the
+    /// sum over the film.
     fn trace(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
         let length = shape.length;
         let t = shape.camera_vertices(numbers);
         let s = length - t;
 
-        // A point of the film that any pixel sees, and a subpath of t vertices from there
+        // A film point that any pixel sees, and a camera subpath of t vertices from there
         let area = FilmArea::of(&self.world);
         let film = area.at(numbers.get_2d(Dimension::PIXEL));
         let mut paths = Subpaths {
@@ -379,7 +399,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             }
         }
 
-        // One of s vertices from a light; a single one is drawn for the camera's
+        // A light subpath of s vertices; for s = 1 the light is sampled from the camera subpath
         if s > 1 {
             paths.light = self.connector(Some(s as u32 - 1)).light_path(paths.time, numbers, out);
             if paths.light.len() < s {
@@ -388,7 +408,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             self.connector(None).sum_light(&mut paths.light, paths.time);
         }
 
-        // Both joined. Each strategy stands for all of the film, and for all strategies.
+        // Connect both. Each strategy represents the whole film and all strategies.
         let connector = self.connector(None);
         let size = self.world.camera.resolution();
         let scale_of_camera = length as f32 * area.size.x * area.size.y;
@@ -414,7 +434,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         }
     }
 
-    /// Adds to the picture what a path has found, as its share of `scale` times all light.
+    /// Adds the light of a path to the image, as its share of `scale` times all light.
     fn add(&self, state: &State, scale: f64, out: &mut impl SplatSink) {
         for contribution in &state.found {
             let mut radiance = contribution.radiance;
@@ -447,11 +467,11 @@ mod tests {
     use crate::math::{UVec2, Vec3};
     use crate::scene::SceneBuilder;
 
-    /// A large step is a path of random numbers. Its mean target is that of seeds, which stand for
-    /// all strategies at once, on a film that a filter makes wider than the picture.
+    /// A large step is a path of random numbers. Its mean target equals the mean target of seeds,
+    /// which represent all strategies at once, on a film that a filter makes wider than the image.
     #[test]
     fn chains_and_seeds_have_one_scale() {
-        // A lamp close above a floor: much of the light goes from the floor to the lens.
+        // A lamp close above a floor: much of the light is scattered from the floor to the lens.
         let mut b = SceneBuilder::new();
         for (y, half, emission) in [(0.0, 1.0, 0.0), (0.3, 0.1, 5.0)] {
             let material = Material {
@@ -511,7 +531,7 @@ mod tests {
             };
             integrator.lengths().map(|length| target(length) as f64).sum::<f64>()
         };
-        // Mean and its variance
+        // Mean, and variance of the mean
         let estimate = |of: &dyn Fn(u64) -> f64| {
             let n = 40_000;
             let [sum, squares] = (0..n)

@@ -1,31 +1,33 @@
 //! Time that a Markov chain stays in a pixel: its integrated autocorrelation time.
 //!
-//! A picture counts how often chains are in each pixel. Let `Xᵢ` be 1 where the i-th of n mutations is in pixel p, and `c = Σ Xᵢ` its visits. Independent
-//! samples would have `E[c²] ≈ E[c]` for a rare pixel; a chain has `τ` times as much, and so `τ` times the variance. Over all pixels
+//! An image counts the visits of chains to each pixel. Let `Xᵢ` be 1 if the i-th of n mutations is
+//! in pixel p, and `c = Σ Xᵢ` its visits. Independent samples would have `E[c²] ≈ E[c]` for a rare
+//! pixel. A chain has `τ` times as much, and so `τ` times the variance. Over all pixels
 //!
 //! ```text
 //! τ = 1/n Σₚ cₚ² = 1/n Σᵢⱼ P(mutations i and j are in one pixel)
 //! ```
 //!
-//! which is 1 for a chain that never returns to a pixel, and n for one that never leaves it. Visits are shares of mutations, since a mutation counts for
-//! the path that is left and for the one that is proposed; `τ` may therefore be below 1.
+//! This is 1 for a chain that never returns to a pixel, and n for a chain that never leaves it.
+//! Visits are fractions, since a mutation counts for the current path and for the proposed one; so
+//! `τ` may be below 1.
 
 use crate::integrator::ChainCounts;
 use crate::math::Vec2;
 use std::collections::HashMap;
 
-/// Visits of a chain by pixels.
+/// Visits of a chain, by pixel.
 #[derive(Debug, Default)]
 pub(crate) struct Visits {
     pixels: HashMap<[i32; 2], f64>,
-    /// Sum of their squares.
+    /// Sum of the squared visits.
     squares: f64,
     /// Maximum number of visits of a pixel.
     max: f64,
 }
 
 impl Visits {
-    /// Adds `share` of a mutation at the place `film` (pixels, origin top left).
+    /// Adds `share` of a mutation at the position `film` (pixels, origin top left).
     pub fn add(&mut self, film: Vec2, share: f64) {
         let visits = self.pixels.entry(film.floor().as_ivec2().to_array()).or_default();
         self.squares += share * (share + 2.0 * *visits);
@@ -33,7 +35,7 @@ impl Visits {
         self.max = self.max.max(*visits);
     }
 
-    /// What a chain of `mutations` mutations counts.
+    /// Counts of a chain of `mutations` mutations.
     pub fn counts(&self, mutations: u64) -> ChainCounts {
         ChainCounts {
             chains: 1,
@@ -58,7 +60,8 @@ mod tests {
         visits.counts(mutations)
     }
 
-    /// Chains whose autocorrelation time is known: none, runs of one length, and one that never moves.
+    /// Chains with known autocorrelation time: independent ones, runs of one length, and one that
+    /// never moves.
     #[test]
     fn autocorrelation_times_of_known_chains() {
         for (counts, time, stuck) in [
@@ -76,7 +79,7 @@ mod tests {
         assert_eq!(ChainCounts::default().autocorrelation_time(), None);
     }
 
-    /// A walk that stays with probability q has the time (1 + q) / (1 − q), if it never returns.
+    /// A chain that stays with probability q and never returns has the time (1 + q) / (1 − q).
     #[test]
     fn a_geometric_stay_has_its_autocorrelation_time() {
         let (q, mut x, mut state) = (0.8, 0, 1u64);

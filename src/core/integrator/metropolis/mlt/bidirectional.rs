@@ -5,25 +5,28 @@ use super::space::PathSpace;
 use crate::accel::Accel;
 use crate::integrator::RaySink;
 
-/// Bidirectional mutations: a part of the path is deleted, and another is put in its place, of new vertices that either end brings along
-/// (Veach 1997, §11.4.2.1).
+/// Bidirectional mutations: a part of the path is deleted, and replaced by new vertices that are
+/// sampled from either end (Veach 1997, §11.4.2.1).
 ///
-/// Choices that a mutation and its reverse share have no part in the acceptance: the vertices that are kept, and which they are.
+/// Choices that a mutation and its reverse share, such as the kept vertices, do not affect the
+/// acceptance.
 #[derive(Debug)]
 pub(super) struct Bidirectional<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
     pub lengths: &'s Lengths,
 }
 
-/// How probable each number of vertices is for a path that is made anew, by that number: about as large as the light that such paths carry.
+/// Probability of each number of vertices for a new path, indexed by that number: about
+/// proportional to the light of such paths.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lengths(Vec<f64>);
 
 impl Lengths {
-    /// Share of probability that all lengths have in common, whatever light was found: nothing may be out of reach.
+    /// Share of probability that is equal for all lengths, so that every length is possible.
     const EVEN: f64 = 0.1;
 
-    /// Distribution over paths of `min` to `max` vertices, where `light[n]` is what paths of `n` vertices were found to carry.
+    /// Distribution over paths of `min` to `max` vertices. `light[n]` is the light found of paths
+    /// of `n` vertices.
     pub fn new(light: &[f64], (min, max): (usize, usize)) -> Self {
         let total: f64 = light.iter().sum();
         let even = 1.0 / (max + 1).saturating_sub(min) as f64;
@@ -43,7 +46,7 @@ impl Lengths {
     }
 }
 
-/// What of a path is deleted: `count` vertices, after the first `kept` ones.
+/// Deleted part of a path: `count` vertices after the first `kept` ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cut {
     pub kept: usize,
@@ -51,14 +54,15 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// All cuts of a path of `n` vertices that keep some vertex.
+    /// All cuts of a path of `n` vertices that keep at least one vertex.
     fn all(n: usize) -> impl Iterator<Item = Self> + Clone {
         let cut = move |kept| (0..=n - kept).map(move |count| Self { kept, count });
         (0..=n).flat_map(cut).filter(move |cut| cut.count < n)
     }
 
-    /// Relative probability of the cut: few edges sooner than many, which seldom find others that fit (p_d1), and none from ends to which
-    /// nothing can be joined, or that nothing is deleted at (p_d2).
+    /// Relative probability of the cut. It is lower for many edges, which are seldom replaced with
+    /// success (p_d1). 0 at ends that cannot be connected, or if nothing is deleted at an end
+    /// (p_d2).
     fn weight(self, path: &Path) -> f64 {
         let n = path.len();
         let Self { kept, count } = self;
@@ -68,7 +72,7 @@ impl Cut {
         if (is_at_end && count == 0) || ends.iter().flatten().any(goes_on_by_delta) {
             return 0.0;
         }
-        // Edges that are deleted
+        // Deleted edges
         match count + 1 {
             1 => 0.25,
             2 => 0.5,
@@ -77,7 +81,8 @@ impl Cut {
     }
 }
 
-/// Distribution of the number of vertices that replace `deleted` ones, `min` to `max` (p_a1): mostly as many.
+/// Distribution of the number of vertices that replace `deleted` ones, `min` to `max` (p_a1):
+/// mostly the same number.
 #[derive(Clone, Copy, Debug)]
 struct Added {
     deleted: usize,
@@ -105,7 +110,8 @@ impl Added {
 }
 
 impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
-    /// Deletes a part of `x`, and makes another. `chosen` is the probability with which this kind of mutation is chosen for a path.
+    /// Replaces a part of `x`. `chosen` is the probability of choosing this kind of mutation for a
+    /// path.
     pub fn mutate(
         &self,
         x: &Path<'a>,
@@ -123,7 +129,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         Some(Proposal::of(y, back / forth))
     }
 
-    /// Makes another path in the place of all of `x`: a state that does not depend on it.
+    /// Replaces all of `x`. The new path does not depend on `x`.
     pub fn replace(
         &self,
         x: &Path<'a>,
@@ -144,7 +150,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         Some(Proposal::of(y, back / forth))
     }
 
-    /// `x` with `count` new vertices in the place of those of `cut`, joined after the first `t` ones.
+    /// `x` with `count` new vertices in place of `cut`, connected after the first `t` vertices.
     fn exchange(
         &self,
         x: &Path<'a>,
@@ -154,7 +160,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Path<'a>> {
-        // A lens whose vertex is deleted has another point.
+        // If the lens vertex is deleted, the lens point is sampled anew.
         if cut.kept == 0 {
             sample.lens = numbers.next_2d();
         }
@@ -177,13 +183,14 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
         Added {
             deleted: cut.count,
-            // Either something else or nothing, but not what there was
+            // At least one at an end, or if nothing is deleted
             min: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
             max: self.space.max_vertices.saturating_sub(others),
         }
     }
 
-    /// Density with which `x` goes over to `y` by deleting `cut`, in whose place `made` is, over what `y` contributes: Q(x → y) = T(x → y) / f(y).
+    /// Density of the step from `x` to `y`, which replaces `cut` by `made`, over the contribution
+    /// of `y`: Q(x → y) = T(x → y) / f(y).
     pub fn transition(&self, x: &Path<'a>, y: &Path<'a>, cut: Cut, made: Cut) -> f64 {
         let total: f64 = Cut::all(x.len()).map(|cut| cut.weight(x)).sum();
         let p_delete = cut.weight(x) / total;
@@ -200,18 +207,19 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         self.lengths.of(y.len()) * self.made(y, all)
     }
 
-    /// The sum over all ways to split `made` between both ends.
+    /// Mean over all splits of `made` between both ends.
     fn made(&self, y: &Path<'a>, made: Cut) -> f64 {
         self.space.inverse_contribution(y, made.kept, made.count) / splits(made.kept, made.count) as f64
     }
 }
 
-/// Ways to split `count` new vertices, between an end of `kept` vertices at the camera and one at the light.
+/// Number of splits of `count` new vertices between a camera end of `kept` vertices and a light
+/// end.
 fn splits(kept: usize, count: usize) -> usize {
     kept + count + 1 - kept.max(1)
 }
 
-/// A random one: the number of vertices that come from the camera, with those that are kept.
+/// A random split: the number of camera vertices, including the kept ones.
 fn split(kept: usize, count: usize, numbers: &mut Numbers) -> usize {
     let splits = splits(kept, count);
     kept.max(1) + ((numbers.next() * splits as f32) as usize).min(splits - 1)

@@ -1,4 +1,5 @@
-//! Factors of the vertices of a path: what they contribute, and how likely bidirectional path tracing makes them.
+//! Factors of the vertices of a path: their contributions, and their densities in bidirectional
+//! path tracing.
 
 use super::path::{Factors, LightSource, LightSourceKind, Path, Single, Vertex};
 use super::space::PathSpace;
@@ -8,7 +9,8 @@ use crate::integrator::bidirectional::subpath::{Surface, VertexKind, emission_pd
 use crate::math::{Vec2, Vec3};
 
 impl<'a, A: Accel> PathSpace<'_, 'a, A> {
-    /// Factors of the vertex `at`, where the path comes from the camera by `before`, and goes on to both of `after`.
+    /// Factors of the vertex `at`, between `before` on the camera's side and the next two vertices
+    /// `after`.
     pub fn factors(
         &self,
         at: &Vertex,
@@ -26,7 +28,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 let seen = importance.we * cosine(at, at.direction_to(next));
                 let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
-                    // No light is joined to parallel rays from infinity.
+                    // Parallel rays are never connected to light from infinity.
                     geometry_term: if at.is_infinite() && next.is_infinite() {
                         f64::INFINITY
                     } else {
@@ -108,7 +110,8 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         })
     }
 
-    /// Probability with which a ray that leaves the scene, or meets a surface, finds the light `source` there.
+    /// Probability that a ray which leaves the scene, or hits a surface, finds the light `source`
+    /// there.
     pub fn met(&self, source: &LightSource) -> f64 {
         match source.kind {
             LightSourceKind::Area => 1.0,
@@ -117,18 +120,21 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         }
     }
 
-    /// The density with which bidirectional path tracing makes the `count` vertices of `path` that come after the first `kept` ones, by any of the ways to
-    /// split them between both ends, over what the path contributes; up to a factor of the vertices that are kept.
+    /// Density with which bidirectional path tracing makes the `count` vertices of `path` after the
+    /// first `kept` ones, over the contribution of the path. Sums all splits between both ends.
+    /// Correct up to a factor of the kept vertices.
     ///
-    /// Either subpath keeps what is its own, `kept` vertices from the camera and all that remain from the light, and goes on from there; then the two
-    /// are joined, but where the camera's has met a light (Veach 1997, §10.2 and §11.4.2.1).
+    /// Each subpath keeps its part, `kept` camera vertices and all remaining light vertices, and
+    /// continues from there. Then the two are connected, unless the camera subpath hit a light
+    /// (Veach 1997, §10.2 and §11.4.2.1).
     pub fn inverse_contribution(&self, path: &Path<'a>, kept: usize, count: usize) -> f64 {
         let n = path.len();
         let kept_light = n - kept - count;
         let factors = |i: usize| &path.vertices[i].factors;
         let or_0 = |x: f64| if x.is_finite() { x } else { 0.0 };
-        // By the number t of vertices from the camera, beginning with most: steps from the light are multiplied up, and the sum, from t on, of all
-        // ways over the steps from the camera that they have in common, as Horner has it
+        // In order of the number t of camera vertices, from the maximum down. Steps from the light
+        // are multiplied up. The sum of all strategies from t on, over their common steps from the
+        // camera, follows by Horner's scheme.
         let first = (n - kept_light).min(n - 1);
         let (mut from_light, mut sum) = (1.0, 0.0);
         for t in (kept.max(1)..=kept + count).rev() {
@@ -151,8 +157,9 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     }
 }
 
-/// What the values of `at` and `next` are multiplied by where their edge joins two subpaths: `through |cos| / d²` at `next`, whose value is over the
-/// cosine of the light that comes from `after` (Veach 1997, §8.2).
+/// Factor of the values of `at` and `next` if their edge connects two subpaths:
+/// `transmittance |cos| / d²` at `next`. The value at `next` is over the cosine of the light from
+/// `after` (Veach 1997, §8.2).
 fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     if next.is_infinite() {
         return at.transmittance.pass as f64;
@@ -168,7 +175,7 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     at.transmittance.pass as f64 * cos(w) / into / squared
 }
 
-/// Cosine of `w` to the normal of `at`; 1 at a point that has none.
+/// Cosine between `w` and the normal of `at`; 1 at a point without normal.
 fn cosine(at: &Vertex, w: Vec3) -> f32 {
     if at.ng == Vec3::ZERO { 1.0 } else { w.dot(at.ng) }
 }

@@ -6,14 +6,15 @@ use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::integrator::{RayKind, RaySink};
 
-/// Lens subpath mutations: the subpath from the camera to the first vertex that scatters by no delta lobe, (L|D)DS*E, is deleted, and another is made through a
-/// film point anywhere (Veach 1997, §11.4). Film points of all chains together are stratified.
+/// Lens subpath mutations: the subpath from the camera to the first vertex that does not scatter by
+/// a delta lobe, (L|D)DS*E. It is replaced by another through any film point (Veach 1997, §11.4).
+/// Film points of all chains together are stratified.
 #[derive(Debug)]
 pub(super) struct LensSubpath<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
 }
 
-/// The last vertex of the lens subpath of `x`, if the rest can be joined to another.
+/// Last vertex of the lens subpath of `x`, if the rest can be connected to another subpath.
 pub(super) fn end_of(x: &Path) -> Option<usize> {
     (1..x.len())
         .find(|&i| !x.vertices[i].is_delta)
@@ -21,7 +22,8 @@ pub(super) fn end_of(x: &Path) -> Option<usize> {
 }
 
 impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
-    /// Another lens subpath for that of `x` that ends at `end`. `chosen` is the probability with which this kind of mutation is chosen for a path.
+    /// Replaces the lens subpath of `x`, which ends at `end`. `chosen` is the probability of
+    /// choosing this kind of mutation for a path.
     pub fn mutate(
         &self,
         x: &Path<'a>,
@@ -30,7 +32,7 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
-        // Through a film point and a lens point, and on by delta lobes
+        // Through a film point and a lens point, then by delta lobes
         let film = self.space.film.at(numbers.spread());
         let sample = CameraSample {
             lens: numbers.next_2d(),
@@ -66,11 +68,12 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
             .join(camera, rest.iter().rev().cloned(), 0..last + 1, sample, out)?;
         let back = chosen(&y) * self.inverse_contribution(x, end)?;
         let forth = chosen(x) * self.inverse_contribution(&y, last)?;
-        // Each over what the path contributes that it leads to
+        // Each divided by the contribution of the new path
         Some(Proposal::of(y, back / forth))
     }
 
-    /// Density with which the lens subpath of `path` that ends at `end` is made, over what the path contributes: Q(x → y) = T(x → y) / f(y).
+    /// Density of making the lens subpath of `path` that ends at `end`, over the contribution of
+    /// the path: Q(x → y) = T(x → y) / f(y).
     fn inverse_contribution(&self, path: &Path<'a>, end: usize) -> Option<f64> {
         let stops = self
             .space

@@ -1,39 +1,53 @@
 //! Metropolis light transport in path space (Veach and Guibas 1997; Veach 1997, ch. 11).
 //!
-//! Vertices on surfaces and lights, and the continuation of paths there, are those of `bidirectional/subpath`: points, sampling, ray origins and
-//! densities. Vertices, subpaths and weights are others, because a chain changes single vertices of a path and asks for all densities of the result. A
-//! vertex of `bidirectional` knows the throughput and the density of the way on which its subpath came. A vertex here knows what it contributes between
-//! its neighbours, so that a new neighbour changes few factors of a path, and all delta lobes of a side are one.
+//! Surface and light points, and the sampling, ray origins and densities of paths there, are those
+//! of `bidirectional/subpath`. Vertices, subpaths and weights are different, because a chain
+//! changes single vertices of a path and needs all densities of the result. A vertex of
+//! `bidirectional` has the throughput and the density of its subpath up to the vertex. A vertex
+//! here has its contribution between its neighbours. So a new neighbour changes few factors of a
+//! path, and all delta lobes of one side count as one lobe.
 //!
-//! `path` is a path of path space, whose vertices do not know how they were made. `space` makes subpaths and joins them. `factors` computes from the
-//! vertices alone what a path contributes and with which density each bidirectional strategy makes it. `bidirectional` and `perturbation` are the
-//! mutations. `seed` finds the paths that chains start from.
+//! `path` has paths of path space, whose vertices do not depend on how they were sampled. `space`
+//! makes and connects subpaths. `factors` computes from the vertices alone the contribution of a
+//! path and the density of each bidirectional strategy for it. `bidirectional` and `perturbation`
+//! are mutations. `seed` finds the start paths of chains.
 //!
-//! The acceptance of a mutation depends on what it changes. For a bidirectional mutation that is the sum over all splits of the new vertices between
-//! both ends. For a perturbation it is what remains when film point and directions are integrated over. A mutation that deletes some vertices and
-//! adds others is paired with the one that does the reverse, and each pair balances by itself: other ways to the same path need no account.
+//! The acceptance of a mutation depends on what it changes. For a bidirectional mutation it uses
+//! the sum over all splits of the new vertices between both ends. For a perturbation it uses the
+//! integrand per film point and directions. A mutation that deletes some vertices and adds others
+//! is paired with the reverse mutation. Each pair balances separately, so other ways to the same
+//! path are irrelevant.
 //!
-//! Deltas of mirrors and glass are in the contribution of a path as in every density, and cancel. A path keeps which of its vertices scatter by delta
-//! lobes. A vertex that reflects has all mirror-like lobes at once, since they cannot be distinguished.
+//! Deltas of mirrors and glass appear in the contribution of a path and in every density, and
+//! cancel. A path stores which of its vertices scatter by delta lobes. At a vertex that reflects,
+//! all mirror-like lobes count together, since they cannot be distinguished.
 //!
-//! - Ends that went on by a delta lobe are never cut there: the deterministic step would be taken again.
-//! - A tenth of all mutations replaces the whole path. Its length is as probable as the iteration's seeds say, without the samples that the chain can
-//!   have started from (`Seeds::lengths`): a step that knows these attracts what they found by chance, a bias of a few percent where an iteration has
-//!   few seeds.
-//! - An iteration has one chain for 256 mutations. Chains start at paths that bidirectional path tracing has found, chosen in proportion to their
-//!   light and stratified; an iteration is unbiased from the first mutation on. Many short chains are noisier than a long one where seeds seldom find
-//!   the light, and better where a chain would never leave a corner; `--chains` sets their number.
-//! - Seeds are weighted by the balance heuristic over all strategies, which is the sum over splits of a mutation that deletes everything.
-//! - A vertex knows its factors. Only those next to new vertices are computed (`PathSpace::path`), and a sum over all strategies is one pass over the
+//! - Paths are never cut after a vertex that scatters by a delta lobe: the deterministic step would
+//!   be repeated.
+//! - A tenth of all mutations replaces the whole path. The probability of its length comes from the
+//!   seeds of the iteration, except the samples that the chain may have started from
+//!   (`Seeds::lengths`). A step that depends on these would favour light that they found by chance:
+//!   a bias of a few percent if an iteration has few seeds.
+//! - An iteration has one chain per 256 mutations. Chains start at paths of bidirectional path
+//!   tracing, chosen in proportion to their light and stratified; an iteration is unbiased from the
+//!   first mutation on. Many short chains are noisier than a long one if seeds seldom find the
+//!   light. They are better if a chain would never leave a corner. `--chains` sets their number.
+//! - Seeds are weighted by the balance heuristic over all strategies, which is the sum over splits
+//!   of a mutation that deletes everything.
+//! - Vertices store their factors. Only factors next to new vertices are computed
+//!   (`PathSpace::path`), and a sum over all strategies is one pass over the path.
+//! - A perturbation of light from infinity moves the ray across its direction, which stays. The
+//!   lens point stays until the lens end is made anew, and the time until a time mutation or a new
 //!   path.
-//! - A perturbation of light from infinity moves the ray across its direction, which stays. The lens point stays until the lens end is made anew, and time
-//!   until a mutation of it or a new path.
-//! - Film points of lens subpath mutations are stratified over the chains of an iteration, and not along a chain, where a point that knows of earlier ones
-//!   would know of the chain's state: each chain stays unbiased.
-//! - Where surfaces have alpha or are thin glass, each edge knows its transmittance: a traced ray has paid for it by chance, a connection has not.
+//! - Film points of lens subpath mutations are stratified over the chains of an iteration. They are
+//!   not stratified along a chain: a point that depends on earlier ones would depend on the state
+//!   of the chain. So each chain stays unbiased.
+//! - If surfaces have alpha or are thin glass, each edge has a transmittance. A traced ray has
+//!   passed the surfaces by chance, a connection has not.
 //!
-//! `tests` checks each mutation alone, without waiting for chains to mix: one step is taken from paths that are as frequent as they are bright, and
-//! statistics of the paths must have the same mean before and after.
+//! `tests` checks each mutation separately, without waiting for chains to mix. It takes one step
+//! from paths sampled in proportion to their light. Statistics of the paths must have the same mean
+//! before and after.
 
 mod bidirectional;
 mod factors;
@@ -62,51 +76,53 @@ use perturbation::{CameraChain, PathPerturbation, caustic_start};
 use seed::{Found, Seeds};
 use space::PathSpace;
 
-/// Metropolis light transport: Markov chains of paths, each of which is a mutation of the one before. Paths are visited in proportion to the luminance that
-/// they bring to the picture, over that of the importance image, and so visits of a place bring as much as each other (Veach and Guibas 1997; Veach 1997, ch. 11).
+/// Metropolis light transport: Markov chains of paths, each a mutation of the previous one. Paths
+/// are visited in proportion to their luminance over the importance image, so all visits to one
+/// place add equal luminance (Veach and Guibas 1997; Veach 1997, ch. 11).
 ///
-/// Every iteration has chains of its own, and as many mutations as there are pixels. Its chains start from paths that bidirectional path tracing has
-/// found for the iteration, which also tell how bright the picture is: every iteration is an unbiased estimate by itself.
+/// Each iteration has separate chains, and as many mutations as pixels. Its chains start from paths
+/// of bidirectional path tracing, which also estimate the total light. So each iteration is an
+/// unbiased estimate.
 #[derive(Debug)]
 pub struct PathSpaceIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
     pub max_depth: Option<u32>,
-    /// Russian roulette of the subpaths that chains start from.
+    /// Russian roulette of the start paths of chains.
     pub roulette: Roulette,
-    /// Light samples of each pixel in an iteration, where direct light is found in the ordinary way.
+    /// Light samples per pixel in an iteration, if path tracing finds direct light.
     pub light_samples: u32,
-    /// Options of the chains; step sizes are not used here.
+    /// Options of the chains, except step sizes.
     pub metropolis: Metropolis,
     /// Importance image: the light of paths is divided by it.
     pub importance: &'a ImportanceImage,
 }
 
-/// Mutations for which there is a sample of bidirectional path tracing, all of whose paths a chain may start from.
+/// Number of mutations per bootstrap sample of bidirectional path tracing.
 const MUTATIONS_PER_SEED: u64 = 8;
-/// Minimum number of such samples in an iteration.
+/// Minimum number of bootstrap samples in an iteration.
 const MIN_SEEDS: u64 = 512;
-/// Samples of bidirectional path tracing that are made together.
+/// Number of bootstrap samples in a work item.
 const SEEDS_AT_ONCE: u32 = 64;
 
-/// Kinds of mutations.
+/// Kind of a mutation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mutation {
-    /// Another path altogether.
+    /// Replaces the whole path.
     Replace,
     Bidirectional,
-    /// Lens and multi-chain perturbations, of which a path has one or the other.
+    /// Lens and multi-chain perturbations; at most one of the two applies to a path.
     FromCamera,
     /// Caustic perturbation.
     FromLight,
     LensSubpath,
-    /// To another time, where something moves.
+    /// Moves the path to another time, if something moves.
     Time,
 }
 
 impl Mutation {
-    /// All, each with how often it is chosen, relative to the others, where it can be.
+    /// All kinds, each with its relative frequency among the kinds that apply.
     const ALL: [(Self, f64); 6] = [
         (Self::Replace, 0.1),
         (Self::Bidirectional, 0.3),
@@ -116,7 +132,7 @@ impl Mutation {
         (Self::Time, 0.1),
     ];
 
-    /// Whether this kind of mutation applies to `x`.
+    /// Returns true if this kind of mutation applies to `x`.
     fn applies_to<'a>(self, x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> bool {
         match self {
             Self::Replace | Self::Bidirectional => true,
@@ -132,7 +148,7 @@ impl Mutation {
         Self::ALL.map(|(kind, weight)| if kind.applies_to(x, space) { weight } else { 0.0 })
     }
 
-    /// Probability with which the kind is chosen for `x`.
+    /// Probability of choosing this kind for `x`.
     fn probability<'a>(self, x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> f64 {
         let weights = Self::weights(x, space);
         let own = Self::ALL.iter().zip(weights).filter(|((kind, _), _)| *kind == self);
@@ -140,7 +156,7 @@ impl Mutation {
     }
 }
 
-/// Names that statistics count mutations by.
+/// Names of mutations in statistics.
 const NAMES: [&str; 7] = [
     "new path",
     "bidirectional",
@@ -151,7 +167,7 @@ const NAMES: [&str; 7] = [
     "time",
 ];
 
-/// A path that may follow on another, and the probability with which it does.
+/// A proposed path, and its acceptance probability.
 #[derive(Debug)]
 struct Proposal<'a> {
     path: Path<'a>,
@@ -159,7 +175,8 @@ struct Proposal<'a> {
 }
 
 impl<'a> Proposal<'a> {
-    /// `a = min(1, f(y) T(y → x) / (f(x) T(x → y)))` (Veach 1997, eq. 11.5): `ratio` is the fraction. Where rounding leaves no number nothing is accepted.
+    /// `a = min(1, f(y) T(y → x) / (f(x) T(x → y)))` (Veach 1997, eq. 11.5): `ratio` is the
+    /// fraction. A ratio that is not finite gives 0.
     fn of(path: Path<'a>, ratio: f64) -> Self {
         Self {
             path,
@@ -173,7 +190,7 @@ impl<'a> Proposal<'a> {
 }
 
 impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
-    /// The paths that chains go along.
+    /// Path space of the chains.
     fn space(&self) -> PathSpace<'_, 'a, A> {
         PathSpace::new(
             &self.world,
@@ -188,7 +205,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         self.metropolis.bootstrap.unwrap_or(usual)
     }
 
-    /// The sample `index` of those that chains may start with.
+    /// Paths of the bootstrap sample `index`.
     fn seed<S: Sampler>(
         &self,
         space: &PathSpace<'_, 'a, A>,
@@ -240,7 +257,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn sends_light(&self) -> bool {
-        // Chains do; what pixels find is their own.
+        // Chains send light; samples of pixels do not.
         false
     }
 
@@ -260,7 +277,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn chain<S: Sampler>(&self, seeds: &Seeds, iteration: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
-        // A path to start with, from the chain's own part of all
+        // Start path, from the chain's stratum of all light
         let space = self.space();
         let chains = self.chains() as u64;
         let mut numbers = Numbers::of_chain(index, iteration, sampler);
@@ -273,7 +290,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
 
         let lengths = seeds.lengths(seed);
 
-        // What a visit brings
+        // Light of a visit
         let mutations = mutations_of_chain(mutations(&self.world), index, self.chains());
         let light = seeds.mean * space.film.area() as f64 / (chains * mutations) as f64;
         let mut counts = [[0u64; 2]; NAMES.len()];
@@ -293,7 +310,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
                 stay += 1.0;
                 continue;
             };
-            // Both paths count by what is expected (Veach 1997, §11.3.3).
+            // Both paths count with their expected share (Veach 1997, §11.3.3).
             stay += 1.0 - acceptance;
             if (numbers.next() as f64) < acceptance {
                 visit(&x, stay, out);
@@ -314,7 +331,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
 }
 
 impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
-    /// A mutation of `x`, if it leads anywhere, and the place of its kind in [`NAMES`].
+    /// Proposes a mutation of `x`, if it succeeds. Returns the index of its kind in [`NAMES`] too.
     fn mutate(
         &self,
         space: &PathSpace<'_, 'a, A>,
@@ -327,7 +344,8 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         self.mutate_by(Mutation::ALL[choice].0, (space, lengths), x, numbers, out)
     }
 
-    /// A mutation of `x` of the kind `kind`, if it leads anywhere, and the place of its kind in [`NAMES`].
+    /// Proposes a mutation of `x` of the kind `kind`, if it succeeds. Returns the index of its kind
+    /// in [`NAMES`] too.
     fn mutate_by(
         &self,
         kind: Mutation,
@@ -364,7 +382,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         }
     }
 
-    /// Adds `light` where `x` falls on the film, in its colour.
+    /// Adds `light` in the colour of `x` at its film position.
     fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
         if let Some(source) = x.source().filter(|_| light > 0.0) {
             let radiance = x.color * (light / x.target) as f32;

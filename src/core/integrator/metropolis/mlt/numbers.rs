@@ -2,23 +2,25 @@ use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::math::{DVec2, Vec2};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler, Stream};
 
-/// Random numbers of a Markov chain, by SplitMix64: their count is not known in advance.
+/// Random numbers of a Markov chain, by SplitMix64, which needs no count in advance.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers {
     state: u64,
-    /// The chain's own place in the unit square, and the state of numbers that all chains have in common: see [`Numbers::spread`].
+    /// Position of the chain in the unit square, and the state of the numbers common to all chains:
+    /// see [`Numbers::spread`].
     place: DVec2,
     common: u64,
 }
 
-/// Steps of a lattice that fills the unit square evenly for any number of points: the powers of the plastic number's inverse (Roberts 2018, R2).
+/// Steps of a lattice that fills the unit square evenly for any number of points: the powers of the
+/// plastic number's inverse (Roberts 2018, R2).
 const LATTICE: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
 
 impl Numbers {
-    /// The numbers of the chain `index` of an iteration.
+    /// Numbers of the chain `index` of an iteration.
     pub fn of_chain(index: u32, iteration: u32, sampler: &mut impl Sampler) -> Self {
         let of = |column, sampler: &mut _| Self::of(SampleKey::of_stream(Stream::Chains, column, iteration), sampler);
-        // No chain has the last column.
+        // The last column is not used by chains.
         let common = of(u32::MAX, sampler).state;
         Self {
             place: LATTICE * f64::from(index),
@@ -27,7 +29,8 @@ impl Numbers {
         }
     }
 
-    /// The numbers named by `key`. Where they start depends on the sampler's own numbers there, and so on the seed.
+    /// Numbers with the key `key`. Their start depends on the numbers of the sampler there, and so
+    /// on the seed.
     pub fn of(key: SampleKey, sampler: &mut impl Sampler) -> Self {
         sampler.start(key);
         let pixel = sampler.get_2d(Dimension::PIXEL);
@@ -44,25 +47,26 @@ impl Numbers {
         }
     }
 
-    /// The next one, in [0, 1).
+    /// Next number, in [0, 1).
     pub fn next(&mut self) -> f32 {
         next(&mut self.state)
     }
 
-    /// The next two.
+    /// Next two numbers.
     pub fn next_2d(&mut self) -> Vec2 {
         Vec2::new(self.next(), self.next())
     }
 
-    /// The next two of those that are spread evenly over all chains of an iteration: the points that the chains draw at the same count are a lattice, shifted
-    /// by numbers of that count. For a chain by itself they are independent and uniform.
+    /// Next point that is spread evenly over all chains of an iteration. The points of all chains
+    /// at the same count are a lattice, shifted by numbers of that count. Within one chain they are
+    /// independent and uniform.
     pub fn spread(&mut self) -> Vec2 {
         let shift = [(); 2].map(|()| f64::from(next(&mut self.common)));
         let point = (self.place + DVec2::from(shift)).fract().as_vec2();
         point.min(Vec2::splat(1.0 - 0.5 * f32::EPSILON))
     }
 
-    /// Draws an index with a probability proportional to its weight; `None` where all are 0.
+    /// Samples an index in proportion to its weight. `None` if all weights are 0.
     pub fn choose(&mut self, weights: impl Iterator<Item = f64> + Clone) -> Option<usize> {
         let total: f64 = weights.clone().sum();
         let mut left = self.next() as f64 * total;
@@ -80,7 +84,7 @@ impl Numbers {
     }
 }
 
-/// The next number of SplitMix64, in [0, 1).
+/// Next number of SplitMix64, in [0, 1).
 fn next(state: &mut u64) -> f32 {
     *state = state.wrapping_add(GOLDEN_GAMMA);
     unit_f32(mix(*state))
@@ -91,7 +95,8 @@ mod tests {
     use super::*;
     use crate::sampler::Independent;
 
-    /// At each count 256 chains put one point or so in each of 256 squares, and the points of one chain are spread like independent ones.
+    /// At each count 256 chains put about one point in each of 256 squares. The points of one chain
+    /// are spread like independent ones.
     #[test]
     fn points_are_spread_over_chains() {
         let mut sampler = Independent::new(5);
@@ -104,7 +109,7 @@ mod tests {
                 counts[square(chain.spread())] += 1;
             }
             assert!(*counts.iter().max().unwrap() <= 2);
-            // Of independent points e⁻¹ of the squares have none.
+            // With independent points, a share of e⁻¹ of the squares is empty.
             let empty = counts.iter().filter(|count| **count == 0).count();
             assert!(empty < 60, "{empty} of 256 squares have no point");
         }

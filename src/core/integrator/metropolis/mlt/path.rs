@@ -1,4 +1,4 @@
-//! Paths of the chains and their vertices.
+//! Paths of chains and their vertices.
 
 use crate::accel::Accel;
 use crate::bsdf::{Bsdf, TransportMode};
@@ -13,41 +13,44 @@ use std::rc::Rc;
 
 /// A whole path x0 … xk: x0 is on the lens and xk on a light.
 ///
-/// It is a point of path space (Veach 1997, §8.2): all that is asked of it is computed from its vertices, not from how it was made. A path keeps which of
-/// its vertices scatter by delta lobes. Such paths are on a surface in path space; the deltas of what they contribute and of the
-/// densities with which they are made are the same, and cancel.
+/// A path is a point of path space (Veach 1997, §8.2). All quantities are computed from its
+/// vertices and do not depend on how it was sampled. It stores which of its vertices scatter by
+/// delta lobes. Such paths are a surface in path space. The same deltas appear in their
+/// contribution and in their densities, and cancel.
 #[derive(Clone, Debug)]
 pub(super) struct Path<'a> {
     pub vertices: Vec<Vertex<'a>>,
     /// Position on the film: pixels, origin top left.
     pub film: Vec2,
     pub camera: CameraSample,
-    /// Product of the values of all vertices: the path's contribution but for factors that have no colour.
+    /// Product of the values of all vertices: the contribution of the path without scalar factors.
     pub color: Spectrum,
-    /// What chains are after: the luminance of [`Path::color`], over that of the importance image there. Above 0.
+    /// Target of chains: luminance of [`Path::color`], over the importance image at its position.
+    /// Above 0.
     pub target: f64,
 }
 
 /// Random choices of a path at the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CameraSample {
-    /// The numbers that draw the point of the lens.
+    /// Random numbers of the lens point.
     pub lens: Vec2,
     pub time: f32,
 }
 
 impl Path<'_> {
-    /// Vertices.
+    /// Number of vertices.
     pub fn len(&self) -> usize {
         self.vertices.len()
     }
 
-    /// The light that it comes from.
+    /// Light at the end of the path.
     pub fn source(&self) -> Option<&LightSource> {
         self.vertices.last().and_then(Vertex::source)
     }
 
-    /// Records the path's vertices, from the camera on. A path of a Markov chain has no throughput of its own.
+    /// Records the vertices of the path, from the camera on. The throughput of a path of a Markov
+    /// chain is recorded as 1.
     pub fn record(&self, out: &mut impl RaySink) {
         for (i, vertex) in self.vertices.iter().enumerate() {
             match &vertex.kind {
@@ -73,7 +76,7 @@ impl Path<'_> {
         out.record(PathEvent::Visited);
     }
 
-    /// Whether light can be joined from one to the other by the edge from the vertex `i` to the one after it.
+    /// Returns true if the edge from the vertex `i` to the next one can be a connection.
     pub fn can_be_joined(&self, i: usize) -> bool {
         i + 1 < self.len() && !self.vertices[i].is_delta && !self.vertices[i + 1].is_delta
     }
@@ -83,81 +86,86 @@ impl Path<'_> {
 #[derive(Clone, Debug)]
 pub(super) struct Vertex<'a> {
     pub kind: PathVertexKind<'a>,
-    /// World space; without meaning at an infinitely distant light.
+    /// Position in world space; unused at an infinitely distant light.
     pub p: Vec3,
-    /// Unit geometric normal; zero at single points, the direction of travel at infinity.
+    /// Unit geometric normal; zero at point lights and panoramic lenses, the direction of travel at
+    /// infinity.
     pub ng: Vec3,
-    /// Whether the vertex scatters by a delta lobe.
+    /// True if the vertex scatters by a delta lobe.
     pub is_delta: bool,
-    /// Share of light that passes between here and the vertex after it, which is the one that is nearer to the light: below 1 behind surfaces with alpha
-    /// and thin glass.
+    /// Transmittance to the next vertex, which is nearer to the light: below 1 behind surfaces with
+    /// alpha and thin glass.
     pub transmittance: Transmittance,
     pub factors: Factors,
 }
 
-/// What a vertex is on. Paths that go on from a surface have it in common.
+/// Object of a vertex. Paths that continue from one surface share it.
 pub(super) type PathVertexKind<'a> = VertexKind<Rc<Surface<'a>>, LightSource>;
 
-/// Where the light of a path comes from.
+/// Light at the end of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightSource {
     pub id: LightId,
     pub kind: LightSourceKind,
-    /// Radiance, W·sr⁻¹·m⁻²; of parallel light irradiance, W·m⁻²; not of points.
+    /// Radiance, W·sr⁻¹·m⁻²; irradiance, W·m⁻², of parallel light; unused for point lights.
     pub radiance: Spectrum,
-    /// Opacity of its surface, which `radiance` does not include. A ray that has met the surface has
-    /// paid for the opacity by chance; a sampled point has not.
+    /// Opacity of its surface, not included in `radiance`: a ray stops at the surface with this
+    /// probability, but a sampled point is always on it.
     pub opacity: f32,
-    /// Where rays from it start and end, clear of its own surface.
+    /// Origin of rays from it, offset from its surface.
     pub origin: Vec3,
 }
 
 /// Kind of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LightSourceKind {
-    /// A light that has an area.
+    /// Has an area.
     Area,
-    /// A single point.
+    /// A point.
     Point,
-    /// Infinitely far away, of many directions.
+    /// Infinitely far away, with many directions.
     Far,
-    /// Infinitely far away, of a single direction.
+    /// Infinitely far away, with one direction.
     Parallel,
 }
 
 impl LightSourceKind {
-    /// Whether the light is infinitely far away.
+    /// Returns true if the light is infinitely far away.
     pub fn is_infinite(self) -> bool {
         matches!(self, Self::Far | Self::Parallel)
     }
 
-    /// Whether no ray can meet it.
+    /// Returns true if no ray can hit it.
     pub fn is_delta(self) -> bool {
         matches!(self, Self::Point | Self::Parallel)
     }
 }
 
-/// What a vertex contributes between its neighbours, and with which densities paths go on from it to them.
+/// Contribution of a vertex between its neighbours, and the densities of continuing paths from it
+/// to them.
 ///
-/// What a path contributes over the density with which it was made is a product along the path: of [`Factors::value`] at all vertices, over
-/// [`Factors::camera`] where a subpath from the camera was continued, over [`Factors::light`] where one from a light was, and times
-/// [`Factors::geometry_term`] where two subpaths were joined.
+/// The contribution of a path over its density is a product along the path. It has
+/// [`Factors::value`] at all vertices, and [`Factors::geometry_term`] at a connection. It is
+/// divided by [`Factors::camera`] where a camera subpath was continued, and by [`Factors::light`]
+/// where a light subpath was.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factors {
-    /// Light that comes from the vertex after this one and is scattered to the one before it, `f |cos|` by the shading normal; of a delta lobe the share
-    /// of the light; at a light what it emits.
+    /// Throughput of light from the next vertex to the previous one, `f |cos|` with the shading
+    /// normal. For a delta lobe it is the share of the light, at a light the emission.
     pub value: Spectrum,
-    /// Density with which a subpath from the camera goes on to the next vertex: per solid angle, of delta lobes the probability; at
-    /// the lens 1, per film.
+    /// Density with which a camera subpath continues to the next vertex: per solid angle; for delta
+    /// lobes the probability; at the lens 1, per film.
     pub camera: f64,
-    /// The one with which a subpath from a light goes on to the vertex before, over [`Factors::towards_camera`].
+    /// Density with which a light subpath continues to the previous vertex, over
+    /// [`Factors::towards_camera`].
     pub light: f64,
-    /// What `value` is multiplied by to be what a path from a light counts per solid angle of the direction in which it goes on: of infinitely distant
-    /// lights per area of a disk.
+    /// Factor from `value` to the throughput of a light path per solid angle of its next direction;
+    /// for infinitely distant lights per area of a disk.
     pub towards_camera: f64,
-    /// Geometry term of the edge to the next vertex, with its visibility, where this edge joins two subpaths.
+    /// Geometry term of the edge to the next vertex, with its visibility, if this edge connects two
+    /// subpaths.
     pub geometry_term: f64,
-    /// Density of the vertex itself where a subpath starts there, at a light.
+    /// Density of the vertex if a light subpath starts there.
     pub start: f64,
 }
 
@@ -192,7 +200,7 @@ impl<'a> Vertex<'a> {
         Self::new(VertexKind::Lens { is_far }, p, normal)
     }
 
-    /// The vertex's surface, if it is on one.
+    /// Surface of the vertex, if it is on one.
     pub fn surface(&self) -> Option<&Surface<'a>> {
         match &self.kind {
             VertexKind::Surface(surface) => Some(surface),
@@ -200,7 +208,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The vertex's light, if it is on one.
+    /// Light of the vertex, if it is on one.
     pub fn source(&self) -> Option<&LightSource> {
         match &self.kind {
             VertexKind::Light(source) => Some(source),
@@ -208,13 +216,14 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Whether a ray that left `other` has met the triangle that it left. Such points are one and the same to all that is computed of a path's vertices.
+    /// Returns true if a ray from `other` hit the triangle that it left. The quantities of a path
+    /// cannot distinguish such points.
     pub fn is_met_again(&self, other: &Self) -> bool {
         let triangle = |vertex: &Self| vertex.surface().map(|s| (s.hit.prim, s.hit.geom, s.hit.inst));
         triangle(self).is_some_and(|own| triangle(other) == Some(own))
     }
 
-    /// Returns true if the vertex is infinitely far away, as is the lens of parallel rays.
+    /// Returns true if the vertex is infinitely far away, like the lens of parallel rays.
     pub fn is_infinite(&self) -> bool {
         match &self.kind {
             VertexKind::Lens { is_far } => *is_far,
@@ -223,7 +232,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Whether something scatters here that other vertices can be joined to.
+    /// Returns true if the vertex can be connected to others: not all its lobes are delta lobes.
     pub fn is_smooth_somewhere(&self) -> bool {
         self.surface().is_none_or(|surface| !surface.bsdf.is_delta())
     }
@@ -237,8 +246,8 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Where rays start that go on in direction `w` to find light, on the path that comes from the camera by `before`; if that is not known, on the
-    /// side that `w` points to.
+    /// Origin of rays in direction `w` that search for light, on the path from the camera by
+    /// `before`. If `before` is `None`, on the side of `w`.
     pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, before: Option<&Self>, w: Vec3) -> Vec3 {
         match (&self.kind, before) {
             (VertexKind::Surface(surface), Some(before)) => {
@@ -248,7 +257,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Where rays start that carry light away in direction `w`.
+    /// Origin of rays that take light away in direction `w`.
     pub fn origin_towards_camera(&self, w: Vec3) -> Vec3 {
         match &self.kind {
             VertexKind::Lens { .. } => self.p,
@@ -258,19 +267,20 @@ impl<'a> Vertex<'a> {
     }
 }
 
-/// What the delta lobes of a BSDF scatter to one side.
+/// Combined delta lobes of a BSDF on one side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Single {
     /// Direction, local frame.
     pub direction: Vec3,
     /// Share of the light.
     pub flux: Spectrum,
-    /// Probability with which it is drawn.
+    /// Probability of sampling it.
     pub probability: f32,
 }
 
 impl Single {
-    /// The delta direction of `bsdf` for light that comes from `back` (local frame), on the same side or on the other. Lobes that reflect have one direction, and count together.
+    /// Delta direction of `bsdf` for light from `back` (local frame), on the same side or on the
+    /// other. Lobes that reflect have one direction, and count together.
     pub fn of(bsdf: &Bsdf, back: Vec3, is_reflected: bool, mode: TransportMode) -> Option<Self> {
         let (mut total, mut flux, mut direction) = (0.0, Spectrum::ZERO, None);
         for sample in bsdf.delta_directions(back, mode).filter(|sample| sample.pdf > 0.0) {

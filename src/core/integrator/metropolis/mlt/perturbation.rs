@@ -8,35 +8,39 @@ use crate::integrator::{RayKind, RaySink};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Perturbations: one end of the path moves a little, and the specular chain behind it along (Veach 1997, §11.4.2.2 to 11.4.2.4).
+/// Perturbations: one end of the path moves slightly, and the specular chain behind it with it
+/// (Veach 1997, §11.4.2.2 to 11.4.2.4).
 ///
-/// Moved vertices are drawn alike there and back, so that the acceptance is that of what the paths contribute per film, and per solid angle of each
-/// direction that was perturbed. New paths have the same delta lobes at the same places.
+/// Moved vertices are sampled symmetrically. So the acceptance is the ratio of the contributions
+/// per film area, and per solid angle of each perturbed direction. New paths have the same delta
+/// lobes at the same vertices.
 #[derive(Debug)]
 pub(super) struct PathPerturbation<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
 }
 
-/// Minimum distance on the film by which a path is perturbed, pixels.
+/// Minimum perturbation on the film, in pixels.
 const MIN_STEP: f32 = 0.1;
-/// Share of the picture's area within the maximum distance.
+/// Area within the maximum perturbation, as a share of the film area.
 const MAX_STEP_SHARE: f32 = 0.05;
-/// Minimum and maximum angle by which directions between two specular chains are perturbed, radians.
+/// Minimum and maximum angle of perturbations of directions between two specular chains, in
+/// radians.
 const ANGLES: [f32; 2] = [0.0001, 0.1];
-/// Maximum angle by which a direction of light is perturbed, radians.
+/// Maximum angle of perturbations of a direction of light, in radians.
 const MAX_ANGLE: f32 = 0.5;
 
-/// What moves when the film point does.
+/// Part of a path that moves with its film point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct CameraChain {
-    /// The last vertex that moves: it is joined to the next one, or is the light.
+    /// Last vertex that moves: it is connected to the next one, or is the light.
     pub last: usize,
-    /// Whether specular chains follow each other, with directions between them that are perturbed too.
+    /// True if there are several specular chains, with perturbed directions between them.
     pub is_multiple: bool,
 }
 
 impl CameraChain {
-    /// The chain of `x`: (L|D)DS*E, or (L|D)DS⁺DS⁺E, or one that ends at a light that is met.
+    /// The chain of `x`: (L|D)DS*E, or (L|D)DS⁺DS⁺E, or a chain that ends at a light that the path
+    /// hits.
     pub fn of(x: &Path) -> Option<Self> {
         let mut is_multiple = false;
         for i in 1..x.len() {
@@ -54,21 +58,22 @@ impl CameraChain {
     }
 }
 
-/// The vertex from which a specular chain of light goes, to one that the camera sees: (L|D)S*DE.
+/// Vertex at the start of a specular chain of light, to a vertex that the camera sees: (L|D)S*DE.
 pub(super) fn caustic_start(x: &Path) -> Option<usize> {
     let is_seen = x.vertices[1].surface().is_some() && !x.vertices[1].is_delta;
     (2..x.len()).find(|&i| !x.vertices[i].is_delta).filter(|_| is_seen)
 }
 
 impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
-    /// Maximum distance on the film, pixels.
+    /// Maximum perturbation on the film, in pixels.
     fn max_step(&self) -> f32 {
         (MAX_STEP_SHARE * self.space.film.area() / PI)
             .sqrt()
             .max(2.0 * MIN_STEP)
     }
 
-    /// Moves the film point of `x`, and all that `chain` says. `chosen` is the probability with which this kind of mutation is chosen for a path.
+    /// Moves the film point of `x`, and the vertices of `chain`. `chosen` is the probability of
+    /// choosing this kind of mutation for a path.
     pub fn move_film_point(
         &self,
         x: &Path<'a>,
@@ -77,7 +82,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
-        // A film point near by
+        // A nearby film point
         let film = x.film + on_ring(numbers, [MIN_STEP, self.max_step()]);
         if !self.space.film.contains(film) {
             return None;
@@ -95,7 +100,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(self.proposal((x, y), chain, chosen))
     }
 
-    /// Moves `x` to another time: through the same point of film and lens, and in the same directions where they are free. What `chain` leaves must be still.
+    /// Moves `x` to another time: through the same points of film and lens, and with the same free
+    /// directions. Vertices outside `chain` must not move.
     pub fn move_in_time(
         &self,
         x: &Path<'a>,
@@ -109,7 +115,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
             ..x.camera
         };
         let camera = self.follow(x, chain, (x.film, sample), |w, _| w, numbers, out)?;
-        // Occluders between the vertices that stay may differ.
+        // Occluders between the other vertices may differ.
         let mut light: Vec<Vertex> = x.vertices[chain.last + 1..].iter().rev().cloned().collect();
         for i in 1..light.len() {
             let before = light.get(i + 1).or(camera.last());
@@ -124,7 +130,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(self.proposal((x, y), chain, chosen))
     }
 
-    /// Whether [`PathPerturbation::move_in_time`] can move `x`.
+    /// Returns true if [`PathPerturbation::move_in_time`] can move `x`.
     pub fn can_move_in_time(&self, x: &Path<'a>) -> bool {
         let chain = CameraChain::of(x);
         chain.is_some_and(|chain| {
@@ -134,8 +140,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         })
     }
 
-    /// The vertices of `chain` anew, through the point `film`: with the same kinds of scattering along the way as those of `x`, and in the direction that
-    /// `turn` makes of the old one where it is free.
+    /// Makes the vertices of `chain` anew, through the point `film`: with the same kinds of
+    /// scattering as `x`, and with `turn` applied to free directions.
     fn follow(
         &self,
         x: &Path<'a>,
@@ -174,7 +180,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(camera)
     }
 
-    /// To go from `x` to `y`, both of which are as likely to be made of the other.
+    /// Proposal of `y` from `x`; both steps have equal density.
     fn proposal(
         &self,
         (x, y): (&Path<'a>, Path<'a>),
@@ -185,7 +191,9 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Proposal::of(y, ratio)
     }
 
-    /// What `path` contributes per film, and per solid angle of each free direction of `chain`. A light that is met is one of several far ones by chance.
+    /// Contribution of `path` per film area, and per solid angle of each free direction of `chain`.
+    /// If the path hits its light, divides by the probability of that light among the infinitely
+    /// distant ones.
     fn contribution(&self, path: &Path<'a>, chain: CameraChain) -> f64 {
         let geometry_term = match path.source() {
             Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
@@ -194,7 +202,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         path.target * geometry_term
     }
 
-    /// Moves the light that leaves the vertex `start` of `x` and goes through a specular chain to what the camera sees.
+    /// Moves the light that leaves the vertex `start` of `x` and reaches a visible vertex through a
+    /// specular chain.
     pub fn move_light(
         &self,
         x: &Path<'a>,
@@ -203,7 +212,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
-        // A direction near by, or where it does not change a place
+        // A nearby direction, or a nearby position for light from infinity
         let from = &x.vertices[start];
         let old = from.direction_to(&x.vertices[start - 1]);
         let range = self.range_of_light(x, start);
@@ -213,7 +222,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
                 let across = Frame::from_z(old).to_world(Vec3::new(offset.x, offset.y, 0.0));
                 let ball = self.space.world.scene.ball();
                 let next = x.vertices[start - 1].p + across;
-                // From before the scene
+                // From outside the scene
                 let back = (next - ball.center).dot(old) + ball.radius;
                 (next - back * old, old, offset.length())
             }
@@ -224,7 +233,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         };
         let mut ray = Ray::new(origin, w).when(x.camera.time);
 
-        // Equal kinds of scattering along the way
+        // Equal kinds of scattering along the chain
         let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
         light.extend(x.vertices[start..].iter().rev().cloned());
         for i in (1..start).rev() {
@@ -245,7 +254,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         camera.push(x.vertices[0].clone());
         let y = self.space.join(camera, light.into_iter(), 1..start, x.camera, out)?;
 
-        // The range of the move depends on the path.
+        // The range of the perturbation depends on the path.
         let [min, max] = self.range_of_light(&y, start);
         if !(min..=max).contains(&moved) {
             return None;
@@ -259,8 +268,9 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(Proposal::of(y, ratio))
     }
 
-    /// By how much light may be moved at the vertex `start` of `x`: so much that on the film it is as much as film points are. Radians; of
-    /// infinitely distant lights scene units.
+    /// Range of perturbations of light at the vertex `start` of `x`, which move the film point
+    /// about as much as film perturbations do. In radians; for infinitely distant lights in scene
+    /// units.
     fn range_of_light(&self, x: &Path, start: usize) -> [f32; 2] {
         let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.camera.time);
         let steps = [MIN_STEP, self.max_step()];
@@ -269,13 +279,14 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         }
         let edges = x.vertices[1..=start].windows(2);
         let distance: f32 = edges.map(|edge| edge[0].p.distance(edge[1].p)).sum();
-        // The ratio of both is the same for all paths, and with it the density of what lies between.
+        // The ratio of both is the same for all paths, and so is the density between them.
         let greatest = (steps[1] * pixel / distance).min(MAX_ANGLE);
         [greatest * (steps[0] / steps[1]), greatest]
     }
 
-    /// The direction in which the last vertex of `path` goes on as `old` did, on the way from `before` to `after`: by the same kind of lobe, and where that
-    /// is no delta lobe in the direction that `turn` makes of the old one.
+    /// Direction in which the last vertex of `path` continues like `old` did, on the way from
+    /// `before` to `after`: by the same kind of lobe. If it is not a delta lobe, `turn` applied to
+    /// the old direction.
     fn onwards(
         &self,
         path: &[Vertex<'a>],
@@ -299,18 +310,18 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
     }
 }
 
-/// A random distance, from the least to the greatest: its logarithm is uniform.
+/// A random distance between `min` and `max` with uniform logarithm.
 fn distance(numbers: &mut Numbers, [min, max]: [f32; 2]) -> f32 {
     max * (-(max / min).ln() * numbers.next()).exp()
 }
 
-/// A random offset of such a length.
+/// A random offset with a length in `range`.
 fn on_ring(numbers: &mut Numbers, range: [f32; 2]) -> Vec2 {
     let length = distance(numbers, range);
     length * Vec2::from_angle(TAU * numbers.next())
 }
 
-/// The unit direction `w`, turned by such an angle, and the angle.
+/// The unit direction `w`, rotated by a random angle in `range`, and the angle.
 fn turned(w: Vec3, numbers: &mut Numbers, range: [f32; 2]) -> (Vec3, f32) {
     let angle = distance(numbers, range);
     let (sin, cos) = angle.sin_cos();

@@ -1,4 +1,4 @@
-//! Seeds: paths that chains start with.
+//! Seeds: start paths of chains.
 
 use super::bidirectional::Lengths;
 use super::numbers::Numbers;
@@ -7,33 +7,34 @@ use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::integrator::{RaySink, Roulette};
 
-/// Paths that a chain may start with: all that bidirectional path tracing has found in its samples of an iteration.
+/// Start paths of chains: all paths of the bootstrap samples of an iteration.
 ///
-/// A chain whose first path is drawn from them in proportion to the light that they carry, and whose light is scaled by what they carry in the mean,
-/// is unbiased from its first step on (Veach 1997, §11.3.1).
+/// The first path of a chain is sampled from them in proportion to their light, and the light of
+/// the chain is scaled by their mean light. Then the chain is unbiased from its first step on
+/// (Veach 1997, §11.3.1).
 #[derive(Debug, Default)]
 pub struct Seeds {
     seeds: Vec<Seed>,
-    /// Light of all up to each.
+    /// Cumulative light of the seeds.
     sums: Vec<f64>,
-    /// Mean luminance of what a pixel sees by such paths.
+    /// Mean luminance of a pixel by these paths.
     pub(super) mean: f64,
-    /// Of paths that are made anew: by the samples of even numbers, and by those of odd ones.
+    /// Lengths of new paths: from samples of even index, and of odd index.
     lengths: [Lengths; 2],
 }
 
-/// A path by its place: one of those that a sample finds.
+/// Index of a path: the bootstrap sample, and the path in the sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Seed {
     pub sample: u32,
     pub way: u32,
 }
 
-/// The light that the paths of a sample carry, and their numbers of vertices, in their order.
+/// Light and number of vertices of the paths of a sample, in their order.
 pub type Found = Vec<(f64, usize)>;
 
 impl Seeds {
-    /// The paths of all `samples`, which have `lengths` as their minimum and maximum number of vertices.
+    /// Paths of all `samples`. `lengths` are their minimum and maximum number of vertices.
     pub(super) fn new(samples: &[Found], lengths: (usize, usize)) -> Self {
         let mut seeds = Self::default();
         let mut total = 0.0;
@@ -51,13 +52,14 @@ impl Seeds {
         seeds
     }
 
-    /// How probable lengths are in a chain that starts at `seed`. What a chain does must not depend on the samples that it may start with, or light that is
-    /// found by chance would attract what it starts: they are of the others.
+    /// Distribution of lengths for a chain that starts at `seed`. It comes from the other half of
+    /// the samples. A chain must not depend on the samples that it may start from: it would favour
+    /// light that they found by chance.
     pub(super) fn lengths(&self, seed: Seed) -> &Lengths {
         &self.lengths[1 - seed.sample as usize % 2]
     }
 
-    /// The seed at `u` of [0, 1) of their light; `None` where there is none.
+    /// Seed at `u` in [0, 1) of the total light. `None` if there are no seeds.
     pub(super) fn at(&self, u: f64) -> Option<Seed> {
         let light = u * self.sums.last()?;
         let index = self.sums.partition_point(|&sum| sum <= light);
@@ -65,16 +67,16 @@ impl Seeds {
     }
 }
 
-/// A subpath, and for each of its vertices what makes up for those that roulette has ended before.
+/// A subpath, and for each vertex the weight that compensates for roulette.
 struct Subpath<'a> {
     vertices: Vec<Vertex<'a>>,
     weights: Vec<f64>,
-    /// Weight of the next vertex; `None` where the subpath ends.
+    /// Weight of the next vertex. `None` if the subpath ends.
     next: Option<f64>,
 }
 
 impl<'a> Subpath<'a> {
-    /// A subpath that begins with `first`.
+    /// A subpath that starts with `first`.
     fn new(first: Option<Vertex<'a>>) -> Self {
         Self {
             next: first.as_ref().map(|_| 1.0),
@@ -93,7 +95,8 @@ impl<'a> Subpath<'a> {
         self.next = weight.map(|weight| so_far * weight as f64);
     }
 
-    /// Computes the factors of all vertices whose neighbours are known: all paths that go on from there have them in common.
+    /// Computes the factors of all vertices with known neighbours: all paths that continue from
+    /// there share them.
     fn settle<A: Accel>(&mut self, space: &PathSpace<'_, 'a, A>, is_from_light: bool, time: f32) {
         let n = self.vertices.len();
         for i in n.saturating_sub(3)..n {
@@ -110,8 +113,9 @@ impl<'a> Subpath<'a> {
     }
 }
 
-/// Finds all paths of one sample of bidirectional path tracing, each with the light that it carries: its target over the density with which such
-/// samples make it, by any of the ways there are (the balance heuristic, Veach 1997, §9.2.2).
+/// Finds all paths of one bootstrap sample of bidirectional path tracing, each with its light. The
+/// light is the target over the density, summed over all strategies (the balance heuristic, Veach
+/// 1997, §9.2.2).
 pub(super) fn sample<'a, A: Accel>(
     space: &PathSpace<'_, 'a, A>,
     roulette: Roulette,
@@ -127,7 +131,7 @@ pub(super) fn sample<'a, A: Accel>(
         }
     };
 
-    // A subpath from the camera, and each light that it meets
+    // A camera subpath, and each light that it hits
     let (lens, world) = (numbers.next_2d(), space.world);
     let time = world.time_at(|| numbers.next());
     let camera_sample = CameraSample { lens, time };
@@ -155,7 +159,7 @@ pub(super) fn sample<'a, A: Accel>(
         camera.settle(space, false, time);
     }
 
-    // One from a light
+    // A light subpath
     let mut first = Vec::new();
     let mut light = Subpath::new(
         space
@@ -175,7 +179,7 @@ pub(super) fn sample<'a, A: Accel>(
         }
     }
 
-    // All ways to join them
+    // All strategies that connect them
     let (camera_ends, light_ends) = (camera.vertices.iter().zip(1..), light.vertices.iter().zip(1..));
     for (a, t) in camera_ends {
         for (b, s) in light_ends.clone() {

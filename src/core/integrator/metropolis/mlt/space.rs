@@ -1,4 +1,4 @@
-//! Path space of a scene: vertices, subpaths and connections of the chains' paths.
+//! Path space of a scene: vertices, subpaths and connections of the paths of chains.
 
 use super::numbers::Numbers;
 use super::path::{CameraSample, LightSource, LightSourceKind, Path, Single, Vertex};
@@ -16,20 +16,20 @@ use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
 use std::ops::Range;
 use std::rc::Rc;
 
-/// The space of all paths that matter, and the steps of which subpaths are made there.
+/// Space of all paths of the chains, and the steps that make subpaths.
 #[derive(Debug)]
 pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     /// Importance image: the light of paths is divided by it.
     importance: &'w ImportanceImage,
-    /// Whether lamps that are seen by delta lobes alone belong to the space.
+    /// True if lamps seen only by delta lobes belong to the space.
     has_lamps: bool,
-    /// Minimum number of vertices of a path, both ends counted.
+    /// Minimum number of vertices of a path, including both ends.
     pub min_vertices: usize,
     /// Maximum number of vertices of a path.
     pub max_vertices: usize,
     pub film: FilmArea,
-    /// Infinitely distant lights that rays can meet.
+    /// Number of infinitely distant lights that rays can hit.
     pub far_lights: usize,
 }
 
@@ -55,12 +55,12 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// The vertex on the lens of a sample.
+    /// Lens vertex of a sample.
     pub fn lens(&self, CameraSample { lens, time }: CameraSample) -> Vertex<'a> {
         Vertex::lens(self.world.camera.lens_point(lens, time))
     }
 
-    /// The surface that `ray` meets.
+    /// Surface that `ray` hits.
     pub fn meet(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
         // Transmittance belongs to the edge (`PathSpace::transmittance`).
         let (hit, _) = self.world.intersect(ray, kind, out);
@@ -70,7 +70,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))
     }
 
-    /// The light that `ray` meets: on the surface `met`, or where it meets none an infinitely distant one, of which `u` chooses.
+    /// Light that `ray` hits: on the surface `met`, or if there is none an infinitely distant light
+    /// chosen by `u`.
     pub fn meet_light(&self, met: Option<Vertex<'a>>, ray: &Ray, u: f32) -> Option<Vertex<'a>> {
         let scene = self.world.scene;
         let from = LightSampleContext::any_side(ray.origin);
@@ -124,12 +125,13 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             opacity: emission.opacity,
             origin: emission.origin,
         };
-        // Infinitely far away there are directions, and no places.
+        // Infinitely distant lights have directions instead of positions.
         let p = if kind.is_infinite() { Vec3::ZERO } else { emission.p };
         Some(Vertex::new(VertexKind::Light(source), p, emission.ng))
     }
 
-    /// Adds `count` vertices to a subpath from the camera; if `to_light`, the last of them is where it meets a light. `None` where that cannot be.
+    /// Adds `count` vertices to a camera subpath; if `to_light`, the last one is the light that it
+    /// hits. `None` if this is not possible.
     pub fn extend_from_camera(
         &self,
         path: &mut Vec<Vertex<'a>>,
@@ -158,7 +160,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// The ray on which a subpath from the camera goes on.
+    /// Ray on which a camera subpath continues.
     pub fn onwards_from_camera(
         &self,
         path: &mut [Vertex<'a>],
@@ -177,7 +179,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some((ray, RayKind::Camera))
     }
 
-    /// Adds `count` vertices to a subpath from a light, whose vertices begin there.
+    /// Adds `count` vertices to a light subpath, ordered from the light.
     pub fn extend_from_light(
         &self,
         path: &mut Vec<Vertex<'a>>,
@@ -205,7 +207,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// The ray of light that sets out from `vertex`, on `source`, in a random direction; of light from infinity at a random place.
+    /// Light ray from `vertex`, on `source`, in a random direction; for light from infinity at a
+    /// random position.
     fn set_out(&self, vertex: &Vertex, source: &LightSource, time: f32, numbers: &mut Numbers) -> Option<Ray> {
         let u = numbers.next_2d();
         let (origin, w) = match source.kind {
@@ -221,7 +224,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Ray::new(origin, w).when(time))
     }
 
-    /// The ray on which the subpath `path`, whose last vertex is on a surface, goes on; notes by what kind of lobe.
+    /// Ray on which the subpath `path` continues from its last vertex, on a surface. Sets the kind
+    /// of lobe.
     fn scatter(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
         let (u_lobe, u) = (numbers.next(), numbers.next_2d());
         if u_lobe >= self.smooth_probability(path, mode)? {
@@ -238,7 +242,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(ray)
     }
 
-    /// Probability with which the subpath `path`, whose last vertex is on a surface, goes on by no delta lobe.
+    /// Probability that the subpath `path` does not continue by a delta lobe. Its last vertex is on
+    /// a surface.
     pub fn smooth_probability(&self, path: &[Vertex<'a>], mode: TransportMode) -> Option<f32> {
         let [.., before, last] = path else { return None };
         let back = last.direction_to(before);
@@ -247,7 +252,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(surface.bsdf.smooth_probability(frame.to_local(back)))
     }
 
-    /// The ray on which the subpath `path`, whose last vertex is on a surface, goes on by a delta lobe: to one side or to the other, by their shares.
+    /// Ray on which the subpath `path` continues by a delta lobe, by reflection or transmission in
+    /// proportion to their shares. Its last vertex is on a surface.
     pub fn scatter_by_delta(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
         let [.., before, last] = path else { return None };
         let back = last.direction_to(before);
@@ -262,8 +268,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(ray)
     }
 
-    /// Share of light that passes between `a`, to which the path from the camera comes by `before` if that is known, and the next vertex `b`, where a ray
-    /// has gone all the way.
+    /// Transmittance between `a` and the next vertex `b`, if a ray was traced between them.
+    /// `before` is the previous vertex of `a` on the camera's side, if it is known.
     pub fn transmittance(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
@@ -277,7 +283,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Whether `vertex` is where it is at any time.
+    /// Returns true if `vertex` does not move.
     pub fn is_still(&self, vertex: &Vertex) -> bool {
         let scene = self.world.scene;
         match &vertex.kind {
@@ -287,7 +293,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Transmittance between `a` and the next vertex `b`, where no ray has gone yet.
+    /// Transmittance between `a` and the next vertex `b`, if no ray was traced between them.
     pub fn visibility(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
@@ -313,7 +319,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Notes [`PathSpace::transmittance`] at the last vertex of `camera`, from which a ray has gone to `next`.
+    /// Stores [`PathSpace::transmittance`] at the last vertex of `camera`, from which a ray was
+    /// traced to `next`.
     pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
         if let [.., before, last] = camera {
             last.transmittance = self.transmittance((Some(before), last), next, time, out);
@@ -322,8 +329,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Joins two subpaths by an edge: one from the camera and one from a light, whose vertices begin there. `None` where no light passes. `fresh` are the
-    /// vertices of the whole that are not what they have been, or not where; all others know their factors.
+    /// Connects a camera subpath and a light subpath, whose vertices are ordered from the light, by
+    /// an edge. `None` if no light passes. `fresh` are the vertices of the whole path that are new
+    /// or moved; all others have their factors.
     pub fn join(
         &self,
         mut camera: Vec<Vertex<'a>>,
@@ -346,10 +354,11 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 }
             }
         }
-        // What costs no ray is asked first.
+        // Checks without rays come first.
         let mut path = self.path(camera, fresh, sample)?;
         if second < path.len() {
-            // From one point of a plane to another nothing passes, though a bent normal may have it that something is scattered.
+            // Between two points of a plane no light passes, even if a bent normal gives a nonzero
+            // BSDF.
             if path.vertices[second - 1].factors.geometry_term <= 0.0 {
                 return None;
             }
@@ -367,8 +376,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(path)
     }
 
-    /// Moves the lens of parallel rays, the first vertex of `path`, to where the second one is
-    /// seen. `None` if it is not.
+    /// Moves the lens of parallel rays, the first vertex of `path`, to the point that sees the
+    /// second vertex. `None` if there is none.
     fn face(&self, path: &mut [Vertex<'a>], sample: CameraSample) -> Option<()> {
         let [lens, seen, ..] = path else { return None };
         if lens.is_infinite() {
@@ -382,18 +391,18 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// What chains follow of paths that contribute `color` at the place `film`.
+    /// Target of paths with the contribution `color` at the position `film`.
     fn target(&self, color: Spectrum, film: Vec2) -> f64 {
         (color.luminance() / self.importance.at(film)) as f64
     }
 
-    /// The path of these vertices, with what it contributes; `None` where that is nothing. An edge that is not known to be free counts as if it were
-    /// if its share is 1.
+    /// The path of these vertices with its contribution. `None` if it is 0. Edges with a
+    /// transmittance of 1 count as free, even if their visibility is not yet tested.
     fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, camera: CameraSample) -> Option<Path<'a>> {
         let time = camera.time;
         let n = vertices.len();
         let source = vertices.last()?.source()?;
-        // What has no size is not seen itself.
+        // Delta lights are invisible.
         if n < self.min_vertices.max(2) || n > self.max_vertices || (n == 2 && source.kind.is_delta()) {
             return None;
         }
@@ -405,7 +414,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         if !self.film.contains(film) {
             return None;
         }
-        // A vertex knows its neighbours, and the one beyond that its edge is joined to.
+        // The factors of a vertex depend on its neighbours, and on the vertex after its next one.
         for i in fresh.start.saturating_sub(2)..n.min(fresh.end + 1) {
             let before = i.checked_sub(1).map(|i| &vertices[i]);
             let after = [1, 2].map(|steps| vertices.get(i + steps));
@@ -426,7 +435,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 }
 
-/// Whether the surface `met` is where `camera`, a path from the camera, has left it. There are no such paths here: they are made in one way only.
+/// Returns true if the surface `met` is the point at the end of the camera subpath. Such paths are
+/// rejected: only one end can make them.
 pub(super) fn is_same_point(camera: &[Vertex], met: &Option<Vertex>) -> bool {
     let ends = camera.last().zip(met.as_ref());
     ends.is_some_and(|(last, met)| met.is_met_again(last))

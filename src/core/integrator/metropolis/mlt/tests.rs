@@ -1,4 +1,4 @@
-//! Each mutation by itself leaves paths as frequent as they are bright.
+//! Each mutation alone keeps the frequency of paths proportional to their light.
 
 use super::*;
 use crate::accel::brute::BruteForce;
@@ -34,7 +34,7 @@ fn add(b: &mut SceneBuilder, mesh: Mesh, material: Material) {
     b.add_mesh(mesh, id).unwrap();
 }
 
-/// A floor, two walls, a wide lamp.
+/// A floor, two walls and a wide lamp.
 fn corner(b: &mut SceneBuilder) {
     add(
         b,
@@ -65,7 +65,7 @@ fn lamp(b: &mut SceneBuilder) {
     );
 }
 
-/// A mirror that leans on the wall, and a pane of glass before the floor.
+/// A mirror that leans on the wall, and a pane of glass in front of the floor.
 fn mirror_and_glass(b: &mut SceneBuilder) {
     let mirror = Material {
         specular: Spectrum::splat(0.6),
@@ -137,7 +137,7 @@ fn look<T>(
     })
 }
 
-/// What a path is asked: its length, where it falls, where it scatters first, from where its light comes, and its deltas.
+/// Features of a path: its length, film position, first and last scattering, and number of deltas.
 fn features(path: &Path) -> Vec<f64> {
     let n = path.len();
     let mut of = vec![0.0; 10];
@@ -150,8 +150,9 @@ fn features(path: &Path) -> Vec<f64> {
     of
 }
 
-/// A step of a chain from where its paths are as frequent as they are bright must leave them so. Over independent samples of such paths, whatever is asked of
-/// x and y, the mean of `w a (h(y) − h(x))` is 0. The balance of each pair says more: so is that of `w a φ(x, y)` for antisymmetric φ.
+/// A step of a chain from paths in proportion to their light must preserve this distribution. Over
+/// independent samples of such paths, for any feature h of x and y, the mean of `w a (h(y) − h(x))`
+/// is 0. Detailed balance is stronger: so is the mean of `w a φ(x, y)` for antisymmetric φ.
 fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, kind): (&str, Mutation)) {
     const SAMPLES: u32 = 6000;
     let space = integrator.space();
@@ -165,7 +166,7 @@ fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, 
         .collect();
     let seeds = Seeds::new(&found, (space.min_vertices, space.max_vertices));
     let lengths = seeds.lengths(seed::Seed { sample: 0, way: 0 });
-    // What stays does so up to rounding, which drifts.
+    // Unchanged features drift by rounding errors.
     let moved_by = |change: f64| if change.abs() < 1e-4 { 0.0 } else { change };
     let (mut sums, mut moved) = (vec![[0.0f64; 2]; 0], 0);
     for i in 0..SAMPLES {
@@ -218,7 +219,7 @@ fn mutations_balance_between_matte_surfaces() {
         corner(b);
         lamp(b);
     };
-    // Nothing is seen in mirrors.
+    // The scene has no mirrors.
     for kind in KINDS.into_iter().take(5) {
         look(build, 0.0, |integrator| is_balanced("matte", integrator, kind));
     }
@@ -258,7 +259,7 @@ fn mutations_balance_where_light_comes_from_points_and_from_afar() {
 
 #[test]
 fn mutations_balance_where_lights_are_near_and_far() {
-    // A ray that goes past the lamp, which the camera sees, meets one of four skies, by chance.
+    // A ray that misses the visible lamp hits one of four skies, by chance.
     let build = |b: &mut SceneBuilder| {
         let material = Material {
             emission: Spectrum::splat(2.0),
@@ -278,7 +279,7 @@ fn mutations_balance_where_lights_are_near_and_far() {
     }
 }
 
-/// A screen that moves before the lamp, and a mirror that turns away from the camera.
+/// A screen that moves in front of the lamp, and a mirror that turns away from the camera.
 #[test]
 fn mutations_balance_where_things_move() {
     let build = |b: &mut SceneBuilder| {

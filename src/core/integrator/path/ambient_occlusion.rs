@@ -5,22 +5,24 @@ use crate::math::{Ray, Vec2};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use crate::sampling::warp::cosine_hemisphere;
 
-/// Ambient occlusion: the cosine-weighted share of the hemisphere in which nothing is near; 1 in the open.
+/// Ambient occlusion: the cosine-weighted share of the hemisphere without near surfaces; 1 in the
+/// open.
 #[derive(Debug)]
 pub struct AmbientOcclusion<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Maximum distance of occluders, scene units.
     pub distance: f32,
 }
 
-/// Camera rays along each side of the image, by which the usual distance is chosen.
+/// Number of camera rays along each side of the image that determine the default distance.
 const PROBES: u32 = 32;
 
 impl<A: Accel> AmbientOcclusion<'_, A> {
-    /// Distance for a picture that names none. In a closed room everything is occluded from as far as its walls: there it is half the median distance, from
-    /// what the camera sees, of the next surface in a cosine-weighted direction, to two digits. Where more than half of these directions leave the scene, it
-    /// is the diameter of the scene.
+    /// Default distance. In a closed room everything is occluded at the distance of its walls. So
+    /// the default is half the median distance, to two digits, from visible surfaces to the next
+    /// surface in a cosine-weighted direction. If more than half of these directions leave the
+    /// scene, it is the diameter of the scene.
     pub fn usual_distance(world: &World<A>) -> f32 {
         let size = world.camera.resolution().as_vec2();
         let time = world.camera.time(0.5);
@@ -48,7 +50,7 @@ impl<A: Accel> AmbientOcclusion<'_, A> {
     }
 }
 
-/// `x`, which is above 0, to two digits: roundings of rays do not show in it.
+/// Rounds `x`, which is above 0, to two digits, so that rounding errors of rays have no effect.
 fn two_digits(x: f32) -> f32 {
     format!("{x:.1e}").parse().unwrap_or(x)
 }

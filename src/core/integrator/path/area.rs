@@ -10,18 +10,19 @@ use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Path tracing whose next vertex is a point uniform over the area of all surfaces, connected by visibility (the three-point form of the light transport
-/// equation; PBR4 §13.2). Delta lobes are followed as everywhere. Direct light comes from light sampling.
+/// Path tracing whose next vertex is a point uniform over the area of all surfaces, connected by
+/// visibility (the three-point form of the light transport equation; PBR4 §13.2). Delta lobes are
+/// followed as usual. Direct light comes from light sampling.
 ///
-/// The geometry term cos θ cos θ′ / d² stays in the estimate: its variance has no bound near corners, and most points are hidden. It is there to be
-/// compared with, for short paths.
+/// The geometry term cos θ cos θ′ / d² stays in the estimate: its variance has no bound near
+/// corners, and most points are hidden. It is a reference for comparisons with short paths.
 #[derive(Debug)]
 pub struct AreaIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Areas of the scene's surfaces.
     pub areas: &'a SurfaceAreas,
-    /// Maximum number of scattering events; `None` leaves the end to occlusion.
+    /// Maximum number of scattering events; with `None` only occlusion ends paths.
     pub max_depth: Option<u32>,
 }
 
@@ -44,7 +45,7 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
         let mut target = None;
 
         loop {
-            // Find the next surface, and add light that no light sample has counted
+            // Find the next surface, and add light that was not sampled
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
             strategy.add_found(world, &path, vertex.as_ref(), out);
@@ -73,8 +74,8 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
 }
 
 impl<A: Accel> AreaIntegrator<'_, A> {
-    /// The path towards a point on some surface, or in the direction of a delta lobe; `None` if neither
-    /// scatters light to the viewer.
+    /// The path towards a point on some surface, or in the direction of a delta lobe; `None` if
+    /// neither scatters light to the viewer.
     fn next(&self, path: &PathState, vertex: &Vertex, sampler: &impl Sampler, out: &mut impl Sink) -> Option<Next> {
         let depth = path.depth;
         let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
@@ -94,7 +95,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         let (target, pdf) = self.areas.sample(self.world.scene, choice, u, time)?;
         let point = self.world.scene.surface_point(&target, time);
 
-        // BSDF, geometry term and density make the weight
+        // Weight: BSDF times geometry term over density
         let to = point.p - vertex.point.p;
         let distance_squared = to.length_squared();
         if distance_squared == 0.0 {

@@ -1,4 +1,5 @@
-//! Properties of the first surface as colours, and what a sample costs there (`render --integrator debug`).
+//! Properties of the first surface as colours, and the cost of a sample there
+//! (`render --integrator debug`).
 
 use super::direct::LIGHTS_A_LOOK;
 use super::integrator::PathIntegrator;
@@ -18,7 +19,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// Shows a property of the first surface as a colour.
 #[derive(Debug)]
 pub struct DebugIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Property to show.
     pub view: DebugView,
@@ -27,34 +28,40 @@ pub struct DebugIntegrator<'a, A> {
 /// Property that [`DebugIntegrator`] shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DebugView {
-    /// Shading normal in world space, (−1, −1, −1) black and (1, 1, 1) white; its back shows the same colour.
+    /// Shading normal in world space, (−1, −1, −1) black and (1, 1, 1) white; both sides have the
+    /// same colour.
     #[default]
     Normals,
-    /// Fractional parts of the texture coordinates as red and green; blue where there are none.
+    /// Fractional parts of the texture coordinates as red and green; blue without texture
+    /// coordinates.
     Uv,
     /// Barycentric coordinates of the triangle's second and third corner as red and green.
     Barycentrics,
-    /// A colour for each triangle of each mesh.
+    /// A colour per triangle of each mesh.
     Ids,
-    /// A colour for each material.
+    /// A colour per material.
     Material,
-    /// Share of uniform light that is scattered.
+    /// Albedo: share of uniform light that is scattered.
     Albedo,
-    /// Depth along the view axis: white where the scene's bounding box begins, black where it ends.
+    /// Depth along the view axis: white at the near end of the scene's bounding box, black at the
+    /// far end.
     Depth,
     /// Edges of triangles, a pixel wide, on grey surfaces.
     Wireframe,
     /// Front sides blue and back sides red, by the winding of the corners.
     Facing,
-    /// Number of lights from a random point of which light arrives, from black (0) to pale yellow (all), by its logarithm.
+    /// Number of lights with an unoccluded random point, from black (0) to pale yellow (all), on a
+    /// logarithmic scale.
     LightCount,
-    /// Number of rays that a sample of the path tracer takes, from black (1) to pale yellow (32), by its logarithm.
+    /// Number of rays of a sample of the path tracer, from black (1) to pale yellow (32), on a
+    /// logarithmic scale.
     RayCost,
 }
 
-/// Number of rays that has the brightest colour: a shadow ray and a way on at each of sixteen vertices.
+/// Number of rays with the brightest colour: a shadow ray and a scattered ray at each of sixteen
+/// vertices.
 const MAX_RAYS: f32 = 32.0;
-/// Maximum number of scattering events of a sample whose rays are counted: that of a render by default.
+/// Maximum number of scattering events of a sample whose rays are counted: the default of a render.
 const MAX_DEPTH: u32 = 16;
 
 impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
@@ -97,7 +104,7 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
 }
 
 impl<A: Accel> DebugIntegrator<'_, A> {
-    /// Where the depth of `p` lies between that of the scene's end, 0, and that of its beginning, 1.
+    /// Relative nearness of `p` by depth: 1 at the near end of the scene, 0 at the far end.
     fn nearness(&self, p: Vec3, time: f32) -> f32 {
         let (bounds, camera) = (self.world.scene.bounds(), self.world.camera);
         let depths = bounds
@@ -108,7 +115,8 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         ((far - camera.depth(p, time)) / (far - near).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
-    /// Whether an edge of the triangle at `hit` is within half a pixel of `vertex`, as the camera sees it.
+    /// Returns true if an edge of the triangle at `hit` is within half a pixel of `vertex` on the
+    /// film.
     fn is_on_edge(&self, hit: &Hit, vertex: &Vertex) -> bool {
         let (camera, p, time) = (self.world.camera, vertex.point.p, vertex.point.time);
         let corners = self.world.scene.corners(hit, time);
@@ -118,7 +126,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
                 let edges = [[a, b], [b, c], [c, a]];
                 edges.map(|[a, b]| distance(p.extend(0.0).into(), [a, b].map(|v| v.extend(0.0).into())))
             }
-            // A corner behind the camera is nowhere on the film: the distance in space stands for that on the film.
+            // A corner behind the camera has no film position: use the distance in space instead.
             _ => {
                 let [a, b, c] = corners;
                 [[a, b], [b, c], [c, a]].map(|edge| distance(p, edge) / camera.pixel_width(p, time))
@@ -127,7 +135,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         distance.into_iter().any(|distance| distance < 0.5)
     }
 
-    /// Number of lights from a random point of which light arrives at `vertex`.
+    /// Number of lights with a random point whose light arrives at `vertex`.
     fn arriving_lights(&self, vertex: &Vertex, sampler: &impl Sampler, out: &mut impl Sink) -> u32 {
         let scene = self.world.scene;
         let context = vertex.light_context();
@@ -143,7 +151,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
             let Some(light) = light.filter(|light| !light.radiance.is_black()) else {
                 continue;
             };
-            // Light that meets the side of the surface that is not seen is of no use to it.
+            // Light on the invisible side of the surface does not count.
             let wi = vertex.frame.to_local(light.wi);
             if wi.z * vertex.wo.z <= 0.0 {
                 continue;
@@ -156,7 +164,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         count
     }
 
-    /// Number of rays of the path tracer's sample `key`.
+    /// Number of rays of the sample `key` of the path tracer.
     fn rays<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) -> u32 {
         let path = PathIntegrator {
             world: self.world,
@@ -167,14 +175,14 @@ impl<A: Accel> DebugIntegrator<'_, A> {
             clamp_indirect: None,
         };
         let mut counter = Counter { out, rays: 0 };
-        // Dynamic dispatch, so that the path tracer is not compiled once more
+        // Dynamic dispatch, so that the path tracer is not compiled again
         let mut sink: &mut dyn Sink = &mut counter;
         path.sample(key, sampler, &mut sink);
         counter.rays
     }
 }
 
-/// Counts the rays of a sample, whose light does not matter.
+/// Counts the rays of a sample and ignores its light.
 struct Counter<'a, T> {
     out: &'a mut T,
     rays: u32,
@@ -207,7 +215,7 @@ impl<T: RaySink> RaySink for Counter<'_, T> {
     }
 }
 
-/// Brightness of a surface under a lamp at the viewer, which shows its shape.
+/// Brightness of a surface under a lamp at the viewer, to show its shape.
 fn lit(vertex: &Vertex) -> f32 {
     0.25 + 0.6 * vertex.wo.z.abs()
 }
@@ -219,13 +227,13 @@ fn distance(p: Vec3, [a, b]: [Vec3; 2]) -> f32 {
     p.distance(a + t * along)
 }
 
-/// The colour of `count`, at least 1, on a logarithmic scale to `max`.
+/// Colour of `count`, at least 1, on a logarithmic scale to `max`.
 fn scale(count: f32, max: f32) -> Spectrum {
     let share = (count.max(1.0).ln() / max.max(2.0).ln()).clamp(0.0, 1.0);
     Spectrum::from(false_color::magma(share).map(|code| srgb::decode(f32::from(code) / 255.0)))
 }
 
-/// A bright colour that neighbouring ids do not share: three bytes of a multiplicative hash.
+/// A bright colour that differs between neighbouring ids: three bytes of a multiplicative hash.
 fn id_color(major: u32, minor: u32) -> Spectrum {
     let id = major.wrapping_mul(0x9e37_79b9) ^ minor.wrapping_add(1).wrapping_mul(0x85eb_ca6b);
     let mixed = (id ^ (id >> 15)).wrapping_mul(0x2c1b_3c6d);

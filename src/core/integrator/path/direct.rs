@@ -1,5 +1,5 @@
-//! Direct light at a vertex: light sampling with a shadow ray, and emitted light that a scattered ray meets, weighted against each other (Veach 1997,
-//! §9.2).
+//! Direct light at a vertex: light sampling with a shadow ray, and emission that a scattered ray
+//! hits, weighted against each other (Veach 1997, §9.2).
 //!
 //! The path tracer, its relatives, `irradiance_cache` and the photon methods share this estimate.
 
@@ -17,18 +17,18 @@ use crate::scene::{Incident, Scene};
 
 /// The random numbers of one estimate of direct light.
 pub(crate) struct LightNumbers<'a, S> {
-    /// Chooses the light.
+    /// Number that chooses the light.
     pub choice: f32,
-    /// Chooses the point on it.
+    /// Number that samples the point on the light.
     pub point: Vec2,
     sampler: &'a S,
-    /// The sample whose numbers they are, where it is not the one that `sampler` was started with.
+    /// Sample of the numbers, if `sampler` was started with another one.
     key: Option<SampleKey>,
     depth: u32,
 }
 
 impl<'a, S: Sampler> LightNumbers<'a, S> {
-    /// Draws the numbers of the vertex after `depth` scattering events.
+    /// Gets the numbers of the vertex after `depth` scattering events.
     #[inline(always)]
     pub fn draw(sampler: &'a S, depth: u32) -> Self {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint];
@@ -36,7 +36,7 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         Self::new(sampler, depth, decisions.x, point)
     }
 
-    /// The numbers `choice` and `point`, which have been drawn.
+    /// The numbers `choice` and `point`, already computed.
     #[inline(always)]
     pub fn new(sampler: &'a S, depth: u32, choice: f32, point: Vec2) -> Self {
         Self {
@@ -48,7 +48,8 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         }
     }
 
-    /// Draws the numbers of the first vertex for `count` samples from `key` on, at most four. Other numbers are unspecified.
+    /// Gets the numbers of the first vertex for `count` samples from `key` on, at most four. The
+    /// rest of the array is unspecified.
     #[inline(always)]
     pub fn draw_several(sampler: &'a S, key: SampleKey, count: u32) -> [Self; 4] {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint].map(|what| Dimension::bounce(0, what));
@@ -63,14 +64,14 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         })
     }
 
-    /// Draws the other numbers, where the one that chooses the light has been drawn.
+    /// Gets the other numbers, if `choice` is already computed.
     #[inline(always)]
     pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
         let point = sampler.get_2d(Dimension::bounce(depth, Bounce::LightPoint));
         Self::new(sampler, depth, choice, point)
     }
 
-    /// Draws the point of the sample number `index`, where all lamps are sampled.
+    /// Number that samples the point of the sample `index`, if all lamps are sampled.
     pub fn point_of(&self, index: u32) -> Vec2 {
         let dimension = Dimension::bounce(self.depth, Bounce::LightPoint).nth(index);
         let Some(key) = self.key else {
@@ -83,8 +84,8 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
 }
 
 impl Strategy {
-    /// Adds the light that the ray of `path` finds: emitted by the surface `vertex`, or by infinitely
-    /// distant lights if there is none.
+    /// Adds the light that the ray of `path` finds: emitted by the surface `vertex`, or by
+    /// infinitely distant lights if there is none.
     #[inline(always)]
     pub(crate) fn add_found<A: Accel>(
         &self,
@@ -132,7 +133,7 @@ impl Strategy {
         }
     }
 
-    /// Adds `light`, which `path` has found, weighted against the light samples of the previous vertex.
+    /// Adds `light`, which `path` found, weighted against the light samples of the previous vertex.
     #[inline(always)]
     pub(crate) fn add_weighted(&self, scene: &Scene, path: &PathState, light: Incident, out: &mut impl Sink) {
         let prev = path.prev.as_ref();
@@ -181,7 +182,7 @@ pub(super) fn emitted<A: Accel>(world: &World<A>, path: &PathState, vertex: &Ver
         .emitted(world.light_selection, &vertex.hit, &context(path), segment, ray.time)
 }
 
-/// The point from which the light that the ray of `path` finds could have been sampled.
+/// Light sampling context of the previous vertex, for light that the ray of `path` finds.
 #[inline(always)]
 fn context(path: &PathState) -> LightSampleContext {
     let prev = path.prev.as_ref();
@@ -190,26 +191,26 @@ fn context(path: &PathState) -> LightSampleContext {
     })
 }
 
-/// Number of light samples between two checks for cancellation, where all lamps are sampled.
+/// Number of light samples between two checks for cancellation, if all lamps are sampled.
 pub(crate) const LIGHTS_A_LOOK: u32 = 64;
 
-/// A light sample at a vertex, weighted against following scattered rays: the light arrives unless its
-/// shadow ray is blocked.
+/// A light sample at a vertex, weighted against scattered rays: the light arrives unless its shadow
+/// ray is blocked.
 ///
 /// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the
-/// emission that a scattered ray finds.
+/// emission that a scattered ray hits.
 pub(crate) struct Direct {
     ray: Ray,
-    /// Direction of the light, local frame.
+    /// Direction to the light, local frame.
     wi: Vec3,
     light: LightId,
-    /// Radiance that the vertex scatters if nothing is in between.
+    /// Radiance that the vertex scatters if the light is not occluded.
     radiance: Spectrum,
 }
 
 impl Direct {
-    /// Samples a light for `vertex`, as one of `count` samples that will be summed. [`trace`] traces its
-    /// shadow ray. If all lamps are sampled, their shadow rays are traced here.
+    /// Samples a light for `vertex`, as one of `count` samples that will be summed. [`trace`]
+    /// traces its shadow ray. If all lamps are sampled, their shadow rays are traced here.
     #[inline(always)]
     pub fn sample<A: Accel>(
         world: &World<A>,
@@ -239,8 +240,8 @@ impl Direct {
         Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point, out)
     }
 
-    /// Calls `add` with a light sample of `vertex` for each of `numbers`, at most four, as
-    /// [`Direct::sample`] draws it; `count` samples will be summed.
+    /// Calls `add` with a light sample of `vertex` for each of `numbers`, at most four, like
+    /// [`Direct::sample`]; `count` samples will be summed.
     #[inline(always)]
     pub fn sample_four<A: Accel, S: Sampler, K: Sink>(
         world: &World<A>,
@@ -261,7 +262,7 @@ impl Direct {
             }
             return;
         }
-        // The light of each sample
+        // Light of each sample
         let (context, time) = (vertex.light_context(), vertex.point.time);
         let (mut ids, mut pmfs, mut points) = ([None; 4], [0.0; 4], [Vec2::ZERO; 4]);
         for (i, u) in numbers.iter().enumerate().take(4) {
@@ -270,7 +271,7 @@ impl Direct {
                 (ids[i], pmfs[i]) = (Some(id), pmf);
             }
         }
-        // Directions towards these lights, and the radiance from there
+        // Directions to these lights, and their radiance
         let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
         for i in 0..4 {
             if let (Some(id), Some(light)) = (ids[i], &lights[i]) {
@@ -280,7 +281,7 @@ impl Direct {
         }
     }
 
-    /// Samples the light `id`, of which `expected` samples are expected at the vertex.
+    /// Samples the light `id` at the vertex. `expected` is its expected number of samples there.
     #[inline(always)]
     fn of_light<A: Accel>(
         world: &World<A>,
@@ -291,7 +292,7 @@ impl Direct {
         out: &mut impl Sink,
     ) -> Option<Self> {
         let scene = world.scene;
-        // A direction towards the light
+        // A direction to the light
         let to = (&vertex.light_context(), vertex.point.time);
         let light = world
             .light_selection
@@ -299,8 +300,8 @@ impl Direct {
         Self::of_sample(world, vertex, strategy, (id, expected), &light, out)
     }
 
-    /// Weights the sample `light` of the light `id`, of which `expected` samples are expected at the
-    /// vertex.
+    /// Weights the sample `light` of the light `id` at the vertex. `expected` is its expected
+    /// number of samples there.
     #[inline(always)]
     fn of_sample<A: Accel>(
         world: &World<A>,
@@ -310,7 +311,7 @@ impl Direct {
         light: &LightSample,
         out: &mut impl Sink,
     ) -> Option<Self> {
-        // The scattered light; where it is black no shadow ray is needed.
+        // Scattered light; if it is black, no shadow ray is needed.
         let wi = vertex.frame.to_local(light.wi);
         let (f, scattering_pdf) = strategy.directions.eval_pdf(vertex, wi);
         let f = f * wi.z.abs();

@@ -3,17 +3,17 @@ use crate::accel::Accel;
 use crate::integrator::{Integrator, Sink, Strategy, World};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Monte Carlo ray tracing that branches: every vertex sends out several rays (Cook et al. 1984). The mean is that of path
-/// tracing; the number of rays grows as a power of the depth.
+/// Monte Carlo ray tracing with branches: several rays leave every vertex (Cook et al. 1984). Its
+/// mean equals the mean of path tracing. The number of rays grows as a power of the depth.
 #[derive(Debug)]
 pub struct DistributedIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// How directions are drawn and direct light is found.
+    /// Sampling of directions and of direct light.
     pub strategy: Strategy,
     /// Maximum number of scattering events; there is no roulette.
     pub max_depth: u32,
-    /// Number of rays that leave each vertex, ≥ 1.
+    /// Number of rays from each vertex, ≥ 1.
     pub branching: u32,
 }
 
@@ -34,7 +34,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             sampler,
             out,
             |vertex, path, out| {
-                // Several rays in place of one
+                // Several rays instead of one
                 for i in 1..=self.branching {
                     let node = parent.wrapping_mul(self.branching).wrapping_add(i);
                     let u_lobe = sampler.get_1d(Dimension::bounce(node, Bounce::Lobe));

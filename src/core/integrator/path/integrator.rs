@@ -1,14 +1,19 @@
-//! The path tracer: `PathIntegrator::li` follows one path, and is the whole algorithm in one function.
+//! The path tracer: `PathIntegrator::li` follows one path, and is the whole algorithm in one
+//! function.
 //!
-//! At each vertex a path adds the light that the surface emits, samples one light through a shadow ray, and goes on in a direction drawn from the
-//! BSDF. Light that both strategies can find is weighted by the power heuristic (Veach 1997, §9.2).
+//! At each vertex a path adds the light that the surface emits, samples one light through a shadow
+//! ray, and continues in a direction sampled from the BSDF. Light that both strategies can find is
+//! weighted by the power heuristic (Veach 1997, §9.2).
 //!
-//! The order of the steps follows from measurements (docs/benchmarks.md, "Single steps"). The random numbers of a vertex are drawn before its ray is
-//! traced. The next ray is ready before the shadow ray is traced, so that the processor need not wait between the two. The camera rays of sixteen
-//! samples are traced as one packet; after the first hit rays diverge, and packets gain nothing. Shadow rays of sixteen first vertices as one packet
-//! were tried, and lost to what must be stored between the stages.
+//! The order of the steps follows from measurements (docs/benchmarks.md, "Single steps"). The
+//! random numbers of a vertex are computed before its ray is traced. The next ray is ready before
+//! the shadow ray is traced, so that the CPU need not wait between the two. The camera rays of
+//! sixteen samples are traced as one packet. After the first hit rays diverge, and packets gain
+//! nothing. A packet of the shadow rays of sixteen first vertices was tried, and was slower because
+//! of the data stored between the stages.
 //!
-//! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
+//! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler
+//! cannot inline costs some percent of a ray.
 
 use super::camera_packet::CameraPacket;
 use super::direct::{Direct, LightNumbers, trace};
@@ -23,21 +28,24 @@ use crate::math::Vec2;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use crate::sampling::Wavelength;
 
-/// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
-/// combined by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).
+/// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled
+/// at every vertex and combined by the power heuristic. Russian roulette on the throughput ends
+/// paths (Kajiya 1986; Veach 1997, ch. 9–10).
 #[derive(Debug)]
 pub struct PathIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// How directions are drawn and direct light is found.
+    /// Sampling of directions and of direct light.
     pub strategy: Strategy,
-    /// Maximum number of scattering events: 0 shows emission alone, `None` leaves the end to roulette.
+    /// Maximum number of scattering events: 0 shows only emission; with `None` only roulette ends
+    /// paths.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
     /// Number of light samples at the first vertex; 1 at all others.
     pub light_samples: u32,
-    /// Maximum luminance of a sample's light after the first bounce, which makes the estimate biased; `None` leaves light as it is.
+    /// Maximum luminance of a sample's light after the first bounce, which makes the estimate
+    /// biased; `None` does not clamp.
     pub clamp_indirect: Option<f32>,
 }
 
@@ -71,7 +79,7 @@ pub(crate) fn with_clamped(limit: f32, out: &mut [impl Sink], trace: impl FnOnce
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Traces samples, each by one path.
+    /// Traces samples, one path per sample.
     fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
@@ -88,7 +96,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 
     /// Adds the light that arrives along the ray of `path`, by following one path. `traced` is the
-    /// result of its first ray query, if it has been made.
+    /// result of its first ray query, if it was made already.
     #[inline(never)]
     pub(crate) fn li<S: Sampler>(
         &self,
@@ -98,7 +106,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         out: &mut impl Sink,
     ) {
         loop {
-            // Random numbers do not depend on the hit: the processor draws them while it traces the ray
+            // Random numbers do not depend on the hit: the CPU computes them while it traces the
+            // ray
             let u = numbers.vertex(path.depth, self.roulette);
 
             // Find the next surface. Emitted light is weighted against the light samples of the
@@ -128,9 +137,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
     }
 
-    /// Samples the BSDF at `vertex` and plays `roulette`. Returns the way on, or `None` if the path
-    /// ends
-    /// there.
+    /// Samples the BSDF at `vertex` and plays `roulette`. Returns the next segment, or `None` if
+    /// the path ends there.
     #[inline(always)]
     pub(crate) fn scatter<S: Sampler>(
         &self,
@@ -142,17 +150,18 @@ impl<A: Accel> PathIntegrator<'_, A> {
     ) -> Option<Onward> {
         let directions = self.strategy.directions;
         let sample = directions.sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
-        // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
+        // Radiance shrinks on its way into glass and grows again on its way out: roulette ignores
+        // this factor.
         let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
         let factor = roulette.play(path.depth, judged, u.roulette)?;
         let light_samples = if path.depth == 0 { self.light_samples } else { 1 };
         Some(path.scatter(&self.world, vertex, &sample, (factor, light_samples), out))
     }
 
-    /// Samples lights for `vertex`. All shadow rays but that of the last sample are traced here.
+    /// Samples lights for `vertex`. All shadow rays except the last one are traced here.
     ///
-    /// Light samples of the first vertex count on through the samples of the pixel, so that all of
-    /// them are stratified together.
+    /// Light samples of the first vertex are numbered on through the samples of the pixel, so that
+    /// all of them are stratified together.
     #[inline(always)]
     pub(crate) fn sample_light<S: Sampler>(
         &self,
@@ -167,7 +176,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
         let PathNumbers { key, sampler, .. } = u.numbers;
         if count == 1 {
-            // A single sample is the path's own.
+            // A single sample uses the numbers of the path.
             let u = LightNumbers::draw(sampler, 0);
             return Direct::sample(world, (path, vertex), strategy, 1, &u, out);
         }
@@ -180,7 +189,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let several = (count - i).min(4);
             let numbers = LightNumbers::draw_several(sampler, first, several);
             let numbers = &numbers[..several as usize];
-            // Each shadow ray is traced when the next sample is ready.
+            // Each shadow ray is traced after the next sample is ready.
             let add = |next, out: &mut _| {
                 trace(std::mem::replace(&mut last, next), world, (path, vertex), out);
             };
@@ -193,7 +202,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
 /// The random numbers of a path.
 pub(crate) struct PathNumbers<'s, S> {
     pub key: SampleKey,
-    /// Started with `key`.
+    /// Sampler, started with `key`.
     pub sampler: &'s S,
     /// Wavelength of the light, if the scene disperses light.
     pub wavelength: Option<Wavelength>,
@@ -211,10 +220,10 @@ impl<S> Copy for PathNumbers<'_, S> {}
 pub(crate) struct VertexNumbers<'s, S> {
     numbers: PathNumbers<'s, S>,
     depth: u32,
-    /// Chooses and samples a light; `None` at the first vertex, for which
-    /// [`PathIntegrator::sample_light`] draws the numbers of each light sample.
+    /// Numbers of a light sample. `None` at the first vertex, for which
+    /// [`PathIntegrator::sample_light`] gets the numbers of each light sample.
     pub light: Option<LightNumbers<'s, S>>,
-    /// Draws the direction.
+    /// Number that samples the direction.
     pub direction: Vec2,
     pub roulette: f32,
 }
@@ -231,7 +240,8 @@ impl<'s, S: Sampler> PathNumbers<'s, S> {
         }
     }
 
-    /// Draws the numbers of the vertex after `depth` scattering events. Roulette that does not play at the first vertex needs none there.
+    /// Numbers of the vertex after `depth` scattering events. The first vertex needs no number for
+    /// roulette unless roulette plays there.
     #[inline(always)]
     pub fn vertex(self, depth: u32, roulette: Roulette) -> VertexNumbers<'s, S> {
         let sampler = self.sampler;
@@ -261,7 +271,7 @@ impl<'s, S: Sampler> PathNumbers<'s, S> {
 }
 
 impl<S: Sampler> VertexNumbers<'_, S> {
-    /// Chooses a lobe of `bsdf`, where there are several.
+    /// Number that chooses a lobe of `bsdf`, if it has several lobes.
     pub fn lobe(&self, bsdf: &Bsdf) -> f32 {
         match bsdf {
             Bsdf::Single(_) => 0.0,

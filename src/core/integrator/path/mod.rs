@@ -1,8 +1,10 @@
 //! Paths from the camera: the path tracer, its variants and simpler relatives.
 //!
-//! `integrator` is the path tracer; `reuse` shares paths between pixels. Both are built on `state` (a path between two
-//! vertices), `direct` (direct light at a vertex), `strategy` (how directions are drawn and how light is found) and `roulette`. The other modules are
-//! simpler estimators of the same light from the same parts, for comparison: docs/guide/explanation/estimators.md compares them. `tree` is what `whitted` and `distributed` share.
+//! `integrator` is the path tracer; `reuse` shares paths between pixels. Both use `state` (a path
+//! between two vertices), `direct` (direct light at a vertex), `strategy` (sampling of directions
+//! and of direct light) and `roulette`. The other modules are simpler estimators of the same light
+//! from the same parts: docs/guide/explanation/estimators.md compares them. `whitted` and
+//! `distributed` share `tree`.
 
 pub(crate) mod ambient_occlusion;
 pub(crate) mod area;

@@ -5,51 +5,55 @@ use crate::integrator::{Directions, Integrator, Roulette, Sink, Strategy, World}
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Kajiya's path tracing by brute force: light counts only where a path happens to meet it (Kajiya 1986). A surface emits or reflects, by the flip of a
-/// coin.
+/// Kajiya's path tracing by brute force: light counts only if a path hits it by chance (Kajiya
+/// 1986). A coin decides if a surface emits or reflects.
 ///
-/// Its probabilities are those of textbooks, where each event has a chance of its own. They are free, so that their cost can be seen; the path tracer
-/// keeps them as factors of its throughput, which has less error.
+/// Each event has a separate probability, as in textbooks. The probabilities are options, so that
+/// users can see their cost. The path tracer uses them as factors of its throughput instead, which
+/// has less error.
 #[derive(Debug)]
 pub struct NaiveIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// How directions are drawn.
+    /// Sampling of directions.
     pub directions: Directions,
-    /// Where the coin is flipped that decides between emission and reflection.
+    /// Surfaces on which a coin decides between emission and reflection.
     pub emission_coin: EmissionCoin,
     /// Probability that the coin chooses emission, in (0, 1).
     pub emission_probability: f32,
-    /// How absorption counts.
+    /// Treatment of absorption.
     pub absorption: Absorption,
-    /// Maximum number of scattering events; `None` leaves the end to roulette.
+    /// Maximum number of scattering events; with `None` only roulette ends paths.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
 }
 
-/// Where a coin decides between emission and reflection.
+/// Surfaces on which a coin decides between emission and reflection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EmissionCoin {
-    /// On surfaces that do both.
+    /// Surfaces that emit and reflect.
     #[default]
     Emitters,
-    /// On all surfaces: where the coin chooses the emission of a surface that has none, the path ends without light.
+    /// All surfaces: if the coin chooses emission and the surface has none, the path ends without
+    /// light.
     EveryHit,
 }
 
-/// How the light counts that surfaces absorb.
+/// Treatment of the light that surfaces absorb.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Absorption {
-    /// As a factor of the throughput; lobes are chosen by their shares of what is reflected.
+    /// Factor of the throughput; lobes are chosen by their shares of the reflected light.
     #[default]
     Weight,
-    /// By chance: lobes are chosen by their albedos, and the path ends with the probability that remains (analog Monte Carlo).
+    /// Random: lobes are chosen by their albedos, and the path ends with the remaining probability
+    /// (analog Monte Carlo).
     Chance,
 }
 
 impl<'a, A> NaiveIntegrator<'a, A> {
-    /// Kajiya's own: uniform directions, a fair coin where a surface emits and reflects, and absorption as a weight.
+    /// Kajiya's original options: uniform directions, a fair coin on surfaces that emit and
+    /// reflect, and absorption as a weight.
     pub fn new(world: World<'a, A>, max_depth: Option<u32>, roulette: Roulette) -> Self {
         Self {
             world,
@@ -65,7 +69,7 @@ impl<'a, A> NaiveIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        // No light is sampled: what a ray finds counts in full.
+        // No light is sampled: the light that a ray hits counts in full.
         let (world, strategy) = (&self.world, Strategy::default());
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
         let wavelength = world.wavelength(sampler);
@@ -78,7 +82,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 return strategy.add_sky(world, &path, out);
             };
 
-            // Emit or reflect, by the flip of a coin
+            // Emit or reflect, by a coin
             let emitted = emitted(world, &path, &vertex).filter(|light| !light.radiance.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let probability = match (reflects, self.emission_coin, emitted) {
@@ -106,7 +110,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             }
 
             // ANCHOR: reflect
-            // Go on in a direction of that lobe
+            // Continue in a direction of that lobe
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let sample = self.directions.sample(&vertex, u_lobe, direction);
             let Some(sample) = sample else { return };

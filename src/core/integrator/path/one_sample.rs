@@ -5,17 +5,19 @@ use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Path tracing in which each vertex takes one sample of direct plus indirect light: a coin chooses which, and its probability divides the sample.
+/// Path tracing in which each vertex takes one sample of direct plus indirect light. A coin chooses
+/// between the two, and the sample is divided by its probability.
 ///
-/// Direct light comes from light sampling and ends the path, so no roulette is needed. Indirect light comes from the next vertex; what that emits has
-/// been counted as direct light, but where it is met along a delta lobe.
+/// Direct light comes from light sampling and ends the path, so no roulette is needed. Indirect
+/// light comes from the next vertex. Its emission already counted as direct light, except along a
+/// delta lobe.
 #[derive(Debug)]
 pub struct OneSampleIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Probability of direct light, in (0, 1).
     pub direct_probability: f32,
-    /// Maximum number of scattering events; `None` leaves the end to the coin.
+    /// Maximum number of scattering events; with `None` only the coin ends paths.
     pub max_depth: Option<u32>,
 }
 
@@ -30,7 +32,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
         let wavelength = world.wavelength(sampler);
 
         loop {
-            // Find the next surface, and add light that no light sample has counted
+            // Find the next surface, and add light that was not sampled
             let depth = path.depth;
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
@@ -40,7 +42,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
                 return;
             }
 
-            // Direct or indirect light, by the flip of a coin; lights cannot be sampled for delta lobes
+            // Direct or indirect light, by a coin; lights cannot be sampled for delta lobes
             let probability = match vertex.bsdf.is_delta() {
                 true => 0.0,
                 false => self.direct_probability,

@@ -1,20 +1,23 @@
-//! Russian roulette: ends paths of small throughput at random and raises the weight of those that survive (Arvo and Kirk 1990, "Particle Transport and
-//! Image Synthesis").
+//! Russian roulette: ends paths of small throughput at random and raises the weight of the
+//! survivors (Arvo and Kirk 1990, "Particle Transport and Image Synthesis").
 //!
-//! Roulette may end a path after its second scattering. The survival probability is by default the largest channel of the throughput, in `path` its ratio to
-//! 0.5, and 0.95 at most. docs/benchmarks.md, "Russian roulette", compares rules by the product of noise and time.
+//! Roulette may end a path after its second scattering. The default survival probability is the
+//! largest channel of the throughput (in `path` divided by 0.5), at most 0.95. docs/benchmarks.md,
+//! "Russian roulette", compares rules by the product of noise and time.
 //!
-//! The throughput that roulette sees is multiplied by the squared indices of refraction that the path has been divided by: radiance that shrinks on
-//! its way into glass grows again on its way out. `reuse` adds a minimum for shared paths.
-//! `integrator/visibility.rs`, which learns which parts of the sky are visible, has a roulette of its own.
+//! Roulette multiplies the throughput by the squared indices of refraction by which the path was
+//! divided. Radiance that shrinks on its way into glass grows again on its way out. `reuse` adds a
+//! minimum for shared paths. `integrator/visibility.rs`, which learns which parts of the sky are
+//! visible, has a separate roulette.
 
 use crate::color::Spectrum;
 
-/// Maximum survival probability by throughput, so that every path ends, even in a closed room that absorbs nothing.
+/// Maximum survival probability by throughput, so that every path ends, even in a closed room
+/// without absorption.
 const MAX_SURVIVAL: f32 = 0.95;
 
 // ANCHOR: roulette
-/// Russian roulette: ends paths at random where little is left to gain, and weighs those that go on.
+/// Russian roulette: ends paths of small throughput at random, and weights the survivors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roulette {
     /// Minimum number of scattering events before roulette may end a path.
@@ -26,20 +29,20 @@ pub struct Roulette {
 /// Survival probability of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Survival {
-    /// Largest channel of the throughput, 0.95 at most.
+    /// Largest channel of the throughput, at most 0.95.
     LargestChannel,
-    /// Luminance of the throughput, 0.95 at most.
+    /// Luminance of the throughput, at most 0.95.
     Luminance,
     /// One probability for all paths, in (0, 1]. At 1 only a maximum depth ends paths.
     Constant(f32),
-    /// Largest channel of the throughput over a threshold, above 0; 0.95 at most.
+    /// Largest channel of the throughput over a threshold above 0; at most 0.95.
     Threshold(f32),
 }
 
 impl Roulette {
-    /// The factor that makes up for the paths that end here, or `None` where this one does.
+    /// Returns the factor that compensates for the terminated paths, or `None` if this path ends.
     ///
-    /// `depth` scatterings came before the last one; `beta` is the throughput of the path.
+    /// `depth` scattering events came before the last one; `beta` is the throughput of the path.
     pub(crate) fn play(self, depth: u32, beta: Spectrum, u: f32) -> Option<f32> {
         if depth < self.depth {
             return Some(1.0);
@@ -66,7 +69,8 @@ impl Roulette {
 }
 
 impl Default for Roulette {
-    /// Depth 1, which has the smallest product of noise and time, or is near it, on the suite's scenes (docs/benchmarks.md, "Russian roulette").
+    /// Depth 1, which has the smallest product of noise and time, or is near it, on the suite's
+    /// scenes (docs/benchmarks.md, "Russian roulette").
     fn default() -> Self {
         Self::after(1)
     }
@@ -76,7 +80,7 @@ impl Default for Roulette {
 mod tests {
     use super::*;
 
-    /// The mean factor is 1, whatever the rule, and by throughput every path ends.
+    /// The mean factor is 1 for every rule. With rules by throughput, every path ends.
     #[test]
     fn survivors_weigh_for_all() {
         const DRAWS: u32 = 1 << 16;

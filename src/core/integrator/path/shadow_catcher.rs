@@ -1,14 +1,14 @@
-//! The ground that catches shadows, as a wrapper around the path tracer.
+//! The shadow-catching ground, as a wrapper around the path tracer.
 //!
 //! The ground shows the share `E / E₀` of its irradiance `E₀` without the scene. The path tracer
-//! estimates `E`. The wrapper estimates `E₀` by the same path with the same random numbers in a world
-//! without surfaces, and takes the difference (a control variate):
+//! estimates `E`. The wrapper estimates `E₀` by the same path with the same random numbers in a
+//! world without surfaces, and takes the difference (a control variate):
 //!
 //! ```text
 //! E / E₀ = 1 + (E − E₀) / E₀
 //! ```
 //!
-//! Where nothing stands on the ground both estimates have equal bits, and the ground has no noise.
+//! If nothing stands on the ground, both estimates are bit-identical, and the ground has no noise.
 
 use super::integrator::{PathIntegrator, PathNumbers};
 use super::state::{PathState, Traced};
@@ -21,8 +21,8 @@ use crate::material::BsdfSlot;
 use crate::sampler::Sampler;
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. The path has given
-    /// its light to `out`.
+    /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. `out` has the
+    /// light of the path already.
     #[inline(never)]
     pub(super) fn catch_shadow<S: Sampler>(
         &self,
@@ -59,7 +59,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 }
 
-/// Sums light, and ignores all else.
+/// Sums light, and ignores everything else.
 struct Unshadowed {
     sum: LightSum,
     tells_parts: bool,

@@ -1,12 +1,12 @@
 //! Path tracing in its shortest form. Read it first.
 //!
 //! The radiance along a ray is the light that the surface emits, plus the light that it scatters
-//! (Kajiya 1986): `L = Le + ∫ f L cos θ dω`. A path estimates the integral by one random direction at
-//! each surface. The light of lamps is sampled separately, by a random point of a lamp, because few
-//! random directions find a lamp.
+//! (Kajiya 1986): `L = Le + ∫ f L cos θ dω`. A path estimates the integral by one random direction
+//! at each surface. The light of lamps is sampled separately, by a random point of a lamp, because
+//! few random directions find a lamp.
 //!
-//! There are no weights and no roulette: `integrator` adds both, and has far less error for its time.
-//! This integrator is not selectable; tests compare it with `path`.
+//! There are no weights and no roulette: `integrator` adds both, and has far less error for its
+//! time. This integrator is not selectable; tests compare it with `path`.
 
 use super::direct::{Direct, LightNumbers, trace};
 use super::state::PathState;
@@ -18,7 +18,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// Path tracing without weights and without roulette.
 #[derive(Debug)]
 pub struct SimpleIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Number of scattering events of a path.
     pub max_depth: u32,
@@ -51,7 +51,7 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
             let direct = Direct::sample(world, (&path, &vertex), &SAMPLED, 1, &u, out);
             trace(direct, world, (&path, &vertex), out);
 
-            // All other light: a random direction, in which the throughput gets f cos θ / pdf
+            // All other light: a random direction, and the throughput times f cos θ / pdf
             let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));
             let Some(sample) = vertex.sample(u_lobe, u) else { return };

@@ -19,18 +19,18 @@ pub(crate) type Traced = (Option<Hit>, Spectrum);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
     pub ray: Ray,
-    /// Scattering events before `ray`: 0 at the camera.
+    /// Number of scattering events before `ray`: 0 at the camera.
     pub depth: u32,
     /// Throughput from the camera to `ray`.
     pub beta: Spectrum,
-    /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been
-    /// divided by, and the throughput before the start of the path.
+    /// Factor of `beta` in Russian roulette: the squared indices of refraction by which `beta` was
+    /// divided, and the throughput before the start of the path.
     pub roulette_scale: Spectrum,
-    /// The scattering that `ray` comes from; `None` at the camera.
+    /// The scattering at the start of `ray`; `None` at the camera.
     pub prev: Option<PrevVertex>,
     /// True if the light that `ray` finds is estimated elsewhere.
     pub skips_emission: bool,
-    /// True once glass has dispersed the light: it is of one wavelength since then.
+    /// True after glass dispersed the light: the path then has one wavelength.
     pub is_dispersed: bool,
 }
 
@@ -49,13 +49,13 @@ impl PathState {
         }
     }
 
-    /// Returns true if `ray` leaves a mirror, or the like.
+    /// Returns true if `ray` leaves a mirror or another delta lobe.
     pub fn is_delta(&self) -> bool {
         self.prev.is_some_and(|prev| prev.is_delta)
     }
 
-    /// Follows the ray to the first surface that stops it. Returns `None` if the ray leaves the
-    /// scene. `traced` is the result of the ray query, if it has been made.
+    /// Traces the ray to the first surface that stops it. Returns `None` if the ray leaves the
+    /// scene. `traced` is the result of the ray query, if it was made already.
     #[inline(always)]
     pub fn intersect<A: Accel>(
         &mut self,
@@ -72,10 +72,10 @@ impl PathState {
         hit
     }
 
-    /// Vertex at `hit` of the ray. `out` gets what a camera ray sees.
+    /// Vertex at `hit` of the ray. Passes the view of a camera ray to `out`.
     ///
-    /// From the first glass on that disperses light, the path is of `wavelength`, and its
-    /// throughput gets the weight of the wavelength.
+    /// From the first dispersive glass on, the path has `wavelength`, and its throughput gets the
+    /// weight of the wavelength.
     #[inline(always)]
     pub fn vertex<'v, A: Accel>(
         &mut self,
@@ -110,8 +110,8 @@ impl PathState {
         Some(self.vertex(world, &hit, wavelength, slot, out))
     }
 
-    /// The way on after `vertex` has scattered the path by `sample`. `light_samples` were taken there;
-    /// `factor` makes up for paths that end there.
+    /// Next segment, after `vertex` scattered the path by `sample`. `light_samples` were taken
+    /// there; `factor` compensates for paths that end there.
     #[inline(always)]
     pub fn scatter<A: Accel>(
         &self,
@@ -130,7 +130,7 @@ impl PathState {
         }
     }
 
-    /// Goes on to the next vertex.
+    /// Continues to the next vertex.
     #[inline(always)]
     pub fn go_on(&mut self, next: Onward) {
         self.ray = next.ray;
@@ -148,7 +148,7 @@ impl PathState {
     }
 }
 
-/// The way on from a vertex. It has 128 bytes, which compilers move without a call.
+/// Next segment from a vertex. It has 128 bytes, which compilers move without a call.
 pub(crate) struct Onward {
     pub ray: Ray,
     pub beta: Spectrum,

@@ -1,7 +1,8 @@
-//! Options of the path tracer's estimate: the distribution of directions, the strategies of direct light, and the heuristic of MIS.
+//! Options of the path tracer's estimate: the distribution of directions, the strategies of direct
+//! light, and the heuristic of MIS.
 //!
-//! Delta lobes are followed whatever the distribution. MIS needs the previous vertex of a ray that meets a light; `PrevVertex` is that vertex with
-//! the density of the ray's direction.
+//! Delta lobes are followed with every distribution. MIS needs the previous vertex of a ray that
+//! hits a light: `PrevVertex` is that vertex with the density of the ray's direction.
 
 use crate::bsdf::{Bsdf, BsdfSample, Scattering};
 use crate::color::Spectrum;
@@ -15,42 +16,45 @@ use crate::sampling::warp::{
 };
 use crate::scene::Incident;
 
-/// How directions are drawn at a surface. Delta lobes are followed by all of them.
+/// Sampling of directions at a surface. Delta lobes are always followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Directions {
     /// Uniformly over the hemisphere.
     Uniform,
-    /// By the cosine with the normal.
+    /// Proportional to the cosine with the normal.
     Cosine,
-    /// By the cosine: the normal plus a point of the sphere, from [`crate::sampler::Fibonacci`].
+    /// Proportional to the cosine: the normal plus a point of the sphere, from
+    /// [`crate::sampler::Fibonacci`].
     Fibonacci,
-    /// By the cosine: the normal plus a point of the sphere, from [`crate::sampler::PerturbedQmc`].
+    /// Proportional to the cosine: the normal plus a point of the sphere, from
+    /// [`crate::sampler::PerturbedQmc`].
     PerturbedQmc,
-    /// Uniformly over the hemisphere: a point of the sphere, from [`crate::sampler::PerturbedQmc`], on its upper half.
+    /// Uniformly over the hemisphere: a point of the sphere, from [`crate::sampler::PerturbedQmc`],
+    /// on its upper half.
     PerturbedQmcUniform,
-    /// By the BSDF.
+    /// Proportional to the BSDF.
     #[default]
     Bsdf,
 }
 
-/// How light that comes straight from a light is found.
+/// Strategies for direct light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DirectLight {
-    /// By following scattered rays.
+    /// Only scattered rays that hit lights.
     None,
-    /// By sampling lights.
+    /// Only light sampling.
     Light,
-    /// Both ways, combined by multiple importance sampling.
+    /// Both, combined by multiple importance sampling.
     #[default]
     Mis,
 }
 
-/// How multiple importance sampling weighs two strategies (Veach 1997, §9.2).
+/// Weights of two strategies in multiple importance sampling (Veach 1997, §9.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heuristic {
-    /// By their densities.
+    /// Proportional to their densities.
     Balance,
-    /// By the squares of their densities.
+    /// Proportional to the squares of their densities.
     #[default]
     Power,
 }
@@ -58,29 +62,29 @@ pub enum Heuristic {
 /// Options of an estimator; the defaults have the smallest error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Strategy {
-    /// How directions are drawn.
+    /// Sampling of directions.
     pub directions: Directions,
-    /// How direct light is found.
+    /// Strategies for direct light.
     pub direct: DirectLight,
     /// MIS heuristic.
     pub heuristic: Heuristic,
 }
 
-/// The vertex that a ray comes from: what MIS needs when the ray meets a light.
+/// The previous vertex of a ray. MIS needs it if the ray hits a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrevVertex {
-    /// The vertex as a point that light falls on.
+    /// Light sampling context of the vertex.
     pub from: LightSampleContext,
     /// Density of the ray's direction.
     pub pdf: f32,
-    /// Whether no light sampling could have drawn this direction.
+    /// True if light sampling could not have sampled this direction.
     pub is_delta: bool,
     /// Number of light samples that were taken there.
     pub light_samples: u32,
 }
 
 impl PrevVertex {
-    /// `vertex`, left in the direction of `sample`.
+    /// Previous vertex `vertex`, with the next direction `sample`.
     #[inline(always)]
     pub fn new(vertex: &Vertex, sample: &BsdfSample, light_samples: u32) -> Self {
         Self {
@@ -93,7 +97,7 @@ impl PrevVertex {
 }
 
 impl Directions {
-    /// Draws `wi` at `vertex`.
+    /// Samples `wi` at `vertex`.
     #[inline(always)]
     pub(crate) fn sample(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         match self {
@@ -102,7 +106,8 @@ impl Directions {
         }
     }
 
-    /// [`Directions::sample`] by a hemisphere's density; delta lobes are drawn by the BSDF.
+    /// [`Directions::sample`] with the density of a hemisphere; delta lobes are sampled by the
+    /// BSDF.
     #[inline(never)]
     fn sample_hemisphere(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let (bsdf, wo) = (vertex.bsdf, vertex.wo);
@@ -116,7 +121,7 @@ impl Directions {
             Self::Fibonacci | Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
             _ => cosine_hemisphere(u),
         };
-        // What lets light pass gets half of the directions on either side.
+        // Transmitting surfaces get half of the directions on either side.
         let passed = bsdf.glossy_eta(wo).filter(|_| u_lobe < 0.5 * smooth);
         wi.z = wi.z.copysign(if passed.is_some() { -wo.z } else { wo.z });
         let (f, pdf) = self.eval_pdf(vertex, wi);
@@ -126,7 +131,8 @@ impl Directions {
         })
     }
 
-    /// Value of the BSDF of `vertex` for light from `wi`, cosine excluded, and density with which [`Directions::sample`] draws `wi`, per solid angle.
+    /// Value of the BSDF of `vertex` for light from `wi`, cosine excluded, and density per solid
+    /// angle with which [`Directions::sample`] samples `wi`.
     #[inline(always)]
     pub(crate) fn eval_pdf(self, vertex: &Vertex, wi: Vec3) -> (Spectrum, f32) {
         let (f, pdf) = vertex.eval_pdf(wi);
@@ -139,7 +145,7 @@ impl Directions {
     /// Density of [`Directions::sample_hemisphere`].
     #[inline(never)]
     fn hemisphere_pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
-        // Most lobes reflect: then the hemisphere of wo is all there is.
+        // Most lobes only reflect: then only the hemisphere of wo is sampled.
         let share = match (bsdf.glossy_eta(wo), wo.z * wi.z > 0.0) {
             (None, false) => return 0.0,
             (None, true) => 1.0,
@@ -154,17 +160,18 @@ impl Directions {
 }
 
 impl Strategy {
-    /// Whether lights are sampled.
+    /// Returns true if lights are sampled.
     pub fn samples_lights(&self) -> bool {
         self.direct != DirectLight::None
     }
 
-    /// Whether light that a scattered ray meets may count, where the lobe is no delta lobe.
+    /// Returns true if emission hit by a scattered ray may count, for lobes that are not delta
+    /// lobes.
     pub(crate) fn meets_lights(&self) -> bool {
         self.direct != DirectLight::Light
     }
 
-    /// Weight of light that a ray from the camera, or from a scattering, meets.
+    /// Weight of emission hit by a camera ray or by a scattered ray.
     #[inline(always)]
     pub(crate) fn emission_weight(&self, prev: Option<&PrevVertex>, light: &Incident) -> f32 {
         let Some(prev) = prev.filter(|prev| !prev.is_delta) else {
@@ -177,7 +184,7 @@ impl Strategy {
         }
     }
 
-    /// Weight of light that was sampled with density `pdf`, against meeting it along a scattered ray.
+    /// Weight of light sampled with density `pdf`, against hitting it by a scattered ray.
     #[inline(always)]
     pub(crate) fn light_weight(&self, pdf: f32, is_delta: bool, scattering_pdf: f32) -> f32 {
         if is_delta || self.direct != DirectLight::Mis {
@@ -188,7 +195,7 @@ impl Strategy {
 }
 
 impl Heuristic {
-    /// Relative weight of a strategy whose density is `ratio` times that of another.
+    /// Weight of a strategy relative to another; `ratio` is the ratio of their densities.
     pub(crate) fn raised(self, ratio: f64) -> f64 {
         match self {
             Self::Balance => ratio,
@@ -208,7 +215,8 @@ impl Heuristic {
 mod tests {
     use super::*;
 
-    /// Weights of two strategies, for paths, and those of many, for bidirectional methods, have the same exponent.
+    /// Weights of two strategies, for paths, and weights of many, for bidirectional methods, have
+    /// the same exponent.
     #[test]
     fn both_forms_of_a_heuristic_agree() {
         for heuristic in [Heuristic::Balance, Heuristic::Power] {

@@ -6,16 +6,16 @@ use crate::sampling::AliasTable;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::Scene;
 
-/// All triangles of a scene, those of instances included, to choose from by area.
+/// All triangles of a scene, including those of instances, chosen by area.
 #[derive(Debug)]
 pub struct SurfaceAreas {
     triangles: Vec<(InstanceId, GeomId, PrimId)>,
-    /// Chooses a triangle; `None` in a scene without area.
+    /// Table that chooses a triangle; `None` in a scene without area.
     table: Option<AliasTable>,
 }
 
 impl SurfaceAreas {
-    /// Surface areas of `scene`, by the areas at the time 0.
+    /// Surface areas of `scene` at the time 0.
     pub fn new(scene: &Scene) -> Self {
         let prims = |geom: GeomId| (0..scene.mesh(geom).triangles.len() as u32).map(PrimId);
         let of_meshes = |inst: InstanceId, geoms: std::ops::Range<u32>| {
@@ -34,13 +34,14 @@ impl SurfaceAreas {
         }
     }
 
-    /// A surface point at `time`, and its density per area; `choice` chooses the triangle and `u` the point. `None` where there is no area.
+    /// A surface point at `time`, and its density per area; `choice` chooses the triangle and `u`
+    /// the point. `None` if the scene has no area.
     pub fn sample(&self, scene: &Scene, choice: f32, u: Vec2, time: f32) -> Option<(Hit, f32)> {
         let (index, pmf) = self.table.as_ref()?.sample(choice);
         let hit = hit(*self.triangles.get(index)?);
         let (b1, b2) = uniform_triangle(u);
         let hit = Hit { b1, b2, ..hit };
-        // Of a triangle that moves, the area at `time` counts.
+        // For a moving triangle, the area at `time` counts.
         let area = area(scene, &hit, time) as f32;
         (area > 0.0).then(|| (hit, pmf / area))
     }
@@ -73,7 +74,8 @@ mod tests {
     use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
     use crate::scene::SceneBuilder;
 
-    /// χ² over the four parts of each triangle that its edges' midpoints cut: all points have one density, that of the whole area.
+    /// χ² over the four parts of each triangle between the midpoints of its edges: all points have
+    /// one density, 1 over the total area.
     #[test]
     fn points_are_uniform_over_all_triangles() {
         const N: u32 = 400_000;

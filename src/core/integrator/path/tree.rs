@@ -1,4 +1,5 @@
-//! Trees of rays, of `whitted` and `distributed`: several rays leave a vertex, and each is a branch.
+//! Trees of rays for `whitted` and `distributed`: several rays leave a vertex, and each is a
+//! branch.
 
 use super::direct::{Direct, LightNumbers, trace};
 use super::state::PathState;
@@ -13,7 +14,7 @@ use crate::sampler::Sampler;
 pub(super) struct Branch {
     /// The path to the ray.
     pub path: PathState,
-    /// Number in the tree, which names the random numbers of the vertex at its end.
+    /// Index in the tree: it selects the random numbers of the vertex at its end.
     pub node: u32,
 }
 
@@ -26,9 +27,9 @@ impl Branch {
         }
     }
 
-    /// Adds emission and direct light at the end of the branch, as along a path, and lets `go_on`
-    /// follow the branches that leave the vertex there, to which it gives the path. Past `max_depth`
-    /// scattering events there is emission alone.
+    /// Adds emission and direct light at the end of the branch, as along a path. Then calls `go_on`
+    /// with the vertex and the path, to follow the next branches. Past `max_depth` scattering
+    /// events only emission is added.
     pub fn follow<A: Accel, O: Sink>(
         self,
         (world, strategy): (&World<A>, &Strategy),

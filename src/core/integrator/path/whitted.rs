@@ -5,17 +5,18 @@ use crate::bsdf::TransportMode;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::sampler::{SampleKey, Sampler};
 
-/// Minimum throughput of a branch that is followed (Hall and Greenberg 1983).
+/// Minimum throughput of a branch (Hall and Greenberg 1983).
 const MIN_SHARE: f32 = 1e-3;
 
-/// Recursive ray tracing: mirrors and glass are followed, and other surfaces show direct light (Whitted 1980).
+/// Recursive ray tracing: mirrors and glass are followed, and other surfaces show direct light
+/// (Whitted 1980).
 ///
-/// There is no light from diffuse to diffuse surfaces, so its picture is another one than a path tracer's.
+/// There is no light from diffuse to diffuse surfaces, so its image differs from a path tracer's.
 #[derive(Debug)]
 pub struct WhittedIntegrator<'a, A> {
-    /// The scene and the camera.
+    /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events; `None` leaves the end to the branches' share.
+    /// Maximum number of scattering events; with `None` only `MIN_SHARE` ends branches.
     pub max_depth: Option<u32>,
 }
 
@@ -35,7 +36,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         };
         let (world, parent) = (&self.world, branch.node);
         branch.follow((world, &strategy), self.max_depth, sampler, out, |vertex, path, out| {
-            // Mirror and refracted directions, all of them
+            // All mirror and refracted directions
             let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
             for (i, sample) in directions.enumerate() {
                 // The sample divides by the probability of its lobe; here all lobes are followed.

@@ -6,48 +6,54 @@ use crate::integrator::path::state::PathState;
 use crate::integrator::vertex::Vertex;
 use crate::math::Vec3;
 
-/// The second vertex `y` of a path, at which the paths of a group meet.
+/// The second vertex `y` of a path, which all paths of a group share.
 ///
-/// Any of the paths might have found the point, and gone on from it in direction `w`. By the balance heuristic over all of them (Veach 1997, §9.2.2),
-/// light `L` that arrives from `w` counts in the pixel whose first vertex is `xᵢ` as
+/// Any of the paths might have found the point, and continued from it in direction `w`. By the
+/// balance heuristic over all of them (Veach 1997, §9.2.2), light `L` that arrives from `w` counts
+/// in the pixel whose first vertex is `xᵢ` as
 ///
 /// ```text
 /// f(xᵢ→y) |cos θᵢ| G(xᵢ, y) f_y(w → xᵢ) |cos θ_w| L / (S p̄(w)),
-/// S = Σₖ pdfₖ(xₖ→y) G(xₖ, y),    p̄(w) = Σₖ pdfₖ(xₖ→y) G(xₖ, y) pdf_y(xₖ→w) / S,    G(x, y) = V(x, y) |cos θ_y| / |x − y|²
+/// S = Σₖ pdfₖ(xₖ→y) G(xₖ, y),    p̄(w) = Σₖ pdfₖ(xₖ→y) G(xₖ, y) pdf_y(xₖ→w) / S,
+/// G(x, y) = V(x, y) |cos θ_y| / |x − y|²
 /// ```
 ///
-/// which is never more than what the pixel's own path gives. `S` is the density of ends at `y`, and `p̄` that of directions there: the end scatters as the
-/// mean of its viewers would. Where lights are sampled at `y`, their density stands in place of `p̄`, and the two are weighed against each other as at
-/// any other vertex. Light that is emitted at `y`, and light that arrives by a delta lobe, stays with the path that found it.
+/// This is never more than the light of the pixel's own path. `S` is the density of ends at `y`,
+/// and `p̄` the density of directions there: the mean over the viewers of the end. If lights are
+/// sampled at `y`, their density replaces `p̄`, and the two strategies are weighted as at any other
+/// vertex. Light that is emitted at `y`, and light that arrives by a delta lobe, stays with the
+/// path that found it.
 ///
 /// A first vertex finds `y` by a connection only if both of its normals put `y` on the same side.
-/// Beyond the horizon of one normal, a ray can hit the surface that it has left. No other vertex can
-/// connect to that point: such an end belongs to its owner alone, and counts as without reuse. The pair
-/// of points alone decides if `y` is shared, not the path that found it, so the densities of the other
-/// vertices are right.
+/// Below the horizon of one normal, a ray can hit the surface that it has left. No other vertex can
+/// connect to that point. Such an end belongs only to its owner, and counts as without reuse. The
+/// pair of points alone decides if `y` is shared, not the path that found it, so the densities of
+/// the other vertices are right.
 pub(super) struct End<'v> {
-    /// The vertex as its owner, the path that found it, sees it.
+    /// The vertex, seen from its owner: the path that found it.
     pub(super) vertex: Vertex<'v>,
-    /// Scattering events before the vertex.
+    /// Number of scattering events before the vertex.
     pub(super) depth: u32,
     /// Throughput of the owner at the vertex, and its factor in roulette.
     pub(super) beta: Spectrum,
     pub(super) roulette_scale: Spectrum,
-    /// The point, clear of its surface.
+    /// Position, offset from the surface.
     pub(super) p: Vec3,
-    /// Unit geometric normal on the side that light leaves.
+    /// Unit geometric normal on the side of the viewers.
     pub(super) n: Vec3,
-    /// The point where the shading normal is another one: from where it would be bent, the end is another surface.
+    /// Surface point, if it has a different shading normal: from directions that bend the normal,
+    /// the end is another surface.
     pub(super) curved: Option<SurfacePoint>,
 }
 
 impl<'v> End<'v> {
-    /// Whether light scattered at `vertex` is shared. Where all lobes are narrow, light that one viewer sees is black for the others.
+    /// Returns true if light scattered at `vertex` is shared. If all lobes are narrow, light for
+    /// one viewer is black for the others.
     pub fn can_be(vertex: &Vertex) -> bool {
         !vertex.is_bent && vertex.bsdf.is_wide()
     }
 
-    /// The end at `vertex`, which `path` has found.
+    /// The end at `vertex`, found by `path`.
     pub fn new(vertex: Vertex<'v>, path: &PathState) -> Self {
         let point = vertex.point;
         let n = point.ng * 1f32.copysign(vertex.wo.z);

@@ -1,6 +1,6 @@
-//! The first vertices of a group, and how all of them look at one end.
+//! First vertices of a group, and their connections to one end.
 
-// One index for all arrays of a loop, which is what the compiler makes vector instructions of
+// One index for all arrays of a loop: the compiler vectorises such loops
 #![allow(clippy::needless_range_loop)]
 
 use super::end::End;
@@ -14,20 +14,20 @@ use crate::integrator::vertex::Vertex;
 use crate::math::{LANES, Lane, Ray, Vec3, Vec3Lanes};
 use std::f32::consts::FRAC_1_PI;
 
-// A lane for each sample
+// One lane per sample
 const _: () = assert!(LANES == SAMPLES_AT_ONCE);
 
-/// The vertex from which a pixel looks at the ends of all paths of its group.
+/// First vertex of a pixel, which is connected to the ends of all paths of its group.
 pub(super) struct First<'v> {
     pub vertex: Vertex<'v>,
     /// Throughput of the mirrors and smooth glass between the camera and the vertex.
     pub beta: Spectrum,
-    /// Scattering events before the vertex.
+    /// Number of scattering events before the vertex.
     pub depth: u32,
 }
 
 impl<'v> First<'v> {
-    /// `vertex`, which `path` has found.
+    /// First vertex `vertex`, found by `path`.
     pub fn new(vertex: Vertex<'v>, path: &PathState) -> Self {
         Self {
             vertex,
@@ -37,7 +37,7 @@ impl<'v> First<'v> {
     }
 }
 
-/// The first vertices of a group, in lanes.
+/// First vertices of a group, in lanes.
 pub(super) struct Firsts<'f, 'v> {
     vertices: &'f [Option<First<'v>>; SAMPLES_AT_ONCE],
     pub directions: Directions,
@@ -48,35 +48,38 @@ pub(super) struct Firsts<'f, 'v> {
     ng: Vec3Lanes,
     /// `cos θ` of the direction to the viewer.
     wo_z: Lane,
-    /// Where rays to the front start, and rays to the back.
+    /// Origins of rays to the front, and of rays to the back.
     starts: [[Vec3; LANES]; 2],
-    /// Of matte vertices: throughput × BSDF by channel, and the density of a direction over its cosine, which is 0 where there is no matte vertex.
+    /// For matte vertices: throughput × BSDF by channel, and density of a direction over its
+    /// cosine. The density is 0 if the lane has no matte vertex.
     beta_f: [Lane; 3],
     pdf_over_cos: Lane,
-    /// The others, which the loop over matte vertices leaves out.
+    /// True for other vertices, which the loop over matte vertices leaves out.
     others: [bool; LANES],
-    /// BSDFs of others, and which of them the lanes hold. They are large, and matte scenes have none.
+    /// BSDFs of other vertices, and which of them the lanes hold. They are large, and matte scenes
+    /// have none.
     bsdfs: Option<Box<BsdfLanes>>,
     is_held: [bool; LANES],
 }
 
-/// How first vertices look at an end, in lanes.
+/// Connections of first vertices to an end, in lanes.
 pub(super) struct Look {
     /// Unit directions to the end, world frame.
     pub w: Vec3Lanes,
     /// `cos θ` of these directions by the shading normals.
     cos: Lane,
-    /// Geometry term without visibility and without the cosine at the first vertex. If it is not above
-    /// 0, the vertex sees the end from behind, or beyond the horizon of one of its own normals.
+    /// Geometry term without visibility and without the cosine at the first vertex. If it is not
+    /// above 0, the vertex sees the back of the end, or the end lies below the horizon of a normal
+    /// of the vertex.
     geometry: Lane,
     /// Throughput from the end to the camera, per area at the end, by channel.
     beta: [Lane; 3],
-    /// Density per area with which the first vertex finds the end; 0 where it could not.
+    /// Density per area with which the first vertex finds the end; 0 if it cannot.
     pdf: Lane,
 }
 
 impl<'f, 'v> Firsts<'f, 'v> {
-    /// First vertices of a group whose paths draw directions by `directions`.
+    /// First vertices of a group whose paths sample directions by `directions`.
     #[inline(always)]
     pub fn new(vertices: &'f [Option<First<'v>>; SAMPLES_AT_ONCE], directions: Directions) -> Self {
         let mut firsts = Self {
@@ -119,7 +122,7 @@ impl<'f, 'v> Firsts<'f, 'v> {
         firsts
     }
 
-    /// Puts BSDFs into lanes where these can hold them.
+    /// Puts BSDFs into lanes if these can hold them.
     #[inline(never)]
     fn hold_bsdfs(&mut self) {
         let vertices = self.vertices.iter().enumerate();
@@ -134,12 +137,12 @@ impl<'f, 'v> Firsts<'f, 'v> {
         }
     }
 
-    /// The first vertex of the path `i`.
+    /// First vertex of the path `i`.
     pub fn get(&self, i: usize) -> Option<&'f First<'v>> {
         self.vertices[i].as_ref()
     }
 
-    /// Writes into `look` how all of them look at `end`.
+    /// Computes the connections of all first vertices to `end`.
     #[inline(always)]
     pub fn look_at(&self, end: &End, look: &mut Look) {
         // Directions, cosines and geometry terms
@@ -206,12 +209,12 @@ impl<'f, 'v> Firsts<'f, 'v> {
         beta_f
     }
 
-    /// The ray from the first vertex `i` to `end`, at which it looks by `look`.
+    /// Ray from the first vertex `i` to `end`, for the connections `look`.
     #[inline(always)]
     pub fn ray_to(&self, end: &End, look: &Look, i: usize) -> Ray {
         let is_front = Side::of(look.cos[i]) == Side::Front;
         let start = self.starts[usize::from(!is_front)][i];
-        // Where light is absorbed, one of the two vertices knows in which body
+        // If a body absorbs light, one of the two vertices has its index
         let body = match &self.vertices[i] {
             Some(first) if !is_front && first.vertex.body > 0 => first.vertex.body,
             _ => end.vertex.body_towards(end.vertex.wo),
@@ -221,7 +224,7 @@ impl<'f, 'v> Firsts<'f, 'v> {
 }
 
 impl Look {
-    /// How no vertex looks at anything.
+    /// No connections.
     pub const NONE: Self = Self {
         w: Vec3Lanes::ZERO,
         cos: [0.0; LANES],
@@ -230,7 +233,8 @@ impl Look {
         pdf: [0.0; LANES],
     };
 
-    /// Multiplies the values `beta_f` by cosines and geometry terms, and leaves out what does not find the end.
+    /// Multiplies the values `beta_f` by cosines and geometry terms, and removes vertices that do
+    /// not find the end.
     #[inline(always)]
     fn finish(&mut self, beta_f: &[Lane; 3]) {
         for i in 0..LANES {
@@ -244,8 +248,8 @@ impl Look {
         }
     }
 
-    /// Throughput from the end to the camera through the first vertex `i`, per area at the end, and the density per area with which it finds the end;
-    /// `None` where it could not.
+    /// Throughput from the end to the camera through the first vertex `i`, per area at the end.
+    /// Also the density per area with which it finds the end. `None` if it cannot.
     #[inline(always)]
     pub fn get(&self, i: usize) -> Option<(Spectrum, f32)> {
         let [r, g, b] = &self.beta;

@@ -1,31 +1,41 @@
-//! Path reuse between pixels: up to sixteen pixels of a tile share their second vertices (Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing
-//! by Re-Using Paths"; Bauszat, Petitjean and Eisemann 2017, "Gradient-Domain Path Reusing").
+//! Path reuse between pixels: up to sixteen pixels of a tile share their second vertices (Bekaert,
+//! Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths"; Bauszat, Petitjean and
+//! Eisemann 2017, "Gradient-Domain Path Reusing").
 //!
-//! Nearly all error of a path tracer in a room comes from indirect light (docs/benchmarks.md, "Shared paths"). The paths of a group of pixels end
-//! their first scattering at as many points. Each pixel of the group connects its own first vertex to each of these ends, and evaluates the BSDF there
-//! for its own direction. A connection costs one shadow ray and saves the rest of a path. The shadow rays towards one end run nearly alike and are
-//! traced as one packet.
+//! Nearly all error of a path tracer in a room comes from indirect light (docs/benchmarks.md,
+//! "Shared paths"). Each pixel of a group traces one path, whose second vertex is its end. Each
+//! pixel connects its own first vertex to the ends of all paths, and evaluates the BSDF there for
+//! its own direction. A connection costs one shadow ray and saves the rest of a path. The shadow
+//! rays to one end are nearly parallel and are traced as one packet.
 //!
-//! The balance heuristic over all paths that could have found the end makes the estimate unbiased. It also bounds the estimate by what the pixel's
-//! own path would give; the type `End` has the formulas. Two kinds of light stay with the path that found them: light that is emitted at the second
-//! vertex, and light that arrives there by a delta lobe.
+//! The balance heuristic over all paths that could have found the end makes the estimate unbiased.
+//! It also limits the estimate to the light that the pixel's own path would give; the type `End`
+//! has the formulas. Two kinds of light stay with the path that found them: light emitted at the
+//! second vertex, and light that arrives there by a delta lobe.
 //!
-//! - The first vertex is the first surface that is no mirror or smooth glass: the chain of those before it counts as part of the camera.
-//! - Groups have sixteen pixels: 32 have hardly less error for their time and have more error in common.
-//! - Random numbers of different pixels are independent up to the first vertices. Those of ends need not
-//!   be: each pixel's light is linear in the light of each end.
-//! - The first vertex takes three light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
-//!   samples are numbers 3s to 3s + 2 of a stratified sequence of their own, and the power heuristic counts all.
-//! - All paths of a group have one time, that of the first pixel: a point at one time cannot light a vertex at another.
-//! - Visibility is transmittance where surfaces have alpha or are thin glass, also for the path's owner.
-//! - A shared point must be the same surface for all pixels that connect to it. A vertex whose shading normal was bent is not shared, and a pixel for
-//!   which the normal would be bent does not connect (`geometry/mesh.rs`).
-//! - Roulette ends no path between first and second vertex, and no path without an end. Behind an end it
-//!   assumes a minimum throughput: the surface of one pixel may be dark, and that of the other
-//!   pixels bright, which the few paths that survive would reach as fireflies.
+//! - The first vertex is the first surface that is not a mirror or smooth glass: the vertices
+//!   before it count as part of the camera.
+//! - Groups have sixteen pixels: 32 have hardly less error for their time and have more error in
+//!   common.
+//! - Random numbers of different pixels are independent up to the first vertices. Random numbers of
+//!   ends may depend on each other: each pixel's light is linear in the light of each end.
+//! - The first vertex takes three light samples. With shared indirect light, the direct light of
+//!   the pixel itself is much of the remaining error. The samples are numbers 3s to 3s + 2 of a
+//!   separate stratified sequence, and the power heuristic counts all.
+//! - All paths of a group have one time, the time of the first pixel: a point at one time cannot
+//!   light a vertex at another.
+//! - If surfaces have alpha or are thin glass, visibility is transmittance, also for the owner of
+//!   the path.
+//! - A shared point must be the same surface for all pixels that connect to it. A vertex with a
+//!   bent shading normal is not shared, and a pixel for which the normal would be bent does not
+//!   connect (`geometry/mesh.rs`).
+//! - Roulette does not end paths between first and second vertex, nor paths without an end. Behind
+//!   an end it assumes a minimum throughput. Without it, a dark surface in one pixel would end most
+//!   paths, and the few survivors would be fireflies in bright pixels.
 //!
-//! Pixels of a group have errors in common; `render/groups.rs` chooses groups so that no pattern shows. The samples of one pixel stay independent, so
-//! its variance is right. The mean over a tile has the error that it has without reuse.
+//! Pixels of a group have errors in common; `render/groups.rs` chooses groups without a visible
+//! pattern. The samples of one pixel stay independent, so its variance is right. The mean over a
+//! tile has the same error as without reuse.
 
 mod end;
 mod firsts;
@@ -47,15 +57,17 @@ use firsts::{First, Firsts};
 use std::array::from_fn;
 use viewers::Workspace;
 
-/// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices that scatter widely (Bekaert, Sbert and
-/// Halton 2002, "Accelerating Path Tracing by Re-Using Paths").
+/// Path tracing in which the pixels of a tile share their paths: each connects to all second
+/// vertices that scatter widely (Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by
+/// Re-Using Paths").
 #[derive(Debug)]
 pub struct ReusingPathIntegrator<'a, A> {
-    /// Follows each path.
+    /// Path tracer of each path.
     pub path: PathIntegrator<'a, A>,
 }
 
-/// Vertices of a path that are looked at: up to two mirrors or faces of glass, the first vertex, and the end.
+/// Number of vertices up to the end of a path: at most two mirrors or faces of glass, the first
+/// vertex, and the end.
 const LOOKED_AT: usize = 4;
 
 impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
@@ -76,9 +88,9 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
 }
 
 impl<A: Accel> ReusingPathIntegrator<'_, A> {
-    /// Traces samples that share their paths.
+    /// Traces samples with path reuse.
     fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
-        // Roulette that begins at once spares the first vertex: the end counts for other pixels too.
+        // Roulette must not play at the first vertex: the end counts for other pixels too.
         let integrator = PathIntegrator {
             roulette: Roulette {
                 depth: self.path.roulette.depth.max(1),
@@ -86,16 +98,17 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             },
             ..self.path
         };
-        // A first vertex meets the ends of other pixels, whose numbers must be independent of its own.
+        // A first vertex connects to the ends of other pixels, whose numbers must be independent of
+        // its own.
         let mut of_firsts = sampler.clone();
         of_firsts.separate();
         let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
-            // Paths that are shared must be of one time.
+            // Shared paths must have one time.
             packet.trace(&integrator.world, keys, &mut of_firsts, true, out);
 
-            // Follow each path to its end, or as far as it goes if it has none
-            // On the heap: slots are large, and an array of them would be copied when it is made.
+            // Trace each path to its end, or completely if it has no end.
+            // Slots are on the heap: they are large, and an array would be copied when it is made.
             let slots: Vec<BsdfSlot> = (0..LOOKED_AT * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
             let mut firsts = from_fn(|_| None);
             let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
@@ -111,7 +124,7 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
                 }
             }
 
-            // All first vertices look at all ends.
+            // Connect all first vertices to all ends.
             let mut work = Workspace::new(Firsts::new(&firsts, integrator.strategy.directions));
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
@@ -124,10 +137,10 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> PathIntegrator<'a, A> {
-    /// Follows `path` to its end, and adds the light that it finds on the way. `traced` is the result of
-    /// its first ray query. `first` and `end` are set if they are found, and vertices are made in `slots`.
-    /// A path without an end is followed as far as it goes. The first of `numbers` are for the vertices
-    /// before the first vertex.
+    /// Traces `path` to its end, and adds the light that it finds on the way. `traced` is the
+    /// result of its first ray query. Sets `first` and `end` if they are found; vertices are made
+    /// in `slots`. A path without an end is traced completely. `to_first` has the numbers of the
+    /// vertices before the first vertex.
     #[inline(always)]
     fn find_end<'v, S: Sampler>(
         &'v self,
@@ -138,7 +151,7 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
         out: &mut impl Sink,
     ) {
         // A path that ends between first and second vertex would end for all pixels that could have
-        // found its end. Paths without an end are few, and go on without roulette too.
+        // found its end. Paths without an end are few, and continue without roulette too.
         let roulette = |first: &Option<First>| match first {
             Some(_) => Roulette::after(u32::MAX),
             None => self.roulette,
@@ -158,9 +171,9 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
                 *end = Some(End::new(vertex, &path));
                 return;
             }
-            // All surfaces before the first vertex are mirrors or smooth glass. With a maximum depth the
-            // first vertex lies at depth 0, so that paths through an end have the same number of events
-            // for all pixels.
+            // All surfaces before the first vertex are mirrors or smooth glass. With a maximum
+            // depth the first vertex lies at depth 0, so that paths through an end have the same
+            // number of events for all pixels.
             let is_late = i > 0 && (self.max_depth.is_some() || i + 1 >= slots.len());
             let is_first = first.is_none() && !vertex.bsdf.is_delta() && !is_late;
             if is_first {

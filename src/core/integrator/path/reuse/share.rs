@@ -1,4 +1,4 @@
-//! What an end scatters, shared among all pixels that see it.
+//! Scattered light of an end, shared among all pixels that see it.
 
 use super::end::End;
 use super::viewers::{ForViewers, Scattered, Viewers, Workspace};
@@ -24,14 +24,14 @@ const MIN_SHARED_BETA: f32 = 0.5;
 /// Light that the end scatters to its viewers.
 #[derive(Default)]
 struct Shares {
-    /// To all of them.
+    /// Light to all viewers alike.
     alike: Spectrum,
-    /// To each of them besides.
+    /// Additional light to each viewer.
     each: [Spectrum; SAMPLES_AT_ONCE],
 }
 
 impl Shares {
-    /// Adds `light` that is scattered to each viewer.
+    /// Adds `light`, scattered to each viewer.
     #[inline(always)]
     fn add(&mut self, light: Spectrum, scattered: &Scattered) {
         match &scattered.f {
@@ -53,9 +53,9 @@ impl Shares {
 }
 
 impl<'v> End<'v> {
-    /// Follows the path from here, by the random `numbers` of the path `owner`, which has found the
-    /// end. Each path whose first vertex sees the end gets its share of the light that is scattered
-    /// here. `work` is that of the group.
+    /// Continues the path of `owner`, which found the end, with its random `numbers`. Each path
+    /// whose first vertex sees the end gets its share of the light scattered here. `work` is the
+    /// workspace of the group.
     #[inline(always)]
     pub fn light_all<A: Accel, S: Sampler, O: Sink>(
         &self,
@@ -68,7 +68,7 @@ impl<'v> End<'v> {
         let (world, strategy) = (&path.world, &path.strategy);
         let u = numbers.vertex(self.depth, path.roulette);
         let mut shares = Shares::default();
-        // Many light samples are occluded: the viewers are found once light arrives.
+        // Many light samples are occluded: viewers are searched only if light arrives.
         let mut viewers = None;
 
         // Sample lights
@@ -117,10 +117,10 @@ impl<'v> End<'v> {
             let traced = world.intersect(&next.ray, RayKind::Bounce, own);
             let mut rest = Summed::new(next.depth, own);
             path.li(next, Some(traced), numbers, &mut rest);
-            // Light that is scattered behind the end, and light that is emitted where the ray ends
+            // Light scattered behind the end, and light emitted at the end of the ray
             let mut light = rest.sum;
             if sample.is_delta() {
-                // No other path finds it.
+                // No other path finds this light.
                 light = path.add_emitted((&next, traced), sample.pdf, light, own);
                 self.record_share(numbers.key, own);
                 light.tell(self.beta * sample.weight * factor, self.depth + 2, own);
@@ -152,7 +152,7 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Tells each viewer the part `light` of what it gets from the direction `wi` (local frame).
+    /// Passes `light`, a part of the light from the direction `wi` (local frame), to each viewer.
     #[inline(never)]
     fn tell_part(
         &self,
@@ -182,7 +182,7 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Records that light of the end, which the path of the sample `owner` has found, is added next.
+    /// Records that light of the end, found by the path of the sample `owner`, is added next.
     #[inline(always)]
     fn record_share(&self, owner: SampleKey, out: &mut impl RaySink) {
         if out.records() {
@@ -193,7 +193,8 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Samples the light `id`: the sample, its direction in the local frame, and the radiance that arrives; `None` if none does.
+    /// Samples the light `id`. Returns the sample, its direction in the local frame, and the
+    /// arriving radiance. `None` if no light arrives.
     #[inline(always)]
     fn sample_light<A: Accel>(
         &self,
@@ -218,8 +219,8 @@ impl<'v> End<'v> {
         (!arrives.is_blocked()).then(|| (light, wi, light.radiance * arrives.color()))
     }
 
-    /// Plays roulette before the path goes on by `sample`: the factor that makes up for the paths that
-    /// end, and the rest of the path, whose throughput is 1.
+    /// Plays roulette before the path continues by `sample`. Returns the factor that compensates
+    /// for terminated paths, and the rest of the path, with throughput 1.
     #[inline(always)]
     fn play<A: Accel, S: Sampler>(
         &self,
@@ -230,7 +231,7 @@ impl<'v> End<'v> {
         let eta = sample.eta * sample.eta;
         let scale = match sample.is_delta() {
             true => self.beta * self.roulette_scale * eta,
-            // Roulette goes by the pixel that follows the path, as long as that is not a dark one.
+            // Roulette uses the pixel that traces the path, with a minimum for dark pixels.
             false => self.roulette_scale * (self.beta.max_component().max(MIN_SHARED_BETA) * eta),
         };
         let factor = path.roulette.play(self.depth, sample.weight * scale, u.roulette)?;
@@ -246,7 +247,7 @@ impl<'v> End<'v> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Returns true if the ray of `path`, whose query gave `traced`, finds emitted light.
+    /// Returns true if the ray of `path`, with the ray query result `traced`, finds emitted light.
     #[inline(always)]
     fn finds_emission(&self, path: &PathState, (hit, _): Traced) -> bool {
         let scene = self.world.scene;
@@ -267,8 +268,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         is_found
     }
 
-    /// `light` and the light that the ray of `path`, whose query gave `traced`, finds, if its direction
-    /// was drawn with the density `pdf`.
+    /// `light` plus the emission that the ray of `path` finds, with the ray query result `traced`.
+    /// Its direction was sampled with the density `pdf`.
     #[inline(always)]
     fn add_emitted(
         &self,

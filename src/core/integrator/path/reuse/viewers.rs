@@ -1,4 +1,5 @@
-//! Viewers of an end: the first vertices of a group that see it, and the BSDF of the end as each of them sees it.
+//! Viewers of an end: the first vertices of a group that see it, and the BSDF of the end for each
+//! of them.
 
 use super::end::End;
 use super::firsts::{Firsts, Look};
@@ -11,18 +12,19 @@ use crate::integrator::vertex::Vertex;
 use crate::integrator::{RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::math::{Ray, Vec3, Vec3Lanes};
 
-/// The first vertices of a group, and memory for the viewers of one end after the other.
+/// First vertices of a group, and memory for the viewers of each end in turn.
 pub(super) struct Workspace<'f, 'v> {
     firsts: Firsts<'f, 'v>,
-    /// How they look at the end.
+    /// Connections to the current end.
     look: Look,
     candidates: [Candidate; SAMPLES_AT_ONCE],
-    /// The BSDF of the end as each of the first vertices sees it in lanes, or each of the viewers by views, where an end has needed them.
+    /// BSDF of the end for each first vertex (lanes) or for each viewer (views). Allocated when an
+    /// end first needs them.
     lanes: Option<Box<BsdfLanes>>,
     views: Option<Box<[Option<BsdfView<'v>>; SAMPLES_AT_ONCE]>>,
 }
 
-/// A first vertex as one that could have found the end.
+/// A first vertex that could have found the end.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Candidate {
     /// Index of its path in the group.
@@ -36,8 +38,8 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// The first vertex of the path `owner`, if no connection finds `end`. The throughput is that of
-    /// the path, which contains the density already: it is 1 here.
+    /// The first vertex of the path `owner`, if no connection finds `end`. The throughput of the
+    /// path already contains the density, so the density is 1 here.
     fn alone(end: &End, owner: usize) -> Self {
         Self {
             index: owner,
@@ -54,7 +56,7 @@ impl Candidate {
     }
 }
 
-/// The first vertices that see the end: the first candidates of the workspace.
+/// First vertices that see the end: the first candidates of the workspace.
 #[derive(Clone, Copy)]
 pub(super) struct Viewers {
     count: usize,
@@ -63,18 +65,18 @@ pub(super) struct Viewers {
     bsdf: EndBsdf,
 }
 
-/// How the BSDF of an end is evaluated for its viewers.
+/// Evaluation of the BSDF of an end for its viewers.
 #[derive(Clone, Copy)]
 enum EndBsdf {
-    /// It is matte: all see the same.
+    /// Matte: the same value for all viewers.
     Alike,
-    /// In lanes.
+    /// By lanes.
     Lanes,
-    /// By a view for each of them, where it has several lobes.
+    /// By a view for each viewer, if it has several lobes.
     Views,
 }
 
-/// Light from one direction, as the end scatters it.
+/// Light from one direction, scattered by the end.
 pub(super) struct Scattered {
     /// `f |cos θ|` for each viewer.
     pub f: ForViewers,
@@ -85,7 +87,7 @@ pub(super) struct Scattered {
 // Lives for the time of one call.
 #[allow(clippy::large_enum_variant)]
 pub(super) enum ForViewers {
-    /// Matte surfaces scatter the same light to all.
+    /// Matte surfaces scatter the same light to all viewers.
     Alike(Spectrum),
     Each([Spectrum; SAMPLES_AT_ONCE]),
 }
@@ -103,9 +105,9 @@ impl<'f, 'v> Workspace<'f, 'v> {
         }
     }
 
-    /// Collects the first vertices that could have found `end`, the one of `owner` first; returns
-    /// their number. The owner is alone, and `true` is returned, if a connection could not have found
-    /// the end from its own vertex.
+    /// Collects the first vertices that could have found `end`, the vertex of `owner` first;
+    /// returns their number. If no connection finds the end from the owner's own vertex, the owner
+    /// is the only candidate, and the second value is true.
     #[inline(always)]
     fn find_candidates(&mut self, end: &End, owner: usize) -> (usize, bool) {
         self.firsts.look_at(end, &mut self.look);
@@ -126,7 +128,7 @@ impl<'f, 'v> Workspace<'f, 'v> {
         (count, false)
     }
 
-    /// The first vertex `index`, if a connection finds `end` from there, visibility aside.
+    /// The first vertex `index`, if a connection finds `end` from there, ignoring visibility.
     #[inline(always)]
     fn candidate(&self, end: &End, index: usize) -> Option<Candidate> {
         let (beta, pdf) = self.look.get(index)?;
@@ -135,7 +137,7 @@ impl<'f, 'v> Workspace<'f, 'v> {
         (!bends).then_some(Candidate { index, beta, pdf, w })
     }
 
-    /// Makes the BSDF of `end`, as the first `count` candidates see it.
+    /// Computes the BSDF of `end` for the first `count` candidates.
     #[inline(never)]
     fn view(&mut self, end: &End<'v>, count: usize) -> EndBsdf {
         let bsdf = end.vertex.bsdf;
@@ -154,7 +156,7 @@ impl<'f, 'v> Workspace<'f, 'v> {
 }
 
 impl Viewers {
-    /// Finds the viewers of `end`, which the path `owner` has found.
+    /// Finds the viewers of `end`, which the path `owner` found.
     #[inline(always)]
     pub fn find<'v, A: Accel>(
         end: &End<'v>,
@@ -163,10 +165,10 @@ impl Viewers {
         work: &mut Workspace<'_, 'v>,
         out: &mut [impl Sink],
     ) -> Self {
-        // Vertices that could have found it, the owner's first. That this one sees it is known.
+        // Vertices that could have found it, the owner's first. The owner's vertex sees it.
         let (count, is_alone) = work.find_candidates(end, owner);
         let candidates = &mut work.candidates[..count];
-        // The throughput of an owner that is alone contains the transmittance.
+        // The throughput of a single owner contains the transmittance.
         let passes = !is_alone && world.scene.lets_light_pass();
         let absorbs = !is_alone && world.scene.has_absorption();
         let is_known = !passes && !absorbs;
@@ -182,7 +184,7 @@ impl Viewers {
         let accel = world.accel;
         accel.occluded_coherent(&rays[traced.clone()], &mut occluded[traced]);
 
-        // Keep those that see it; where light passes surfaces, with their transmittance
+        // Keep the candidates that see it, with their transmittance
         let mut viewers = Self {
             count: 0,
             pdf: 0.0,
@@ -214,15 +216,15 @@ impl Viewers {
         viewers
     }
 
-    /// The viewers themselves.
+    /// The viewers.
     #[inline(always)]
     pub fn of<'w>(&self, work: &'w Workspace) -> &'w [Candidate] {
         &work.candidates[..self.count]
     }
 
-    /// The events by which the viewer number `i` sees light from `wi` (local frame of `end`), and the
-    /// number of events before them: at its first vertex, and at the end. An owner that is alone sees
-    /// the end by its own path.
+    /// Events by which the viewer number `i` sees light from `wi` (local frame of `end`): at its
+    /// first vertex and at the end. Also returns the number of events before them. A single owner
+    /// sees the end by its own path.
     #[inline(never)]
     pub fn events(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> (u32, Vec<ScatteringEvent>) {
         let candidate = &work.candidates[i];
@@ -234,7 +236,7 @@ impl Viewers {
         (first.depth, vec![at_first, at_end])
     }
 
-    /// Light from `wi` (local frame), as `end` scatters it to the viewers.
+    /// Light from `wi` (local frame), scattered by `end` to the viewers.
     #[inline(always)]
     pub fn scattered(&self, end: &End, work: &Workspace, wi: Vec3) -> Scattered {
         let cos = wi.z.abs();

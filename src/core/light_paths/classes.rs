@@ -1,4 +1,5 @@
-//! Classes of paths: the states of one deterministic automaton for all expressions, by the subset construction and Moore's minimisation.
+//! Classes of paths: the states of one deterministic automaton for all expressions, made by the
+//! subset construction and minimised by Moore's algorithm.
 
 use super::MAX_CLASSES;
 use super::error::LightPathError;
@@ -10,13 +11,13 @@ use std::collections::HashMap;
 const KINDS: usize = 6;
 /// Lights, in the order of [`PathLight`](super::PathLight). Their classes come first.
 const LIGHTS: [u16; 3] = [BACKGROUND, SURFACE, POINT];
-/// States before minimisation at most.
+/// Maximum number of states before minimisation.
 const MAX_STATES: usize = 1 << 12;
 
-/// Transitions of each class by kind of event, and the parts that it is in.
+/// Transitions of each class by kind of event, and its parts.
 pub(super) type Classes = (Vec<[u8; KINDS]>, Vec<u64>);
 
-/// The classes of paths that `expressions` distinguish.
+/// Classes of paths that `expressions` distinguish.
 pub(super) fn classes(expressions: &[Positions]) -> Result<Classes, LightPathError> {
     let states = States::new(expressions).ok_or_else(too_many)?;
     let class_of = states.minimised();
@@ -46,9 +47,10 @@ struct States {
 }
 
 impl States {
-    /// `None` where there are too many.
+    /// Returns `None` if there are more than [`MAX_STATES`].
     fn new(expressions: &[Positions]) -> Option<Self> {
-        // A start for each light, also where they are alike: light finds its first class without a look at the automaton.
+        // One start per light, even if starts are equal: light gets its first class without the
+        // automaton.
         let start = |&light: &u16| -> Vec<Set> { expressions.iter().map(|e| e.matching(e.first, light)).collect() };
         let mut sets: Vec<Vec<Set>> = LIGHTS.iter().map(start).collect();
         let mut known: HashMap<Vec<Set>, usize> = sets.iter().cloned().zip(0..).collect();
@@ -82,9 +84,10 @@ impl States {
         Some(states)
     }
 
-    /// The class of each state: those are in one that no events separate. Classes are numbered by their first states.
+    /// Class of each state: states that no events distinguish share a class. Classes are numbered
+    /// by their first states.
     fn minimised(&self) -> Vec<usize> {
-        // The starts stay apart.
+        // The starts stay separate.
         let of_state = |state: usize| (state.min(LIGHTS.len()), self.parts[state]);
         let mut classes = numbered((0..self.parts.len()).map(of_state));
         loop {
@@ -98,7 +101,7 @@ impl States {
     }
 }
 
-/// A number for each key, equal ones alike, in the order in which they come first.
+/// Numbers the keys in the order of their first occurrence; equal keys have one number.
 fn numbered<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> Vec<usize> {
     let mut numbers = HashMap::new();
     keys.map(|key| {

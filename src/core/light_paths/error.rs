@@ -1,11 +1,11 @@
 use std::fmt;
 
-/// Error in a part of the light or in an expression, with its remedy.
+/// Error in a part of the light or in an expression, with a hint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightPathError {
-    /// The error, with its place.
+    /// Error message, with the position of the error.
     pub message: String,
-    /// What to do about it.
+    /// Hint on how to correct it.
     pub help: String,
 }
 

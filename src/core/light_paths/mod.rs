@@ -1,13 +1,17 @@
-//! Parts of the light by the paths that it has taken: bounces, direct and indirect light, and light path expressions (Heckbert 1990, "Adaptive Radiosity
-//! Textures for Bidirectional Ray Tracing").
+//! Parts of the light by their paths: bounces, direct and indirect light, and light path
+//! expressions (Heckbert 1990, "Adaptive Radiosity Textures for Bidirectional Ray Tracing").
 //!
-//! Every part is an expression over the events of a path (`parts` has those of the parts with a name). `syntax` reads it, `positions` makes a position
-//! automaton of it (Glushkov 1961), and `classes` joins those of all parts to one deterministic automaton, whose states are the classes of paths.
+//! Every part is an expression over the events of a path (`parts` has the named parts). `syntax`
+//! parses it, and `positions` converts it to a position automaton (Glushkov 1961). `classes`
+//! combines all parts to one deterministic automaton, whose states are the classes of paths.
 //!
-//! The automaton reads a path from its light to the camera, whichever way an expression is written. Light that arrives at a vertex thus has one class for
-//! all viewers of the vertex, which path reuse needs. Scattering moves light from its class to the classes behind the event, to each by its share.
+//! The automaton reads a path from its light to the camera, for both notations of an expression. So
+//! light that arrives at a vertex has one class for all viewers of the vertex, which path reuse
+//! needs. Scattering moves light from its class to the classes after the event, to each by its
+//! share.
 //!
-//! Classes do not overlap, and their sums add up to the picture exactly (`film/path_terms.rs`). Parts are sums over classes.
+//! Classes do not overlap, and their sums add up to the image exactly (`film/path_terms.rs`). Parts
+//! are sums over classes.
 
 mod classes;
 mod error;
@@ -20,7 +24,8 @@ pub use parts::PathPart;
 
 use crate::bsdf::EventKind;
 
-/// Maximum number of classes of paths. `bounces` with direct and indirect light of all kinds of lobes has 21.
+/// Maximum number of classes of paths. `bounces` with direct and indirect light of all kinds of
+/// lobes has 21.
 pub const MAX_CLASSES: usize = 64;
 
 /// Maximum number of parts.
@@ -31,28 +36,28 @@ pub const MAX_PATH_PARTS: usize = 40;
 pub enum PathLight {
     /// Environments and other lights at infinity, and a background.
     Background,
-    /// Surfaces that emit.
+    /// Emitting surfaces.
     Surface,
-    /// Points and spots.
+    /// Point and spot lights.
     Point,
 }
 
-/// The parts of a picture that are distinguished by paths, and the automaton that does it.
+/// Parts of the image that are separated by paths, and the automaton that separates them.
 #[derive(Clone, Debug)]
 pub struct LightPaths {
     layers: Vec<String>,
-    /// Class behind each kind of event, by class.
+    /// Class after each kind of event, for each class.
     next: Vec<[u8; 6]>,
-    /// Parts that a class is in, where its paths end at the camera: a bit each.
+    /// Bit set of the parts of each class, for paths that end at the camera.
     parts: Vec<u64>,
 }
 
 impl LightPaths {
-    /// The automaton of all `parts`.
+    /// Automaton of all `parts`.
     ///
     /// # Errors
     ///
-    /// More parts than [`MAX_PATH_PARTS`], or more classes than [`MAX_CLASSES`].
+    /// If there are more parts than [`MAX_PATH_PARTS`], or more classes than [`MAX_CLASSES`].
     pub fn new(parts: &[PathPart]) -> Result<Self, LightPathError> {
         if parts.len() > MAX_PATH_PARTS {
             return Err(LightPathError::new(
@@ -74,22 +79,22 @@ impl LightPaths {
         self.next.len()
     }
 
-    /// Layers of the parts.
+    /// Layer of each part.
     pub fn layers(&self) -> &[String] {
         &self.layers
     }
 
-    /// Class of light from `light` that has met nothing yet.
+    /// Class of light from `light` before its first scattering event.
     pub fn class_of(light: PathLight) -> usize {
         light as usize
     }
 
-    /// Class of the light in `class` when it has been scattered.
+    /// Class of the light in `class` after the scattering event `event`.
     pub fn scattered(&self, class: usize, event: EventKind) -> usize {
         self.next.get(class).map_or(0, |next| next[event as usize] as usize)
     }
 
-    /// Whether light in `class` that reaches the camera is in the part.
+    /// Returns true if light in `class` that reaches the camera is in the part `part`.
     pub fn is_in(&self, class: usize, part: usize) -> bool {
         self.parts.get(class).is_some_and(|parts| parts >> part & 1 == 1)
     }

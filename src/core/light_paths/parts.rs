@@ -1,11 +1,11 @@
-//! Parts by name: what `--aov` calls them, their layers, and their expressions.
+//! Named parts: their names for `--aov`, their layers, and their expressions.
 
 use super::error::LightPathError;
 use super::positions::Positions;
 use super::syntax::parse;
 use crate::math::excerpt;
 
-/// Parts with a name, and their expressions.
+/// Named parts, and their expressions.
 const NAMED: [(&str, &str); 9] = [
     ("emission", "CL"),
     ("direct", "C.L"),
@@ -18,21 +18,21 @@ const NAMED: [(&str, &str); 9] = [
     ("transmission_indirect", "C<T[GS]>.+L"),
 ];
 
-/// Light of more bounces than are distinguished.
+/// Layer of light with more bounces than the separated ones.
 const REST: &str = "bounce.rest";
-/// Number of bounces that `bounces` separates.
+/// Default maximum number of bounces that `bounces` separates.
 const USUAL_BOUNCES: u32 = 5;
-/// Maximum number of bounces that are distinguished.
+/// Maximum number of bounces that can be separated.
 const MAX_BOUNCES: u32 = 20;
-/// Longest name of an expression.
+/// Maximum length of the name of an expression.
 const MAX_NAME: usize = 23;
 
-/// A part of the picture: the light of all paths that an expression matches.
+/// A part of the image: the light of all paths that an expression matches.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathPart {
     layer: String,
     expression: String,
-    /// Whether the user has written the expression.
+    /// True if the expression comes from the user.
     is_own: bool,
 }
 
@@ -40,23 +40,23 @@ impl PathPart {
     /// Prefix of parts with an expression of the user.
     const OWN: &str = "lpe:";
 
-    /// Names of all parts for `--aov`, as help lists them.
+    /// Names of all parts for `--aov`, for the help text.
     pub fn names() -> impl Iterator<Item = &'static str> {
         let named = NAMED.iter().map(|(name, _)| *name);
         named.chain(["bounces", "bounces:N", "bounce.N", "lpe:NAME=EXPRESSION"])
     }
 
-    /// Whether `name` is to be read by [`PathPart::parse`].
+    /// Returns true if `name` is a name for [`PathPart::parse`].
     pub fn is_name(name: &str) -> bool {
         let is_bounces = name == "bounces" || name.starts_with("bounces:") || name.starts_with("bounce.");
         is_bounces || name.starts_with(Self::OWN) || NAMED.iter().any(|(known, _)| *known == name)
     }
 
-    /// The parts that `name` stands for, one or several: `direct`, `bounces:4`, `lpe:NAME=EXPRESSION`.
+    /// Parses the name of one or several parts: `direct`, `bounces:4`, `lpe:NAME=EXPRESSION`.
     ///
     /// # Errors
     ///
-    /// An unknown name, a count that is too large, or an invalid expression.
+    /// An unknown name, a number above the maximum, or an invalid expression.
     pub fn parse(name: &str) -> Result<Vec<Self>, LightPathError> {
         if let Some((known, expression)) = NAMED.iter().find(|(known, _)| *known == name) {
             return Ok(vec![Self::new(*known, *expression)]);
@@ -89,11 +89,11 @@ impl PathPart {
         Ok((0..=last).map(Self::bounce).chain([rest]).collect())
     }
 
-    /// Adds `parts` to `all`, each once.
+    /// Adds `parts` to `all`, without duplicates.
     ///
     /// # Errors
     ///
-    /// Two parts of one layer.
+    /// If two different parts have one layer.
     pub fn add(all: &mut Vec<Self>, parts: Vec<Self>) -> Result<(), LightPathError> {
         let of_layer = |part: &Self| all.iter().find(|known| known.layer == part.layer);
         let clash = parts
@@ -123,11 +123,11 @@ impl PathPart {
         &self.expression
     }
 
-    /// Name of the part where the whole of it matters: the layer, or for expressions of the user `lpe:NAME=EXPRESSION`.
+    /// Full name of the part: its layer, or for expressions of the user `lpe:NAME=EXPRESSION`.
     pub fn describe(&self) -> String {
         match self.layer.strip_prefix("lpe_").filter(|_| self.is_own) {
             Some(name) => format!("{}{name}={}", Self::OWN, self.expression),
-            // What the rest is depends on the others.
+            // The rest depends on the other parts.
             None if self.layer == REST => format!("{REST}={}", self.expression),
             None => self.layer.clone(),
         }
@@ -157,7 +157,7 @@ impl PathPart {
         }
     }
 
-    /// `NAME=EXPRESSION`.
+    /// Parses `NAME=EXPRESSION`.
     fn own(text: &str) -> Result<Self, LightPathError> {
         let Some((name, expression)) = text.split_once('=') else {
             let help = "write lpe:NAME=EXPRESSION, such as lpe:caustics=LS+DE";
@@ -176,13 +176,13 @@ impl PathPart {
             expression: expression.chars().filter(|c| !c.is_whitespace()).collect(),
             is_own: true,
         };
-        // Places are those of the text as it was written.
+        // Positions in errors refer to the text with its spaces.
         Positions::new(&parse(expression)?)?;
         Ok(part)
     }
 }
 
-/// A number of bounces.
+/// Parses a number of bounces.
 fn bounces(text: &str) -> Result<u32, LightPathError> {
     let count = text.parse().ok().filter(|&count| count <= MAX_BOUNCES);
     count.ok_or_else(|| {

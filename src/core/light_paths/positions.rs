@@ -1,4 +1,5 @@
-//! Position automata of expressions: a state for each symbol of the text (Glushkov 1961, "The Abstract Theory of Automata").
+//! Position automata of expressions: one state per symbol of the text (Glushkov 1961, "The Abstract
+//! Theory of Automata").
 
 use super::error::LightPathError;
 use super::syntax::{CAMERA, LIGHTS, Node, Symbols};
@@ -6,20 +7,21 @@ use super::syntax::{CAMERA, LIGHTS, Node, Symbols};
 /// A set of positions.
 pub(super) type Set = u128;
 
-/// The automaton of one expression, oriented to read paths from the light.
+/// Automaton of one expression, which reads paths from the light.
 #[derive(Clone, Debug)]
 pub(super) struct Positions {
     symbols: Vec<Symbols>,
-    /// Positions that may be first: lights.
+    /// Possible first positions: lights.
     pub first: Set,
-    /// Positions that may follow on each.
+    /// Possible next positions of each position.
     next: Vec<Set>,
-    /// Positions of the camera, each the last.
+    /// Positions of the camera, which are always last.
     camera: Set,
 }
 
 impl Positions {
-    /// The automaton of `node`, which is to start at the camera and end at a light, or the other way round.
+    /// Automaton of `node`, which must start at the camera and end at a light, or the other way
+    /// round.
     pub fn new(node: &Node) -> Result<Self, LightPathError> {
         let mut builder = Builder::default();
         let all = builder.add(node)?;
@@ -38,7 +40,7 @@ impl Positions {
                 "write C…L as in C<RD>L, or L…E as in LS+DE",
             ));
         }
-        // Reversed where it starts at the camera
+        // Reversed if it starts at the camera
         let before = |i: usize| {
             let precedes = |&j: &usize| follow[j] >> i & 1 == 1;
             (0..symbols.len()).filter(precedes).fold(0, |set, j| set | 1 << j)
@@ -72,19 +74,19 @@ impl Positions {
         (0..self.symbols.len()).filter(matches).fold(0, |set, i| set | 1 << i)
     }
 
-    /// Positions that may follow on one of `positions`.
+    /// Possible next positions of all `positions`.
     pub fn following(&self, positions: Set) -> Set {
         let members = (0..self.symbols.len()).filter(|i| positions >> i & 1 == 1);
         members.fold(0, |set, i| set | self.next[i])
     }
 
-    /// Whether the path may end at the camera behind one of `positions`.
+    /// Returns true if a path may end at the camera after one of `positions`.
     pub fn accepts(&self, positions: Set) -> bool {
         self.following(positions) & self.camera != 0
     }
 }
 
-/// What an expression may begin and end with.
+/// Possible first and last positions of an expression.
 #[derive(Clone, Copy)]
 struct Fragment {
     is_nullable: bool,
@@ -140,7 +142,7 @@ impl Builder {
                 },
             ),
             Node::Repeated { node, min, max } => {
-                // A copy for each time; without a bound the last copy is a loop.
+                // One copy per repetition; without a maximum the last copy is a loop.
                 let copies = max.unwrap_or((*min).max(1));
                 let mut all = None;
                 for i in 0..copies {
@@ -156,7 +158,7 @@ impl Builder {
         }
     }
 
-    /// One after the other.
+    /// Concatenation of two fragments.
     fn joined(&mut self, before: Option<Fragment>, after: Fragment) -> Fragment {
         let Some(before) = before else { return after };
         self.link(before.last, after.first);
@@ -176,7 +178,7 @@ impl Builder {
     }
 }
 
-/// Nothing at all.
+/// The empty expression.
 const EMPTY: Fragment = Fragment {
     is_nullable: true,
     first: 0,

@@ -2,7 +2,7 @@
 
 use super::error::LightPathError;
 
-/// A set of symbols, a bit each.
+/// A set of symbols, one bit each.
 pub(super) type Symbols = u16;
 
 /// Reflection, transmission; in the order of [`EventKind`](crate::bsdf::EventKind).
@@ -21,24 +21,24 @@ pub(super) const LIGHTS: Symbols = BACKGROUND | SURFACE | POINT;
 /// The camera.
 pub(super) const CAMERA: Symbols = 1 << 9;
 
-/// Longest expression, in characters: a bound on recursion.
+/// Maximum length of an expression, in characters: limits recursion.
 const MAX_LENGTH: usize = 200;
-/// Largest count of a repetition.
+/// Maximum count of a repetition.
 const MAX_COUNT: u32 = 100;
 
-/// What all errors of symbols say.
+/// Hint of all errors about symbols.
 const KNOWN: &str = "symbols are C or E (camera), L, O, B (lights), D, G, S (scattering), R, T (reflection, transmission) and . (any scattering)";
 
 /// A regular expression over symbols.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Node {
-    /// One of these.
+    /// One of these symbols.
     Symbol(Symbols),
-    /// One after the other.
+    /// All nodes in their order.
     Sequence(Vec<Node>),
-    /// Any one of them.
+    /// Any one of the nodes.
     Either(Vec<Node>),
-    /// From `min` to `max` times; without `max` as often as may be.
+    /// From `min` to `max` times; any number of times without `max`.
     Repeated {
         node: Box<Node>,
         min: u32,
@@ -46,7 +46,7 @@ pub(super) enum Node {
     },
 }
 
-/// Reads an expression.
+/// Parses an expression.
 pub(super) fn parse(text: &str) -> Result<Node, LightPathError> {
     let symbols: Vec<(usize, char)> = text.chars().enumerate().filter(|(_, c)| !c.is_whitespace()).collect();
     if symbols.len() > MAX_LENGTH {
@@ -66,7 +66,7 @@ pub(super) fn parse(text: &str) -> Result<Node, LightPathError> {
 
 struct Parser<'a> {
     length: usize,
-    /// Remaining text, each character with its place.
+    /// Remaining text, each character with its position.
     rest: &'a [(usize, char)],
 }
 
@@ -81,7 +81,7 @@ impl Parser<'_> {
         Some(c)
     }
 
-    /// Takes `wanted` if it is next.
+    /// Consumes `wanted` if it is the next character.
     fn takes(&mut self, wanted: char) -> bool {
         let is_next = self.peek() == Some(wanted);
         if is_next {
@@ -90,7 +90,7 @@ impl Parser<'_> {
         is_next
     }
 
-    /// An error at what is next.
+    /// Error at the next character.
     fn unexpected(&self, help: impl Into<String>) -> LightPathError {
         let message = match self.rest.first() {
             Some(&(place, c)) => format!("unexpected `{}` at character {}", c.escape_default(), place + 1),
@@ -141,7 +141,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `n}`, `n,}` or `n,m}`.
+    /// Parses `n}`, `n,}` or `n,m}`.
     fn counts(&mut self) -> Result<(u32, Option<u32>), LightPathError> {
         let min = self.count()?;
         let max = match self.takes(',') {
@@ -183,7 +183,7 @@ impl Parser<'_> {
         }))
     }
 
-    /// `<RD>`: events that are in all sets.
+    /// Parses `<RD>`: events that are in all sets.
     fn event(&mut self) -> Result<Symbols, LightPathError> {
         self.take();
         let mut events = EVENTS;
@@ -200,7 +200,7 @@ impl Parser<'_> {
         Ok(events)
     }
 
-    /// A letter, `[DG]` or `[^S]`.
+    /// Parses a letter, `[DG]` or `[^S]`.
     fn set(&mut self) -> Result<Symbols, LightPathError> {
         if !self.takes('[') {
             return self.letter();
@@ -254,7 +254,7 @@ fn repeat(node: Node, (min, max): (u32, Option<u32>)) -> Node {
     }
 }
 
-/// All symbols of the sort that `symbols` are of; `None` of several sorts.
+/// All symbols of the sort of `symbols`. `None` if they have several sorts.
 fn sort(symbols: Symbols) -> Option<Symbols> {
     [EVENTS, LIGHTS, CAMERA].into_iter().find(|sort| symbols & !sort == 0)
 }

@@ -3,7 +3,7 @@ use super::*;
 use crate::math::hash::mix;
 use std::collections::BTreeSet;
 
-/// Random numbers below `n`.
+/// Generator of random numbers below `n`.
 struct Dice(u64);
 
 impl Dice {
@@ -49,7 +49,7 @@ const KINDS: [EventKind; 6] = [
 ];
 const LIGHTS: [PathLight; 3] = [PathLight::Background, PathLight::Surface, PathLight::Point];
 
-/// All sequences of events up to `max`, from the camera on.
+/// All sequences of at most `max` events, from the camera on.
 fn sequences(max: usize) -> Vec<Vec<EventKind>> {
     let mut all = vec![Vec::new()];
     let mut start = 0;
@@ -95,7 +95,7 @@ fn named(names: &[&str]) -> Vec<PathPart> {
     parts
 }
 
-/// Of all paths with up to four events.
+/// Checks all paths with at most four events.
 fn check(expressions: &[String]) {
     let parts: Vec<PathPart> = expressions.iter().flat_map(|e| own(e).unwrap()).collect();
     let paths = LightPaths::new(&parts).unwrap();
@@ -146,7 +146,7 @@ fn automata_match_what_expressions_mean() {
     }
 }
 
-/// Expressions by chance, between the camera and a light.
+/// Checks random expressions between the camera and a light.
 #[test]
 fn random_automata_match_what_expressions_mean() {
     fn random(dice: &mut Dice, depth: usize) -> String {
@@ -217,7 +217,7 @@ fn mistakes_are_named_with_their_place() {
     assert!(own(&nested).is_ok());
 }
 
-/// Any text is an expression or an error.
+/// Every text is an expression or an error.
 #[test]
 fn random_texts_are_read_or_refused() {
     const LETTERS: [char; 26] = [
@@ -284,7 +284,7 @@ fn names_are_checked() {
         .flat_map(|i| PathPart::parse(&format!("lpe:e{i}=CDL")).unwrap())
         .collect();
     assert!(LightPaths::new(&many[..40]).is_ok() && LightPaths::new(&many).is_err());
-    // Each of these has to remember which of the last seven events were diffuse.
+    // Its states must distinguish which of the last seven events were diffuse.
     let deep = PathPart::parse("lpe:a=C.{7}D.*L").unwrap();
     assert!(
         LightPaths::new(&deep)
@@ -294,7 +294,7 @@ fn names_are_checked() {
     );
 }
 
-/// All named parts at once are distinguished by few classes, and each class is in as many parts as it should be.
+/// All named parts together need few classes, and each class is in the right number of parts.
 #[test]
 fn named_parts_divide_all_paths() {
     let names: Vec<&str> = PathPart::names()

@@ -1,4 +1,4 @@
-//! The one place that chooses a backend.
+//! Choice of the backend. No other code makes this choice.
 
 use super::{Error, InvalidSetting};
 #[cfg(feature = "obvhs")]
@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use std::sync::Arc;
 
 impl Backend {
-    /// Error of a backend that is not built in.
+    /// Error for a backend that is not built in.
     pub fn absence(self) -> InvalidSetting {
         let names: Vec<&str> = Self::ALL.iter().map(|b| b.name()).collect();
         let help = format!(
@@ -24,8 +24,9 @@ impl Backend {
         InvalidSetting::new("backend", format!("{}: not built in", self.name()), help)
     }
 
-    /// Builds the acceleration structure of `scene` as [`Backend::build`] does, to serve for as long as the scene's meshes stay: light, materials and the
-    /// camera may change meanwhile. `None` for a backend that has no structure to keep.
+    /// Builds the acceleration structure of `scene` like [`Backend::build`], but valid as long as
+    /// the meshes of the scene stay. Light, materials and the camera may change. `None` for a
+    /// backend without a structure.
     pub fn build_kept(self, scene: &Scene, pool: &rayon::ThreadPool) -> Result<Option<AnyAccel<'static>>, Error> {
         match self {
             #[cfg(feature = "embree")]
@@ -41,14 +42,15 @@ impl Backend {
                 _ => None,
             }),
             _ => {
-                // A program without these backends uses neither.
+                // A program without these backends uses neither variable.
                 let _ = (scene, pool);
                 Ok(None)
             }
         }
     }
 
-    /// Builds the acceleration structure of `scene` with as many threads as `pool` has: the one place that chooses the backend.
+    /// Builds the acceleration structure of `scene` with the threads of `pool`: the only code that
+    /// chooses the backend.
     pub fn build<'a>(self, scene: &'a Scene, pool: &rayon::ThreadPool) -> Result<AnyAccel<'a>, Error> {
         match self {
             #[cfg(feature = "embree")]
@@ -60,7 +62,7 @@ impl Backend {
             }
             #[cfg(feature = "obvhs")]
             Self::Obvhs => {
-                // It ends the program where there is no memory left, and so is asked for beforehand.
+                // obvhs ends the program if memory runs out, so check first.
                 let bytes = OBVHS_BUILDING_BYTES * scene.triangle_count();
                 if let Some(refusal) = MemoryLimit::refusal(None, 0, bytes) {
                     return Err(Error::Failed(format!(
@@ -77,27 +79,28 @@ impl Backend {
     }
 }
 
-/// Address space that obvhs takes for a triangle while it builds: boxes, codes and their sorted copies, and nodes as they are made and optimised.
+/// Address space per triangle, in bytes, that obvhs needs during the build: boxes, codes and their
+/// sorted copies, and nodes as they are made and optimised.
 #[cfg(feature = "obvhs")]
 const OBVHS_BUILDING_BYTES: u64 = 400;
 
-/// The acceleration structure of whichever backend; copies share it.
+/// The acceleration structure of any backend; copies share it.
 #[derive(Clone)]
 pub enum AnyAccel<'a> {
-    /// That of Embree.
+    /// Structure of Embree.
     #[cfg(feature = "embree")]
     Embree(Arc<embree::EmbreeAccel<'a>>),
-    /// That of obvhs.
+    /// Structure of obvhs.
     #[cfg(feature = "obvhs")]
     Obvhs(Arc<bvh::BvhAccel>),
-    /// None: every triangle is tried.
+    /// No structure: every triangle is tested.
     Brute(brute::BruteForce<'a>),
-    /// That of one, for a share of the rays checked against another.
+    /// Structure of one backend, with a share of its rays checked against another.
     Audited(&'a Auditor<'a>),
 }
 
 impl AnyAccel<'_> {
-    /// The acceleration structure, to be asked without knowing which it is.
+    /// The acceleration structure behind dynamic dispatch.
     pub fn as_dyn(&self) -> &dyn Accel {
         match self {
             #[cfg(feature = "embree")]

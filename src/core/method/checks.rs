@@ -1,4 +1,5 @@
-//! Refusals and warnings of settings that do not go together with an integrator or with a scene's lights.
+//! Errors and warnings for settings that are incompatible with an integrator or with the lights of
+//! a scene.
 
 use super::{Error, InvalidSetting};
 use crate::camera::Camera;
@@ -8,16 +9,16 @@ use crate::light_paths::PathPart;
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
 
-/// Rays to the last vertices of one branching sample at most: seconds.
+/// Maximum number of rays to the last vertices of one branching sample: takes seconds.
 const MAX_BRANCHES: f64 = 1e7;
-/// Scattering events at most where the strategies of all lengths are distinguished.
+/// Maximum number of scattering events if the strategies of all lengths are separated.
 const MAX_STRATEGIES_DEPTH: u32 = 6;
-/// Light samples at a vertex from which on a choice among lamps is surely better.
+/// Number of light samples per vertex above which choosing one lamp is surely better.
 const MANY_SAMPLES: u32 = 32;
-/// Photon paths at most where they are kept whole, to merge with: some 1.5 kB each.
+/// Maximum number of light paths that are stored for merging: some 1.5 kB each.
 const MAX_MERGED_PHOTONS: u32 = 1 << 24;
 
-/// Whether the integrator shows other backgrounds than the lights.
+/// Returns true if the integrator shows other backgrounds than the lights.
 fn shows_background(kind: IntegratorKind) -> bool {
     match kind {
         IntegratorKind::Path
@@ -40,21 +41,21 @@ fn shows_background(kind: IntegratorKind) -> bool {
     }
 }
 
-/// Whether the integrator shows a ground that catches shadows. `ao` and `debug` show it as a surface. Photons and records of irradiance do not reach far
-/// beyond the scene.
+/// Returns true if the integrator supports a shadow-catching ground. `ao` and `debug` show it as a
+/// surface. Photons and records of irradiance do not reach far beyond the scene.
 fn catches_shadows(kind: IntegratorKind) -> bool {
     use IntegratorKind::{IrradianceCache, PhotonMap, ProgressivePhotons};
     shows_background(kind) && !matches!(kind, IrradianceCache | PhotonMap | ProgressivePhotons)
 }
 
-/// Whether the integrator tells the classes of light paths apart.
+/// Returns true if the integrator separates classes of light paths.
 fn tells_paths(kind: IntegratorKind) -> bool {
     use IntegratorKind::{Bidirectional, Direct, Naive, Path};
     matches!(kind, Path | Naive | Direct | Bidirectional)
 }
 
-/// Returns true if all paths start at the camera, sample by sample. They have a wavelength where glass
-/// disperses light.
+/// Returns true if all paths start at the camera, sample by sample. Such paths have a wavelength if
+/// glass disperses light.
 fn starts_at_camera(kind: IntegratorKind) -> bool {
     use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Distributed, Naive, OneSample, Path, Whitted};
     matches!(
@@ -63,14 +64,14 @@ fn starts_at_camera(kind: IntegratorKind) -> bool {
     )
 }
 
-/// Names of the integrators of which `is` holds.
+/// Names of the integrators for which `is` returns true.
 fn names_of(is: fn(IntegratorKind) -> bool) -> String {
     let names = IntegratorKind::NAMES.iter().filter(|(_, kind)| is(*kind));
     names.map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
 impl Method {
-    /// An error where the values of a method do not go together.
+    /// Returns an error if the values of a method are incompatible.
     pub fn check(&self) -> Result<(), Error> {
         match self {
             Self::VertexMerging(VertexMergingSettings { photons: Some(n), .. }) if *n > MAX_MERGED_PHOTONS => {
@@ -81,7 +82,7 @@ impl Method {
         }
     }
 
-    /// Refuses branching trees with more than 10⁷ rays to their last vertices (`MAX_BRANCHES`).
+    /// Rejects branching trees with more than 10⁷ rays to their last vertices (`MAX_BRANCHES`).
     pub fn check_branches(&self) -> Result<(), Error> {
         let Self::Distributed(settings) = self else {
             return Ok(());
@@ -97,8 +98,8 @@ impl Method {
         )))
     }
 
-    /// Says so where the scene's lights cannot be found: light that comes from single points or directions is never met by
-    /// chance. An error where that is all the light there is, else a warning.
+    /// Checks if the method can find the lights of the scene: no ray hits light from single points
+    /// or directions. Returns an error if the scene has no other light, else a warning.
     pub fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let is_round = |light: &Light| matches!(light, Light::Sphere(_) | Light::Disk(_));
         if self.kind() == IntegratorKind::Area && scene.lights().iter().any(is_round) {
@@ -128,8 +129,9 @@ impl Method {
         Ok(Some(format!("{words}: its light is missing from the picture")))
     }
 
-    /// An error where the method cannot show `background`: light that it sends to any pixel comes from surfaces alone, and camera rays that leave the scene
-    /// are strategies among others.
+    /// Returns an error if the method cannot show `background`. Methods that send light to other
+    /// pixels connect only surfaces; camera rays that leave the scene are only one of their
+    /// strategies.
     pub fn check_background(&self, background: Background) -> Result<(), InvalidSetting> {
         if background == Background::Light || shows_background(self.kind()) {
             return Ok(());
@@ -143,17 +145,18 @@ impl Method {
         Err(InvalidSetting::new("background", value, help))
     }
 
-    /// Whether the method shows other backgrounds than the lights, such as a transparent one.
+    /// Returns true if the method shows other backgrounds than the lights, such as a transparent
+    /// one.
     pub fn shows_backgrounds(&self) -> bool {
         shows_background(self.kind())
     }
 
-    /// Whether the method shows a ground that catches shadows.
+    /// Returns true if the method supports a shadow-catching ground.
     pub fn catches_shadows(&self) -> bool {
         self.check_catching().is_ok()
     }
 
-    /// An error where the method cannot show a ground that catches shadows.
+    /// Returns an error if the method does not support a shadow-catching ground.
     pub fn check_catching(&self) -> Result<(), Error> {
         if !catches_shadows(self.kind()) {
             let words = format!("--integrator {} cannot show a ground that catches shadows", self.name());
@@ -172,7 +175,8 @@ impl Method {
         Ok(())
     }
 
-    /// An error where the method cannot show the ground of `scene`, or finds less light than the ground counts on.
+    /// Returns an error if the method cannot show the ground of `scene`, or does not find all light
+    /// that the ground needs.
     pub fn check_ground(&self, scene: &Scene) -> Result<(), Error> {
         if scene.ground().is_none() {
             return Ok(());
@@ -186,7 +190,8 @@ impl Method {
         }
     }
 
-    /// Says so where what is made once, before all samples, knows nothing of time.
+    /// Returns a warning if the scene moves and the method prepares data that do not depend on
+    /// time.
     pub fn check_motion(&self, scene: &Scene, camera: &Camera) -> Option<String> {
         let [open, close] = camera.shutter();
         let words = match self.kind() {
@@ -201,7 +206,7 @@ impl Method {
         (scene.is_moving() && open < close).then(|| words.into())
     }
 
-    /// An error where glass disperses light and the method does not know of wavelengths.
+    /// Returns an error if glass disperses light and the method has no wavelengths.
     pub fn check_dispersion(&self, scene: &Scene) -> Result<(), Error> {
         if !scene.is_dispersive() || starts_at_camera(self.kind()) {
             return Ok(());
@@ -216,7 +221,7 @@ impl Method {
         )))
     }
 
-    /// Says so where all lamps are sampled at each vertex, and they are many.
+    /// Returns a warning if all lamps are sampled at each vertex, and there are many.
     pub fn check_lamps(&self, selection: &LightSelection) -> Option<String> {
         self.value::<SelectionMode>("light_selection")?;
         let lamps = selection.all()?;
@@ -228,8 +233,9 @@ impl Method {
         })
     }
 
-    /// Whether its mean is that of all light, so that others may be judged by it: it is not biased, and leaves no paths out. Light of single points and
-    /// directions is another matter ([`Method::check_lights`]).
+    /// Returns true if the method is unbiased and leaves no paths out, so that it can be a
+    /// reference. Light of single points and directions is a separate check
+    /// ([`Method::check_lights`]).
     pub fn finds_all_light(&self) -> bool {
         match self.kind() {
             IntegratorKind::Path | IntegratorKind::Naive => self.bias().is_none(),
@@ -237,11 +243,11 @@ impl Method {
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
             | IntegratorKind::PathSpace => true,
-            // What mirrors and glass show is missing.
+            // Light seen in mirrors and through glass is missing.
             IntegratorKind::Light
             // Its variance has no bound.
             | IntegratorKind::Area
-            // Paths are shorter.
+            // These have shorter paths.
             | IntegratorKind::Distributed
             | IntegratorKind::Direct
             | IntegratorKind::Whitted
@@ -254,12 +260,12 @@ impl Method {
         }
     }
 
-    /// Whether the method separates light paths.
+    /// Returns true if the method separates light paths.
     pub fn tells_paths(&self) -> bool {
         tells_paths(self.kind())
     }
 
-    /// Refuses to separate light paths where the method cannot.
+    /// Returns an error if the method cannot separate light paths.
     pub fn check_light_paths(&self, parts: &[PathPart]) -> Result<(), InvalidSetting> {
         if self.tells_paths() {
             return Ok(());
@@ -274,7 +280,7 @@ impl Method {
         Err(InvalidSetting::new("aov", value, help))
     }
 
-    /// Refuses channels of strategies where there are none, or too many.
+    /// Returns an error for channels of strategies if the method has none, or too many.
     pub fn check_strategies(&self) -> Result<(), InvalidSetting> {
         let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
         if self.kind() != IntegratorKind::Bidirectional {

@@ -1,10 +1,11 @@
-//! The correlation of a method's errors, which the renderer writes as `embrasure.commonErrors`, for `compare/significance`.
+//! Correlation of a method's errors. The renderer writes it as `embrasure.commonErrors`, for
+//! `compare/significance`.
 
 use crate::compare::CommonErrors;
 use crate::options::{Method, PathReuse};
 
 impl Method {
-    /// Which errors pixels of a picture have in common.
+    /// Errors that pixels of an image have in common.
     pub fn common_errors(&self) -> CommonErrors {
         match self {
             _ if self.repeats_directions() => CommonErrors::Picture,
@@ -18,7 +19,7 @@ impl Method {
             | Self::Direct(_)
             | Self::AmbientOcclusion(_)
             | Self::Debug(_) => CommonErrors::None,
-            // Paths of lights fall on few pixels each; but photons within a fixed radius may reach many.
+            // Light paths reach few pixels each, but photons within a fixed radius may reach many.
             Self::VertexMerging(settings) if settings.photon_radius.is_some() => CommonErrors::Sample,
             Self::Light(_) | Self::Bidirectional(_) | Self::VertexMerging(_) => CommonErrors::Tile,
             Self::PrimarySpace(_) | Self::PathSpace(_) | Self::ProgressivePhotons(_) => CommonErrors::Sample,

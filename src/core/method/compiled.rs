@@ -1,4 +1,4 @@
-//! Renders by integrators that a program makes itself, compiled in this crate.
+//! Renders with integrators that a program makes itself, compiled in this crate.
 
 use crate::accel::Accel;
 use crate::film::Film;
@@ -14,9 +14,10 @@ use crate::sampler::RenderSampler;
 /// An integrator over a backend behind dynamic dispatch.
 ///
 /// [`Integrator`](crate::integrator::Integrator) and
-/// [`IterationIntegrator`](crate::integrator::IterationIntegrator) are generic: a program that calls
-/// them compiles the integrator once more, with its own level of optimisation. This call is compiled
-/// here. [`Method`](crate::options::Method) makes integrators of settings, and prepares what they look at.
+/// [`IterationIntegrator`](crate::integrator::IterationIntegrator) are generic: a program that
+/// calls them compiles the integrator again, with its own optimisation level. This call is compiled
+/// here. [`Method`](crate::options::Method) makes integrators from settings, and their prepared
+/// data.
 pub trait CompiledIntegrator: Sync {
     /// Adds samples to every pixel of `film` until the condition `stop` holds.
     fn render(

@@ -5,37 +5,37 @@ use crate::options::InvalidOption;
 use std::fmt;
 use thiserror::Error;
 
-/// Why a session could not go on.
+/// Error of a session.
 #[derive(Clone, Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A setting has a value that cannot be.
+    /// A setting has an invalid value.
     #[error("{0}")]
     Setting(InvalidSetting),
-    /// Settings and scene do not go together; the words say what to change.
+    /// Settings and scene are incompatible; the text says how to correct them.
     #[error("{0}")]
     Refused(String),
-    /// A file cannot be read, is wrong, or cannot be written.
+    /// A file cannot be read, is invalid, or cannot be written.
     #[error("{0}")]
     File(#[from] FileError),
-    /// Anything else that failed.
+    /// Any other failure.
     #[error("{0}")]
     Failed(String),
 }
 
-/// A setting that cannot be, by the name that the command line has for it.
+/// An invalid setting, with its name on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidSetting {
-    /// `spp`, `crop` and the like.
+    /// Name of the setting, such as `spp` or `crop`.
     pub setting: String,
-    /// The value, and what is wrong with it if that is not plain.
+    /// Value, and what is wrong with it if this is not obvious.
     pub value: String,
-    /// What to do about it.
+    /// Hint on how to correct it.
     pub help: String,
 }
 
 impl InvalidSetting {
-    /// Error of `setting`, which is not to be `value`; `help` says what to do about it.
+    /// Error: `setting` has the invalid value `value`. `help` is a hint on how to correct it.
     pub fn new(setting: &str, value: impl fmt::Display, help: impl Into<String>) -> Self {
         Self {
             setting: setting.into(),

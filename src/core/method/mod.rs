@@ -1,15 +1,19 @@
-//! A method over a backend: the choice of the backend (`backend`) and of the integrator (`run`), which settings and scenes a method refuses (`checks`),
-//! and how its errors are correlated (`common_errors`). Sessions stand on it. Programs that make integrators
-//! themselves render by `compiled`.
+//! A method over a backend: the choice of the backend (`backend`) and of the integrator (`run`),
+//! settings and scenes that a method rejects (`checks`), and the correlation of its errors
+//! (`common_errors`). Sessions use it. Programs that make their own integrators render by
+//! `compiled`.
 //!
-//! Functions take [`AnyAccel`] and [`RenderSampler`], and nothing generic: what a program calls is compiled here, with full optimisation, and not in the program.
+//! Functions take [`AnyAccel`] and [`RenderSampler`], and nothing generic: so they are compiled
+//! here, with full optimisation, and not in the calling program.
 //!
-//! `path` and `direct` are monomorphised per backend for the picture's own samples, because a call that the compiler cannot inline costs some percent
-//! of a ray. All other integrators, and samples whose light groups are distinguished, ask for rays by `&dyn Accel`. They are many: compiling each for
-//! every backend, observer and kind of light would take minutes, and a ray is a smaller part of their work. `render/dispatch.rs` has the calls.
+//! `path` and `direct` are monomorphised per backend for the samples of the image, because a call
+//! that the compiler cannot inline costs some percent of a ray. All other integrators, and samples
+//! with separate light groups, call `&dyn Accel`. They are many: compiling each for every backend,
+//! observer and kind of light would take minutes, and rays are a smaller part of their work.
+//! `render/dispatch.rs` has the calls.
 //!
-//! `options/method.rs` lists which integrator reads which parameter. The metadata of files, and the warnings of flags that are not read, come from
-//! that list.
+//! `options/method.rs` lists the parameters of each integrator. The metadata of files, and the
+//! warnings about unused flags, come from that list.
 
 mod backend;
 mod checks;
@@ -35,18 +39,19 @@ impl Method {
         self.value("max_depth")
     }
 
-    /// How directions are sampled, if the method can do it in several ways.
+    /// Sampling of directions, if the method has this option.
     fn directions(&self) -> Option<Directions> {
         self.value("directions")
     }
 
-    /// How direct light is found, if the method can do it in several ways.
+    /// Strategies for direct light, if the method has this option.
     fn direct(&self) -> Option<DirectLight> {
         self.value("direct")
     }
 
-    /// Whether the method samples lights towards surfaces and weighs them by MIS against other ways to find them. By itself, the sampling of lights by a
-    /// learned visibility would seldom find light that no ray has seen, and find it bright.
+    /// Returns true if the method samples lights at surface points and weights them by MIS against
+    /// other strategies. Without MIS, sampling by learned visibility would seldom find light that
+    /// no learning ray has seen, and then with a large weight.
     fn weighs_lights(&self) -> bool {
         let has_choice = self.value::<SelectionMode>("light_selection").is_some();
         use IntegratorKind::{Area, Light, OneSample, Whitted};
@@ -54,7 +59,7 @@ impl Method {
         has_choice && !samples_alone && self.direct().is_none_or(|direct| direct == DirectLight::Mis)
     }
 
-    /// How the method chooses lights.
+    /// Light selection of the method.
     pub fn light_choice(&self) -> LightChoice {
         LightChoice {
             mode: self.value("light_selection").unwrap_or_default(),
@@ -62,31 +67,34 @@ impl Method {
         }
     }
 
-    /// How emitting triangles are sampled. It decides which triangles are joined to rectangles, and so
-    /// it belongs to the scene.
+    /// Sampling of emitting triangles. It decides which triangles are joined to rectangles, so it
+    /// belongs to the scene.
     pub fn triangle_sampling(&self) -> TriangleSampling {
         self.value("triangle_sampling").unwrap_or_default()
     }
 
-    /// A builder for scenes whose triangles are sampled as the method needs it.
+    /// Builder for scenes with the triangle sampling of the method.
     pub fn scene_builder(&self) -> SceneBuilder {
         let mut builder = SceneBuilder::new();
         builder.triangle_sampling(self.triangle_sampling());
         builder
     }
 
-    /// Whether the method gathers the light of lights, which can then be distinguished. Records of irradiance are of all lights together.
+    /// Returns true if the method gathers light of single lights, so that they can be separated.
+    /// Records of irradiance contain all lights together.
     pub fn gathers_light(&self) -> bool {
         use IntegratorKind::{AmbientOcclusion, Debug, IrradianceCache};
         !matches!(self.kind(), AmbientOcclusion | Debug | IrradianceCache)
     }
 
-    /// Whether the method interpolates between points that were made before: photons, or records of irradiance.
+    /// Returns true if the method interpolates between precomputed points: photons, or records of
+    /// irradiance.
     pub fn has_points(&self) -> bool {
         matches!(self.kind(), IntegratorKind::PhotonMap | IntegratorKind::IrradianceCache)
     }
 
-    /// Names of the method's strategies by vertices from the light and from the camera, in its own order.
+    /// Names of the method's strategies, in its order, by the number of light vertices and camera
+    /// vertices.
     pub fn strategies(&self) -> Vec<String> {
         match self {
             Self::Bidirectional(settings) => match settings.max_depth {
@@ -97,7 +105,8 @@ impl Method {
         }
     }
 
-    /// A sampler of `kind`, for `count` samples of a pixel, as the method's directions want it.
+    /// A sampler of `kind` for `count` samples per pixel, with the direction sampling of the
+    /// method.
     pub fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
         match self.directions() {
@@ -114,7 +123,8 @@ impl Method {
         }
     }
 
-    /// Whether the method's random numbers depend on how many samples a pixel gets in all.
+    /// Returns true if the random numbers of the method depend on the total number of samples per
+    /// pixel.
     pub fn knows_count(&self) -> bool {
         use Directions::{Fibonacci, PerturbedQmc, PerturbedQmcUniform};
         matches!(self.directions(), Some(Fibonacci | PerturbedQmc | PerturbedQmcUniform))
@@ -133,7 +143,7 @@ mod tests {
         })
     }
 
-    /// Parameters that several methods share are found by their names.
+    /// Common parameters of several methods are found by their names.
     #[test]
     fn shared_parameters_have_their_types() {
         for (_, kind) in IntegratorKind::NAMES {

@@ -1,4 +1,5 @@
-//! The one place that chooses an integrator: settings of a method in, an integrator over a backend out, and what it prepares before the first sample.
+//! Choice of the integrator: makes an integrator over a backend from the settings of a method, and
+//! prepares its data before the first sample. No other code makes this choice.
 
 use super::AnyAccel;
 use crate::accel::{Accel, Dispatch};
@@ -20,7 +21,7 @@ use crate::render::{
 use crate::sampler::{RenderSampler, SampleKey, Sampler};
 use std::sync::OnceLock;
 
-/// Sampling of directions and direct light, of methods with these parameters.
+/// Sampling of directions and of direct light, for methods with these parameters.
 macro_rules! strategy {
     ($settings:expr) => {
         Strategy {
@@ -31,7 +32,7 @@ macro_rules! strategy {
     };
 }
 
-/// Russian roulette of methods with these parameters.
+/// Russian roulette, for methods with these parameters.
 macro_rules! roulette {
     ($settings:expr) => {
         Roulette {
@@ -41,7 +42,8 @@ macro_rules! roulette {
     };
 }
 
-/// Search radius of progressive methods with these parameters: by default so many widths of a pixel at first.
+/// Search radius of progressive methods with these parameters; the default first radius is
+/// `$pixels` widths of a pixel.
 macro_rules! radius {
     ($settings:expr, $pixels:expr) => {
         ProgressiveRadius {
@@ -53,7 +55,7 @@ macro_rules! radius {
     };
 }
 
-/// Options of Markov chains, of methods with these parameters.
+/// Options of Markov chains, for methods with these parameters.
 macro_rules! metropolis {
     ($settings:expr) => {
         Metropolis {
@@ -66,7 +68,7 @@ macro_rules! metropolis {
     };
 }
 
-/// What all samples of a picture look at, and which is made once, before the first of them.
+/// Data of all samples of an image, made once, before the first sample.
 #[derive(Debug)]
 pub struct Prepared {
     irradiance: Irradiance,
@@ -77,7 +79,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Preparation that has not begun, for a picture of `resolution` pixels.
+    /// Empty data for an image of `resolution` pixels.
     pub fn new(resolution: UVec2, seed: u64) -> Self {
         Self {
             irradiance: Irradiance::new(resolution, seed),
@@ -88,19 +90,20 @@ impl Prepared {
         }
     }
 
-    /// Share of the records of an irradiance cache that rest on few of their rays; `None` where there are no records.
+    /// Share of the records of an irradiance cache whose light comes from few of their rays. `None`
+    /// without records.
     pub fn doubtful_records(&self) -> Option<f64> {
         let cache = self.irradiance.cache().filter(|cache| !cache.is_empty())?;
         Some(cache.doubtful_share())
     }
 }
 
-/// The scene with its backend and camera, and what all samples of a picture look at.
+/// The scene with its backend and camera, and the prepared data of an image.
 #[derive(Debug)]
 pub struct RenderContext<'a, A> {
     /// Scene, backend and camera.
     pub world: World<'a, A>,
-    /// Preparation, made once, before the first sample.
+    /// Data made once, before the first sample.
     pub prepared: &'a Prepared,
 }
 
@@ -126,7 +129,8 @@ impl Method {
         if outcome == Outcome::Stopped {
             return (outcome, preparing);
         }
-        // Compiled for Embree itself; all other backends answer by dynamic dispatch, which costs about 1 % per query and keeps the build short.
+        // Compiled separately for Embree; all other backends use dynamic dispatch, which costs
+        // about 1 % per query and keeps the build short.
         let (outcome, statistics) = match world.accel {
             #[cfg(feature = "embree")]
             AnyAccel::Embree(accel) => {
@@ -142,7 +146,7 @@ impl Method {
         (outcome, preparing.merge(statistics))
     }
 
-    /// What [`Method::render`] does by one backend after [`Method::prepare`].
+    /// [`Method::render`] with one backend, after [`Method::prepare`].
     fn render_by<A: Dispatch>(
         &self,
         RenderContext { world, prepared }: RenderContext<A>,
@@ -179,7 +183,8 @@ impl Method {
         self.with_integrator(RenderContext { world, prepared }, render)
     }
 
-    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, an importance image, or nothing.
+    /// Makes the data that must exist before the first sample: learned visibility, an irradiance
+    /// cache, photon maps, an importance image, or nothing.
     pub fn prepare(
         &self,
         RenderContext { world, prepared }: RenderContext<AnyAccel>,
@@ -201,7 +206,7 @@ impl Method {
         (outcome, statistics.merge(others))
     }
 
-    /// What [`Method::prepare`] does for one method alone.
+    /// [`Method::prepare`] for the data of this method.
     fn prepare_method(
         &self,
         RenderContext { world, prepared }: RenderContext<&dyn Accel>,
@@ -228,7 +233,7 @@ impl Method {
                     return (Outcome::Stopped, statistics);
                 };
                 statistics.rays = rays;
-                // The first of several threads sets it for all.
+                // The first of several threads sets the maps for all.
                 drop(prepared.photons.set(maps));
                 (Outcome::Complete, statistics)
             }
@@ -236,7 +241,7 @@ impl Method {
                 if self.value("metropolis_target") == Some(MetropolisTarget::Relative)
                     && prepared.importance.get().is_none() =>
             {
-                // Parameters of the chains do not change it.
+                // Parameters of the chains do not change the importance image.
                 let maker = ImportanceImageMaker {
                     world,
                     heuristic: Heuristic::default(),
@@ -255,10 +260,12 @@ impl Method {
         }
     }
 
-    /// Traces the sample `key`, and those that a render traces together with it, after [`Method::prepare`]; `sink` makes the sinks, told whether it is for
-    /// `key` itself. Gives whether there is such a sample: in iterations light goes where it will.
+    /// Traces the sample `key`, and the samples that a render traces together with it, after
+    /// [`Method::prepare`]. Calls `sink` for each sample, with true for `key`, to make its sink.
+    /// Returns false if the method has iterations, in which light may reach any pixel.
     ///
-    /// Backend and sink are reached by dynamic dispatch, so that looking at single samples does not compile all integrators once more.
+    /// Backend and sink use dynamic dispatch, so that tracing single samples does not compile all
+    /// integrators again.
     pub fn sample<'s>(
         &self,
         RenderContext { world, prepared }: RenderContext<&dyn Accel>,
@@ -295,8 +302,8 @@ impl Method {
         self.with_integrator(RenderContext { world, prepared }, sample)
     }
 
-    /// Runs iteration `index` after [`Method::prepare`], and gives `keep` the record of each sample and chain that lights `pixel`. Gives whether the method has
-    /// iterations.
+    /// Runs iteration `index` after [`Method::prepare`], and calls `keep` with the record of each
+    /// sample and chain that lights `pixel`. Returns true if the method has iterations.
     pub fn record_iteration(
         &self,
         RenderContext { world, prepared }: RenderContext<&dyn Accel>,
@@ -330,16 +337,17 @@ impl Method {
         self.with_integrator(RenderContext { world, prepared }, record)
     }
 
-    /// The one place that chooses the integrator.
+    /// Makes the integrator; the only code that chooses it.
     fn with_integrator<A: Dispatch, T: Task>(&self, context: RenderContext<A>, task: T) -> T::Output {
         let RenderContext { world, prepared } = context;
-        // The path tracer is compiled for Embree itself; of the others, which are many, there is one for all backends.
+        // The path tracer is compiled separately for Embree; the many other integrators are
+        // compiled once for all backends.
         let accel: &dyn Accel = world.accel;
         let any = world.with_accel(&accel);
         let even = ImportanceImage::even();
         let importance = prepared.importance.get().unwrap_or(&even);
         match self {
-            // A path that is dispersed is of one wavelength, which pixels do not have in common.
+            // A dispersed path has one wavelength, which pixels do not share.
             Self::Path(s) if s.reuse == PathReuse::Pixels && !world.scene.is_dispersive() => run(
                 world,
                 ReusingPathIntegrator { path: path(world, s) },
@@ -456,8 +464,8 @@ impl Method {
     }
 }
 
-/// Runs `task` with `fast`, compiled for the backend itself, for the picture's own samples and with `any` for all others. A backend behind dynamic
-/// dispatch gains nothing by that and gets `any` alone.
+/// Runs `task` with `fast`, compiled for the backend, for the samples of the image and with `any`
+/// for all others. A backend behind dynamic dispatch gains nothing from `fast` and uses only `any`.
 fn run<A: Dispatch, T: Task>(_: World<A>, fast: impl Integrator, any: impl Integrator, task: T) -> T::Output {
     if A::IS_DYNAMIC {
         task.run(&any)
@@ -478,7 +486,7 @@ fn path<'a, A: Accel>(world: World<'a, A>, settings: &PathSettings) -> PathInteg
     }
 }
 
-/// One scattering is a path of depth 1, in which roulette has nothing to end.
+/// Direct light is a path of depth 1, which roulette never ends.
 fn direct<'a, A: Accel>(world: World<'a, A>, settings: &DirectSettings) -> PathIntegrator<'a, A> {
     PathIntegrator {
         world,
@@ -490,7 +498,7 @@ fn direct<'a, A: Accel>(world: World<'a, A>, settings: &DirectSettings) -> PathI
     }
 }
 
-/// The path tracer beside an irradiance cache, without path reuse.
+/// The path tracer for an irradiance cache, without path reuse.
 fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSettings) -> PathIntegrator<'a, A> {
     PathIntegrator {
         world,

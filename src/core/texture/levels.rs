@@ -1,27 +1,32 @@
-//! The coarser levels of a texture (MIP map), each half as wide and high as the one before, down to a single texel.
+//! The coarser levels of a texture (MIP map), each half as wide and high as the one before, down to
+//! a single texel.
 //!
-//! Levels are means of linear values, computed from unrounded means. Odd sizes use boxes that share the middle columns (Guthe and Heckbert 2005).
-//! Colours are weighted by alpha, because the black around a cut-out leaf would otherwise darken it from afar.
+//! Levels are means of linear values, computed from unrounded means. Odd sizes use boxes that share
+//! the middle columns (Guthe and Heckbert 2005). Colours are weighted by alpha, because the black
+//! around a cut-out leaf would otherwise darken it from afar.
 
-/// One level: a picture among the samples of all of them.
+/// Position and size of one level in the array of all samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Level {
-    /// Index of its first sample.
+    /// Index of the first sample of the level.
     pub start: usize,
-    /// Texels in a row.
+    /// Number of columns.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
 }
 
-/// What alpha is raised by as a weight of colours, so that texels that cover nothing still have a colour among themselves.
+/// Added to alpha to get the weight of a colour, so that the mean of fully transparent texels still
+/// has a colour.
 const MIN_WEIGHT: f32 = 1.0 / 1024.0;
 
-/// Appends the coarser levels to `samples`, which are a picture of `size` texels (columns, rows); tells where each level is.
+/// Appends the coarser levels of a picture to `samples`. Returns all levels, the finest first.
 ///
-/// A texel has `channels` samples, of which the last of two or four is alpha. `decode` and `encode` take the index of a channel,
-/// and turn a sample into a linear value and back. A coarse texel is the mean of what it replaces, made of values that were not
-/// rounded before. Colours count by their alpha in it, as what covers nothing is not seen.
+/// `samples` holds the picture of `size` texels (columns, rows). A texel has `channels` samples;
+/// the last of two or four is alpha. `decode` and `encode` take the index of a channel and convert
+/// a sample to a linear value and back. A coarse texel is the mean of the texels that it replaces,
+/// from values that were not rounded before. Colours are weighted by their alpha, because a
+/// transparent texel is not visible.
 pub(super) fn append<T: Copy>(
     samples: &mut Vec<T>,
     size: (usize, usize),
@@ -65,12 +70,13 @@ pub(super) fn append<T: Copy>(
     levels
 }
 
-/// The size of the next level: odd sizes are rounded down.
+/// Size of the next level; odd sizes are rounded down.
 fn half((width, height): (usize, usize)) -> (usize, usize) {
     ((width / 2).max(1), (height / 2).max(1))
 }
 
-/// Multiplies the colours of a texel by its weight, which takes the place of its alpha; without alpha nothing changes.
+/// Multiplies the colours of a texel by its weight and replaces alpha by the weight. A texel
+/// without alpha does not change.
 fn weigh(texel: &mut [f32]) {
     if texel.len() % 2 == 0 {
         if let Some((weight, colors)) = texel.split_last_mut() {
@@ -80,7 +86,7 @@ fn weigh(texel: &mut [f32]) {
     }
 }
 
-/// Channel `c` of a texel whose colours are weighed.
+/// Channel `c` of a weighted texel, divided by the weight again.
 fn unweighed(texel: &[f32], c: usize) -> f32 {
     match texel.last() {
         Some(&weight) if texel.len() % 2 == 0 && c + 1 == texel.len() => (weight - MIN_WEIGHT).max(0.0),
@@ -89,7 +95,8 @@ fn unweighed(texel: &[f32], c: usize) -> f32 {
     }
 }
 
-/// The picture of half the size, each texel a weighted mean of two or three columns and rows. `read` fills in a row of the larger.
+/// Returns the picture of half the size. Each texel is a weighted mean of two or three columns and
+/// rows. `read` fills in a row of the larger picture.
 fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32])) -> Vec<f32> {
     let (width, height) = half(size);
     let mut plane = Vec::with_capacity(width * height * channels);
@@ -113,10 +120,11 @@ fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32]
     plane
 }
 
-/// The texels of a row of `n` that texel `i` of the next level replaces, and how much each counts.
+/// Texels, in a row of `n`, that texel `i` of the next level replaces, each with its weight.
 ///
-/// With an odd number each coarse texel is 2 + 1/m fine ones wide and has a share of three (Guthe and Heckbert 2005, "Non-Power-of-
-/// Two Mipmap Creation"). All fine texels count alike in the whole.
+/// For odd `n` each coarse texel is 2 + 1/m fine texels wide and overlaps three of them (Guthe and
+/// Heckbert 2005, "Non-Power-of-Two Mipmap Creation"). The weights of each fine texel have the same
+/// sum.
 fn taps(n: usize, i: usize) -> impl Iterator<Item = (usize, f32)> {
     let m = n / 2;
     let weights = match (n, n % 2) {
@@ -180,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Against the area that coarse and fine texels have in common.
+    /// Expected weight: the area that the coarse and the fine texel have in common.
     #[test]
     fn texels_count_by_the_area_they_share() {
         for n in [2, 3, 5, 8, 9, 41] {
@@ -205,7 +213,7 @@ mod tests {
     fn levels_take_a_third_of_the_picture() {
         for size in SIZES {
             let (samples, _) = floats(&vec![0.0; size.0 * size.1], size, 1);
-            // Once one side is a single texel the other goes on alone.
+            // If one side is a single texel, only the other side still shrinks.
             let (long, short) = (size.0.max(size.1), size.0.min(size.1));
             let max = size.0 * size.1 * 4 / 3 + 2 * long / short;
             assert!(samples.len() <= max, "{size:?}: {} of {max}", samples.len());
@@ -215,14 +223,14 @@ mod tests {
 
     #[test]
     fn colors_count_by_their_alpha() {
-        // A green leaf on black that covers nothing
+        // A green leaf, beside a black texel with alpha 0
         let (samples, levels) = floats(&[0.0, 0.8, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], (2, 1), 4);
         let texel = &samples[levels[1].start..];
         assert!(
             (texel[1] - 0.8).abs() < 1e-3 && (texel[3] - 0.5).abs() < 1e-6,
             "{texel:?}"
         );
-        // Where nothing is covered all colours count alike.
+        // If alpha is 0 everywhere, all colours have the same weight.
         let (samples, levels) = floats(&[0.2, 0.0, 0.4, 0.0], (1, 2), 2);
         let texel = &samples[levels[1].start..];
         assert!((texel[0] - 0.3).abs() < 1e-6 && texel[1].abs() < 1e-6, "{texel:?}");

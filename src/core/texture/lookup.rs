@@ -7,43 +7,46 @@ use crate::color::Spectrum;
 use crate::math::{Encode, Vec2, Vec3};
 use std::array;
 
-/// Maximum number of texels of a lookup that must read all of them.
+/// Maximum number of texels that [`Texture::is_black_within`] reads.
 const MAX_TEXELS: f32 = 4096.0;
-/// Texels from the origin up to here have middles that an `f32` can tell.
+/// Texels with a smaller distance to the origin have centres that an `f32` represents exactly.
 const FARTHEST_TEXEL: f32 = 4_194_304.0;
-/// Texels along a side.
+/// Maximum number of texels along a side.
 const LONGEST: usize = 1 << 28;
 
-/// A picture that never changes, with levels of half the size and so on (Williams 1983, "Pyramidal Parametrics").
+/// A constant picture with MIP levels, each half the size of the one before (Williams 1983,
+/// "Pyramidal Parametrics").
 ///
-/// u points to the right and v upwards, the picture fills the unit square, and the first row of a file is its top, at v = 1. Texel
-/// centres lie at (i + ½) / n; between them values are interpolated linearly in u, v and, between levels, in the footprint:
-/// the width of a ray's cone at the surface, in units of uv. Of a texel that is not square the longer side counts: what is too
-/// sharp is noise, which more samples remove, and what is too blurred is not. Footprints of one texel at most, and those that
-/// are NaN, see the picture itself. Coarser levels are means of linear values, to which colours count by their alpha.
+/// u points to the right and v upwards. The picture fills the unit square. The first row of a file
+/// is its top, at v = 1. Texel centres lie at (i + ½) / n. Values are interpolated linearly in u,
+/// in v and, between levels, in the footprint: the width of a ray's cone at the surface, in units
+/// of uv. If a texel is not square, its longer side selects the level: a lookup that is too sharp
+/// is noise, which more samples remove, but blur stays. Footprints of at most one texel, and NaN,
+/// use the finest level. Coarser levels are means of linear values, with colours weighted by alpha.
 ///
-/// All lookups give finite numbers for any uv and footprint; those that are not finite see some place or other.
+/// Lookups return finite numbers for any uv and footprint. If `uv` is not finite, the place is
+/// arbitrary.
 #[derive(Clone, Debug)]
 pub struct Texture {
     samples: Samples,
-    /// Grey, grey and alpha, red green blue, or red green blue and alpha.
+    /// Number of channels: 1 grey, 2 grey and alpha, 3 colour, 4 colour and alpha.
     channels: usize,
     levels: Vec<Level>,
     wrap: Wrap,
     /// Columns and rows of the picture.
     size: Vec2,
-    /// The fewer of them.
+    /// Smaller of columns and rows.
     short_side: f32,
     max_value: f32,
     replaced: usize,
 }
 
-/// The level in use, and how far it is from there to the next coarser one, in [0, 1).
+/// Finer level, and the position between it and the next coarser level, in [0, 1).
 type Blend = (usize, f32);
 
 impl Encode for Texture {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
-        // The others follow from these and the samples.
+        // The other fields follow from these and the samples.
         let Self {
             samples,
             channels,
@@ -62,10 +65,12 @@ impl Encode for Texture {
 }
 
 impl Texture {
-    /// A picture of `width` × `height` texels of `channels` samples: grey, grey and alpha, colours, or colours and alpha.
+    /// Creates a texture of `width` × `height` texels of `channels` samples: 1 grey, 2 grey and
+    /// alpha, 3 colour, 4 colour and alpha.
     ///
-    /// Floats that are NaN, infinite (or nearly so) or negative become 0 and are counted. `None` where the samples are not as
-    /// many as that, or none, or a side is longer than 2²⁸.
+    /// Floats that are NaN, infinite (or nearly so) or negative become 0 and are counted. Returns
+    /// `None` if the number of samples does not match or is 0, or if a side is longer than 2²⁸
+    /// texels.
     pub fn new(width: usize, height: usize, channels: usize, texels: Texels, wrap: Wrap) -> Option<Self> {
         let expected = width.checked_mul(height)?.checked_mul(channels)?;
         if !(1..=4).contains(&channels) || expected == 0 || texels.len() != expected || width.max(height) > LONGEST {
@@ -105,7 +110,7 @@ impl Texture {
         self.value_between(uv, self.blend(footprint))
     }
 
-    /// Coverage, in [0, 1]; 1 where the texture has no alpha.
+    /// Coverage, in [0, 1]; 1 if the texture has no alpha.
     pub fn alpha(&self, uv: Vec2, footprint: f32) -> f32 {
         if !self.has_alpha() {
             return 1.0;
@@ -114,7 +119,8 @@ impl Texture {
         alpha
     }
 
-    /// The vector `2c − 1` of a normal map's red, green and blue, not normalised; +z of a texture without colours.
+    /// The vector `2c − 1` of the red, green and blue of a normal map, not normalised. +z if the
+    /// texture has no colours.
     pub fn normal(&self, uv: Vec2, footprint: f32) -> Vec3 {
         if self.channels < 3 {
             return Vec3::Z;
@@ -126,38 +132,42 @@ impl Texture {
     /// ∂/∂u and ∂/∂v of [`Texture::value`], as differences across one texel of the level in use.
     pub fn gradient(&self, uv: Vec2, footprint: f32) -> Vec2 {
         let blend = self.blend(footprint);
-        // Texels in a unit of u and v, between the two levels
+        // Texels per unit of u and v, between the two levels
         let (level, part) = blend;
         let texels = self.size / ((1.0 + part) * f32::from_bits((127 + level as u32) << 23));
         let step = 0.5 / texels;
         let difference = |d: Vec2| self.value_between(uv + d, blend) - self.value_between(uv - d, blend);
         let gradient = Vec2::new(difference(step.with_y(0.0)), difference(step.with_x(0.0))) * texels;
-        // The largest values in a small texel are steeper than a float tells.
+        // The slope between very large values of a small texel can overflow.
         gradient.clamp(Vec2::splat(f32::MIN), Vec2::splat(f32::MAX))
     }
 
-    /// Whether there is an alpha channel.
+    /// Returns true if the texture has an alpha channel.
     pub fn has_alpha(&self) -> bool {
         self.channels % 2 == 0
     }
 
-    /// The largest sample but alpha; no lookup gives more, but for roundings. Where it is 1 none gives more at all.
+    /// Largest texel value without alpha: an upper bound of every lookup, up to rounding. If it is
+    /// 1, the bound is exact.
     pub fn max_value(&self) -> f32 {
         self.max_value
     }
 
-    /// Whether all values are 1 at most, as reflectances and other shares are. Floats may be unbounded.
+    /// Returns true if all values are at most 1, as reflectances and opacities are. Floats may be
+    /// unbounded.
     pub fn is_reflectance(&self) -> bool {
         self.max_value <= 1.0
     }
 
-    /// Whether all texels that lookups in the picture itself may see from `low` to `high` are black; never where these are too many to look at,
-    /// or too far away to be distinguished.
+    /// Returns true if all texels that lookups in the finest level between `low` and `high` may use
+    /// are black. Returns false if there are more than 4096 of them, or if they are too far away
+    /// for `f32`.
     pub fn is_black_within(&self, low: Vec2, high: Vec2) -> bool {
         if self.max_value == 0.0 {
             return true;
         }
-        // One around those that hold the corners takes part in lookups, and one more might by rounding.
+        // Lookups also use the neighbours of the texels at the corners. Rounding may add one more
+        // texel.
         let (first, last) = ((low * self.size).floor() - 2.0, (high * self.size).floor() + 2.0);
         let count = last - first + 1.0;
         let is_near = first.abs().max(last.abs()).max_element() < FARTHEST_TEXEL;
@@ -169,22 +179,22 @@ impl Texture {
         texels.all(|texel| self.color((first + texel + 0.5) / self.size, 0.0).is_black())
     }
 
-    /// Number of texels that had a sample that was NaN, infinite or negative and is now 0.
+    /// Number of texels with a sample that was NaN, infinite or negative and is now 0.
     pub fn replaced_texels(&self) -> usize {
         self.replaced
     }
 
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub fn size(&self) -> (usize, usize) {
         (self.levels[0].width as usize, self.levels[0].height as usize)
     }
 
-    /// What lies beside the unit square.
+    /// Extension of the picture beyond the unit square.
     pub fn wrap(&self) -> Wrap {
         self.wrap
     }
 
-    /// Bytes of all levels.
+    /// Size of all levels in bytes.
     pub fn bytes(&self) -> usize {
         self.samples.bytes()
     }
@@ -199,7 +209,8 @@ impl Texture {
         }
     }
 
-    /// The levels for a cone: exponent and fraction of its width in texels, as a float has them.
+    /// Levels for a footprint. The exponent of its width in texels selects the level, the fraction
+    /// is the blend.
     fn blend(&self, footprint: f32) -> Blend {
         let texels = footprint * self.short_side;
         let last = self.levels.len() - 1;
@@ -214,7 +225,7 @@ impl Texture {
         (0, 0.0)
     }
 
-    /// `N` channels from `first` on at `uv`.
+    /// Looks up `N` channels at `uv`, from channel `first`.
     fn filtered<const N: usize>(&self, first: usize, uv: Vec2, blend: Blend) -> [f32; N] {
         // Rows count from the top.
         let st = Vec2::new(self.wrap.fold(uv.x), 1.0 - self.wrap.fold(uv.y));
@@ -268,7 +279,7 @@ impl Texture {
     }
 }
 
-/// From `a` to `b`; exactly both where they are one.
+/// Linear interpolation from `a` to `b`. Exact if `a` and `b` are equal.
 fn between<const N: usize>(a: [f32; N], b: [f32; N], part: f32) -> [f32; N] {
     array::from_fn(|c| a[c] + (b[c] - a[c]) * part)
 }

@@ -2,22 +2,23 @@ use super::{Texture, Wrap};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, encode_fields, encode_variants};
 
-/// Which number of a picture a map of single values takes.
+/// Channel of a picture that a map of single values uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Channel {
-    /// Red, or the grey of a picture without colours.
+    /// Red, or grey if the picture has no colours.
     Red,
     /// Green, or grey.
     Green,
     /// Blue, or grey.
     Blue,
-    /// Alpha; 1 where the picture has none.
+    /// Alpha; 1 if the picture has none.
     Matte,
     /// Luminance of Rec.709 primaries.
     Luminance,
-    /// The depth that OpenEXR pictures may have beside their colours.
+    /// Depth channel (`Z`) of OpenEXR pictures.
     Depth,
-    /// Alpha where the picture has it and is not opaque throughout, else luminance: what maps of opacity mean.
+    /// Alpha if the picture has it and is not fully opaque, else luminance. The default of opacity
+    /// maps.
     Opacity,
 }
 
@@ -43,19 +44,20 @@ impl Channel {
     ];
 }
 
-/// How a texture lies on a surface and what is made of its values: the options of a `map_…` statement ("MTL material format",
-/// Alias|Wavefront, Advanced Visualizer 3.0, appendix B1).
+/// Placement of a texture on a surface and mapping of its values: the options of a `map_…`
+/// statement ("MTL material format", Alias|Wavefront, Advanced Visualizer 3.0, appendix B1).
 ///
-/// All numbers are finite. `wrap` and `channel` say which texture is to be read; lookups see to the rest.
+/// All numbers are finite. `wrap` and `channel` select the texture when it is read; lookups apply
+/// the other fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mapping {
-    /// `-s u v`: the picture repeats that often in a unit of u and v.
+    /// `-s u v`: repetitions of the picture per unit of u and v.
     pub scale: Vec2,
-    /// `-o u v`: where in the picture the surface's (0, 0) lies.
+    /// `-o u v`: position in the picture of the surface's (0, 0).
     pub offset: Vec2,
     /// `-clamp on` is [`Wrap::Clamp`].
     pub wrap: Wrap,
-    /// `-imfchan`, where it is said.
+    /// `-imfchan`, if given.
     pub channel: Option<Channel>,
     /// First number of `-mm`: added to all values.
     pub base: f32,
@@ -94,17 +96,18 @@ impl Default for Mapping {
 }
 
 impl Mapping {
-    /// Where in the picture the surface's coordinates `uv` lie.
+    /// Position in the picture of the surface coordinates `uv`.
     pub fn st(&self, uv: Vec2) -> Vec2 {
         uv * self.scale + self.offset
     }
 
-    /// Width in the picture of a `footprint` on the surface: along the axis where that is less, as [`Texture`] has it of texels.
+    /// Width in the picture of a `footprint` on the surface, along the axis with the smaller scale.
+    /// Compare the choice of the level in [`Texture`].
     pub fn footprint(&self, footprint: f32) -> f32 {
         footprint * self.scale.abs().min_element()
     }
 
-    /// [`Texture::color`] with base and gain; 0 where that is negative.
+    /// [`Texture::color`] with base and gain; negative values become 0.
     pub fn color(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Spectrum {
         let color = texture.color(self.st(uv), self.footprint(footprint));
         color.to_array().map(|value| self.ranged(value).max(0.0)).into()
@@ -115,20 +118,21 @@ impl Mapping {
         self.ranged(texture.value(self.st(uv), self.footprint(footprint)))
     }
 
-    /// [`Texture::alpha`], which has neither base nor gain.
+    /// [`Texture::alpha`]. Base and gain do not apply.
     pub fn alpha(&self, texture: &Texture, uv: Vec2, footprint: f32) -> f32 {
         texture.alpha(self.st(uv), self.footprint(footprint))
     }
 
-    /// [`Texture::normal`] with slopes times `bump`, without base and gain; in the frame of the
-    /// picture's own axes.
+    /// [`Texture::normal`] with slopes times `bump`, in the frame of the picture's axes. Base and
+    /// gain do not apply.
     pub fn normal(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec3 {
         let normal = texture.normal(self.st(uv), self.footprint(footprint));
         let up = if self.flips_green { -normal.y } else { normal.y };
         Vec3::new(self.bump * normal.x, self.bump * up, normal.z)
     }
 
-    /// ∂h/∂u and ∂h/∂v of the height h, which is `bump` times [`Mapping::value`]: the chain rule on [`Texture::gradient`].
+    /// ∂h/∂u and ∂h/∂v of the height h, which is `bump` times [`Mapping::value`]: the chain rule on
+    /// [`Texture::gradient`].
     pub fn gradient(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec2 {
         let gradient = texture.gradient(self.st(uv), self.footprint(footprint));
         gradient * self.scale * (self.gain * self.bump)
@@ -144,7 +148,7 @@ mod tests {
     use super::super::{Curve, Texels};
     use super::*;
 
-    /// Values of a ramp from left to right and half as steep upwards.
+    /// A ramp that rises by 1 to the right and by ½ upwards.
     fn ramp() -> Texture {
         let texel = |i: usize| (i % 64) as f32 / 64.0 + (63 - i / 64) as f32 / 128.0;
         let texels = Texels::Floats((0..64 * 64).map(texel).collect());
@@ -169,11 +173,11 @@ mod tests {
         assert!((mapping.value(&texture, uv, 0.0) - (0.125 + 2.0 * value)).abs() < 1e-6);
         let grey = mapping.color(&texture, uv, 0.0);
         assert!((grey.max_component() - (0.125 + 2.0 * value)).abs() < 1e-6);
-        // Heights rise by 1 and ½ a unit of the picture.
+        // Heights rise by 1 and ½ per unit of the picture.
         let gradient = mapping.gradient(&texture, uv, 0.0);
         let expected = 6.0 * Vec2::new(0.5 * 1.0, -0.25 * 0.5);
         assert!(gradient.distance(expected) < 1e-3, "{gradient}");
-        // And as differences of the mapped values have it
+        // Finite differences of the mapped values
         let d = 1.0 / 32.0;
         let height = |du, dv| mapping.bump * mapping.value(&texture, uv + Vec2::new(du, dv), 0.0);
         let differences = Vec2::new(height(d, 0.0) - height(-d, 0.0), height(0.0, d) - height(0.0, -d)) / (2.0 * d);
@@ -200,7 +204,7 @@ mod tests {
         assert_eq!(plain.st(uv), uv);
         assert_eq!(plain.value(&texture, uv, 0.1), texture.value(uv, 0.1));
         assert_eq!(plain.gradient(&texture, uv, 0.1), texture.gradient(uv, 0.1));
-        // Tiled ten times in u alone, a cone is as wide as before along v.
+        // Tiled ten times in u only: the footprint along v does not change.
         let tiled = Mapping {
             scale: Vec2::new(-10.0, 1.0),
             ..plain

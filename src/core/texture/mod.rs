@@ -1,10 +1,14 @@
-//! Textures: keeping texels (`samples`, `levels`), filtered lookups (`lookup`) and placement (`mapping`, `wrap`). File formats are elsewhere.
+//! Textures: storage of texels (`samples`, `levels`), filtered lookups (`lookup`) and placement
+//! (`mapping`, `wrap`). Other modules read file formats.
 //!
-//! `io/read_picture.rs` reads the samples of a file, and `io/texture.rs` keeps those that the texture is for. Samples stay as compact as the file has
-//! them and are decoded at each lookup: 8 bits by a table, floats as halves where that loses nothing.
+//! `io/read_picture.rs` reads the samples of a file, and `io/texture.rs` keeps the channels that
+//! the texture needs. Samples stay as compact as in the file and are decoded at each lookup: 8 bits
+//! by a table, floats as halves if that is lossless.
 //!
-//! Between two levels a lookup is linear in the cone's width and not in its logarithm: exponent and fraction of the float are then level and blend.
-//! Channels and borders (`-imfchan`, `-clamp`) make a texture of their own; scale, offset and range belong to the lookup (`Mapping`).
+//! Between two levels a lookup is linear in the width of the cone, not in its logarithm: exponent
+//! and fraction of the float are then level and blend. Each choice of channels and borders
+//! (`-imfchan`, `-clamp`) makes a separate texture. Scale, offset and range belong to the lookup
+//! (`Mapping`).
 
 mod half;
 mod levels;
@@ -20,13 +24,13 @@ pub use wrap::Wrap;
 
 use crate::math::{Encode, encode_variants};
 
-/// How textures are looked up.
+/// Filter of texture lookups.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextureFilter {
-    /// In levels as coarse as what a sample sees of a pixel, and between them.
+    /// Trilinear: between the two levels that match the footprint of the sample.
     #[default]
     Mip,
-    /// Between the four nearest texels of the finest level, wherever the viewer is.
+    /// Bilinear in the finest level, for any distance of the viewer.
     Bilinear,
 }
 
@@ -36,11 +40,11 @@ encode_variants!(TextureFilter {
 });
 
 impl TextureFilter {
-    /// Each by the name that users type.
+    /// Each filter by the name that users type.
     pub const NAMES: &[(&str, Self)] = &[("mip", Self::Mip), ("bilinear", Self::Bilinear)];
 }
 
-/// Index of a texture among those of a scene.
+/// Index of a texture in its scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TextureId(pub u32);
 

@@ -6,23 +6,23 @@ use crate::color::srgb;
 use crate::math::Encode;
 use std::sync::LazyLock;
 
-/// What the codes 0 to 255 stand for.
+/// Transfer curve of the codes 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curve {
     /// Data: equal steps from 0 to 1.
     Linear,
-    /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear even so.
+    /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear in this case, too.
     Srgb,
 }
 
-/// Samples of a picture row by row from the top, those of a texel one after the other.
+/// Samples of a picture, row by row from the top. The samples of a texel are adjacent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texels {
-    /// 8 bits each.
+    /// 8 bits per sample.
     Bytes(Vec<u8>, Curve),
-    /// 16 bits each: equal steps from 0 to 1.
+    /// 16 bits per sample: equal steps from 0 to 1.
     Shorts(Vec<u16>),
-    /// The values themselves.
+    /// Linear values.
     Floats(Vec<f32>),
 }
 
@@ -31,7 +31,7 @@ pub enum Texels {
 pub(super) enum Samples {
     Bytes(Vec<u8>, &'static Codes),
     Shorts(Vec<u16>),
-    /// Floats that lose nothing by it.
+    /// Floats that halves represent exactly.
     Halves(Vec<u16>),
     Floats(Vec<f32>),
 }
@@ -50,15 +50,15 @@ pub(super) static LINEAR: Codes = {
 };
 static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
 
-/// Floats above this count as infinite, so that no mean of others is.
+/// Floats above this are treated as infinite, so that a mean of floats is always finite.
 pub(super) const LARGEST: f32 = f32::MAX / 4.0;
-/// A picture with its levels, as it is kept.
+/// A picture with its levels, as stored.
 pub(super) struct Stored {
     pub samples: Samples,
     pub levels: Vec<Level>,
-    /// The largest sample but alpha's.
+    /// Largest sample without alpha.
     pub max_value: f32,
-    /// Number of texels that had a sample that is no value.
+    /// Number of texels with a sample that is NaN, infinite or negative.
     pub replaced: usize,
 }
 
@@ -72,7 +72,8 @@ impl Texels {
         }
     }
 
-    /// Adds the coarser levels of a picture of `size` (columns, rows), as compactly as loses nothing.
+    /// Adds the coarser levels of a picture of `size` (columns, rows). Samples stay as compact as a
+    /// lossless format allows.
     pub(super) fn store(self, size: (usize, usize), channels: usize) -> Stored {
         let is_alpha = |c| channels % 2 == 0 && c + 1 == channels;
         let mut replaced = 0;
@@ -104,7 +105,7 @@ impl Texels {
                     levels = levels::append(&mut halves, size, channels, decode, |_, value| half::encode(value));
                     samples = Samples::Halves(halves);
                 } else {
-                    // Roundings of a mean must not curvature_offset it above all that it is the mean of.
+                    // Rounding must not make a mean larger than the largest of its samples.
                     let max = |c| if is_alpha(c) { 1.0 } else { max_value };
                     levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(max(c)));
                     samples = Samples::Floats(values);
@@ -121,7 +122,7 @@ impl Texels {
 }
 
 impl Samples {
-    /// Bytes of all levels.
+    /// Size of all levels in bytes.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Bytes(samples, _) => size_of_val(samples.as_slice()),
@@ -156,12 +157,12 @@ impl Encode for Samples {
     }
 }
 
-/// The value of a 16-bit sample; 65535 gives exactly 1.
+/// Value of a 16-bit sample; 65535 gives exactly 1.
 pub(super) fn share(code: u16) -> f32 {
     code as f32 * (1.0 / 65535.0)
 }
 
-/// The code whose value is nearest.
+/// Code with the nearest value.
 fn nearest(codes: &Codes, value: f32) -> u8 {
     let above = codes.partition_point(|&v| v < value).clamp(1, 255);
     let below = above - 1;
@@ -169,14 +170,15 @@ fn nearest(codes: &Codes, value: f32) -> u8 {
     if is_below { below as u8 } else { above as u8 }
 }
 
-/// The largest sample but alpha's.
+/// Largest sample without alpha.
 fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T {
     let colors = if channels < 3 { 1 } else { 3 };
     let samples = samples.chunks_exact(channels).flat_map(|texel| &texel[..colors]);
     samples.fold(T::default(), |max, &sample| if sample > max { sample } else { max })
 }
 
-/// Puts 0 for what is not finite or negative, and tells how many texels that were; alpha is cut off at 1.
+/// Replaces values that are not finite or negative by 0 and clamps alpha to 1. Returns the number
+/// of texels with a replaced value.
 fn repair(values: &mut [f32], channels: usize) -> usize {
     let mut replaced = 0;
     for texel in values.chunks_exact_mut(channels) {
@@ -187,7 +189,7 @@ fn repair(values: &mut [f32], channels: usize) -> usize {
             } else {
                 LARGEST
             };
-            // −0 is sound; its sign goes.
+            // −0 is valid; `abs` removes its sign.
             if (0.0..=LARGEST).contains(value) {
                 *value = value.abs().min(max);
             } else {

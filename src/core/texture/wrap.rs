@@ -1,14 +1,14 @@
 use crate::math::encode_variants;
 
-/// What lies beside the unit square that a picture fills.
+/// Extension of a picture beyond the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The picture again, and again.
+    /// Repeats the picture.
     #[default]
     Repeat,
-    /// Its border.
+    /// Repeats the border texels.
     Clamp,
-    /// The picture mirrored at each edge, as `GL_MIRRORED_REPEAT`.
+    /// Mirrors the picture at each edge, as `GL_MIRRORED_REPEAT`.
     Mirror,
 }
 
@@ -18,28 +18,29 @@ encode_variants!(Wrap {
     2 => Mirror,
 });
 
-/// From here on no `f32` has a fraction.
+/// From here on, no `f32` has a fraction.
 const WHOLE: f32 = 8_388_608.0;
 
 impl Wrap {
-    /// Where in [0, 1] the coordinate `x` lies; somewhere in it where `x` is not finite.
+    /// Position of the coordinate `x` in [0, 1]. Arbitrary if `x` is not finite.
     pub(super) fn fold(self, x: f32) -> f32 {
         match self {
             Self::Repeat => fraction(x),
-            // `max` takes the 0 where x is NaN, which `clamp` would let through.
+            // `max` returns 0 if x is NaN; `clamp` would return NaN.
             Self::Clamp => f32::max(x, 0.0).min(1.0),
             Self::Mirror => 1.0 - (1.0 - 2.0 * fraction(0.5 * x)).abs(),
         }
     }
 
-    /// The two of `n` texels whose centres, at (i + ½) / n, lie around the folded coordinate `s`, and how far it is from the
-    /// first to the second, in [0, 1).
+    /// Of `n` texels, the two whose centres, at (i + ½) / n, lie around the folded coordinate `s`,
+    /// and the position between them, in [0, 1).
     pub(super) fn neighbors(self, s: f32, n: u32) -> (usize, usize, f32) {
-        // Counted from the centre of the texel before the first, all places are positive, where truncation is the floor.
+        // Relative to the centre of the texel before the first, all positions are positive, so
+        // truncation is the floor.
         let p = s * n as f32 + 0.5;
         let (high, last) = (p as i32, n as i32 - 1);
         let f = p - high as f32;
-        // Beyond an edge lies the texel of the other edge, or the same again.
+        // Beyond an edge lies the texel of the opposite edge, or the edge texel again.
         let (left, right) = if self == Self::Repeat { (last, 0) } else { (0, last) };
         let low = if high == 0 { left } else { last.min(high - 1) };
         let high = if high > last { right } else { high };
@@ -47,10 +48,10 @@ impl Wrap {
     }
 }
 
-/// `x` less the whole number below it, in [0, 1]; 0 where there is no fraction to be had.
+/// `x` minus its floor, in [0, 1]; 0 if `x` is too large to have a fraction, or not finite.
 fn fraction(x: f32) -> f32 {
     if x.abs() < WHOLE {
-        // The standard library's floor is a call where the processor is not known to have SSE4.1.
+        // The standard library's floor is a function call unless the target has SSE4.1.
         let rest = x - x as i32 as f32;
         if rest < 0.0 { rest + 1.0 } else { rest }
     } else {

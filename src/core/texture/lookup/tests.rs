@@ -4,7 +4,7 @@ use crate::texture::samples::{Curve, LARGEST};
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
 
-/// Numbers in [0, 1) without a pattern.
+/// Pseudorandom numbers in [0, 1).
 fn noise(n: usize) -> impl Iterator<Item = f32> {
     let step = |i: usize| (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
     (0..n).map(move |i| step(i) as f32 / (1 << 24) as f32)
@@ -20,7 +20,7 @@ fn floats(width: usize, height: usize, wrap: Wrap, texel: impl Fn(usize, usize) 
     Texture::new(width, height, 1, Texels::Floats(texels), wrap).unwrap()
 }
 
-/// Of every kind of samples, with each number of channels.
+/// Textures of all kinds of samples, with 1 to 4 channels.
 fn assortment(wrap: Wrap) -> Vec<Texture> {
     let (width, height) = (13, 6);
     let mut all = Vec::new();
@@ -55,7 +55,8 @@ fn ramps_stay_ramps() {
             assert!(gradient.distance(Vec2::new(1.0, -2.0)) < 1e-4, "{uv}: {gradient}");
         }
     }
-    // Coarser levels have the same ramp further from the border; the cone is between 1 and 2 texels wide.
+    // Coarser levels have the same ramp further from the border; the cone is between 1 and 2 texels
+    // wide.
     let uv = Vec2::new(0.4, 0.55);
     for footprint in [0.13, 0.2, 0.249] {
         assert!((texture.value(uv, footprint) - 1.3).abs() < 1e-5, "{footprint}");
@@ -112,7 +113,7 @@ fn checkerboards_turn_grey_in_linear_light() {
     }
 }
 
-/// Against texels of the endless plane, by their definition.
+/// Compares lookups with the texels of an infinite plane, repeated as the wrap mode is defined.
 #[test]
 fn wraps_are_what_they_are_defined_as() {
     for wrap in WRAPS {
@@ -145,7 +146,7 @@ fn nothing_jumps_between_levels() {
             for (a, b) in noise(40).zip(noise(80).skip(40)) {
                 let uv = Vec2::new(a, b);
                 for level in 0..4 {
-                    // Where the cone is 2ᵏ texels wide, of the shorter side
+                    // Footprint of 2ᵏ texels, along the shorter side
                     let footprint = (1 << level) as f32 / 6.0;
                     let at = |scale: f32| texture.color(uv, footprint * scale);
                     let jump = (at(1.0 + 1e-5) - at(1.0 - 1e-5)).to_array();
@@ -154,7 +155,7 @@ fn nothing_jumps_between_levels() {
                     let jump = gradient(1.0 + 1e-5) - gradient(1.0 - 1e-5);
                     assert!(jump.length() < 1e-2, "{wrap:?} {uv} {level}: {jump}");
                 }
-                // Half way between two levels it is the mean of both.
+                // A footprint half way between two levels gives the mean of both.
                 let at = |texels: f32| texture.alpha(uv, texels / 6.0) as f64;
                 assert!((at(3.0) - 0.5 * (at(2.0) + at(4.0))).abs() < 1e-6);
             }
@@ -171,7 +172,8 @@ fn the_top_row_of_a_picture_is_at_v_1() {
         let got = texture.value(uv, 0.0) * 255.0;
         assert!((got - code).abs() < 1e-3, "{uv}: {got}, not {code}");
     }
-    // Up the picture the codes fall by 30, to the right they rise by 10; differences across a texel see both neighbours.
+    // Codes fall by 30 per texel up the picture and rise by 10 per texel to the right. Differences
+    // across a texel use both neighbours.
     let gradient = texture.gradient(Vec2::new(0.5, 0.5), 0.0) * 255.0;
     assert!(gradient.distance(Vec2::new(30.0, -60.0)) < 1e-2, "{gradient}");
 }
@@ -231,7 +233,7 @@ fn odd_places_are_somewhere_in_the_picture() {
 
 #[test]
 fn the_coarsest_level_is_the_mean() {
-    // Of alpha, as colours count by it
+    // Mean of the colours, weighted by alpha
     for texture in assortment(Wrap::Repeat) {
         let (w, h) = texture.size();
         let (mut sum, mut alphas) = ([0.0f64; 3], 0.0);

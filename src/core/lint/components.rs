@@ -1,7 +1,8 @@
-//! Connected components of faces that refract or emit: are they closed, and do they face outwards?
+//! Checks of connected components of faces that refract or emit: whether they are closed and face
+//! outwards.
 //!
-//! Only these are looked at, because closedness matters where surfaces refract or emit. Edges are sorted, 16 bytes each, and volumes come from the
-//! divergence theorem.
+//! Other faces are not checked, because closedness matters only if surfaces refract or emit. Edges
+//! are sorted, 16 bytes each. Volumes come from the divergence theorem.
 
 use super::Use;
 use super::tally::{Tally, counted};
@@ -10,9 +11,10 @@ use crate::math::{Bounds3, DVec3};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Looks at the components of faces that refract, and at those of faces that emit: parts that hang together by common points, where points of
-/// one place (`points`, by position) are one. A component around all of the file may look inwards where other faces are in it, or where
-/// the camera is (`is_around`).
+/// Checks the connected components of faces that refract, and those of faces that emit. Faces with
+/// a common point belong to one component. Points at one position are one point (`points`). A
+/// component around the whole file may face inwards if it encloses other faces or the camera
+/// (`is_around`).
 pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32], is_around: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     if uses.iter().any(|u| u.refracts) {
@@ -26,32 +28,33 @@ pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32
     findings
 }
 
-/// Faces that hang together.
+/// A connected component of faces.
 struct Component {
-    /// Of its first face.
+    /// Line of its first face.
     line: usize,
     faces: u64,
     bounds: Bounds3,
-    /// Six times the volume inside, negative where the faces look inwards.
+    /// Six times the enclosed volume, negative if the faces point inwards.
     volume: f64,
-    /// Line of a face with an edge that no other face has, if there is one.
+    /// Line of a face with an edge that no other face has, if any.
     open: Option<usize>,
-    /// Line of a face with an edge that more than two faces have.
+    /// Line of a face with an edge that more than two faces have, if any.
     crowded: Option<usize>,
-    /// Line of a face with an edge along which two faces run the same way.
+    /// Line of a face with an edge along which two faces have the same direction, if any.
     turned: Option<usize>,
 }
 
 struct Components {
     components: Vec<Component>,
-    /// Around all faces of the file, whether they take part or not, and their number.
+    /// Bounds and number of all faces of the file, including those in no component.
     whole: (Bounds3, u64),
 }
 
-/// Components that are looked at as what may hold a cavity: the largest.
+/// Maximum number of components, the largest first, that may contain a cavity.
 const MAX_BODIES: usize = 64;
 
-/// An edge from its point of the lower index to the other one, whether the face runs against that, and the face's line.
+/// An edge: its smaller point index, its larger one, true if the face traverses it from the larger
+/// to the smaller, and the line of the face.
 type Edge = (u32, u32, bool, u32);
 
 impl Components {
@@ -60,7 +63,7 @@ impl Components {
         let ring = |face: &Face<'_>| -> Vec<u32> {
             let found = face.positions.iter().filter_map(|&i| points.get(i as usize));
             let mut ring: Vec<u32> = found.copied().collect();
-            // A corner that is there twice makes no edge.
+            // A corner that is repeated makes no edge.
             ring.dedup();
             while ring.len() > 1 && ring.first() == ring.last() {
                 ring.pop();
@@ -78,7 +81,8 @@ impl Components {
             }
         }
 
-        // Components by the root of their points; volumes as of cones to the first point (the divergence theorem).
+        // The root of their points identifies a component. Volumes are sums of cones to the first
+        // point (the divergence theorem).
         let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
         let mut components: Vec<Component> = Vec::new();
         let mut apexes: Vec<DVec3> = Vec::new();
@@ -130,7 +134,7 @@ impl Components {
         Self { components, whole }
     }
 
-    /// Where `fault` is, component by component.
+    /// Tally of the components with a `fault`, by line.
     fn tally(&self, fault: impl Fn(&Component) -> Option<usize>) -> Tally {
         let mut lines: Vec<usize> = self.components.iter().filter_map(fault).collect();
         lines.sort_unstable();
@@ -139,7 +143,8 @@ impl Components {
         tally
     }
 
-    /// Components that are closed but inside out, and not a cavity in another one or what surrounds everything else.
+    /// Tally of components that are closed but inside out. Cavities inside another component, and a
+    /// component around everything else, are not counted.
     fn inside_out(&self, is_around: bool) -> Tally {
         let contains = |a: &Bounds3, b: &Bounds3| a.min.cmple(b.min).all() && a.max.cmpge(b.max).all();
         let mut bodies: Vec<&Component> = self
@@ -183,7 +188,7 @@ impl Components {
         [open, crowded, turned, inside_out].into_iter().flatten().collect()
     }
 
-    /// Lamps may be open: they are often single faces.
+    /// Emitting components may be open: lamps are often single faces.
     fn emitting(&self, path: &Path, is_around: bool) -> Vec<Finding> {
         let warning = |code| (Severity::Warning, code);
         let lamps = |n| counted(n, "emitting part");

@@ -1,4 +1,4 @@
-//! Reasons for a picture without any light, or of nothing.
+//! Reasons why a picture has no light or shows no surface.
 
 use super::Whole;
 use super::view::{camera_rays, fine_camera_rays, inspect_view};
@@ -9,14 +9,14 @@ use crate::geometry::{GeomId, Hit};
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
 
-/// Share of the lamps that must face the wrong way.
+/// Minimum share of the lamps' triangles or rays that face the wrong way, for a message.
 const MOST: f32 = 0.9;
-/// Maximum number of triangles of a lamp that are looked at.
+/// Maximum number of triangles of a lamp that are checked.
 const MAX_TRIANGLES: usize = 256;
 /// Distance of a ray's origin from the triangle, in radii of the scene.
 const OFFSET: f32 = 1e-4;
 
-/// The reason why a picture of `scene` from `camera` has no light, in words.
+/// Reason, in words, why a picture of `scene` from `camera` has no light.
 pub fn reason_for_darkness(
     accel: &dyn Accel,
     scene: &Scene,
@@ -35,7 +35,7 @@ pub fn reason_for_darkness(
     of_lamps.unwrap_or("no light reaches what the camera sees").into()
 }
 
-/// The fault of the lamps of `scene`, in words. `None` if they face what the camera sees.
+/// Fault of the lamps of `scene`, in words. `None` if they face the visible surfaces.
 pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<&'static str> {
     if face_inwards(accel, scene) {
         return Some("the lamps face inwards: they light nothing but themselves");
@@ -44,11 +44,11 @@ pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution:
         .then_some("the camera sees the backs of the lamps, and nothing that they light")
 }
 
-/// Invisible surfaces in front of each other that a ray passes.
+/// Maximum number of invisible surfaces that a ray passes.
 const MAX_PASSED: usize = 64;
 
-/// The reason why a picture of `scene` from `camera` shows none of its surfaces, in words; `None`
-/// if it shows some, or if there are none.
+/// Reason, in words, why a picture of `scene` from `camera` shows none of its surfaces. `None` if
+/// it shows some, or if the scene has none.
 pub fn reason_for_emptiness(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<String> {
     if scene.triangle_count() == 0 {
         return None;
@@ -78,7 +78,7 @@ pub fn reason_for_emptiness(accel: &dyn Accel, scene: &Scene, camera: &Camera, r
     Some(reason.into())
 }
 
-/// Returns true if most triangles of lamps face another one of their own mesh.
+/// Returns true if most triangles of lamps face another triangle of their mesh.
 fn face_inwards(accel: &dyn Accel, scene: &Scene) -> bool {
     let offset = OFFSET * scene.bounds().radius();
     let (mut inwards, mut all) = (0.0, 0.0);

@@ -4,7 +4,7 @@ use crate::math::excerpt_of_name;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-/// Materials of libraries that are defined twice, and those that no face uses.
+/// Finds materials of libraries that are defined twice or that no face uses.
 pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut unused: BTreeMap<&Path, Vec<(&str, usize)>> = BTreeMap::new();
@@ -24,7 +24,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
         .filter(|m| m.obj.is_none() && m.place.is_some())
         .map(|m| m.name.as_str())
         .collect();
-    // A library that several OBJ files share is looked at once.
+    // A library that several OBJ files share is checked once.
     let mut seen = HashSet::new();
     for obj in &inspection.objs {
         let mut defined: HashMap<&str, (&Path, usize)> = HashMap::new();

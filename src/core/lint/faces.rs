@@ -4,25 +4,25 @@ use crate::io::{Face, FileError, Finding, MAX_PLACES, ObjFaces, Position, Severi
 use crate::math::{Vec3, hash::mix};
 use std::path::Path;
 
-/// Share of faces with normals against their winding above which that is told as a warning.
+/// Share of faces with normals against their winding above which the finding is a warning.
 const FLIPPED_SHARE: f64 = 0.01;
 
-/// Looks at the faces of an OBJ file, one by one.
+/// Checks the faces of an OBJ file one by one.
 pub(super) struct FaceLint<'a> {
     path: &'a Path,
     faces: &'a ObjFaces,
     uses: &'a [Use],
-    /// For each position the first one that is equal to it.
+    /// For each position, the index of the first position that equals it.
     points: Vec<u32>,
 }
 
-/// A face by the place of its points.
+/// A face with keys to compare it with the other faces.
 struct PlacedFace {
     /// Key of the points, in any order.
     key: [u32; 4],
     line: usize,
     material: usize,
-    /// Hashes of the points in both orders.
+    /// Hashes of the points in forward and in reverse order.
     turns: [u64; 2],
 }
 
@@ -44,7 +44,7 @@ impl<'a> FaceLint<'a> {
         }
     }
 
-    /// Index of the first equal position, for each position.
+    /// For each position, the index of the first position that equals it.
     pub fn points(&self) -> &[u32] {
         &self.points
     }
@@ -132,21 +132,22 @@ impl<'a> FaceLint<'a> {
         findings
     }
 
-    /// The points of a face, sorted.
+    /// Fills `points` with the points of a face, sorted.
     fn sorted_points(&self, face: &Face, points: &mut Vec<u32>) {
         points.clear();
         points.extend(face.positions.iter().filter_map(|&i| self.points.get(i as usize)));
         points.sort_unstable();
     }
 
-    /// Faces of the same points: those that repeat another one, and those on the back of another one.
+    /// Finds faces with the same points: those that repeat another face, and those on the back of
+    /// another face.
     fn duplicates(&self) -> [Option<Finding>; 2] {
         let mut points: Vec<u32> = Vec::new();
         let mut count = 0;
         let place = |face: Face| {
             count += 1;
             self.sorted_points(&face, &mut points);
-            // What has no area is told elsewhere.
+            // Faces without area have a separate finding.
             let is_whole = points.windows(2).all(|pair| pair[0] != pair[1]);
             is_whole.then(|| PlacedFace {
                 key: key_of(&points),
@@ -207,8 +208,8 @@ impl<'a> FaceLint<'a> {
         ]
     }
 
-    /// Hashes of the points in the order of the corners and in the opposite one, from the first point
-    /// on.
+    /// Hashes of the points in forward and in reverse order of the corners, from the point with the
+    /// smallest index.
     fn turns(&self, face: &Face) -> [u64; 2] {
         let points: Vec<u32> = face
             .positions
@@ -223,7 +224,7 @@ impl<'a> FaceLint<'a> {
         [hash(&mut (0..n)), hash(&mut (0..n).map(|i| n - i))]
     }
 
-    /// Positions that no face uses.
+    /// Finds positions that no face uses.
     fn unused_vertices(&self) -> Option<Finding> {
         let mut is_used = vec![false; self.faces.positions().len()];
         for &i in self.faces.faces().flat_map(|face| face.positions) {
@@ -250,7 +251,8 @@ impl<'a> FaceLint<'a> {
     }
 }
 
-/// What faces of the same points have in common: up to four of them as they are, else 128 bits of hashes.
+/// Key that is equal for faces with the same points: up to four sorted points themselves, else 128
+/// bits of hashes.
 fn key_of(points: &[u32]) -> [u32; 4] {
     let mut key = [u32::MAX; 4];
     if points.len() <= key.len() {

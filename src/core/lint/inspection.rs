@@ -5,52 +5,54 @@ use crate::io::{Findings, Position};
 use crate::scene::Scene;
 use std::path::PathBuf;
 
-/// Name of the material of faces that name none.
+/// Name of the material of faces without `usemtl`.
 pub const DEFAULT_MATERIAL: &str = "default";
 
-/// What the files of a scene say, wrong or not.
+/// Contents of the files of a scene, including their errors.
 #[derive(Debug)]
 pub struct Inspection {
-    /// The scene as far as it can be had: what is wrong is left out of it, or replaced by a default.
+    /// The scene. Invalid parts are left out or replaced by defaults. `None` if no scene can be
+    /// built.
     pub scene: Option<Scene>,
     /// Errors, missing parts, repairs and assumptions, in the order of their discovery.
     pub findings: Findings,
-    /// The scene's materials, by their id.
+    /// Materials of the scene, indexed by their id.
     pub materials: Vec<MaterialSource>,
     /// The OBJ files that could be read.
     pub objs: Vec<ObjSource>,
-    /// Parts of OBJ files that were read.
+    /// Filter of the parts of OBJ files that were read.
     pub parts: PartFilter,
-    /// Files of the scene's textures, by their id.
+    /// Files of the scene's textures, indexed by their id.
     pub textures: Vec<PathBuf>,
-    /// All files that were read; nothing may be written over them.
+    /// All files that were read. No output may overwrite them.
     pub files: Vec<PathBuf>,
 }
 
-/// Where a material of the scene is from.
+/// Origin of a material of the scene.
 #[derive(Clone, Debug)]
 pub struct MaterialSource {
     /// Name of the material.
     pub name: String,
-    /// The OBJ file whose faces use it; `None` where it is the scene file's and thus that of all of them.
+    /// OBJ file whose faces use the material. `None` if the scene file defines the material, for
+    /// all OBJ files.
     pub obj: Option<PathBuf>,
-    /// Place of the definition; `None` for the default one.
+    /// File and position of the definition; `None` for the default material.
     pub place: Option<(PathBuf, Position)>,
     /// Material as defined, patches included, before its textures are read.
     pub found: FileMaterial,
 }
 
-/// An OBJ file of the scene, and what its libraries define.
+/// An OBJ file of the scene, and the materials of its libraries.
 #[derive(Clone, Debug)]
 pub struct ObjSource {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Names of materials, in the order of their libraries, with library and line.
+    /// Name, library and line of each material, in the order of the libraries.
     pub materials: Vec<(String, PathBuf, usize)>,
 }
 
 impl ObjSource {
-    /// Inspection of `obj`, which was read from `path`.
+    /// Source of `obj`, which was read from `path`.
     pub fn new(path: PathBuf, obj: &ObjFile) -> Self {
         let named = |m: &FileMaterial| (m.material.name.clone(), m.library.clone(), m.line);
         let materials = obj.materials.iter().map(named).collect();

@@ -1,9 +1,11 @@
-//! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`components`), what the camera sees
-//! (`view`), and what a material does with light (`preview`, `profile`).
+//! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or
+//! refract (`components`), the view of the camera (`view`), and the scattering of a material
+//! (`preview`, `profile`).
 //!
-//! The readers of files have findings of their own, which are not looked for again. `lint` reads OBJ files once more as `ObjFaces`: polygons before
-//! they are cut, each with its line, which a render would keep for nothing. Faces are compared and joined by position and not by index, since
-//! exporters split vertices. All findings of a kind in a file are one finding, with the first places.
+//! The readers of files report findings, too, which are not repeated here. `lint` reads OBJ files
+//! once more as `ObjFaces`: polygons before triangulation, each with its line, which a render does
+//! not keep. Faces are compared and joined by position and not by index, because exporters split
+//! vertices. All findings of a kind in a file are one finding, with the first places.
 
 mod components;
 mod darkness;
@@ -29,21 +31,22 @@ use faces::FaceLint;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Makes an error of a message about the scene as a whole.
+/// Makes an error from a message about the scene as a whole.
 pub type Whole<'a> = &'a dyn Fn(String) -> FileError;
 
-/// Likely mistakes in the materials and meshes of a scene that was read; OBJ files are read once more, one at a time, for the
-/// lines of their faces. `eye` is where the scene file has the camera, if it says so.
+/// Finds likely mistakes in the materials and meshes of a scene. OBJ files are read once more, one
+/// at a time, for the lines of their faces. `eye` is the position of the camera, if the scene file
+/// has one.
 pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<Finding> {
     let mut findings = definitions::inspect(inspection);
     findings.extend(inspection.scene.iter().flat_map(|scene| inspect_extent(scene, whole)));
-    // For a camera inside, walls are meant to emit inwards.
+    // If the camera is inside, walls emit inwards by intent.
     let contains = |scene: &Scene, p: Vec3| scene.bounds().min.cmple(p).all() && scene.bounds().max.cmpge(p).all();
     let is_inside = eye
         .zip(inspection.scene.as_ref())
         .is_some_and(|(eye, scene)| contains(scene, eye));
     for obj in &inspection.objs {
-        // What cannot be read is among the findings of the reader.
+        // The reader has already reported files that cannot be read.
         let defined = obj.materials.iter().map(|(name, ..)| name.as_str()).collect();
         let Ok(faces) = ObjFaces::read(&obj.path, &inspection.parts, &defined) else {
             continue;
@@ -57,24 +60,24 @@ pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<
     findings
 }
 
-/// What the material of faces means for their shape.
+/// Properties of a material that matter for the checks of its faces.
 #[derive(Clone, Debug, Default)]
 struct Use {
     name: String,
     emits: bool,
-    /// Whether the material is the boundary of a body that light enters.
+    /// True if light enters the body that the faces enclose.
     refracts: bool,
     has_maps: bool,
 }
 
 impl Use {
-    /// Returns true if a second face on the back changes nothing.
+    /// Returns true if a duplicate face with opposite winding does not change the picture.
     fn looks_alike_from_behind(&self) -> bool {
         !self.emits && !self.refracts
     }
 }
 
-/// The materials of an OBJ's faces.
+/// Properties of the materials of an OBJ file, in the order of `faces.materials()`.
 fn uses(inspection: &Inspection, path: &Path, faces: &ObjFaces) -> Vec<Use> {
     let materials = inspection.scene.as_ref().map_or(&[][..], |scene| scene.materials());
     let is_here = |source: &MaterialSource| source.obj.as_deref().is_none_or(|obj| obj == path);

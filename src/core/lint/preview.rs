@@ -1,7 +1,7 @@
 //! Albedos and previews of materials, for `embrasure explain`.
 //!
-//! Albedos are integrals over the samples of each lobe itself, in the direction of flux. Where textures vary a material, albedos are those of its
-//! constants.
+//! Albedos are integrals over the samples of each lobe, weighted as flux. If textures vary a
+//! material, its albedos are those of its constants.
 
 use crate::bsdf::{Bsdf, Lobe, TransportMode};
 use crate::camera::CameraParameters;
@@ -15,24 +15,25 @@ use crate::texture::{Texture, TextureId};
 use std::array;
 use std::f32::consts::{PI, TAU};
 
-/// Points that an albedo is integrated with: the third digit is right.
+/// Number of points of an albedo integral. It gives three correct digits.
 const POINTS: u32 = 1 << 14;
-/// Columns and rows of the sphere.
+/// Columns and rows of the mesh of the sphere.
 const GRID: [usize; 2] = [256, 128];
 
-/// What a lobe of a BSDF does with light.
+/// Albedo and probability of a lobe of a BSDF.
 #[derive(Clone, Copy, Debug)]
 pub struct LobeAlbedo {
     /// The lobe.
     pub lobe: Lobe,
-    /// Share of the flux that it scatters for a viewer along the normal, one at 60° to it, and under uniform light from all sides. What the layers above
-    /// it take is missing, so that the lobes add up to [`directional_albedo`].
+    /// Share of the flux that the lobe scatters: to a viewer along the normal, to a viewer at 60°
+    /// to it, and under uniform light from all sides. Absorption by the layers above is included,
+    /// so the albedos of all lobes add up to [`directional_albedo`].
     pub albedo: [Spectrum; 3],
-    /// Probability with which it is chosen for the first two.
+    /// Probability that the lobe is selected for the first two viewers.
     pub probability: [f32; 2],
 }
 
-/// What each lobe of a BSDF does with light that meets the front.
+/// Albedos of all lobes of a BSDF for light on the front.
 pub fn albedos(bsdf: &Bsdf) -> Vec<LobeAlbedo> {
     let views = [Vec3::Z, Vec3::new(0.75f32.sqrt(), 0.0, 0.5)];
     let probabilities = views.map(|wo| bsdf.lobe_probabilities(wo));
@@ -51,18 +52,20 @@ pub fn albedos(bsdf: &Bsdf) -> Vec<LobeAlbedo> {
     bsdf.places().enumerate().map(lobe).collect()
 }
 
-/// Share of the flux from all directions that `bsdf` scatters to `wo`, layers included: its directional albedo.
+/// Directional albedo: share of the flux from all directions that `bsdf` scatters to `wo`, layers
+/// included.
 pub fn directional_albedo(bsdf: &Bsdf, wo: Vec3) -> Spectrum {
     integrate(|[u_lobe, u, v, ..]| {
-        // Importance is flux: radiance is compressed where light is refracted.
+        // `Importance` scatters flux; radiance would be scaled by refraction.
         let sample = bsdf.sample(wo, u_lobe, Vec2::new(u, v), TransportMode::Importance);
         sample.map_or(Spectrum::ZERO, |sample| sample.weight)
     })
 }
 
-/// An estimate of the flux's share that the lobe in `place` of `bsdf` scatters to or from `wo`, less what the layers above it take.
+/// Estimate of the share of flux that the lobe at `place` of `bsdf` scatters to or from `wo`, minus
+/// the absorption of the layers above.
 fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v, ..]: [f32; 5]) -> Spectrum {
-    // Importance is flux: radiance is compressed where light is refracted.
+    // `Importance` scatters flux; radiance would be scaled by refraction.
     let mode = TransportMode::Importance;
     if lobe.is_delta() {
         let directions = lobe.directions(wo, mode).into_iter().flatten();
@@ -73,8 +76,9 @@ fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v
     sample.map_or(Spectrum::ZERO, |s| bsdf.below_layers(place, lobe, wo, s).weight)
 }
 
-/// The mean of `f` over the unit cube, by an additive recurrence of five dimensions (Roberts 2018, "The Unreasonable Effectiveness of
-/// Quasirandom Sequences": its steps are powers of the inverse of the root of x⁶ = x + 1).
+/// Mean of `f` over the unit cube, by an additive recurrence of five dimensions (Roberts 2018, "The
+/// Unreasonable Effectiveness of Quasirandom Sequences": its steps are powers of the inverse of the
+/// root of x⁶ = x + 1).
 fn integrate(f: impl Fn([f32; 5]) -> Spectrum) -> Spectrum {
     const ROOT: f64 = 1.134_724_138_401_519_4;
     let point = |i: u32| array::from_fn(|k| (0.5 + i as f64 * ROOT.powi(-1 - k as i32)).fract() as f32);
@@ -85,8 +89,8 @@ fn integrate(f: impl Fn([f32; 5]) -> Spectrum) -> Spectrum {
     Spectrum::from(sum.map(|s| (s / POINTS as f64) as f32))
 }
 
-/// A sphere of the material, with texture coordinates, on a neutral floor below a lamp and a dim sky. `textures` are those that the
-/// material's maps name.
+/// A sphere of the material, with texture coordinates, on a neutral floor below a lamp and a dim
+/// sky. `textures` are the textures that the material's maps use.
 pub fn preview_scene(
     mut builder: SceneBuilder,
     material: &Material,
@@ -112,7 +116,7 @@ pub fn preview_scene(
     builder.build().map(|(scene, _)| scene)
 }
 
-/// A camera that looks at the sphere.
+/// Camera of the preview, facing the sphere.
 pub const PREVIEW_CAMERA: CameraParameters = CameraParameters {
     position: Vec3::new(0.0, 1.2, 5.0),
     look_at: Vec3::new(0.0, -0.1, 0.0),
@@ -141,7 +145,7 @@ fn sphere() -> Mesh {
         for column in 0..columns {
             let [a, b] = [index(column, row), index(column + 1, row)];
             let [d, c] = [index(column, row + 1), index(column + 1, row + 1)];
-            // At the poles one of them has no area.
+            // At the poles, one of the two triangles has no area.
             if row > 0 {
                 mesh.triangles.push([a, b, c]);
             }
@@ -153,7 +157,7 @@ fn sphere() -> Mesh {
     mesh
 }
 
-/// The rectangle around `center` with these halves of its edges, whose front is along their cross product.
+/// The rectangle `center` ± `u` ± `v`, with its front along `u` × `v`.
 fn rectangle(center: Vec3, u: Vec3, v: Vec3) -> Mesh {
     Mesh {
         positions: vec![center - u - v, center + u - v, center + u + v, center - u + v],

@@ -1,52 +1,56 @@
-//! Scattering in the plane of incidence: values and densities of a BSDF and its lobes, for polar plots.
+//! Scattering in the plane of incidence: values and densities of a BSDF and its lobes, for polar
+//! plots.
 
 use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// What a BSDF does with light in the plane of the normal and the viewer.
+/// Scattering of a BSDF in the plane of the normal and the viewer.
 #[derive(Clone, Debug)]
 pub struct Profile {
-    /// Angle between the viewer and the normal, degrees.
+    /// Angle in degrees between the viewer and the normal.
     pub incidence: f32,
-    /// Angles of `wi` from the normal, degrees: 0 is the normal, positive the viewer's side, negative that of the mirror direction, beyond ±90 the other side of the surface.
+    /// Angles in degrees between `wi` and the normal. 0 is the normal, positive angles are on the
+    /// viewer's side, negative angles on the side of the mirror direction. Angles beyond ±90 are on
+    /// the other side of the surface.
     pub angles: Vec<f32>,
-    /// Each lobe with its share, below the layers that lie above it.
+    /// Scattering of each lobe, below the layers above it.
     pub lobes: Vec<LobeProfile>,
     /// All lobes together.
     pub total: LobeProfile,
 }
 
-/// Scattering by one lobe, or by all of them.
+/// Scattering of one lobe or of all lobes.
 #[derive(Clone, Debug, Default)]
 pub struct LobeProfile {
     /// Name of the lobe.
     pub name: &'static str,
-    /// `f |cos θi|` at each angle, sr⁻¹. Delta lobes have none.
+    /// `f |cos θi|` at each angle, sr⁻¹. 0 for delta lobes.
     pub value: Vec<Spectrum>,
-    /// Density with which the direction is drawn, per solid angle, the probability of the lobe included.
+    /// Sampling density of the direction, per solid angle, times the probability of the lobe.
     pub pdf: Vec<f32>,
-    /// Single directions.
+    /// Directions of delta lobes.
     pub deltas: Vec<DeltaDirection>,
 }
 
-/// A single direction into which a delta lobe scatters.
+/// A direction into which a delta lobe scatters.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaDirection {
-    /// Angle from the normal, degrees.
+    /// Angle in degrees from the normal.
     pub angle: f32,
-    /// Share of the light from there that is scattered to the viewer, as flux.
+    /// Share of the flux from this direction that is scattered to the viewer.
     pub share: Spectrum,
 }
 
-/// The unit direction at `angle` degrees from the normal in the plane of incidence, local frame.
+/// Unit direction at `angle` degrees from the normal in the plane of incidence, local frame.
 pub fn direction_at(angle: f32) -> Vec3 {
     let (sin, cos) = angle.to_radians().sin_cos();
     Vec3::new(sin, 0.0, cos)
 }
 
 impl Profile {
-    /// The profile of `bsdf` for a viewer `incidence` degrees from the normal, at so many angles to a degree.
+    /// Profile of `bsdf` for a viewer at `incidence` degrees from the normal, with
+    /// `angles_per_degree` angles per degree.
     pub fn new(bsdf: &Bsdf, incidence: f32, angles_per_degree: u32) -> Self {
         let wo = direction_at(incidence);
         let last = 180 * angles_per_degree as i32;
@@ -90,7 +94,7 @@ impl Profile {
     }
 }
 
-/// `sample` of a delta lobe as a direction of the plane.
+/// Converts a `sample` of a delta lobe to a direction of the plane.
 fn delta(sample: BsdfSample) -> DeltaDirection {
     DeltaDirection {
         angle: sample.wi.x.atan2(sample.wi.z).to_degrees(),
@@ -149,7 +153,8 @@ mod tests {
         }
     }
 
-    /// Albedos from samples are those of values that are integrated over all directions, and 1 at most.
+    /// Albedos from samples equal the integrals of the values over all directions, and are at most
+    /// 1.
     #[test]
     fn albedos_are_integrals_of_values() {
         const SIDE: u32 = 1000;
@@ -172,7 +177,7 @@ mod tests {
         }
     }
 
-    /// A mirror scatters into the mirror direction, and glass loses nothing.
+    /// A mirror scatters into the mirror direction, and glass is lossless.
     #[test]
     fn delta_directions_lie_in_the_plane() {
         let glass = Material {

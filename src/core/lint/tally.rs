@@ -16,7 +16,8 @@ impl Tally {
         }
     }
 
-    /// All of it as one finding, if there is anything; `words` are told the count.
+    /// Returns one finding for all lines. `None` if there are none. `words` returns message and
+    /// help for the count.
     pub fn finding(
         &self,
         (severity, code): (Severity, &'static str),

@@ -10,27 +10,28 @@ use std::ops::Range;
 
 /// Camera rays along a side of the image.
 const RAYS: u32 = 16;
-/// Digits of the scene's size that coordinates must keep: positions are rounded to a part in 2²⁴.
+/// Minimum ratio of scene size to coordinate spacing; f32 positions are rounded to a part in 2²⁴.
 const MIN_STEPS: f32 = 1e5;
-/// Roundings over size above which instances are too far away.
+/// Ratio of rounding error to size above which an instance is too far away.
 const MAX_ROUNDING: f32 = 0.01;
-/// What encloses the camera on all sides nearer than this share of the scene's radius is a wall and not a room.
+/// Maximum distance, as a share of the scene's radius, of surfaces around a camera that is inside a
+/// wall. More distant surfaces are a room.
 const WALL_SHARE: f32 = 0.05;
 
-/// Findings about coordinates that are too large for f32.
+/// Finds coordinates that are too large for f32.
 pub fn inspect_extent(scene: &Scene, whole: Whole) -> Vec<Finding> {
     let findings = [inspect_bounds(scene, whole), inspect_instances(scene, whole)];
     findings.into_iter().flatten().collect()
 }
 
-/// Whether coordinates are so much larger than the scene that f32 rounds its shapes away.
+/// Finds coordinates that are so much larger than the scene that f32 rounds its shapes away.
 fn inspect_bounds(scene: &Scene, whole: Whole) -> Option<Finding> {
     let bounds = scene.bounds();
     let (size, largest) = (
         2.0 * bounds.radius(),
         bounds.min.abs().max(bounds.max.abs()).max_element(),
     );
-    // Steps of f32 at the largest coordinate
+    // Number of f32 steps across the scene, at the largest coordinate
     let steps = size / (largest * f32::EPSILON);
     if bounds.is_empty() || steps.is_nan() || steps >= MIN_STEPS {
         return None;
@@ -42,12 +43,14 @@ fn inspect_bounds(scene: &Scene, whole: Whole) -> Option<Finding> {
     Some(Finding::new(Severity::Warning, "far-from-origin", error))
 }
 
-/// Whether instances are so far from the origin that the roundings of the way into their space, by which rays start off them, are a share of their size.
+/// Finds instances that are too far from the origin. The transformation of a ray into the instance's
+/// space has a rounding error, by which rays are offset. It must be small relative to the instance's
+/// size.
 fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {
         let bounds = extents[instance.prototype as usize];
-        // At each place by itself: what moves need not be large.
+        // Each step of a motion is measured separately: the path of a moving object may be long.
         let shares = instance.placement.steps().iter().map(|&step| {
             let placed = Placement::Still(step).bounds(bounds);
             let corner = placed.min.abs().max(placed.max.abs());
@@ -79,7 +82,7 @@ fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
     Some(Finding::new(Severity::Warning, "far-instance", error).repeated(far.len() as u64, []))
 }
 
-/// Box around the meshes of a prototype, in its space.
+/// Bounds of the meshes of a prototype, in its space.
 fn bounds_of(scene: &Scene, meshes: Range<u32>) -> Bounds3 {
     let meshes = meshes.map(|geom| scene.mesh(GeomId(geom)));
     meshes
@@ -87,27 +90,27 @@ fn bounds_of(scene: &Scene, meshes: Range<u32>) -> Bounds3 {
         .collect()
 }
 
-/// Centres of the cells of a grid over a unit square.
+/// Centres of the cells of the coarse grid over a unit square.
 fn cells() -> impl Iterator<Item = Vec2> {
     grid(RAYS)
 }
 
-/// Centres of the cells of a grid with `count` along each side of a unit square.
+/// Centres of the cells of a grid with `count` cells along each side of a unit square.
 fn grid(count: u32) -> impl Iterator<Item = Vec2> {
     (0..count * count).map(move |i| Vec2::new((i % count) as f32 + 0.5, (i / count) as f32 + 0.5) / count as f32)
 }
 
-/// Rays all over the picture, when the camera starts to look.
+/// Camera rays over the whole picture, at shutter open.
 pub(super) fn camera_rays(camera: &Camera, resolution: UVec2) -> impl Iterator<Item = Ray> {
     cells().map(move |cell| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0))
 }
 
-/// Rays by which small things are met, when the camera starts to look.
+/// Camera rays over the whole picture at shutter open, dense enough to hit small things.
 pub(super) fn fine_camera_rays(camera: &Camera, resolution: UVec2) -> impl Iterator<Item = Ray> {
     grid(FINE_RAYS).map(move |cell| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0))
 }
 
-/// Whether the camera sees anything when it starts to look, and is not inside of a wall.
+/// Finds a camera that sees nothing at shutter open, or that is inside a wall.
 pub fn inspect_view(
     accel: &dyn Accel,
     scene: &Scene,
@@ -129,7 +132,7 @@ pub fn inspect_view(
         );
     }
 
-    // The backs of surfaces on all sides, near by
+    // Back faces on all sides, nearby
     let origin = rays.first()?.origin;
     let within = WALL_SHARE * scene.bounds().radius();
     let is_back = |direction: Vec3| {
@@ -143,17 +146,17 @@ pub fn inspect_view(
     None
 }
 
-/// Share of the surfaces in the picture that show their backs, from which on the camera is behind.
+/// Minimum share of the surfaces in the picture that show their backs, for a camera that is behind.
 const BEHIND: f32 = 0.8;
-/// Camera rays along a side of the image that show small things.
+/// Camera rays along a side of the image, to find small things.
 const FINE_RAYS: u32 = 96;
-/// Distance of a plane from the points that lie on it, in radii of the scene, maximum.
+/// Maximum distance of a point from its plane, in radii of the scene.
 const ON_PLANE: f32 = 1e-4;
-/// Cosine between normals of one flat surface, minimum.
+/// Minimum cosine between normals of one flat surface.
 const SAME_WAY: f32 = 0.9999;
 
-/// Warns of a camera that is behind surfaces or nearer to one than `near`, and of a picture of one
-/// flat surface in a scene that has others.
+/// Warns of a camera that is behind surfaces or nearer to a surface than `near`. Also warns of a
+/// picture of one flat surface if the scene has others.
 pub fn inspect_place(
     accel: &dyn Accel,
     scene: &Scene,
@@ -217,7 +220,7 @@ pub fn inspect_place(
         Vec3::new(pick(0), pick(1), pick(2))
     };
     let has_others = !(0..8).all(|i| is_on(corner(i)));
-    // Small things pass between the rays of a coarse grid.
+    // A coarse grid of rays can miss small things.
     let is_alone = || {
         let mut fine = fine_camera_rays(camera, resolution);
         fine.all(|ray| Seen::by(accel, scene, &ray).is_some_and(|seen| is_like(&seen)))
@@ -231,13 +234,13 @@ pub fn inspect_place(
     None
 }
 
-/// A number above 0 with two digits.
+/// Prints `x` > 0 with two digits.
 fn two_digits(x: f32) -> String {
     let decimals = (1.0 - x.log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{x:.decimals$}")
 }
 
-/// A surface in the picture.
+/// A surface that a camera ray hits.
 struct Seen {
     point: Vec3,
     normal: Vec3,
@@ -245,7 +248,7 @@ struct Seen {
     is_back: bool,
     /// True if the surface has no texture.
     is_plain: bool,
-    /// True if most light passes: the backs of glass are seen by intent.
+    /// True if most light is transmitted: backs of glass are visible by intent.
     is_clear: bool,
 }
 

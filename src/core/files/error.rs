@@ -1,19 +1,19 @@
-//! Errors of files, with place and remedy.
+//! Errors of files, with position and remedy.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// A place in a text file; both count from 1.
+/// A position in a text file. Lines and columns count from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position {
-    /// Line.
+    /// Line number.
     pub line: usize,
-    /// Column in characters, where it is known.
+    /// Column in characters, if known.
     pub column: Option<usize>,
 }
 
 impl Position {
-    /// The place of byte `offset` in `text`.
+    /// Position of byte `offset` in `text`.
     pub fn of_byte(text: &str, offset: usize) -> Self {
         let before = &text.as_bytes()[..offset.min(text.len())];
         let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
@@ -23,44 +23,44 @@ impl Position {
         }
     }
 
-    /// A whole line.
+    /// Position of a whole line.
     pub fn line(line: usize) -> Self {
         Self { line, column: None }
     }
 }
 
-/// What an error of a file is about.
+/// Cause of an error of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FileErrorKind {
-    /// The contents of the file are wrong, or the file is not there.
+    /// The contents of the file are wrong, or the file does not exist.
     #[default]
     Contents,
-    /// The file is there and the system did not give its bytes: nothing is known of its contents.
+    /// The file exists, but the system cannot read it. Its contents are unknown.
     Unreadable,
-    /// A flag that stands for keys of the file is wrong; the message names the flag.
+    /// A flag that replaces keys of the file is wrong. The message names the flag.
     Flag,
 }
 
-/// Error in a file, with its place and its remedy.
+/// Error in a file, with position and remedy.
 ///
-/// Shown as `file:line:column: message`, with the remedy on a line of its own.
+/// Shown as `file:line:column: message`, with the remedy on a separate line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileError {
-    /// The file, as the user named it.
+    /// Path of the file, as the user wrote it.
     pub file: PathBuf,
-    /// Where in the file.
+    /// Position in the file. `None` for the file as a whole.
     pub position: Option<Position>,
-    /// The error, with the value.
+    /// Description of the error, with the wrong value.
     pub message: String,
-    /// What to do.
+    /// Remedy.
     pub help: Option<String>,
-    /// What the error is about.
+    /// Cause of the error.
     pub kind: FileErrorKind,
 }
 
 impl FileError {
-    /// Something about the file as a whole.
+    /// Error of the file as a whole.
     pub fn new(file: &Path, message: impl Into<String>) -> Self {
         Self {
             file: file.to_path_buf(),
@@ -71,37 +71,37 @@ impl FileError {
         }
     }
 
-    /// An operation on the file that the system refused.
+    /// Error of an operation on the file that the system refused.
     pub fn system(file: &Path, what: &str, error: &std::io::Error) -> Self {
         Self::new(file, format!("{what}: {error}")).unreadable()
     }
 
-    /// Says that nothing is known of the file's contents.
+    /// Marks the error as [`FileErrorKind::Unreadable`].
     pub fn unreadable(mut self) -> Self {
         self.kind = FileErrorKind::Unreadable;
         self
     }
 
-    /// Says that the error is that of a flag, which the message names.
+    /// Marks the error as [`FileErrorKind::Flag`].
     pub fn of_flag(mut self) -> Self {
         self.kind = FileErrorKind::Flag;
         self
     }
 
-    /// Whether the system did not give the file's bytes.
+    /// Returns true if the system could not read the file.
     pub fn is_unreadable(&self) -> bool {
         self.kind == FileErrorKind::Unreadable
     }
 
-    /// The error at a place.
+    /// Sets the position.
     pub fn at(mut self, position: Position) -> Self {
         self.position = Some(position);
         self
     }
 
-    /// The file, line and column as editors jump to them: `file:line:column`.
+    /// File, line and column in the format of editors: `file:line:column`.
     pub fn place(&self) -> String {
-        // A name with line breaks stays a line.
+        // Escape line breaks in the name, so that the place is one line.
         let mut place = self.file.display().to_string().replace('\n', "\\u000a");
         if let Some(position) = self.position {
             place += &format!(":{}", position.line);
@@ -112,13 +112,13 @@ impl FileError {
         place
     }
 
-    /// The error with a remedy.
+    /// Sets the remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// The error with a remedy, unless it has one.
+    /// Sets the remedy, unless the error has one.
     pub fn help_if_none(mut self, help: &str) -> Self {
         self.help.get_or_insert_with(|| help.into());
         self

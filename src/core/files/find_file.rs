@@ -1,4 +1,4 @@
-//! Finding files whose names come from other systems.
+//! Search for files by names from other systems.
 
 use super::input::decoded;
 use std::collections::HashMap;
@@ -6,29 +6,30 @@ use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// The file that another one, in `folder`, calls `name`.
+/// Finds the file that another file, in `folder`, refers to by `name`.
 ///
-/// Names from other systems are understood: if no file has the very name, `\` separates folders
-/// like `/`, letters may be of the other case, and blanks may be underscores. Names of files are in
-/// UTF-8 or in Windows-1252. Of several such files or folders the first in the order of their names
-/// is taken.
+/// Names from other systems are accepted. If no file has the exact name, `\` separates folders like
+/// `/`, letter case is ignored, and blanks match underscores. Names of files are in UTF-8 or in
+/// Windows-1252. If several files or folders match, the first in the order of their names is
+/// returned.
 pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     FileFinder::default().find(folder, name)
 }
 
-/// Last part of a name, of whatever system; drives and folders end in `/` or `\`.
+/// Last part of a name from any system. `None` for names of drives and folders, which end in `/` or
+/// `\`.
 pub fn base_name(name: &str) -> Option<&str> {
     let base = name.rsplit(['/', '\\']).next();
     base.filter(|base| !base.is_empty() && *base != "..")
 }
 
-/// The name without quotes around it.
+/// Returns the name without the quotes around it.
 pub fn unquoted(name: &str) -> &str {
     let inner = ['"', '\''].map(|quote| name.strip_prefix(quote)?.strip_suffix(quote));
     inner.into_iter().flatten().next().unwrap_or(name).trim()
 }
 
-/// The folder that a folder lies in.
+/// Parent of a folder.
 pub fn folder_above(folder: &Path) -> PathBuf {
     match folder.components().next_back() {
         Some(Component::Normal(_)) => folder.parent().unwrap_or(Path::new("")).to_path_buf(),
@@ -39,19 +40,19 @@ pub fn folder_above(folder: &Path) -> PathBuf {
 /// Finds files by [`find_file`], and lists each folder once.
 #[derive(Debug, Default)]
 pub struct FileFinder {
-    /// First entry of each folder by its name in lower case.
+    /// For each folder, its first entry by name in lower case.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
-    /// Folders within each folder, without those of models.
+    /// For each folder, its subfolders without models.
     folders: HashMap<PathBuf, Vec<PathBuf>>,
 }
 
-/// Entries of a folder that are looked at for folders and models among them.
+/// Maximum number of entries of a folder that are checked.
 const MAX_ENTRIES: usize = 10_000;
-/// Folders of a folder that is more than the place of a model.
+/// Maximum number of subfolders of a folder that holds one model.
 const MAX_FOLDERS: usize = 32;
 
 impl FileFinder {
-    /// The file that another one, in `folder`, calls `name`.
+    /// Finds the file that another file, in `folder`, refers to by `name`.
     pub fn find(&mut self, folder: &Path, name: &str) -> Option<PathBuf> {
         let exact = folder.join(name);
         if is_there(&exact) {
@@ -67,9 +68,10 @@ impl FileFinder {
         is_there(&path).then_some(path)
     }
 
-    /// The folders within `folder` that may be parts of one download, in the order of their names:
-    /// without those of other models, which have an OBJ or MTL file, and hidden ones. There are
-    /// none in the root, in the folder of temporary files, and in one with more than 32 folders.
+    /// Subfolders of `folder` that may be parts of one download, in the order of their names.
+    /// Hidden folders are excluded, and so are folders of other models, which have an OBJ or MTL
+    /// file. The result is empty for the root, for the folder of temporary files, and for a folder
+    /// with more than 32 subfolders.
     pub fn folders_within(&mut self, folder: &Path) -> &[PathBuf] {
         let found = self.folders.entry(folder.to_path_buf());
         found.or_insert_with(|| {
@@ -94,7 +96,7 @@ impl FileFinder {
         })
     }
 
-    /// The entry of a folder that has this name, in whatever case, with blanks or underscores.
+    /// Finds the entry of a folder with this name. Case is ignored, and blanks match underscores.
     fn find_entry(&mut self, folder: &Path, name: &OsStr) -> Option<PathBuf> {
         let exact = folder.join(name);
         if exact.exists() {
@@ -106,7 +108,7 @@ impl FileFinder {
         let entries = self.listings.get(folder)?;
         let wanted = lowercase(name);
         let found = entries.get(&wanted).or_else(|| {
-            // Blanks that became underscores, or the other way round
+            // Blanks match underscores, in both directions.
             let is_alike =
                 |entry: &&String| entry.len() == wanted.len() && entry.replace(' ', "_") == wanted.replace(' ', "_");
             entries.get(entries.keys().filter(is_alike).min()?)
@@ -139,17 +141,17 @@ fn lowercase(name: &OsStr) -> String {
     decoded(name.as_encoded_bytes()).to_lowercase()
 }
 
-/// Whether there is something other than a folder; whether it can be read shows when it is opened.
+/// Returns true if `path` exists and is not a folder. The file may be unreadable.
 fn is_there(path: &Path) -> bool {
     path.metadata().is_ok_and(|metadata| !metadata.is_dir())
 }
 
-/// Whether the file `found` for `name` is written there with letters of the wrong case.
+/// Returns true if `name` has the wrong letter case for the file `found`.
 pub fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
     found != folder.join(name) && found != folder.join(with_slashes(name))
 }
 
-/// Number of files of its folder that have the name of `found`, in whatever case.
+/// Number of files in the folder of `found` with the same name, ignoring case.
 pub(crate) fn count_alike(found: &Path) -> usize {
     let Some(wanted) = found.file_name().map(lowercase) else {
         return 0;
@@ -162,7 +164,7 @@ pub(crate) fn count_alike(found: &Path) -> usize {
     names.filter(|name| lowercase(name) == wanted).count()
 }
 
-/// The folder, by a name that the system lists.
+/// The folder, by a path that `read_dir` accepts.
 fn listed(folder: &Path) -> &Path {
     if folder == Path::new("") {
         Path::new(".")
@@ -217,7 +219,7 @@ mod tests {
         ] {
             fs::write(folder.join(name), name).unwrap();
         }
-        // Name, the file found, and whether the case is wrong; on systems that ignore case that is never so.
+        // Name, expected file, and true if the case differs. Systems that ignore case return false.
         let cases = [
             ("a.mtl", Some("a.mtl"), false),
             ("./a.mtl", Some("a.mtl"), false),

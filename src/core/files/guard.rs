@@ -1,4 +1,4 @@
-//! Panics that become errors of one file and end nothing else.
+//! Converts panics to errors of one file, so that they do not end the program.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -8,14 +8,16 @@ thread_local! {
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether panics of this thread are caught and told as errors: a panic hook need not speak of them.
+/// Returns true if panics of this thread are caught and become errors: a panic hook need not print
+/// them.
 pub fn is_guarded() -> bool {
     IS_GUARDED.get()
 }
 
-/// Does `work`; a panic in it is an error with the panic's message. What `work` leaves half-done must not be looked at then.
+/// Runs `work` and converts a panic to an error with the panic's message. After a panic, values
+/// that `work` has changed may be inconsistent and must not be used.
 pub fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
-    // A thread that waits within `work` may begin other work meanwhile.
+    // Nested calls are possible: a thread that waits within `work` may begin other work.
     let before = IS_GUARDED.replace(true);
     let done = catch_unwind(AssertUnwindSafe(work));
     IS_GUARDED.set(before);

@@ -1,10 +1,13 @@
-//! Identity of files: device and inode, or for a file that does not exist yet its folder's and its name.
+//! Identity of files: device and inode. A file that does not exist yet is identified by its folder
+//! and its name.
 //!
-//! Outputs follow no link of a stranger in a sticky folder such as `/tmp`: it could lead to any file of the user. Linux has the same rule
-//! (`fs.protected_symlinks`), but only for the last name of a path and if it is switched on.
+//! Outputs follow no link of another user in a sticky folder such as `/tmp`: it could lead to any
+//! file of the user. Linux has the same rule (`fs.protected_symlinks`), but only for the last name
+//! of a path and only if it is enabled.
 //!
-//! `cli/outputs` compares all outputs with each other and with the scene file before anything is read, and with `Session::files` before the
-//! acceleration structure is built. No flag overwrites inputs.
+//! `cli/outputs` compares all outputs with each other and with the scene file before any file is
+//! read, and with `Session::files` before the acceleration structure is built. No flag overwrites
+//! inputs.
 
 use std::ffi::OsString;
 use std::fs::{self, Metadata};
@@ -13,28 +16,28 @@ use std::io;
 use std::path::Component;
 use std::path::{Path, PathBuf};
 
-/// Symbolic links that a name may lead through: as many as Linux follows.
+/// Maximum number of symbolic links that a name may lead through, as in Linux.
 const MAX_LINKS: usize = 40;
 
-/// The file that a path leads to, by whichever of its names: through links, and also where it is not there yet.
+/// Identity of a file, the same for all names and links of the file. The file need not exist.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FileId {
-    /// A file that is there.
+    /// A file that exists.
     Existing(Inode),
-    /// A name in a folder that is there.
+    /// A name in a folder that exists.
     Future(Inode, OsString),
 }
 
 /// Device and inode.
 #[cfg(unix)]
 type Inode = (u64, u64);
-/// The canonical path: hard links count as different files.
+/// The canonical path: hard links are different files.
 #[cfg(not(unix))]
 type Inode = PathBuf;
 
 impl FileId {
-    /// Identity of `path`; `None` where not even its folder is there.
+    /// Identity of `path`. `None` if its folder does not exist.
     pub fn of(path: &Path) -> Option<Self> {
         let target = follow_links(path).ok()?;
         match fs::metadata(&target) {
@@ -59,7 +62,7 @@ fn inode(path: &Path, _: &Metadata) -> Option<Inode> {
     fs::canonicalize(path).ok()
 }
 
-/// The folder that `path` is in, by a name that the system knows.
+/// The folder of `path`, as a path that the system accepts.
 pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -67,7 +70,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// `path` with the links followed that its last name stands for, even where they lead to no file yet.
+/// Follows the links of the last name of `path`, even if they lead to no file yet.
 pub(super) fn follow_links(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..MAX_LINKS {
@@ -80,8 +83,8 @@ pub(super) fn follow_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
-/// The first link on the way to `path` that a stranger has put into a sticky folder: the link belongs to
-/// neither the user nor the folder's owner.
+/// The first link on the way to `path` that another user has put into a sticky folder: the link
+/// belongs neither to the user nor to the folder's owner.
 #[cfg(unix)]
 pub(super) fn untrusted_link(path: &Path) -> io::Result<Option<PathBuf>> {
     let user = rustix::process::geteuid().as_raw();
@@ -107,7 +110,7 @@ pub(super) fn untrusted_link(path: &Path) -> io::Result<Option<PathBuf>> {
                     _ => folder = here,
                 }
             }
-            // A root takes the place of all before it.
+            // A root replaces all names before it.
             _ => folder.push(&name),
         }
     }
@@ -138,7 +141,8 @@ pub(super) fn untrusted_link(_: &Path) -> io::Result<Option<PathBuf>> {
 mod tests {
     use super::*;
 
-    /// Links of a stranger need another user: root can give links away. Others see the rule alone.
+    /// Links of another user need root, who can change the owner of a link. Without root, the test
+    /// checks the rule only.
     #[cfg(unix)]
     #[test]
     fn strangers_link_in_a_sticky_folder_is_not_trusted() {

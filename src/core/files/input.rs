@@ -1,7 +1,7 @@
 //! Opening input files: all of them are opened here.
 //!
-//! Opening never waits (`O_NONBLOCK`), and what is no regular file is refused by the handle that was opened. Failures of the system are remembered,
-//! because decoders report them like damage.
+//! Opening never waits (`O_NONBLOCK`). The open handle is checked, and a file that is not a regular
+//! file is refused. Failures of the system are stored, because decoders report them as damage.
 
 use super::FileError;
 use std::ffi::OsStr;
@@ -11,19 +11,21 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// A regular file that is open for reading. It remembers when the system fails to read it, whatever a decoder makes of that.
+/// A regular file that is open for reading. It stores failures of the system, which decoders may
+/// report in another way.
 pub(crate) struct Input {
     file: File,
     length: u64,
     failure: ReadFailure,
 }
 
-/// What the system said when reading failed, if it did; clones share it.
+/// Error of the system if reading failed. Clones share it.
 #[derive(Clone, Default)]
 pub(crate) struct ReadFailure(Arc<OnceLock<io::Error>>);
 
 impl ReadFailure {
-    /// The failure as the error of `path`, where there was one; else `error`, which says what is wrong with the contents.
+    /// Returns the failure as an error of `path`, if there is one. Otherwise returns `error`, the
+    /// error of the contents.
     pub fn or(&self, path: &Path, error: FileError) -> FileError {
         match self.0.get() {
             Some(failure) => FileError::system(path, "cannot read it", failure).help("check the disk or the network"),
@@ -33,8 +35,8 @@ impl ReadFailure {
 }
 
 impl Input {
-    /// Opens a regular file; `what` it is says the error, such as `the OBJ file`. Never waits: a pipe without a writer is refused like all that
-    /// is no regular file.
+    /// Opens a regular file. The error calls the file `what`, such as `the OBJ file`. Never waits:
+    /// a pipe without a writer is refused, as is any file that is not a regular file.
     pub fn open(path: &Path, what: &str) -> Result<Self, FileError> {
         if path == OsStr::new("-") {
             let error = FileError::new(path, format!("{what} cannot be standard input"));
@@ -50,11 +52,11 @@ impl Input {
         options.read(true);
         #[cfg(unix)]
         {
-            // Opening a pipe would wait for a writer.
+            // Opening a pipe without this flag waits for a writer.
             let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
             std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
         }
-        // Of what was opened, since another file may take the name meanwhile
+        // Metadata of the open handle: another file may have the name by now.
         let opened = options.open(path).and_then(|file| Ok((file.metadata()?, file)));
         let (metadata, file) = opened.map_err(refused)?;
         if !metadata.is_file() {
@@ -71,17 +73,17 @@ impl Input {
         })
     }
 
-    /// Bytes that the file had when it was opened.
+    /// Length of the file in bytes when it was opened.
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// What tells whether reading has failed, after a decoder has taken the file.
+    /// Shared failure of the input, for use after a decoder has taken the input.
     pub fn failure(&self) -> ReadFailure {
         self.failure.clone()
     }
 
-    /// The input with a buffer; an error where the file has no byte.
+    /// Adds a buffer. Returns an error if the file is empty.
     pub fn buffered(self, path: &Path) -> Result<BufReader<Self>, FileError> {
         let failure = self.failure();
         let mut reader = BufReader::new(self);
@@ -92,7 +94,7 @@ impl Input {
         }
     }
 
-    /// All bytes.
+    /// Reads all bytes.
     pub fn bytes(mut self, path: &Path) -> Result<Vec<u8>, FileError> {
         let mut bytes = Vec::new();
         let length = usize::try_from(self.length).unwrap_or(usize::MAX);
@@ -118,12 +120,12 @@ pub(crate) struct Counted<R> {
     position: Position,
 }
 
-/// Position of a [`Counted`] reader, bytes from the start of the file; clones share it.
+/// Position of a [`Counted`] reader, in bytes from the start of the file. Clones share it.
 #[derive(Clone, Default)]
 pub(crate) struct Position(Arc<AtomicU64>);
 
 impl Position {
-    /// Bytes before the next one to be read.
+    /// Offset in bytes of the next byte.
     pub fn get(&self) -> u64 {
         self.0.load(Ordering::Relaxed)
     }
@@ -136,7 +138,7 @@ impl<R> Counted<R> {
         Self { reader, position }
     }
 
-    /// Position, for after a decoder has taken the reader.
+    /// Shared position, for use after a decoder has taken the reader.
     pub fn position(&self) -> Position {
         self.position.clone()
     }
@@ -158,13 +160,12 @@ impl<R: Seek> Seek for Counted<R> {
     }
 }
 
-/// All bytes of a regular file; `what` it is says the error.
+/// Reads all bytes of a regular file. The error calls the file `what`.
 pub fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> {
     Input::open(path, what)?.bytes(path)
 }
 
-/// Reads a regular file as text, in UTF-8 or UTF-16; bytes that are neither are those of
-/// Windows-1252.
+/// Reads a regular file as text, in UTF-8 or UTF-16. Other bytes are decoded as Windows-1252.
 ///
 /// # Errors
 ///
@@ -180,14 +181,14 @@ pub fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
 }
 
 /// Characters of the bytes 0x80 to 0x9f in Windows-1252 (WHATWG Encoding Standard, index
-/// windows-1252); those of 0xa0 to 0xff are those of Latin-1.
+/// windows-1252). The bytes 0xa0 to 0xff are the same as in Latin-1.
 const WINDOWS_1252: [char; 32] = [
     '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}', '\u{90}', '‘', '’',
     '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
 ];
 
-/// Text in UTF-8; other bytes are those of Windows-1252. Different names stay different, and a name
-/// is the same in both encodings.
+/// Decodes UTF-8; invalid bytes are decoded as Windows-1252. Different names stay different, and a
+/// name is the same in both encodings.
 pub fn decoded(bytes: &[u8]) -> String {
     let character = |&byte: &u8| match byte {
         0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
@@ -201,7 +202,8 @@ pub fn decoded(bytes: &[u8]) -> String {
     text
 }
 
-/// The characters of a text in UTF-16: one that begins with a byte-order mark, or with ASCII of which every other byte is 0.
+/// Characters of a text in UTF-16. `None` if the text begins neither with a byte-order mark nor
+/// with ASCII in which every other byte is 0.
 fn utf16_characters(bytes: &[u8]) -> Option<impl Iterator<Item = Result<char, std::char::DecodeUtf16Error>>> {
     let (start, decode): (usize, fn([u8; 2]) -> u16) = match *bytes {
         [0xff, 0xfe, ..] => (2, u16::from_le_bytes),
@@ -214,7 +216,7 @@ fn utf16_characters(bytes: &[u8]) -> Option<impl Iterator<Item = Result<char, st
     Some(char::decode_utf16(pairs.map(move |pair| decode([pair[0], pair[1]]))))
 }
 
-/// What an entry of a folder is, if it is no regular file.
+/// Kind of an entry of a folder that is not a regular file.
 fn kind_name(kind: FileType) -> &'static str {
     #[cfg(unix)]
     {
@@ -271,7 +273,7 @@ mod tests {
             std::fs::write(&path, &bytes).unwrap();
             assert_eq!(read_text(&path, "the file").unwrap(), text, "{:?}", &bytes[..4]);
         }
-        // Bytes of other encodings are those of Windows-1252; zeros alone are no UTF-16.
+        // Bytes of other encodings are decoded as Windows-1252. Zeros only are not UTF-16.
         for (bytes, expected) in [
             (&b"v\xe4 \x80\xff\x81 1"[..], "vä €ÿ\u{81} 1"),
             (b"Stra\xdfe Stra\xc3\x9fe \xe2\x82", "Straße Straße â‚"),
@@ -283,7 +285,7 @@ mod tests {
         }
     }
 
-    /// What `/proc` calls a regular file of no byte cannot be read at its start.
+    /// `/proc` has regular files of length 0 that cannot be read at their start.
     #[cfg(target_os = "linux")]
     #[test]
     fn failures_of_the_system_are_remembered() {

@@ -1,20 +1,22 @@
 //! Memory limits while files are read, and progress of reading.
 //!
-//! Meshes are moved from the reader into the scene. The memory that a file will take is known before it is allocated: from its length, then from the
-//! counts of its statements (`Chunks::bytes`), the headers of its pictures, and the estimate of the render (`session`); the pixels are checked
-//! before all of these. Each is compared with `--max-memory`, or with what the system leaves, and is asked of the allocator and given back
-//! (`memory_limit`). obvhs and the exr and image crates allocate without asking, and would end the program where there is no memory left.
+//! Meshes are moved from the reader into the scene. The memory for a file is estimated before it is
+//! allocated: from its length, then from the counts of its statements (`Chunks::bytes`), the
+//! headers of its pictures, and the estimate of the render (`session`). The pixels are checked
+//! before all of these. Each estimate is compared with `--max-memory`, or with the free memory of
+//! the system, and is allocated and freed as a test (`memory_limit`). obvhs and the exr and image
+//! crates allocate without a check, and would abort the program if memory ran out.
 
 use super::FileError;
 use super::memory_limit::{MemoryLimit, in_words};
 use std::path::Path;
 
-/// Is told how far reading the files of a scene is.
+/// Observer of the progress of reading the files of a scene.
 pub trait LoadObserver: Sync {
-    /// A part of the work begins, such as reading a file; it has so many units.
+    /// Called when a part of the work begins, such as reading a file, with its total of `units`.
     fn begin(&self, what: &str, units: u64);
 
-    /// So many more of its units are done; any thread may say so.
+    /// Called when `units` more units are done. Any thread may call it.
     fn advance(&self, units: u64);
 }
 
@@ -25,17 +27,17 @@ impl LoadObserver for () {
     fn advance(&self, _: u64) {}
 }
 
-/// The memory that reading may take.
+/// Memory that reading may use.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Allowance {
-    /// Maximum of memory; `None`: all memory of the machine.
+    /// Maximum memory. `None`: all memory of the machine.
     pub limit: Option<MemoryLimit>,
-    /// Bytes that what was read before keeps.
+    /// Bytes in use by files that were read before.
     pub kept: u64,
 }
 
 impl Allowance {
-    /// Allowance for a file that is read by itself: what the system leaves.
+    /// Allowance for a file that is read alone: the free memory of the system.
     pub fn of_system() -> Self {
         Self {
             limit: MemoryLimit::of(None),
@@ -43,7 +45,7 @@ impl Allowance {
         }
     }
 
-    /// Refuses `bytes` more where that is too much, before they are taken.
+    /// Returns an error if `bytes` more would exceed the limit. Call it before the allocation.
     pub fn check(&self, path: &Path, bytes: u64) -> Result<(), FileError> {
         let total = self.kept.saturating_add(bytes);
         let Some(refusal) = MemoryLimit::refusal(self.limit, total, bytes) else {

@@ -1,4 +1,5 @@
-//! The limit of this process's memory: that of `--max-memory`, or what the system leaves to it, which is known on Linux alone.
+//! Memory limit of this process: `--max-memory`, or the free memory of the system, which is known
+//! on Linux only.
 
 use std::fmt;
 use std::fs;
@@ -7,38 +8,39 @@ use std::path::Path;
 /// Maximum memory of this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryLimit {
-    /// Bytes.
+    /// Limit in bytes.
     pub bytes: u64,
-    /// What sets the limit.
+    /// Source of the limit.
     pub source: LimitSource,
 }
 
-/// What limits memory.
+/// Source of a memory limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitSource {
     /// `--max-memory`.
     Flag,
-    /// The machine: what is available.
+    /// The available memory of the machine.
     Machine,
     /// A control group, such as that of a container or a job.
     ControlGroup,
 }
 
 impl MemoryLimit {
-    /// `max_memory` where that is given, else what the system leaves; `None` where nothing is known.
+    /// `max_memory` if given, else the limit of the system. `None` if it is unknown.
     pub fn of(max_memory: Option<u64>) -> Option<Self> {
         let source = LimitSource::Flag;
         max_memory.map(|bytes| Self { bytes, source }).or_else(limit_of_system)
     }
 
-    /// Bytes that the system leaves to this process beside those that it has; `None` if nothing is
-    /// known.
+    /// Bytes that the system leaves to this process in addition to the memory that it has. `None`
+    /// if unknown.
     pub fn left_by_system() -> Option<u64> {
         limit_below(Path::new("/")).map(|limit| limit.bytes.saturating_sub(own_bytes(Path::new("/"))))
     }
 
-    /// Says why there is no memory for `more` bytes, which make `total` with what the process has then; `None` where there is. What the system
-    /// refuses beyond any limit that it tells, such as that of `ulimit -v`, is found by asking for it.
+    /// Reason, in words, why `more` bytes, for a new `total` of the process, cannot be allocated.
+    /// `None` if they can. A test allocation finds limits that the system does not publish, such as
+    /// `ulimit -v`.
     pub fn refusal(limit: Option<Self>, total: u64, more: u64) -> Option<String> {
         match limit {
             Some(limit) if total > limit.bytes => Some(format!("more than {limit}")),
@@ -64,7 +66,8 @@ impl fmt::Display for MemoryLimit {
     }
 }
 
-/// Whether the allocator gives so many bytes at once. They are given back untouched, which costs nothing.
+/// Returns true if `bytes` can be allocated in one block. They are freed at once, untouched, so
+/// this is cheap.
 fn can_be_had(bytes: u64) -> bool {
     let mut probe: Vec<u8> = Vec::new();
     let had = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
@@ -73,7 +76,7 @@ fn can_be_had(bytes: u64) -> bool {
     had
 }
 
-/// Bytes for people, such as `1.3 GB`.
+/// Prints a number of bytes, such as `1.3 GB`.
 pub fn in_words(bytes: u64) -> String {
     let bytes = bytes as f64;
     let units = [(1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
@@ -84,12 +87,13 @@ pub fn in_words(bytes: u64) -> String {
     )
 }
 
-/// The least of what the machine and the control groups of this process leave to it, with what it has already.
+/// Minimum of the limits of the machine and of the control groups of this process, including the
+/// memory that it already has.
 fn limit_of_system() -> Option<MemoryLimit> {
     limit_below(Path::new("/"))
 }
 
-/// The limit where the file system of the system begins at `root`.
+/// Memory limit, if the system's files are below `root`.
 fn limit_below(root: &Path) -> Option<MemoryLimit> {
     let own = own_bytes(root);
     let of_machine = kilobytes(&root.join("proc/meminfo"), "MemAvailable:").map(|bytes| MemoryLimit {
@@ -106,12 +110,12 @@ fn limit_below(root: &Path) -> Option<MemoryLimit> {
         .min_by_key(|limit| limit.bytes)
 }
 
-/// Bytes of memory that this process has.
+/// Resident memory of this process in bytes.
 fn own_bytes(root: &Path) -> u64 {
     kilobytes(&root.join("proc/self/status"), "VmRSS:").unwrap_or(0)
 }
 
-/// Bytes of the line that begins with `key`, which counts kilobytes.
+/// Value in bytes of the line that begins with `key`, in kilobytes.
 fn kilobytes(path: &Path, key: &str) -> Option<u64> {
     let text = fs::read_to_string(path).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(key))?;
@@ -119,12 +123,12 @@ fn kilobytes(path: &Path, key: &str) -> Option<u64> {
     Some(number.saturating_mul(1024))
 }
 
-/// Names of a version of control groups: where they are mounted, their limit and what they use.
+/// File names of a version of control groups: mount point, limit and usage.
 struct Groups {
     mount: &'static str,
     limit: &'static str,
     usage: &'static str,
-    /// Pages of files, which give way, in `memory.stat`.
+    /// Keys in `memory.stat` of the file cache, which the system can reclaim.
     files: [&'static str; 2],
 }
 
@@ -141,7 +145,7 @@ const VERSION_2: Groups = Groups {
     files: ["inactive_file", "active_file"],
 };
 
-/// The least that a control group of this process, or one that it is in, leaves.
+/// Minimum of the bytes that are free in the control group of this process and in its ancestors.
 fn left_by_groups(root: &Path) -> Option<u64> {
     // Lines are `0::/path` in version 2 and `NUMBER:memory:/path` in version 1 (cgroups(7)).
     let text = fs::read_to_string(root.join("proc/self/cgroup")).ok()?;
@@ -154,7 +158,8 @@ fn left_by_groups(root: &Path) -> Option<u64> {
             _ => return None,
         };
         let mount = root.join(groups.mount);
-        // In a container the path may be that of the host; its own group is the mount itself then.
+        // In a container the path may be a path of the host. Then the group of the container is the
+        // mount itself.
         let own = mount.join(path.trim_start_matches('/'));
         let folders = own.ancestors().take_while(|folder| folder.starts_with(&mount));
         folders.filter_map(|folder| groups.left(folder)).min()
@@ -163,10 +168,10 @@ fn left_by_groups(root: &Path) -> Option<u64> {
 }
 
 impl Groups {
-    /// Bytes below the limit of the group in `folder`, if it has one.
+    /// Bytes below the limit of the group in `folder`. `None` if it has no limit.
     fn left(&self, folder: &Path) -> Option<u64> {
         let number = |name: &str| -> Option<u64> { fs::read_to_string(folder.join(name)).ok()?.trim().parse().ok() };
-        // Without a limit there is a word (version 2) or a number near 2⁶³ (version 1).
+        // If there is no limit, the file has a word (version 2) or a number near 2⁶³ (version 1).
         let limit = number(self.limit).filter(|&limit| limit < 1 << 60)?;
         let statistics = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
         let pairs = statistics.lines().filter_map(|line| line.split_once(' '));
@@ -200,7 +205,7 @@ mod tests {
         write(root, "proc/self/status", "Name: x\nVmRSS:\t     100 kB\n");
         assert_eq!(limit_below(root), limit(5100 << 10, LimitSource::Machine));
 
-        // Version 2: the group itself has no limit, the one that it is in has.
+        // Version 2: the group itself has no limit, but its parent has.
         write(root, "proc/self/cgroup", "0::/farm/job\n");
         write(root, "sys/fs/cgroup/farm/job/memory.max", "max\n");
         assert_eq!(limit_below(root), limit(5100 << 10, LimitSource::Machine));
@@ -214,7 +219,7 @@ mod tests {
         let left = 2_048_000 - 1_000_000 + (100 << 10);
         assert_eq!(limit_below(root), limit(left, LimitSource::ControlGroup));
 
-        // Version 1, in a container that does not see the path of the host
+        // Version 1, in a container where the path of the host is not visible
         write(root, "proc/self/cgroup", "9:cpu,memory:/docker/7\n3:pids:/x\n");
         write(
             root,

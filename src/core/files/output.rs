@@ -1,12 +1,15 @@
 //! Output files, replaced atomically.
 //!
-//! A file is written beside its place, synced and renamed, and its folder is synced: after a kill, the previous file is there. The new file has the
-//! permissions of the previous one. Other names (hard links) of the previous file keep its contents: `Output::other_names`. `Output::write` is the
-//! boundary around each output: an error or a panic within it is an error of that file, and the other outputs are written. Where neither an EXR file
-//! nor a checkpoint could be written, `Renderer::rescue` writes `R G B` and all sums, without names and further channels, to a new file.
+//! A file is written beside its target, synced and renamed, and its folder is synced. If the
+//! program is killed, the previous file is intact. The new file has the permissions of the previous
+//! one. Other names (hard links) of the previous file keep its contents: `Output::other_names`.
+//! `Output::write` is the boundary around each output: an error or a panic within it is an error of
+//! that file, and the other outputs are written. If neither an EXR file nor a checkpoint could be
+//! written, `Renderer::rescue` writes `R G B` and all sums, without names and further channels, to
+//! a new file.
 //!
-//! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a comparison fail in turn (`tests/faults/inject.c`,
-//! by `LD_PRELOAD`).
+//! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a
+//! comparison fail in turn (`tests/faults/inject.c`, by `LD_PRELOAD`).
 
 use super::guard::guarded;
 use super::identity::{folder_of, follow_links, untrusted_link};
@@ -23,21 +26,23 @@ use tempfile::NamedTempFile;
 /// Maximum number of rescued files of one name.
 const MAX_RESCUES: u32 = 100;
 
-/// A file that will be written: checked beforehand, replaced in one step at the end, never half-written.
+/// An output file. It is checked before the render and replaced atomically at the end.
 #[derive(Clone, Debug)]
 pub struct Output {
-    /// As the user named it.
+    /// Path as the user wrote it.
     path: PathBuf,
-    /// Where the bytes go: `path` with symbolic links followed, so that a link stays a link, in a folder by its full name.
+    /// Target of the write: `path` with symbolic links followed, so that a link stays a link, in
+    /// the canonical folder.
     target: PathBuf,
     /// True while this output holds the lock.
     is_locked: Arc<AtomicBool>,
 }
 
 impl Output {
-    /// Checks that `path` can be written, by writing beside it, and removes what killed runs have left there. A link is followed, also one whose
-    /// target is not there yet, unless another user has put it into a sticky folder such as `/tmp`. A file that another process has locked is
-    /// refused.
+    /// Checks that `path` can be written, by writing a temporary file beside it, and removes
+    /// temporary files of killed runs. A link is followed, even if its target does not exist yet,
+    /// unless another user has put it into a sticky folder such as `/tmp`. A file that another
+    /// process has locked is refused.
     pub fn prepare(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
         let refused = |what: &str| FileError::new(path, format!("cannot write: {what}"));
@@ -87,17 +92,18 @@ impl Output {
         Ok(output)
     }
 
-    /// Path as the user named it.
+    /// Path as the user wrote it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The file that it is, as long as no process writes it.
+    /// Identity of the file, valid until a process replaces it.
     pub fn id(&self) -> Option<FileId> {
         FileId::of(&self.target)
     }
 
-    /// Number of other names (hard links) of the file that will be replaced. They keep its contents.
+    /// Number of other names (hard links) of the file that will be replaced. They keep its
+    /// contents.
     pub fn other_names(&self) -> u64 {
         #[cfg(unix)]
         {
@@ -110,7 +116,7 @@ impl Output {
         }
     }
 
-    /// Keeps other outputs, of this process and others, from locking or replacing the same file.
+    /// Locks the file: no other output, of this process or another one, can lock or replace it.
     ///
     /// # Errors
     ///
@@ -119,17 +125,18 @@ impl Output {
         OutputLock::take(&self.path, &self.target, &self.is_locked)
     }
 
-    /// Writes with `content` to a temporary file beside the target, syncs it, renames it over the target and syncs the folder. A panic of `content` is
-    /// an error, and so is a target that another process has locked.
+    /// Writes with `content` to a temporary file beside the target, syncs it, renames it over the
+    /// target and syncs the folder. A panic of `content` is an error. A target that another process
+    /// has locked is an error, too.
     pub fn write(&self, content: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), FileError> {
         self.write_if(|| Ok(true), content).map(drop)
     }
 
-    /// Writes as [`Output::write`] does if the file still consists of the bytes `old`. Returns the metadata of the new
-    /// file, or `None` if the file has other contents, which stay.
+    /// Writes as [`Output::write`] does if the file still consists of the bytes `old`. Returns the
+    /// metadata of the new file. Returns `None` and keeps the file if it has other contents.
     ///
-    /// The contents are compared before the rename, but not in one step: hold the [lock](Output::lock) against other
-    /// processes that do the same.
+    /// Comparison and rename are two steps: hold the [lock](Output::lock) against other processes
+    /// that do the same.
     pub fn replace(
         &self,
         old: &[u8],
@@ -145,7 +152,7 @@ impl Output {
         self.write_if(is_old, content)
     }
 
-    /// Writes the file, and replaces the target by it if `is_wanted` then.
+    /// Writes a temporary file, and replaces the target with it if `is_wanted` then returns true.
     fn write_if(
         &self,
         is_wanted: impl FnOnce() -> Result<bool, FileError>,
@@ -172,10 +179,10 @@ impl Output {
         if !is_wanted()? {
             return Ok(None);
         }
-        // The system's rename by the standard library: injected faults of the tests reach it, and not that of tempfile.
+        // `fs::rename` and not the rename of tempfile: the tests inject faults into it.
         let (_file, path) = temporary.into_parts();
         fs::rename(&path, &self.target).map_err(failed)?;
-        // Nothing has the temporary name any more.
+        // The temporary name no longer exists.
         let _ = path.keep();
         sync_folder(folder_of(&self.target)).map_err(|error| {
             let what = "written, but a power failure may lose it: cannot sync its folder";
@@ -184,7 +191,7 @@ impl Output {
         Ok(Some(written))
     }
 
-    /// An output beside this one that replaces nothing, for what can be saved of it: `NAME.rescue.exr`.
+    /// Creates a new output beside this one, for the data that can be saved: `NAME.rescue.exr`.
     pub fn rescue(&self) -> Result<Self, FileError> {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = |n: u32| match n {
@@ -202,7 +209,7 @@ impl Output {
         Self::prepare(&path)
     }
 
-    /// A new file in the target's folder, which vanishes unless it is persisted.
+    /// Creates a file in the target's folder. It is removed unless it is persisted.
     fn temporary(&self) -> Result<NamedTempFile, FileError> {
         temporary(&self.target).map_err(|error| {
             let folder = folder_of(&self.target).display();
@@ -213,21 +220,22 @@ impl Output {
                 }
                 _ => "make the folder writable, or give another path",
             };
-            // The crate tempfile adds the name of the temporary file.
+            // The error of tempfile includes the name of the temporary file; use its source.
             let cause = error.get_ref().and_then(|named| named.source()?.downcast_ref());
             FileError::system(&self.path, &what, cause.unwrap_or(&error)).help(help)
         })
     }
 }
 
-/// Whether a path can only be that of a folder, by its last letters.
+/// Returns true if the last characters of a path show that it is a folder.
 fn names_a_folder(path: &Path) -> bool {
     let bytes = path.as_os_str().as_encoded_bytes();
     let last = bytes.rsplit(|&byte| std::path::is_separator(byte as char)).next();
     last.is_some_and(|name| [&b""[..], b".", b".."].contains(&name))
 }
 
-/// Makes a rename in `folder` last through a power failure. Systems that cannot sync folders do without.
+/// Syncs `folder`, so that a rename in it survives a power failure. Systems that cannot sync
+/// folders skip this.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());

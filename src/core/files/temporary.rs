@@ -1,13 +1,15 @@
 //! Temporary files and locks beside outputs.
 //!
-//! A temporary file carries a hash of its output's name and is locked (`flock`) while it is open. The next run that writes the same output removes
-//! those that no process has locked: killed runs left them.
+//! A temporary file has a hash of its output's name in its name and is locked (`flock`) while it is
+//! open. The next run that writes the same output removes temporary files without a lock: killed
+//! runs left them.
 //!
-//! A checkpoint has a lock file beside it for as long as a run may write it. Its owner removes it; a lock file that a kill leaves is not locked, and
-//! the next run takes it over. The checkpoint itself cannot hold the lock, because each write replaces it. No other output replaces a locked file.
+//! A checkpoint has a lock file beside it while a run may write it. Its owner removes it. A lock
+//! file that a killed run left is not locked, and the next run takes it over. The checkpoint itself
+//! cannot hold the lock, because each write replaces it. No other output replaces a locked file.
 //!
-//! The names of these files can be guessed, so others may put something else there. Pipes, links and devices are not opened, and nothing is written
-//! into a file that has a second name.
+//! The names of these files can be guessed, so other users may put another file there. Pipes, links
+//! and devices are not opened. A file with a second name is never written.
 
 use super::FileError;
 use super::identity::folder_of;
@@ -23,22 +25,24 @@ use std::thread;
 use std::time::Duration;
 use tempfile::NamedTempFile;
 
-/// Time between two attempts to take a lock, and their number: saving a scene file locks it for a moment.
+/// Time between two attempts to take a lock, and maximum number of attempts: saving a scene file
+/// locks it for a moment.
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 const LOCK_ATTEMPTS: usize = 50;
 /// Maximum number of digits of a process id.
 const MAX_DIGITS: u64 = 10;
-/// Error of the system for a link that must not be followed.
+/// System error of opening a link that must not be followed.
 #[cfg(unix)]
 const LINK_REFUSED: i32 = rustix::io::Errno::LOOP.raw_os_error();
 #[cfg(not(unix))]
 const LINK_REFUSED: i32 = i32::MIN;
-/// Attempts to make a file that another run removes before it is locked.
+/// Maximum number of attempts to create a file that another run removes before it is locked.
 const MAX_TRIES: usize = 100;
-/// Ends the names of temporary files.
+/// Suffix of the names of temporary files.
 const SUFFIX: &str = ".tmp";
 
-/// Begins the names of all files that belong to the output `target`: short, whatever its own name.
+/// Prefix of the names of all files that belong to the output `target`. Its length does not depend
+/// on the name.
 fn prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default();
     let digest = Sha256::digest(name.as_encoded_bytes());
@@ -46,15 +50,15 @@ fn prefix(target: &Path) -> String {
     format!(".embrasure-{digits}-")
 }
 
-/// A new file in the folder of `target`, which vanishes unless it is persisted. It is locked while it is open: other
-/// runs see that it is in use. It has owner, group and permissions of the file at `target`; without one, those of new
-/// files.
+/// Creates a file in the folder of `target`. It is removed unless it is persisted. It is locked
+/// while it is open, so that other runs do not remove it. It gets owner, group and permissions of
+/// the file at `target`, or the defaults of new files.
 pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     let replaced = fs::symlink_metadata(target).ok().filter(Metadata::is_file);
     let prefix = prefix(target);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(SUFFIX);
-    // New files have the user's umask; others are private until their permissions are set.
+    // New files get the user's umask. Replacements are private until their permissions are set.
     #[cfg(unix)]
     builder.permissions(PermissionsExt::from_mode(if replaced.is_some() {
         0o600
@@ -63,7 +67,7 @@ pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     }));
     for _ in 0..MAX_TRIES {
         let file = builder.tempfile_in(folder_of(target))?;
-        // Another run may have come before the lock, and removed the file.
+        // Another run may have removed the file before it was locked.
         match try_lock(file.as_file())? {
             Lock::Taken if !is_at(file.as_file(), file.path()) => continue,
             Lock::Refused => continue,
@@ -77,8 +81,9 @@ pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     Err(io::Error::other("another program removes temporary files"))
 }
 
-/// Gives `file` owner, group and permissions of the file `replaced`, as far as the system permits. Never gives more
-/// permissions: a group that cannot be kept has those of all others.
+/// Gives `file` owner, group and permissions of the file `replaced`, as far as the system permits.
+/// Never adds permissions: if the group cannot be kept, the group gets the permissions of all
+/// others.
 #[cfg(unix)]
 fn take_permissions(file: &File, replaced: &Metadata) {
     use std::os::unix::fs::fchown;
@@ -90,14 +95,15 @@ fn take_permissions(file: &File, replaced: &Metadata) {
     if own.uid() != replaced.uid() {
         let _ = fchown(file, Some(replaced.uid()), None);
     }
-    // Where permissions cannot be set, the file stays private.
+    // If permissions cannot be set, the file stays private.
     let _ = file.set_permissions(PermissionsExt::from_mode(mode));
 }
 
 #[cfg(not(unix))]
 fn take_permissions(_: &File, _: &Metadata) {}
 
-/// Opens a file of the program by its name, which others can guess. Never waits, and follows no link.
+/// Opens a file of the program by its name, which other users can guess. Never waits, and follows
+/// no link.
 fn open_own(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
     {
@@ -107,7 +113,7 @@ fn open_own(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     }
     let not_regular = || io::Error::other("not a regular file");
     let file = options.open(path).map_err(|error| match error.raw_os_error() {
-        // What systems say of a link that they must not follow does not name it.
+        // The system's message for a refused link does not mention the link.
         Some(code) if code == LINK_REFUSED => not_regular(),
         _ => error,
     })?;
@@ -118,7 +124,8 @@ fn open_own(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     }
 }
 
-/// Removes temporary files of `target` that killed runs have left: those which no process has locked. What cannot be removed stays.
+/// Removes temporary files of `target` that no process has locked: killed runs have left them.
+/// Errors are ignored.
 pub(super) fn sweep(target: &Path) {
     let prefix = prefix(target);
     let entries = fs::read_dir(folder_of(target)).into_iter().flatten().flatten();
@@ -133,21 +140,22 @@ pub(super) fn sweep(target: &Path) {
     }
 }
 
-/// Keeps other runs from writing an output, for as long as this lives. The system ends it with the process, however that ends.
+/// Prevents other runs from writing an output until it is dropped. The system releases the lock
+/// when the process ends.
 #[derive(Debug)]
 pub struct OutputLock {
-    /// `None` where the file system has no locks.
+    /// `None` if the file system has no locks.
     held: Option<(File, PathBuf)>,
     /// True while the lock is held.
     is_held: Arc<AtomicBool>,
 }
 
-/// The file that holds the lock of the output `target`.
+/// Path of the lock file of the output `target`.
 fn lock_path(target: &Path) -> PathBuf {
     folder_of(target).join(prefix(target) + "lock")
 }
 
-/// The error that the process which wrote `lock` is writing the output `path`.
+/// Error: the process that wrote `lock` is writing the output `path`.
 fn in_use(path: &Path, lock: &File) -> FileError {
     let mut owner = String::new();
     let _ = lock.take(MAX_DIGITS).read_to_string(&mut owner);
@@ -185,7 +193,7 @@ pub(super) fn check_unlocked(path: &Path, target: &Path) -> Result<(), FileError
 }
 
 impl OutputLock {
-    /// Locks the output `target`, which the user calls `path`. `is_held` is true for as long as it is locked.
+    /// Locks the output `target`, which the user calls `path`. Sets `is_held` while it is locked.
     pub(super) fn take(path: &Path, target: &Path, is_held: &Arc<AtomicBool>) -> Result<Self, FileError> {
         let lock = lock_path(target);
         let failed = |error: io::Error| {
@@ -206,13 +214,13 @@ impl OutputLock {
                     }
                     thread::sleep(LOCK_PAUSE);
                 }
-                // The run before may have removed the file before it let it go.
+                // The previous owner may have removed the file before it released the lock.
                 Lock::Taken if !is_at(&file, &lock) => tries += 1,
                 Lock::Taken if has_other_names(&file) => {
                     return Err(failed(io::Error::other("this file has a second name")));
                 }
                 Lock::Taken => {
-                    // For the words of others; the lock holds without them.
+                    // Process id for the message of other runs. The lock does not need it.
                     let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
                     return Ok(Self::new(Some((file, lock)), is_held));
                 }
@@ -232,7 +240,7 @@ impl Drop for OutputLock {
     fn drop(&mut self) {
         self.is_held.store(false, Ordering::SeqCst);
         if let Some((file, path)) = &self.held {
-            // While it is locked, so that no other process's file is removed.
+            // Remove it while it is locked, so that another process's file is not removed.
             if is_at(file, path) {
                 let _ = fs::remove_file(path);
             }
@@ -240,12 +248,12 @@ impl Drop for OutputLock {
     }
 }
 
-/// What became of a lock that was asked for.
+/// Result of an attempt to lock a file.
 enum Lock {
     Taken,
-    /// Another process has it.
+    /// Another process holds the lock.
     Refused,
-    /// The system has no locks there.
+    /// The file system has no locks.
     Unknown,
 }
 
@@ -254,7 +262,7 @@ fn try_lock(file: &File) -> io::Result<Lock> {
     lock_by(file, rustix::fs::FlockOperation::NonBlockingLockExclusive)
 }
 
-/// Locks a file that others may lock so, too.
+/// Takes a shared lock.
 #[cfg(unix)]
 fn try_shared_lock(file: &File) -> io::Result<Lock> {
     lock_by(file, rustix::fs::FlockOperation::NonBlockingLockShared)
@@ -295,7 +303,7 @@ fn has_other_names(_: &File) -> bool {
     false
 }
 
-/// Whether `file` is still called `path`.
+/// Returns true if `path` still names `file`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     let inode = |data: Metadata| (data.dev(), data.ino());
@@ -323,7 +331,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("x.exr");
         let alive = temporary(&target).unwrap();
-        // Kept without its lock, as a kill leaves it.
+        // Kept without its lock, as after a kill.
         let (file, left) = temporary(&target).unwrap().keep().unwrap();
         drop(file);
         let other = temporary(&folder.path().join("y.exr")).unwrap();
@@ -346,13 +354,13 @@ mod tests {
         drop(first);
         check_unlocked(&target, &target).unwrap();
         assert_eq!(names(folder.path()), 0);
-        // What a killed run leaves is no lock.
+        // A file that a killed run left is not a lock.
         fs::write(folder.path().join(prefix(&target) + "lock"), "1\n").unwrap();
         drop(take().unwrap());
         assert_eq!(names(folder.path()), 0);
     }
 
-    /// Calls `work`, which may wait for a pipe: the test fails then, and does not hang.
+    /// Runs `work`, which may wait for a pipe. In that case the test fails and does not hang.
     fn within_a_minute<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
         let (sender, receiver) = std::sync::mpsc::channel();
         thread::spawn(move || sender.send(work()));
@@ -384,7 +392,7 @@ mod tests {
         assert!(left.exists() && lock.exists());
     }
 
-    /// Others may put links under the name of the lock.
+    /// Other users may create a link with the name of the lock.
     #[test]
     fn lock_writes_into_no_other_file() {
         let folder = tempfile::tempdir().unwrap();

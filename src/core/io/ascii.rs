@@ -1,6 +1,8 @@
-/// `text` in ASCII: other characters are escaped as JSON does it, `\u6728`, those beyond U+FFFF as two surrogates.
+/// Returns `text` in ASCII. Other characters are escaped as in JSON, `\u6728`; those beyond U+FFFF
+/// as two surrogates.
 ///
-/// EXR files have no encoding for their text, and readers take it for ASCII, Latin-1 or UTF-8. Escaped JSON keeps its value.
+/// EXR files have no encoding for their text, and readers assume ASCII, Latin-1 or UTF-8. JSON
+/// keeps its value if it is escaped.
 pub(super) fn ascii(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,9 +1,11 @@
 //! Checkpoints: all words of a film in an EXR file, from which a render resumes.
 //!
-//! Each word is a channel of 32-bit integers (`film/state.rs`), written row by row without a copy of the film, with a digest of everything in the
-//! header. Nothing is compressed, because a checkpoint is written often and half of the words are noise. `files/output.rs` replaces the file atomically.
+//! Each word is a channel of 32-bit integers (`film/state.rs`), written row by row without a copy
+//! of the film. The header has a digest of all data. Nothing is compressed, because a checkpoint is
+//! written often and half of the words are noise. `files/output.rs` replaces the file atomically.
 //!
-//! An image without its sums cannot be resumed; `Renderer::resume` compares what a checkpoint says of itself with the render.
+//! An image without its sums cannot be resumed. `Renderer::resume` compares the metadata of a
+//! checkpoint with the render.
 
 use super::exr::{Header, RowChannel, write_rows};
 use super::exr_text::text_attribute;
@@ -25,37 +27,39 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Before the names of the channels that hold the words of a film ([`StateLayout::names`]).
+/// Prefix of the channels that hold the words of a film ([`StateLayout::names`]).
 const PREFIX: &str = "state.";
-/// The attribute that holds the digest of all of it.
+/// Attribute with the digest of all data.
 const DIGEST: &str = "embrasure.stateDigest";
-/// The one of what has been counted.
+/// Attribute with the statistics.
 const STATISTICS: &str = "embrasure.statistics";
 
-/// All that a render knows, to be written beside its picture: from it the render can be resumed, or merged with other parts.
+/// Complete state of a render, written with its picture. The render can be resumed from it, or
+/// merged with other parts.
 #[derive(Clone, Copy, Debug)]
 pub struct State<'a> {
-    /// The sums.
+    /// Sums of the pixels.
     pub film: &'a Film,
-    /// What has been counted, as the program likes to have it.
+    /// Statistics of the render, as text in a format of the program.
     pub statistics: &'a str,
 }
 
-/// Content of a file with a [`State`].
+/// Contents of a file with a [`State`].
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// The sums.
+    /// Sums of the pixels.
     pub film: Film,
     /// Metadata of the render.
     pub metadata: Metadata,
-    /// What had been counted.
+    /// Statistics of the render.
     pub statistics: String,
 }
 
 impl State<'_> {
-    /// Writes a checkpoint: the state, and the picture so far as `R G B`. It is not compressed, because it is written often.
+    /// Writes a checkpoint: the state, and the current picture as `R G B`. It is not compressed,
+    /// because it is written often.
     pub fn write(&self, output: &Output, metadata: &Metadata) -> Result<(), FileError> {
         let film = self.film;
         let color = |(c, name): (usize, &str)| RowChannel {
@@ -77,7 +81,7 @@ impl State<'_> {
         output.write(|writer| write_rows(writer, header, channels))
     }
 
-    /// A channel for each word of a pixel.
+    /// One channel per word of a pixel.
     pub(super) fn channels(&self) -> Vec<RowChannel<'_>> {
         let rows = Arc::new(Rows::new(self.film));
         let names = rows.layout.names().into_iter().enumerate();
@@ -99,7 +103,7 @@ impl State<'_> {
         ]
     }
 
-    /// SHA-256 over everything that a render goes on from: damage shows.
+    /// SHA-256 of all data that a resumed render uses, to detect damage.
     fn digest(&self, metadata: &Metadata) -> String {
         let crop = self.film.crop();
         let layout = StateLayout::of_film(self.film);
@@ -112,7 +116,7 @@ impl State<'_> {
             })
             .collect();
         let mut hash = Sha256::new();
-        // Seconds are rounded when they are written.
+        // The file has rounded seconds, so they are left out.
         let exact = Metadata {
             render_seconds: 0.0,
             ..metadata.clone()
@@ -127,7 +131,7 @@ impl State<'_> {
     }
 }
 
-/// The words of each pixel of a row, counted from the top of the crop.
+/// Words of all pixels of a row. Rows count from the top of the crop.
 fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
     let mut words = Vec::new();
     for pixel in pixels_of_row(film.crop(), row) {
@@ -138,13 +142,13 @@ fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
     words
 }
 
-/// The words of a film, row by row: each row is asked for by one channel after the other, and made once.
+/// Words of a film by row. One channel after the other requests a row; its words are computed once.
 struct Rows<'a> {
     film: &'a Film,
     layout: StateLayout,
-    /// Words of a pixel.
+    /// Number of words per pixel.
     count: usize,
-    /// The row that was asked for last, with its words.
+    /// Row of the last request, with its words.
     last: Mutex<(Option<usize>, Vec<u32>)>,
 }
 
@@ -159,7 +163,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Puts the word at place `i` of each pixel of a row.
+    /// Copies word `i` of each pixel of a row to `bytes`.
     fn fill(&self, row: usize, i: usize, bytes: &mut [u8]) {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.0 != Some(row) {
@@ -172,18 +176,18 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// What a file with a [`State`] says of itself.
+/// Header of a file with a [`State`].
 #[derive(Clone, Debug)]
 pub struct Description {
     /// Size of the full image.
     pub resolution: UVec2,
-    /// The part of it that the file holds.
+    /// Part of the full image that the file holds.
     pub crop: Rect,
     /// Metadata of the render.
     pub metadata: Metadata,
 }
 
-/// What the file says of itself, without its pixels.
+/// Reads the header of the file, without its pixels.
 pub fn describe_checkpoint(path: &Path) -> Result<Description, FileError> {
     let opened = Opened::new(path)?;
     Ok(Description {
@@ -193,7 +197,8 @@ pub fn describe_checkpoint(path: &Path) -> Result<Description, FileError> {
     })
 }
 
-/// Reads what [`State`] wrote, be it a checkpoint or a picture with its state. An error where it is not whole to the bit.
+/// Reads the file of a [`State`], either a checkpoint or a picture with its state. Returns an error
+/// if the data have changed.
 pub fn read_checkpoint(path: impl AsRef<Path>) -> Result<Checkpoint, FileError> {
     let path = path.as_ref();
     Opened::new(path)?.read(path)
@@ -203,18 +208,18 @@ fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
     FileError::new(path, format!("this file is damaged: {error}")).help("use an earlier copy, or render it anew")
 }
 
-/// A file whose header was read.
+/// A file whose header has been read.
 struct Opened {
     reader: block::reader::Reader<Counted<BufReader<Input>>>,
-    /// Bytes of the file.
+    /// Length of the file in bytes.
     length: u64,
-    /// Position of the reader.
+    /// Position of the reader in the file.
     position: Position,
     failure: ReadFailure,
     resolution: UVec2,
     crop: Rect,
     layout: StateLayout,
-    /// The word that each channel holds.
+    /// Index of the word in each channel, if any.
     places: Vec<Option<usize>>,
     metadata: Metadata,
     statistics: String,
@@ -244,7 +249,7 @@ impl Opened {
         let statistics = text_attribute(attributes, STATISTICS).ok_or_else(stateless)?;
         let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
 
-        // Where the picture lies, and which word each channel holds
+        // Place of the picture, and word of each channel
         let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows are invalid"))?;
         let min = match header.compression {
             exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
@@ -282,12 +287,12 @@ impl Opened {
         })
     }
 
-    /// The rows.
+    /// Reads all rows.
     fn read(self, path: &Path) -> Result<Checkpoint, FileError> {
         let meta = self.reader.meta_data().clone();
         let channels = meta.headers.first().map(|header| &header.channels);
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
-        // Files of another background than the settings name are damaged.
+        // The background must be the background of the settings.
         let backing = self.metadata.backing();
         if backing.is_some() != self.layout.has_background() {
             return Err(damaged(path, &"its sums are not those of its settings"));
@@ -350,7 +355,8 @@ impl Opened {
     }
 }
 
-/// An error if bytes follow the `end` of the last chunk: two files in one, of which the second would be lost, or an interrupted copy over a longer file.
+/// Returns an error if bytes follow the `end` of the last chunk: a second file, whose data would be
+/// lost, or an interrupted copy over a longer file.
 fn check_end(path: &Path, end: u64, length: u64) -> Result<(), FileError> {
     let more = length.saturating_sub(end);
     if more == 0 {
@@ -393,7 +399,7 @@ fn pixels_of_row(crop: Rect, row: usize) -> impl Iterator<Item = UVec2> {
     (crop.min.x..crop.max.x).map(move |x| UVec2::new(x, y))
 }
 
-/// Four bytes of each pixel in a row of `film`.
+/// Fills in four bytes per pixel of a row of `film`.
 fn fill_row(film: &Film, row: usize, bytes: &mut [u8], of: impl Fn(&Accumulator) -> [u8; 4]) {
     for (bytes, pixel) in bytes.chunks_exact_mut(4).zip(pixels_of_row(film.crop(), row)) {
         if let Some(sums) = film.sums(pixel) {

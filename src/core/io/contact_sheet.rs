@@ -15,20 +15,20 @@ use std::convert::Infallible;
 /// One picture of a sheet.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// Title and figures, a line each; lines that are wider than the pictures are wrapped.
+    /// Title and figures, one per line. Lines wider than the pictures are wrapped.
     pub label: Vec<String>,
-    /// The picture; all of a sheet have one size.
+    /// The picture. All pictures of a sheet have the same size.
     pub image: RgbImage,
 }
 
-/// Largest edge of a picture on the sheet; larger ones are averaged down.
+/// Maximum edge of a picture on the sheet in pixels. Larger pictures are averaged down.
 const LARGEST: usize = 320;
 const MARGIN: usize = 12;
 const LINE: usize = 15;
 const BACKGROUND: Rgb888 = Rgb888::new(24, 24, 26);
 const TEXT: Rgb888 = Rgb888::new(225, 225, 220);
 const MARK: Rgb888 = Rgb888::new(200, 50, 30);
-/// Length of a mark's wedge and diameter of its disk, pixels.
+/// Length of a mark's wedge and diameter of its disk, in pixels.
 const WEDGE: f32 = 26.0;
 const DISK: u32 = 19;
 
@@ -37,7 +37,7 @@ pub fn write_contact_sheet(output: &Output, panels: &[Panel], columns: usize) ->
     Sheet::draw(panels, columns.max(1)).write(output)
 }
 
-/// Writes `panels` in rows of `columns` below `plan`, on which numbers mark places.
+/// Writes `panels` in rows of `columns` below `plan`, with the numbered marks of the plan.
 pub fn write_sheet_with_plan(
     output: &Output,
     plan: (&Panel, &[Mark]),
@@ -48,7 +48,8 @@ pub fn write_sheet_with_plan(
     Sheet::with_plan(plan, &below).write(output)
 }
 
-/// Edge of the plan that [`write_sheet_with_plan`] draws, for panels of a width and their columns.
+/// Edge in pixels of the plan that [`write_sheet_with_plan`] draws, for panels of `width` pixels in
+/// `columns`.
 pub fn edge_of_plan(width: usize, columns: usize) -> usize {
     (columns.min(2) * (cell_width(width) + MARGIN)).saturating_sub(MARGIN)
 }
@@ -58,9 +59,9 @@ pub fn edge_of_plan(width: usize, columns: usize) -> usize {
 pub struct Mark {
     /// Number beside it.
     pub number: usize,
-    /// Pixels from the left and from the top.
+    /// Position in pixels from the left and from the top.
     pub at: [f32; 2],
-    /// A vector of length 1 at most, x to the right and y down.
+    /// Vector of a length of at most 1, x to the right and y down.
     pub direction: [f32; 2],
 }
 
@@ -104,7 +105,8 @@ impl Sheet {
         sheet
     }
 
-    /// Draws a mark on a picture at `corner`: a wedge towards its direction, and a disk with its number.
+    /// Draws a mark on a picture at `corner`: a wedge along its direction, and a disk with its
+    /// number.
     fn mark(&mut self, mark: &Mark, corner: [f32; 2]) {
         let place = |along: f32, across: f32| {
             let [x, y] = mark.direction;
@@ -175,12 +177,12 @@ impl Sheet {
     }
 }
 
-/// Width of a cell whose pictures have a width: a few words fit into the narrowest one.
+/// Width of a cell for pictures of this width, in pixels. A few words fit into the narrowest cell.
 fn cell_width(picture: usize) -> usize {
     picture.clamp(220, LARGEST)
 }
 
-/// `line` in lines of `fits` letters at most, which end between words; longer words are cut into parts.
+/// Wraps `line` at words to at most `fits` characters per line. Longer words are cut.
 fn wrapped(line: &str, fits: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let letters = |text: &str| text.chars().count();
@@ -218,7 +220,7 @@ impl DrawTarget for Sheet {
     }
 }
 
-/// The picture with blocks of pixels averaged, so that its larger edge fits.
+/// Averages blocks of pixels, so that the larger edge of the picture fits.
 fn reduced(image: &RgbImage) -> RgbImage {
     let factor = image.width.max(image.height).div_ceil(LARGEST).max(1);
     image.averaged(factor, |v| v.clamp(0.0, 1.0))
@@ -248,7 +250,7 @@ mod tests {
         let at = |x: usize, y: usize| &sheet.bytes[3 * (y * sheet.width + x)..][..3];
         assert_eq!(at(MARGIN, MARGIN), [255, 0, 0]);
         assert_eq!(at(0, 0), [24, 24, 26]);
-        // There is text under the first picture and none in the empty fourth place.
+        // The first picture has text below it; the empty fourth cell has none.
         let lit = |x: usize, y: usize| (x..x + 320).any(|x| (y..y + 15).any(|y| at(x, y) == [225, 225, 220]));
         assert!(lit(MARGIN, MARGIN + 164) && !lit(2 * MARGIN + 320, 2 * MARGIN + 209 + 164));
     }
@@ -273,7 +275,7 @@ mod tests {
         // The wedge points to the right of the disk.
         assert_eq!(at(MARGIN + 100 + 20, MARGIN + 50), red);
         assert_ne!(at(MARGIN + 100 - 20, MARGIN + 50), red);
-        // The first picture below
+        // First picture below the plan
         assert_eq!(at(MARGIN + 5, 2 * MARGIN + 200 + 2 * LINE + MARGIN + 5), [255, 0, 0]);
     }
 

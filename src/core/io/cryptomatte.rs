@@ -1,12 +1,14 @@
-//! Cryptomatte: mattes by name (Friedman and Jones 2015, "Fully automatic ID mattes with support for motion blur and transparency"). Names of
-//! channels, hashes and metadata follow the Cryptomatte specification 1.2.
+//! Cryptomatte: mattes by name (Friedman and Jones 2015, "Fully automatic ID mattes with support
+//! for motion blur and transparency"). Names of channels, hashes and metadata follow the
+//! Cryptomatte specification 1.2.
 
 use super::FeatureNames;
 use crate::film::{Aov, Channel, Coverage, FeatureSums, Film};
 use serde_json::Value;
 use std::collections::HashMap;
 
-/// Suffixes of the channels of a layer: three ranks of identity and coverage, in pairs of two.
+/// Suffixes of the channels of a layer: pairs of id and coverage, two pairs in each of three layers
+/// of channels.
 const CHANNELS: [&str; 12] = [
     "00.R", "00.G", "00.B", "00.A", "01.R", "01.G", "01.B", "01.A", "02.R", "02.G", "02.B", "02.A",
 ];
@@ -14,12 +16,12 @@ const CHANNELS: [&str; 12] = [
 /// Mattes of one kind.
 struct Layer<'a> {
     name: &'static str,
-    /// Names by the ids of the coverage.
+    /// Names, indexed by the ids of the coverage.
     names: Vec<&'a str>,
     coverage: fn(&FeatureSums) -> &Coverage,
 }
 
-/// The layers of a scene with these names; that of parts if there are parts.
+/// Layers of a scene with these names. Parts have a layer if there are any.
 fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
     fn texts(names: &[String]) -> Vec<&str> {
         names.iter().map(String::as_str).collect()
@@ -48,9 +50,8 @@ fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
     [Some(objects), parts, Some(materials)].into_iter().flatten().collect()
 }
 
-/// The channels of all mattes: for what covers most of a pixel, next to most, and so on, the hash
-/// of its name as a float and the share of the
-/// pixel's samples that met it.
+/// Channels of all mattes. For each rank of coverage of a pixel, the largest first, there are two
+/// channels: the hash of the name as a float, and the share of the pixel's samples with that name.
 pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
     layers(names).iter().flat_map(|layer| layer.channels(film)).collect()
 }
@@ -58,7 +59,7 @@ pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
 impl Layer<'_> {
     fn channels(&self, film: &Film) -> Vec<Channel> {
         let hashes: Vec<f32> = self.names.iter().map(|name| id_of(name)).collect();
-        // Several materials may have one name, and so may a part and an object.
+        // Several materials may have the same name. A part and an object may, too.
         let mut first: HashMap<&str, u32> = HashMap::new();
         let ids = (0..).zip(&self.names);
         let first_of: Vec<u32> = ids.map(|(id, name)| *first.entry(name).or_insert(id)).collect();
@@ -92,7 +93,7 @@ impl Layer<'_> {
     }
 }
 
-/// What the header says of the mattes, if there are any.
+/// Header attributes of the mattes, if there are any.
 pub(super) fn attributes(names: &FeatureNames) -> Vec<(String, String)> {
     if !names.aovs().contains(&Aov::Cryptomatte) {
         return Vec::new();
@@ -117,7 +118,8 @@ pub(super) fn attributes(names: &FeatureNames) -> Vec<(String, String)> {
     layers(names).iter().flat_map(of_layer).collect()
 }
 
-/// The number by which mattes know a name: its hash as the bits of a float, without those that mean infinity, NaN or a subnormal number.
+/// Id of a name in mattes: its hash as the bits of a float. One bit changes if they are infinity,
+/// NaN or a subnormal number.
 fn id_of(name: &str) -> f32 {
     let hash = hash_of(name);
     let exponent = hash >> 23 & 255;

@@ -1,5 +1,5 @@
-//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and a few plain ones.
-//! The finest level of the first layer is read, by the crates ddsfile and image_dds.
+//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and a few plain
+//! ones. The crates ddsfile and image_dds read the finest level of the first layer.
 
 use super::FileError;
 use super::picture::{Picture, PictureHeader, Samples, damaged};
@@ -15,14 +15,14 @@ pub(super) const MAGIC: &[u8] = b"DDS ";
 
 const HELP: &str = "save it as PNG: `magick a.dds a.png` of ImageMagick, or a painting program";
 
-/// A DDS file in memory, and the format of its blocks.
+/// A DDS file in memory, and its pixel format.
 pub(super) struct DdsFile {
     dds: Dds,
     format: ImageFormat,
 }
 
 impl DdsFile {
-    /// Reads the file `path`, whose bytes `reader` gives.
+    /// Reads the file `path` from `reader`.
     pub fn read(path: &Path, mut reader: impl Read, failure: &ReadFailure) -> Result<Self, FileError> {
         let read = guarded(|| Dds::read(&mut reader)).ok();
         let dds = match read {
@@ -55,7 +55,8 @@ impl DdsFile {
         )
     }
 
-    /// Returns true if the format has a channel of alpha; a BC1 file may have transparent pixels without.
+    /// Returns true if the format has an alpha channel. A BC1 file may have transparent pixels
+    /// without one.
     fn has_alpha(&self) -> bool {
         use ImageFormat::*;
         matches!(
@@ -92,7 +93,7 @@ impl DdsFile {
 
     /// Decodes the picture.
     ///
-    /// Blocks of two channels (BC5) are normal maps: their blue is the height of the unit vector.
+    /// Blocks of two channels (BC5) are normal maps: the z of the unit vector becomes their blue.
     /// Formats without alpha have three channels, unless a pixel of BC1 is transparent.
     pub fn picture(self, path: &Path) -> Result<Picture, FileError> {
         let decoded = guarded(|| {
@@ -137,7 +138,7 @@ impl DdsFile {
     }
 }
 
-/// Writes to the blue of each texel the z of the unit vector whose x and y are red and green.
+/// Sets the blue of each texel to the z of the unit vector with x and y in red and green.
 fn add_heights(samples: &mut Samples) {
     let Samples::Bytes(bytes) = samples else { return };
     for texel in bytes.chunks_exact_mut(4) {

@@ -4,17 +4,18 @@ use crate::color::Tone;
 use crate::files::Output;
 use crate::film::Image;
 
-/// A picture that was made of one in a file.
+/// A picture developed from a file.
 #[derive(Clone, Debug)]
 pub struct Developed {
-    /// Channels of the picture. A picture of colours has `R`, `G`, `B` and, where it has alpha, `A`, by which the colours are multiplied.
+    /// Channels of the picture. A colour picture has `R`, `G`, `B` and, with alpha, `A`. The
+    /// colours are multiplied by alpha.
     pub image: Image,
     /// Steps of development, as `key=value` pairs.
     pub steps: String,
 }
 
 impl Developed {
-    /// Writes the channels as they are.
+    /// Writes the channels unchanged.
     pub fn write_exr(&self, output: &Output, format: &ExrFormat) -> Result<(), FileError> {
         let header = Header {
             resolution: self.image.resolution,
@@ -27,8 +28,8 @@ impl Developed {
         output.write(|writer| exr::write_rows(writer, header, channels))
     }
 
-    /// Writes the picture as `tone` shows it, whose exposure must be known. Alpha is written unless it
-    /// is 1 everywhere.
+    /// Writes the picture with the tone curve of `tone`, whose exposure must be known. Alpha is
+    /// written unless it is 1 everywhere.
     pub fn write_png(&self, output: &Output, tone: &Tone) -> Result<(), FileError> {
         let is_covered = |(_, coverage): (_, Vec<[f32; 3]>)| coverage.iter().flatten().all(|&a| a >= 1.0);
         let is_opaque = self.image.coverage().is_none_or(is_covered);

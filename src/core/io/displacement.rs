@@ -1,25 +1,25 @@
 //! Displacement: vertices move along their normals by the heights of a texture.
 //!
-//! Vertices at one place move together by the mean of their displacements, whatever their meshes,
-//! normals and texture coordinates, so no surface tears. Normals are then those of the displaced
-//! faces; a vertex that was split along a sharp edge stays split.
+//! Vertices at one place move together by the mean of their displacements, even if they differ in
+//! mesh, normal or texture coordinates. No surface tears. Normals are recomputed from the displaced
+//! faces. A vertex that was split along a sharp edge stays split.
 
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::texture::{Mapping, Texture, TextureFilter};
 use std::collections::HashMap;
 
-/// Bytes that displacing takes for each vertex, about.
+/// Approximate memory per vertex during displacement, in bytes.
 pub const BYTES_OF_VERTEX: u64 = 160;
 
 /// Heights of the vertices of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct HeightMap<'a> {
-    /// The heights.
+    /// Texture of the heights.
     pub texture: &'a Texture,
     /// Mapping of texture coordinates. Heights are `bump` times its value, in units of the mesh.
     pub mapping: Mapping,
-    /// Filter: over the distance of neighbouring vertices, or none.
+    /// Filter: over the distance of neighbouring vertices (`Mip`), or none (`Bilinear`).
     pub filter: TextureFilter,
 }
 
@@ -52,7 +52,7 @@ pub fn displace(meshes: &mut [&mut Mesh], maps: &[Option<HeightMap>]) -> Option<
 }
 
 impl HeightMap<'_> {
-    /// Displacement of each vertex; empty without texture coordinates.
+    /// Displacement of each vertex. Empty if the mesh has no texture coordinates.
     fn heights(&self, mesh: &Mesh) -> Vec<f32> {
         let footprints = match self.filter {
             TextureFilter::Mip => distances(mesh),
@@ -64,7 +64,7 @@ impl HeightMap<'_> {
     }
 }
 
-/// Mean distance in texture coordinates of each vertex from its neighbours.
+/// Mean distance of each vertex from its neighbours, in texture coordinates.
 fn distances(mesh: &Mesh) -> Vec<f32> {
     let mut sums = vec![(0.0f32, 0.0f32); mesh.uvs.len()];
     for &[a, b, c] in &mesh.triangles {
@@ -82,7 +82,7 @@ fn distances(mesh: &Mesh) -> Vec<f32> {
 /// Vertices of a mesh at one time.
 struct Shape<'a> {
     positions: &'a [Vec3],
-    /// Empty if the mesh is flat.
+    /// Empty if the mesh is flat-shaded.
     normals: &'a [Vec3],
     triangles: &'a [[u32; 3]],
 }
@@ -96,7 +96,7 @@ impl<'a> Shape<'a> {
         }
     }
 
-    /// At time 1; without any vertices if the mesh keeps its shape.
+    /// Shape at shutter close. Has no vertices if the mesh does not deform.
     fn close(mesh: &'a Mesh) -> Self {
         Self {
             positions: &mesh.positions_close,
@@ -123,10 +123,10 @@ fn add_normals(corners: [Vec3; 3], mut add: impl FnMut(usize, DVec3)) {
     }
 }
 
-/// New positions and normals of each mesh, whose vertices move by `heights`; those of an empty list
-/// stay.
+/// New positions and normals of each mesh. Vertices move by `heights`; meshes with an empty list do
+/// not move by themselves.
 fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3>)> {
-    // Each place of all meshes once; adding 0 makes 0 of -0
+    // Index of each place, shared by all meshes; adding 0 turns -0 into 0
     let mut index_of: HashMap<[u32; 3], u32> = HashMap::new();
     let places: Vec<Vec<u32>> = (shapes.iter())
         .map(|shape| {
@@ -142,7 +142,7 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
     let count = index_of.len();
     drop(index_of);
 
-    // Normals of places, for flat meshes
+    // Normals of places, for flat-shaded meshes
     let is_flat = |(shape, heights): (&Shape, &Vec<f32>)| shape.normals.is_empty() && !heights.is_empty();
     let mut of_places = Vec::new();
     if shapes.iter().zip(heights).any(is_flat) {
@@ -181,8 +181,8 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
     positions.into_iter().zip(normals).collect()
 }
 
-/// Normals of the meshes with their new positions, each the mean over the faces around those
-/// vertices that had one place and one normal before. Normals stay if no face around them moved.
+/// Normals of the meshes at their new positions. Each is the mean over the faces around all
+/// vertices that had the same place and normal before. Normals stay if no face around them moved.
 fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], moves: &[DVec3]) -> Vec<Vec<Vec3>> {
     let mut index_of: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     let of_vertices: Vec<Vec<u32>> = (shapes.iter().zip(places))
@@ -202,7 +202,7 @@ fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], m
         for &triangle in shape.triangles {
             let vertices = triangle.map(|vertex| vertex as usize);
             let is_moved = vertices.iter().any(|&v| moves[places[i][v] as usize] != DVec3::ZERO);
-            // A mesh may have its normals on the other side of its winding
+            // Normals of a mesh may be opposite to its winding
             let facet = shape.corners(triangle);
             let facet = triangle_normal(facet[0], facet[1], facet[2]);
             add_normals(vertices.map(|v| positions[i][v]), |corner, normal| {
@@ -230,7 +230,7 @@ mod tests {
     use crate::geometry::{ControlMesh, PrimId};
     use crate::texture::{Curve, Texels, Wrap};
 
-    /// A texture of these bytes in a row, as linear numbers.
+    /// A texture of one row of these bytes, as linear numbers.
     fn texture(texels: &[u8]) -> Texture {
         Texture::new(
             texels.len(),
@@ -290,7 +290,7 @@ mod tests {
         }
     }
 
-    /// Heights differ at both sides of the seam and at the poles, and the surface stays closed.
+    /// Heights differ on the two sides of the seam and at the poles, and the surface stays closed.
     #[test]
     fn seams_stay_closed() {
         let ramp = texture(&[0, 80, 255]);
@@ -308,8 +308,8 @@ mod tests {
         assert!(moved > 100);
     }
 
-    /// A flat mesh moves along the mean normals of its faces and stays flat; a mesh that it touches
-    /// goes along.
+    /// A flat-shaded mesh moves along the mean normals of its faces and stays flat-shaded. A mesh
+    /// that touches it moves with it.
     #[test]
     fn flat_meshes_and_neighbours_follow() {
         let square = |x: f32, has_uvs: bool| Mesh {
@@ -327,13 +327,13 @@ mod tests {
         assert_eq!(z(&a), [0.5, 0.25, 0.25, 0.5]);
         assert_eq!(z(&b), [0.25, 0.0, 0.0, 0.25]);
         assert!(a.normals.is_empty());
-        // Without texture coordinates nothing moves.
+        // A mesh without texture coordinates does not move.
         let mut mesh = square(0.0, false);
         assert!(displace(&mut [&mut mesh], &[Some(heights(&white, 0.5))]).is_none());
         assert_eq!(mesh, square(0.0, false));
     }
 
-    /// Both times of a mesh that moves are displaced.
+    /// A moving mesh is displaced at shutter open and at shutter close.
     #[test]
     fn moving_meshes_follow() {
         let white = texture(&[255]);
@@ -381,7 +381,7 @@ mod tests {
                 assert!(n.dot(facet) > 0.9, "{n} {facet}");
             }
         }
-        // A corner moves by the mean of three normals
+        // A corner moves by the mean of three displacements
         assert!(mesh.positions.iter().all(|p| p.abs().max_element() > 1.08));
     }
 }

@@ -1,8 +1,9 @@
-//! Environment maps: pictures of latitude and longitude (Radiance, EXR) for infinitely distant light.
+//! Environment maps: pictures of latitude and longitude (Radiance, EXR) for infinitely distant
+//! light.
 //!
 //! Resampling and conversions of colour leave small negative values, and a sun above 65504 is
-//! infinite in 16-bit files. Such channels are replaced, with a warning: negative ones and NaN by 0,
-//! infinite ones by 65504. A larger value would be a guess, and 0 would lose the sun.
+//! infinite in 16-bit files. Such channels are replaced, with a warning: negative ones and NaN by
+//! 0, infinite ones by 65504. A larger value would be a guess, and 0 would lose the sun.
 
 use super::FileError;
 use super::header_limits::check_size;
@@ -16,10 +17,11 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};
 use std::path::Path;
 
-/// Bytes that a texel of an environment takes for good: its colour, and what directions are drawn by.
+/// Permanent memory of a texel of an environment, in bytes: its colour, and its entry in the
+/// sampling tables.
 const BYTES_OF_A_TEXEL: u64 = 20;
 
-/// Bytes that an environment of so many texels takes for good.
+/// Permanent memory of an environment of `texels` texels, in bytes.
 pub fn environment_bytes(texels: u64) -> u64 {
     texels * BYTES_OF_A_TEXEL
 }
@@ -30,9 +32,9 @@ const LARGEST_HALF: f32 = 65504.0;
 /// An environment map, and descriptions of what was replaced in it.
 #[derive(Debug)]
 pub struct Environment {
-    /// The picture; all channels are finite and 0 or more.
+    /// The picture. All channels are finite and at least 0.
     pub image: LatLongImage,
-    /// Replaced channels.
+    /// Descriptions of the replaced channels.
     pub repairs: Vec<String>,
 }
 
@@ -60,17 +62,17 @@ pub fn read_environment(path: &Path, allowance: Allowance) -> Result<Environment
     Ok(Environment { image, repairs })
 }
 
-/// Channels of a kind that were replaced.
+/// Replaced channels of one kind.
 #[derive(Clone, Copy, Default)]
 struct Replaced {
-    /// Number of texels with such channels.
+    /// Number of texels with a replaced channel.
     texels: usize,
-    /// Index of the texel with the largest one, and its value.
+    /// Index of the texel with the largest replaced value, and this value.
     largest: Option<(usize, f32)>,
 }
 
 impl Replaced {
-    /// Counts the channel values of the texel `index` that are of this kind.
+    /// Counts the replaced `values` of the texel `index`.
     fn count(&mut self, index: usize, values: impl Iterator<Item = f32>) {
         let mut found = false;
         for value in values {
@@ -82,7 +84,7 @@ impl Replaced {
         self.texels += usize::from(found);
     }
 
-    /// A sentence, if there are any.
+    /// Description of the replaced channels. `None` if there are none.
     fn sentence(&self, width: usize, what: &str, instead: &str) -> Option<String> {
         let (index, value) = self.largest?;
         let (noun, counts) = if self.texels == 1 {

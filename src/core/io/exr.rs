@@ -1,4 +1,5 @@
-//! EXR files that are written: images with their metadata. Names of channels are in docs/guide/reference/output.md.
+//! Writing EXR files: images with their metadata. Names of channels are in
+//! docs/guide/reference/output.md.
 
 use super::ascii::ascii;
 use super::exr_text::exr_text;
@@ -22,22 +23,24 @@ const REC_709: exr::attribute::Chromaticities = exr::attribute::Chromaticities {
     white: exr::Vec2(0.3127, 0.3290),
 };
 
-/// How an EXR file holds its channels.
+/// Format of the channels of an EXR file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ExrFormat {
     /// Compression of the channels.
     pub compression: Compression,
-    /// Layers that are held as half floats, of [`ExrFormat::HALF_LAYERS`]; the others are float32.
+    /// Layers that are stored as half floats, from [`ExrFormat::HALF_LAYERS`]. Other layers are
+    /// float32.
     pub half: Vec<&'static str>,
 }
 
 impl ExrFormat {
-    /// Layers that may be held as half floats. `picture` is `R G B` and `A`, `lights` are those of all light groups. Not among them are depths and variances,
-    /// which leave the range of a half float, and counts, ids and mattes, which leave its whole numbers.
+    /// Layers that may be stored as half floats. `picture` is `R G B` and `A`; `lights` are the
+    /// layers of all light groups. Depths and variances are excluded because they exceed the range
+    /// of a half float; counts, ids and mattes because they exceed its integers.
     pub const HALF_LAYERS: &[&str] = &["picture", "raw", "albedo", "N", "P", "uv", "motion", "error", "lights"];
 
-    /// How the channel of this name is held.
+    /// Sample type of a channel.
     fn kind(&self, channel: &str) -> exr::SampleType {
         let layer = match channel.rsplit_once('.') {
             Some((layer, _)) if layer.starts_with("light_") => "lights",
@@ -53,7 +56,7 @@ impl ExrFormat {
     }
 }
 
-/// How EXR files are compressed.
+/// Compression of EXR files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Compression {
@@ -64,14 +67,14 @@ pub enum Compression {
     Zips,
     /// Wavelets: the smallest files of noisy pictures.
     Piz,
-    /// Repeated bytes.
+    /// Run-length encoding of repeated bytes.
     Rle,
-    /// Not at all: the quickest.
+    /// No compression: the fastest.
     None,
 }
 
-// What the exr crate cannot write (DWAA, DWAB) is not there, nor what changes values (PXR24, B44): mattes are numbers of which each bit
-// counts.
+// DWAA and DWAB are missing because the exr crate cannot write them, PXR24 and B44 because they
+// change values: each bit of a matte matters.
 named! {
     Compression: "zip" => Self::Zip, "zips" => Self::Zips, "piz" => Self::Piz, "rle" => Self::Rle, "none" => Self::None;
 }
@@ -88,7 +91,8 @@ impl Compression {
     }
 }
 
-/// A channel as it is written: its values are asked for row by row, so that there is no copy of them all.
+/// A channel to write. Its values are requested row by row, so that no copy of all values is
+/// needed.
 pub(super) struct RowChannel<'a> {
     /// Name, `layer.component`.
     pub name: String,
@@ -96,11 +100,12 @@ pub(super) struct RowChannel<'a> {
     pub fill: FillRow<'a>,
 }
 
-/// Puts the values of a row, counted from the top of the crop, in the machine's byte order.
+/// Writes the values of a row to the buffer, in the machine's byte order. Rows count from the top
+/// of the crop.
 pub(super) type FillRow<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
 
 impl<'a> RowChannel<'a> {
-    /// Of values that are there, rows of `width`.
+    /// Channel of stored values, in rows of `width`.
     fn of_values(name: &str, values: &'a [f32], width: usize, kind: exr::SampleType) -> Self {
         let fill: FillRow = match kind {
             exr::SampleType::F16 => Box::new(move |row, bytes| {
@@ -122,26 +127,27 @@ impl<'a> RowChannel<'a> {
     }
 }
 
-/// The nearest half float; what is larger than all of them becomes the largest, since not every tool reads infinities.
+/// Nearest finite half float. Larger values become the largest half float, because not every tool
+/// reads infinities.
 fn to_half(value: f32) -> exr::f16 {
     let max = exr::f16::MAX.to_f32();
     exr::f16::from_f32(value.clamp(-max, max))
 }
 
-/// What a file says of itself besides its pixels.
+/// Header of an EXR file.
 pub(super) struct Header<'a> {
     /// Size of the full image: the display window.
     pub resolution: UVec2,
-    /// The part of it that is in the file: the data window.
+    /// Part of the image in the file: the data window.
     pub crop: Rect,
-    /// How the picture came to be, if it is a render.
+    /// Metadata of the picture, if it is a render.
     pub metadata: Option<&'a Metadata>,
-    /// Further attributes, by name.
+    /// Additional attributes, by name.
     pub attributes: Vec<(String, String)>,
     pub compression: exr::Compression,
 }
 
-/// The channels of `image`.
+/// Channels of `image`.
 pub(super) fn rows_of<'a>(image: &'a Image, format: &ExrFormat) -> Vec<RowChannel<'a>> {
     let width = image.crop.size().x as usize;
     let channels = image.channels.iter();
@@ -149,7 +155,7 @@ pub(super) fn rows_of<'a>(image: &'a Image, format: &ExrFormat) -> Vec<RowChanne
     channels.collect()
 }
 
-/// Writes `channels`, in the order of their names as the format wants it.
+/// Writes `channels`, sorted by name as the format requires.
 pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels: Vec<RowChannel>) -> io::Result<()> {
     for channel in &mut channels {
         channel.name = ascii(&channel.name);
@@ -198,7 +204,7 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
     })
 }
 
-/// Channels in the order of their names.
+/// Channels sorted by name.
 struct Rows<'a>(Vec<RowChannel<'a>>);
 
 impl<'s, 'a: 's> WritableChannels<'s> for Rows<'a> {

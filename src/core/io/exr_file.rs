@@ -1,4 +1,4 @@
-//! EXR files that are read: their header, their layers, and the place of pixels.
+//! Reading EXR files: header, layers, and position of the pixels.
 
 use super::FileError;
 use super::header_limits::check_exr;
@@ -10,7 +10,7 @@ use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::io::{BufReader, Seek};
 use std::path::Path;
 
-/// An EXR file whose header was read and can be believed.
+/// An EXR file whose header has been read and checked.
 pub(super) struct ExrFile {
     pub meta: exr::MetaData,
     /// Reader at the start of the file.
@@ -19,14 +19,14 @@ pub(super) struct ExrFile {
 }
 
 impl ExrFile {
-    /// Opens the file; `failed` says of a header that it is wrong.
+    /// Opens the file. `failed` makes the error of a wrong header.
     pub fn open(path: &Path, failed: &dyn Fn(&dyn std::fmt::Display) -> FileError) -> Result<Self, FileError> {
         let input = Input::open(path, "the EXR file").map_err(|error| error.help_if_none("check the path"))?;
         let known = (input.length(), input.failure());
         Self::read(path, input.buffered(path)?, known, failed)
     }
 
-    /// Reads the header of a file of so many bytes, from its start.
+    /// Reads the header from the start of a file of `length` bytes.
     pub fn read(
         path: &Path,
         mut reader: BufReader<Input>,
@@ -41,7 +41,8 @@ impl ExrFile {
         Ok(Self { meta, reader, failure })
     }
 
-    /// Reads all channels of all layers, at the largest resolution; `failed` says of the file that it is wrong.
+    /// Reads all channels of all layers, at the largest resolution. `failed` makes the error of a
+    /// wrong file.
     pub fn layers(
         self,
         path: &Path,
@@ -59,7 +60,8 @@ impl ExrFile {
     }
 }
 
-/// Error of the decoder: a kind of file that is not supported, or else by `failed` a wrong file.
+/// Converts an error of the decoder: either the kind of file is not supported, or `failed` makes
+/// the error of a wrong file.
 pub(super) fn decoding_error(
     path: &Path,
     error: &::exr::error::Error,
@@ -82,7 +84,8 @@ pub(super) fn decoding_error(
     FileError::new(path, message).help(help)
 }
 
-/// Where the pixels of a layer lie in the display window, from whose corner coordinates count. Pixels outside of it are left out.
+/// Position of the pixels of a layer in the display window, relative to the window's corner. Pixels
+/// outside of it are left out.
 pub(super) struct DataWindow {
     /// Pixels of the layer that are in the display window.
     pub window: Rect,
@@ -93,7 +96,7 @@ pub(super) struct DataWindow {
 }
 
 impl DataWindow {
-    /// `None` where no pixel of `data` is in `display`.
+    /// `None` if no pixel of `data` is in `display`.
     pub fn new(display: &exr::IntegerBounds, data: &exr::IntegerBounds) -> Option<Self> {
         let size = |bounds: &exr::IntegerBounds| (bounds.size.width() as i64, bounds.size.height() as i64);
         let (full, (width, height)) = (size(display), size(data));
@@ -118,7 +121,7 @@ impl DataWindow {
         self.window.pixels().map(index)
     }
 
-    /// The values of the window, of those of the layer.
+    /// Selects the values of the window from all values of the layer.
     pub fn pick(&self, all: &[f32]) -> Vec<f32> {
         self.indices()
             .map(|index| all.get(index).copied().unwrap_or(0.0))
@@ -126,7 +129,7 @@ impl DataWindow {
     }
 }
 
-/// Size of the display window, pixels.
+/// Size of the display window in pixels.
 pub(super) fn resolution(display: &exr::IntegerBounds) -> UVec2 {
     UVec2::new(display.size.width() as u32, display.size.height() as u32)
 }

@@ -1,19 +1,19 @@
 use super::{FileError, png};
 use crate::files::Output;
 
-/// A picture of colours that stand for something, with a word on what.
+/// A false-colour picture with a legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub size: [u32; 2],
     /// 8-bit sRGB of each pixel, row by row from the top.
     pub pixels: Vec<[u8; 3]>,
-    /// What the colours mean.
+    /// Meaning of the colours.
     pub legend: String,
 }
 
 impl Figure {
-    /// Writes it as a PNG; the legend goes into its text.
+    /// Writes the figure as a PNG, with the legend in a text chunk.
     pub fn write(&self, output: &Output) -> Result<(), FileError> {
         let texts = [("Description", self.legend.clone())];
         output.write(|writer| png::encode(writer, self.size, self.pixels.as_flattened(), &texts))

@@ -1,32 +1,32 @@
-//! Findings: what readers of files and `embrasure check` say of a scene.
+//! Findings: messages of file readers and of `embrasure check` about a scene.
 //!
-//! A finding has a severity, a name that stays, a place, and a count. One reader serves renders and
-//! checks. It leaves a wrong statement out or uses the nearest right value, leaves out faces with a
-//! wrong `v`, and reads on. `load_scene` ends with the first error as soon
-//! as a part of the work is done, and `inspect_scene` is the same loader, told to go on. A wrong
-//! entry of a scene file is blanked and the file read again, since the parser stops at the first
-//! error.
+//! A finding has a severity, a permanent name, a place and a count. One reader serves renders and
+//! checks. It skips a wrong statement or uses the nearest valid value, skips faces with a wrong
+//! `v`, and continues. `load_scene` stops at the first error at the end of a stage of its work.
+//! `inspect_scene` is the same loader, set to continue. A wrong entry of a scene file is blanked
+//! and the file is read again, because the parser stops at the first error.
 //!
-//! Columns are computed when there is something to say: `place_of` searches the statement for the word once more, at most twenty times each.
+//! Columns are computed for messages only: `place_of` searches the statement for the word again, at
+//! most twenty times for each kind.
 
 use super::{FileError, Position};
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Wrong: it cannot be what is meant.
+    /// Wrong: it cannot be intended.
     Error,
-    /// Likely not meant; it was repaired, replaced or left out.
+    /// Probably not intended. It was repaired, replaced or left out.
     Warning,
     /// An assumption.
     Note,
 }
 
 impl Severity {
-    /// The word that users read.
+    /// Name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -36,30 +36,31 @@ impl Severity {
     }
 }
 
-/// Something worth a word about a scene's files.
+/// A message about the files of a scene.
 ///
-/// Shown as `file:line:column: severity: message [code]`, with the remedy on a line of its own.
+/// Shown as `file:line:column: severity: message [code]`, with the remedy on a separate line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// How bad it is.
+    /// Severity of the finding.
     pub severity: Severity,
-    /// A name that stays the same, whatever the words.
+    /// Permanent name of this kind of finding, independent of its wording.
     pub code: &'static str,
     /// Message, place of the first occurrence, and remedy.
     pub error: FileError,
     /// Number of findings of this kind.
     pub count: u64,
-    /// Places of the next ones in the same file, not all of them if there are many.
+    /// Places of further findings in the same file, at most [`MAX_PLACES`].
     pub more: Vec<Position>,
 }
 
-/// Name of the note that nothing in a scene emits light, which is why it has a light that its files do not name.
+/// Name of the note that nothing in a scene emits light. The scene then gets a light that its files
+/// do not define.
 pub const DEFAULT_LIGHT: &str = "default-light";
 
-/// Notes that a render tells, since what they assume changes the picture: the light, the dialect of
-/// a library, or that there is none, files that lie elsewhere than named, pictures that decide
-/// between heights and normals or on opacity, textures and materials by name, pictures that are not
-/// used, displacements, elements that are not rendered, and colours of vertices.
+/// Notes that a render prints, because their assumptions change the picture: the light, the dialect
+/// of a library, a missing library, files that are in another place than named, pictures that
+/// decide between heights and normals or on opacity, textures and materials by name, unused
+/// pictures, displacements, elements that are not rendered, and colours of vertices.
 const TOLD_NOTES: [&str; 13] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
@@ -76,14 +77,14 @@ const TOLD_NOTES: [&str; 13] = [
     "vertex-colors",
 ];
 
-/// Places that a finding names besides the first.
+/// Maximum number of places that a finding lists after the first.
 pub const MAX_PLACES: usize = 5;
 
-/// Wrong statements of a file that are told one by one.
+/// Maximum number of wrong statements of a file that are reported separately.
 pub(crate) const MAX_WRONG: usize = 20;
 
 impl Finding {
-    /// Something that is there once.
+    /// A finding that occurs once.
     pub fn new(severity: Severity, code: &'static str, error: FileError) -> Self {
         Self {
             severity,
@@ -94,12 +95,12 @@ impl Finding {
         }
     }
 
-    /// The finding as a warning.
+    /// Converts the finding to a warning.
     pub fn warning(&self) -> Warning {
         Warning::new(self.code, self.error.to_string())
     }
 
-    /// Something that is there `count` times, at the places `more` besides the first.
+    /// A finding that occurs `count` times, with the places `more` after the first.
     pub fn repeated(mut self, count: u64, more: impl IntoIterator<Item = Position>) -> Self {
         self.count = count;
         self.more = more.into_iter().take(MAX_PLACES).collect();
@@ -125,23 +126,24 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What a render should not keep to itself.
+/// A message that a render prints.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// Name of its kind, which stays the same, whatever the words.
+    /// Permanent name of its kind, independent of its wording.
     pub kind: &'static str,
-    /// Sentences: what, where, and the remedy.
+    /// Sentences: problem, place and remedy.
     pub text: String,
 }
 
 impl Warning {
-    /// A warning in sentences.
+    /// A warning with the text of one or more sentences.
     pub fn new(kind: &'static str, text: impl Into<String>) -> Self {
         let text = text.into();
         Self { kind, text }
     }
 
-    /// Whether the warning is a note: it names an assumption. Other warnings name likely mistakes.
+    /// Returns true if the warning is a note: it names an assumption. Other warnings name likely
+    /// mistakes.
     pub fn is_note(&self) -> bool {
         TOLD_NOTES.contains(&self.kind)
     }
@@ -153,12 +155,12 @@ impl fmt::Display for Warning {
     }
 }
 
-/// What readers find, in the order in which they do.
+/// Findings of the readers, in order of discovery.
 #[derive(Clone, Debug, Default)]
 pub struct Findings(Vec<Finding>);
 
 impl Findings {
-    /// These findings without those of a range.
+    /// These findings without the findings of a range of indices.
     pub fn without(&self, range: Range<usize>) -> Self {
         let all = self.0.iter().enumerate();
         let kept = all
@@ -167,7 +169,7 @@ impl Findings {
         Self(kept.collect())
     }
 
-    /// Adds something that is there once.
+    /// Adds a finding that occurs once.
     pub fn add(&mut self, severity: Severity, code: &'static str, error: FileError) {
         self.push(Finding::new(severity, code, error));
     }
@@ -177,7 +179,8 @@ impl Findings {
         self.0.push(finding);
     }
 
-    /// Adds that a file has `count` wrong statements more than were told.
+    /// Adds a finding that `file` has `count` more wrong statements, which were not reported
+    /// separately.
     pub(crate) fn add_untold(&mut self, severity: Severity, file: &Path, count: usize) {
         if count > 0 {
             let error = FileError::new(file, format!("{count} more statements are wrong"));
@@ -191,13 +194,13 @@ impl Findings {
         self.0.iter()
     }
 
-    /// The first thing that is wrong.
+    /// First finding with severity `Error`.
     pub fn first_error(&self) -> Option<&FileError> {
         let mut wrong = self.0.iter().filter(|f| f.severity == Severity::Error);
         wrong.next().map(|f| &f.error)
     }
 
-    /// What a render should not keep to itself.
+    /// Messages that a render prints.
     pub fn warnings(&self) -> Vec<Warning> {
         let told = |f: &&Finding| f.severity == Severity::Warning || TOLD_NOTES.contains(&f.code);
         self.0.iter().filter(told).map(Finding::warning).collect()

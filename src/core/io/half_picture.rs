@@ -1,18 +1,19 @@
-//! Pictures in memory as 16-bit floats, red, green and blue of each pixel, for programs that show them.
+//! Pictures in memory as 16-bit floats, with red, green and blue per pixel, for programs that show
+//! them.
 
 use crate::film::{Channel, Film, Image};
 use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
 
-/// The layer of light.
+/// Name of the layer of light.
 pub const PICTURE: &str = "picture";
 
-/// The layer of ids.
+/// Name of the layer of ids.
 pub const IDS: &str = "id";
 
-/// The largest number that a 16-bit float can be.
+/// Largest finite 16-bit float.
 pub const MAX_HALF: f32 = 65504.0;
 
-/// `values` as bits of 16-bit floats.
+/// Converts `values` to bits of 16-bit floats.
 pub fn halves(values: &[f32]) -> Vec<u16> {
     let mut halves = vec![0; values.len()];
     halves
@@ -21,12 +22,12 @@ pub fn halves(values: &[f32]) -> Vec<u16> {
     halves
 }
 
-/// Adds `halves` to `bytes`, the low byte of each first.
+/// Appends `halves` to `bytes`, the low byte of each first.
 pub fn append_bytes(halves: &[u16], bytes: &mut Vec<u8>) {
     bytes.extend(halves.iter().flat_map(|half| half.to_le_bytes()));
 }
 
-/// Red, green and blue of each pixel of the crop; NaN where it has no sample.
+/// Red, green and blue of each pixel of the crop. NaN if the pixel has no sample.
 pub fn light(film: &Film) -> Vec<f32> {
     let crop = film.crop();
     let width = crop.size().x as usize;
@@ -43,7 +44,7 @@ pub fn light(film: &Film) -> Vec<f32> {
     values
 }
 
-/// Coverage of each pixel's red, green and blue, if `film` sums the share of its background.
+/// Coverage of each pixel, for red, green and blue. `None` if `film` does not sum its background.
 pub fn coverage(film: &Film) -> Option<Vec<f32>> {
     film.backing()?;
     let pixels = film.crop().pixels();
@@ -59,12 +60,12 @@ pub fn stacked(image: &Image, names: &[String]) -> Vec<f32> {
     names.iter().filter_map(|name| layer(image, name)).flatten().collect()
 }
 
-/// What a page can be shown of `value`.
+/// Clamps `value` to the range of a 16-bit float.
 fn shown(value: f32) -> f32 {
     value.clamp(-MAX_HALF, MAX_HALF)
 }
 
-/// Layers of channels: each once, and [`PICTURE`] for light.
+/// Layers of channels, each once. Light is [`PICTURE`].
 pub fn layers<'a>(channels: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for name in channels.map(layer_of) {
@@ -75,7 +76,7 @@ pub fn layers<'a>(channels: impl Iterator<Item = &'a str>) -> Vec<String> {
     names
 }
 
-/// The layer that the channel `name` belongs to.
+/// Layer of the channel `name`.
 fn layer_of(name: &str) -> &str {
     match name.rsplit_once('.') {
         Some((layer, _)) => layer,
@@ -84,7 +85,8 @@ fn layer_of(name: &str) -> &str {
     }
 }
 
-/// Three values of each pixel of a layer, a single channel three times; `None`: there is no such layer.
+/// Three values per pixel of a layer. A single channel is repeated three times. `None` if the layer
+/// does not exist.
 pub fn layer(image: &Image, name: &str) -> Option<Vec<f32>> {
     let channels: Vec<&Channel> = image
         .channels
@@ -109,7 +111,8 @@ pub fn layer(image: &Image, name: &str) -> Option<Vec<f32>> {
     Some(values)
 }
 
-/// The object of each pixel as three values: the last eleven bits of its id, which a 16-bit float has exactly, the bits before them, and 0. `None`: the image has no ids.
+/// Object id of each pixel as three values: the lowest eleven bits, which a 16-bit float holds
+/// exactly, the higher bits, and 0. `None` if the image has no ids.
 pub fn ids(image: &Image) -> Option<Vec<f32>> {
     const LAST: f32 = 2048.0;
     let channel = image.channels.iter().find(|c| c.name == "id.object")?;

@@ -4,18 +4,20 @@ use super::FileError;
 use ::exr::prelude as exr;
 use std::path::Path;
 
-/// Pixels that an image may have.
+/// Maximum number of pixels of an image.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Bytes of samples, and so pixels too, that a byte of a file may hold. Deflate, the tightest code in use, makes one byte of 1032 at most (zlib's manual).
+/// Maximum number of bytes of samples, and so also of pixels, per byte of a file. Deflate, the
+/// tightest coding in use, compresses at most 1032 bytes to one (zlib's manual).
 const MAX_BYTES_PER_BYTE: u64 = 1032;
 
-/// An error where a layer, or a block of it, is larger than an EXR file of `file_bytes` can have: the exr crate (1.74) takes as much memory
-/// as a block's length says, before it reads the block, if its pixels could be as many.
+/// Returns an error if a layer, or a block of it, is larger than an EXR file of `file_bytes` can
+/// have. If the number of pixels permits it, the exr crate (1.74) allocates the stated length of a
+/// block before it reads the block.
 pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> Result<(), FileError> {
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
         check_size(path, file_bytes, width, height)?;
-        // All channels together, of which there may be thousands
+        // Limit of all channels together: there may be thousands
         let bytes = (width as u64 * height as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
         if bytes > file_bytes.saturating_mul(MAX_BYTES_PER_BYTE) {
             let count = header.channels.list.len();
@@ -30,7 +32,8 @@ pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> R
     Ok(())
 }
 
-/// An error where the header of `path` names more pixels than an image, or a file of so many bytes, can have.
+/// Returns an error if the header of `path` states more pixels than the limit, or than a file of
+/// `bytes` can hold.
 pub(super) fn check_size(path: &Path, bytes: u64, width: usize, height: usize) -> Result<(), FileError> {
     let max = MAX_PIXELS.min(bytes.saturating_mul(MAX_BYTES_PER_BYTE));
     if (width as u64)

@@ -1,4 +1,4 @@
-//! OBJ files by the reader that the user chooses.
+//! OBJ files, read with the reader that the user chooses.
 
 use super::normals::smooth_by_angle;
 use super::obj::{self, ObjFile};
@@ -9,8 +9,9 @@ use crate::files::memory::Allowance;
 use rayon::prelude::*;
 use std::path::Path;
 
-/// Reads an OBJ file and the libraries it names by the reader of the options, in the current rayon pool. An error is that there is nothing to go on
-/// with; everything else that is wrong, missing or assumed is among the findings.
+/// Reads an OBJ file and its libraries with the reader of the options, in the current rayon pool.
+/// Returns an error only if the file cannot be used at all. Everything else that is wrong, missing
+/// or assumed is added to the findings.
 pub fn load_obj(
     path: &Path,
     options: &LoadOptions,

@@ -76,9 +76,9 @@ parameters! {
 /// Reader of OBJ and MTL files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObjReader {
-    /// This crate's own.
+    /// The reader of this crate.
     Own,
-    /// The tobj crate; feature `tobj`. Values, faces and materials are those that it reads.
+    /// The tobj crate; feature `tobj`. Values, faces and materials are as tobj reads them.
     Tobj,
 }
 
@@ -86,10 +86,10 @@ named! {
     ObjReader: "own" => Self::Own, "tobj" => Self::Tobj;
 }
 
-/// The displacements that are made.
+/// Displacements that are applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DisplacementUse {
-    /// As a scene file says; as a library says if the object is subdivided.
+    /// The displacements of the scene file. Displacements of a library if the object is subdivided.
     Auto,
     /// Always.
     On,
@@ -101,7 +101,7 @@ named! {
     DisplacementUse: "auto" => Self::Auto, "on" => Self::On, "off" => Self::Off;
 }
 
-/// Whether colours of vertices count.
+/// Use of the colours of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VertexColors {
     /// Used if no texture gives the colour, and if they are not a default grey.
@@ -116,7 +116,7 @@ named! {
     VertexColors: "auto" => Self::Auto, "on" => Self::On, "off" => Self::Off;
 }
 
-/// Whether materials without textures get those of their name.
+/// Use of textures by name for materials without textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapsByName {
     /// If exactly one set fits.
@@ -167,22 +167,23 @@ impl Named for MtlDialect {
     const NAMES: &'static [(&'static str, Self)] = Self::NAMES;
 }
 
-/// How files are read.
+/// Options for reading files.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// Parts of OBJ files that are read.
     pub parts: PartFilter,
-    /// What the formats leave open.
+    /// Choices that the formats leave open.
     pub parameters: LoadParameters,
-    /// Bytes that the render, and reading its files, may take at most; `None` for what the system leaves.
+    /// Maximum memory of the render and of reading its files, in bytes. `None`: the free memory of
+    /// the system.
     pub max_memory: Option<u64>,
-    /// Whether missing and unusable files, and wrong statements, are errors if a render can do
-    /// without them.
+    /// True if missing and unusable files, and wrong statements, are errors even if a render is
+    /// possible without them.
     pub strict: bool,
 }
 
 impl LoadOptions {
-    /// How material libraries are read.
+    /// Options for reading material libraries.
     pub(crate) fn library_options(&self) -> LibraryOptions {
         LibraryOptions {
             dialect: self.parameters.mtl_dialect(),
@@ -190,8 +191,8 @@ impl LoadOptions {
         }
     }
 
-    /// Severity of a missing or unusable file, and of a wrong statement, that a render can do
-    /// without.
+    /// Severity of a missing or unusable file, and of a wrong statement, if a render is possible
+    /// without it.
     pub fn severity_of_lack(&self) -> Severity {
         if self.strict {
             Severity::Error

@@ -1,4 +1,5 @@
-//! How an image came to be, as attributes of EXR files. Their names are in docs/guide/reference/output.md.
+//! Provenance of an image, as attributes of EXR files. Their names are in
+//! docs/guide/reference/output.md.
 
 use super::exr_text::{exr_text, text_attribute};
 use crate::camera::CameraAttributes;
@@ -35,24 +36,25 @@ const RENDER_TIME: &str = "renderTime";
 const FOCAL_LENGTH: &str = "pinholeFocalLength";
 const SENSOR: &str = "sensorOverallDimensions";
 
-/// How an image came to be; written beside its pixels.
+/// Provenance of an image, written with its pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metadata {
     /// Name and version of this program.
     pub version: String,
-    /// Name of the build of this program: bits are only promised within one. Empty in files that do not tell.
+    /// Name of the build of this program: results are bit-identical only within one build. Empty in
+    /// files without this attribute.
     pub build: String,
     /// Hash of the frozen scene and the camera.
     pub scene_hash: String,
     /// Method of the render: integrator, sampler, depth and the like, as `key=value` pairs.
     pub settings: String,
-    /// Which errors pixels have in common; `None` in files of earlier builds.
+    /// Errors that pixels have in common; `None` in files of earlier builds.
     pub common_errors: Option<CommonErrors>,
-    /// First sample index.
+    /// Index of the first sample.
     pub first_sample: u32,
-    /// One past the last sample index that was asked for.
+    /// End of the range of requested sample indices, exclusive.
     pub end_sample: u32,
-    /// Samples of a pixel of the whole picture, of which these may be a part.
+    /// Samples per pixel of the whole picture. This file may hold a part of them.
     pub total_samples: u32,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -60,27 +62,28 @@ pub struct Metadata {
     pub backend: String,
     /// Version and instruction set of the backend.
     pub backend_version: String,
-    /// Wall-clock seconds of rendering.
+    /// Wall-clock time of rendering in seconds.
     pub render_seconds: f64,
-    /// Whether all samples were taken.
+    /// True if all samples were taken.
     pub complete: bool,
-    /// What further channels are of, if there are any.
+    /// Names for the additional channels, if any.
     pub features: Option<FeatureNames>,
-    /// Denoiser, exposure and tone curve that the render was asked for ([`Finish`]); empty in files that do
-    /// not tell.
+    /// Requested denoiser, exposure and tone curve of the render ([`Finish`]). Empty in files
+    /// without this attribute.
     pub finish: String,
-    /// What took noise out of the picture, if anything did.
+    /// Denoiser that was applied to the picture, if any.
     pub denoiser: Option<String>,
-    /// How PNG files show the picture, `tone=NAME exposure=STOPS`, where the exposure was metered; values are as they are.
+    /// Tone of the picture's PNG files, `tone=NAME exposure=STOPS`, if the exposure was metered. It
+    /// does not change the values of the image.
     pub tone: Option<String>,
-    /// The setting that makes the picture's mean another one than that of all light, `key=value`, if there is one.
+    /// Setting that biases the mean of the picture, `key=value`, if any.
     pub bias: Option<String>,
-    /// Point of the OBJ file's coordinates that is the origin of the picture's positions, `x,y,z`, if
-    /// it is not the file's own.
+    /// Point of the OBJ file's coordinates that is the origin of the picture's positions, `x,y,z`.
+    /// `None` if it is the file's origin.
     pub origin: Option<String>,
-    /// The camera; `None` in files that do not tell.
+    /// The camera; `None` in files without its attributes.
     pub camera: Option<CameraAttributes>,
-    /// Scale of the picture on paper, if it has one.
+    /// Scale of the picture on paper, if any.
     pub print: Option<Print>,
 }
 
@@ -108,26 +111,26 @@ encode_fields!(Metadata {
     print,
 });
 
-/// Channels that were asked for, and the names of what they number.
+/// Requested channels, and names for their ids.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FeatureNames {
     /// Channels by the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
     pub aovs: Vec<String>,
-    /// Objects of the scene, from the first.
+    /// Objects of the scene, in the order of their ids.
     pub objects: Vec<String>,
-    /// Parts of the scene besides its objects: [`Scene::part`](crate::scene::Scene::part) numbers
-    /// them behind these.
+    /// Parts of the scene that are not objects. [`Scene::part`](crate::scene::Scene::part) numbers
+    /// them after the objects.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts_of_objects: Vec<String>,
-    /// Materials of the scene, from the first.
+    /// Materials of the scene, in the order of their ids.
     pub materials: Vec<String>,
-    /// Groups of lights, where these are distinguished.
+    /// Light groups, if they have separate layers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lights: Vec<String>,
-    /// Strategies of a bidirectional method, where these are distinguished: `sS_tT`.
+    /// Strategies of a bidirectional method, `sS_tT`, if they have separate layers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub strategies: Vec<String>,
-    /// Layers of parts of the light by its paths.
+    /// Layers of light path expressions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paths: Vec<String>,
 }
@@ -143,7 +146,7 @@ encode_fields!(FeatureNames {
 });
 
 impl FeatureNames {
-    /// Layers of the parts of the light that a film sums by themselves, in their order.
+    /// Layers of the parts of the light that a film sums separately, in their order.
     pub fn parts(&self) -> Vec<String> {
         let lights = self.lights.iter().map(|name| format!("light_{name}"));
         let of_strategy = |name| [format!("strategy_{name}"), format!("unweighted_{name}")];
@@ -151,7 +154,7 @@ impl FeatureNames {
         lights.chain(strategies).chain(self.paths.iter().cloned()).collect()
     }
 
-    /// The channels that were asked for.
+    /// Requested channels.
     pub fn aovs(&self) -> Vec<Aov> {
         let known = Aov::NAMES
             .iter()
@@ -161,12 +164,12 @@ impl FeatureNames {
 }
 
 impl Metadata {
-    /// Name and version of the program, as image files call it.
+    /// Name and version of the program, for image files.
     pub fn software(&self) -> String {
         format!("embrasure {}", self.version)
     }
 
-    /// Notes the exposure of `image` where `tone` leaves it to be metered.
+    /// Stores the exposure of `image` if `tone` has an automatic exposure.
     pub fn note_exposure(&mut self, tone: Tone, image: &Image) {
         self.tone = tone
             .exposure
@@ -175,7 +178,7 @@ impl Metadata {
             .then(|| metered(tone, image).to_string());
     }
 
-    /// What attributes say that [`Metadata`] wrote; `None` where one is missing or invalid.
+    /// Reads the attributes that [`Metadata`] wrote. `None` if one is missing or invalid.
     pub(super) fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
         let text = |name: &str| text_attribute(attributes, name);
         let (first, end) = {
@@ -218,7 +221,8 @@ impl Metadata {
         })
     }
 
-    /// What keeps two files from being of one picture, in words: what they say, this one first.
+    /// Difference, in words, by which two files do not belong to one picture: both values, this
+    /// file's first. `None` if they do.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let pairs = [
             ("version", &self.version, &other.version),
@@ -235,12 +239,12 @@ impl Metadata {
             .or_else(|| setting_that_differs(&self.settings, &other.settings))
     }
 
-    /// Denoiser, exposure and tone curve that the render was asked for.
+    /// Requested denoiser, exposure and tone curve of the render.
     pub fn finish(&self) -> Finish {
         Finish::of_text(&self.finish)
     }
 
-    /// The background of the picture, if pictures for display show it as it was asked for.
+    /// Background of the picture, if pictures for display show it as requested.
     pub fn backing(&self) -> Option<Backing> {
         backing_of(&self.settings)
     }
@@ -248,7 +252,7 @@ impl Metadata {
     /// Attributes of the EXR header, by name.
     pub(super) fn attributes(&self) -> Vec<(&'static str, exr::AttributeValue)> {
         let text = |s: &str| exr::AttributeValue::Text(exr_text(s));
-        // Names alone: nothing can go wrong.
+        // Serialization of names cannot fail.
         let features = self.features.as_ref();
         let features = features.map(|names| serde_json::to_string(names).unwrap_or_default());
         let mut attributes = vec![
@@ -256,7 +260,8 @@ impl Metadata {
             (BUILD, text(&self.build)),
             (SCENE_HASH, text(&self.scene_hash)),
             (SETTINGS, text(&self.settings)),
-            // 64 and 32 unsigned bits do not fit EXR's signed 32-bit attribute, so counts and the seed are text.
+            // 64 and 32 unsigned bits do not fit EXR's signed 32-bit attribute, so counts and the
+            // seed are text.
             (SAMPLES, text(&format!("{}..{}", self.first_sample, self.end_sample))),
             (TOTAL, text(&self.total_samples.to_string())),
             (SEED, text(&self.seed.to_string())),
@@ -279,7 +284,7 @@ impl Metadata {
 }
 
 impl CameraAttributes {
-    /// Sets the attributes of a header. The crate exr has fields for some of them.
+    /// Sets the attributes of a header. The exr crate has fields for some of them.
     pub(super) fn write_to(&self, attributes: &mut exr::LayerAttributes) {
         attributes.world_to_camera = Some(self.world_to_camera);
         attributes.world_to_normalized_device = self.world_to_ndc;
@@ -319,7 +324,7 @@ impl CameraAttributes {
     }
 }
 
-/// The first `key=value` pair that is not in both.
+/// The first `key=value` pair that differs, from both texts.
 fn setting_that_differs(ours: &str, theirs: &str) -> Option<String> {
     let pair = |text: &'_ str, i: usize| text.split(' ').nth(i).unwrap_or("nothing").to_string();
     (ours != theirs).then(|| {

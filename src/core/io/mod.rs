@@ -1,5 +1,5 @@
-//! Formats of meshes and pictures, in and out: OBJ and MTL, textures, environments, EXR
-//! and PNG. `files` has what all of them share.
+//! Formats of meshes and pictures for reading and writing: OBJ and MTL, textures, environments, EXR
+//! and PNG. `files` has their common parts.
 
 mod ascii;
 mod checkpoint;

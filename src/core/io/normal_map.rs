@@ -3,16 +3,16 @@
 use super::picture::{Picture, Samples};
 use crate::color::srgb;
 
-/// Content of a picture for bumps.
+/// Content of a picture for `map_Bump`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BumpContent {
     /// A grey picture.
     Heights,
     /// A tangent-space normal map.
     Normals,
-    /// A normal map whose numbers were encoded by the sRGB curve, like colours.
+    /// A normal map whose numbers are encoded by the sRGB curve, like colours.
     EncodedNormals,
-    /// Something else, such as a coloured picture.
+    /// Other content, such as a coloured picture.
     Unknown,
 }
 
@@ -49,7 +49,7 @@ impl BumpContent {
         }
     }
 
-    /// Content of coloured texels of so many `channels`.
+    /// Content of coloured texels with `channels` samples each.
     fn of_texels<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> Self {
         let (mut spread, mut seen) = (0.0, 0.0);
         let (mut linear, mut encoded) = (Vectors::default(), Vectors::default());
@@ -79,7 +79,7 @@ impl BumpContent {
     }
 }
 
-/// Vectors that the texels of a picture would be.
+/// Sums over the texels of a picture, read as vectors.
 #[derive(Default)]
 struct Vectors {
     count: f32,
@@ -89,7 +89,8 @@ struct Vectors {
 }
 
 impl Vectors {
-    /// Adds the vector of a texel. Atlases have a background of black or of grey, which is none.
+    /// Adds the vector of a texel. A black or grey texel is the background of an atlas and is
+    /// skipped.
     fn add(&mut self, rgb: [f32; 3]) {
         let vector = rgb.map(|c| 2.0 * c - 1.0);
         let length = vector.iter().map(|c| c * c).sum::<f32>().sqrt();
@@ -100,8 +101,8 @@ impl Vectors {
         }
     }
 
-    /// Returns true if these are normals of a surface, seen in so many texels: unit vectors whose
-    /// mean points away from it.
+    /// Returns true if these are normals of a surface, in a picture of `seen` texels: unit vectors
+    /// whose mean points away from the surface.
     fn are_normals(&self, seen: f32) -> bool {
         let [x, y, z] = self.sum.map(|component| component / self.count);
         let is_upright = z > MIN_UP && x.abs() < MAX_TILT && y.abs() < MAX_TILT;
@@ -113,7 +114,7 @@ impl Vectors {
 mod tests {
     use super::*;
 
-    /// A picture of 32 × 32 texels of a colour each.
+    /// Content of a picture of 32 × 32 texels, in all precisions.
     fn content(color: impl Fn(f32, f32) -> [f32; 3]) -> [BumpContent; 3] {
         let at = |i: usize| color((i % 32) as f32 / 31.0, (i / 32) as f32 / 31.0);
         let floats: Vec<f32> = (0..32 * 32).flat_map(at).collect();
@@ -135,7 +136,7 @@ mod tests {
         ]
     }
 
-    /// A dome as normals.
+    /// Normals of a dome.
     fn dome(u: f32, v: f32) -> [f32; 3] {
         let (x, y) = (u - 0.5, v - 0.5);
         [x, y, (1.0 - x * x - y * y).sqrt()].map(|c| 0.5 * c + 0.5)
@@ -161,7 +162,7 @@ mod tests {
         }
         let encoded = [EncodedNormals, EncodedNormals, Unknown];
         assert_eq!(content(|u, v| dome(u, v).map(srgb::encode)), encoded);
-        // Normals of an object point anywhere.
+        // Object-space normals point in all directions.
         assert_eq!(content(|u, v| dome(u, v).map(|c| 1.0 - c)), [Unknown; 3]);
     }
 

@@ -1,17 +1,19 @@
-//! Shading normals from the angles between triangles: `smooth_by_angle`, and what smoothing groups of OBJ files share with it. Means weighted by
-//! angle do not depend on how a surface is cut into triangles.
+//! Shading normals from the angles between triangles: `smooth_by_angle`, and functions that it
+//! shares with the smoothing groups of OBJ files. Means weighted by angle do not depend on how a
+//! surface is cut into triangles.
 
 use crate::geometry::Mesh;
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Gives `mesh` shading normals: at each corner the mean over those triangles at that point whose normals differ from
-/// the corner's own triangle by less than `degrees`, weighted by their angles there (Thürmer and Wüthrich 1998).
+/// Computes shading normals of `mesh`. The normal of a corner is a mean over the triangles at that
+/// point, weighted by their angles there (Thürmer and Wüthrich 1998). Triangles whose normals
+/// differ from the corner's own triangle by at least `degrees` are left out.
 ///
-/// Points are the same where their coordinates are, whatever their index. A vertex that gets several normals is split,
-/// its texture coordinates are kept; normals that the mesh has are replaced. The time grows with the square of the
-/// triangles that meet at a point.
+/// Points are equal if their coordinates are, for any index. A vertex that gets several normals is
+/// split, and its texture coordinates are kept. Existing normals are replaced. The time grows with
+/// the square of the number of triangles at a point.
 pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
     let min_cosine = (degrees as f64).to_radians().cos();
     let points = weld(&mesh.positions);
@@ -22,7 +24,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
         .map(|t| area_vector(&corners(t)).normalize_or_zero())
         .collect();
 
-    // Triangles at each point, as they come: triangle and angle
+    // Triangles at each point, in file order: triangle and angle
     let mut around: Vec<Vec<(u32, f64)>> = vec![Vec::new(); mesh.positions.len()];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         for (&v, angle) in triangle.iter().zip(corner_angles(&corners(triangle), normals[t])) {
@@ -39,7 +41,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
                 .iter()
                 .filter(|&&(other, _)| other as usize == t || own.dot(normals[other as usize]) > min_cosine);
             let sum: DVec3 = near.map(|&(other, angle)| angle * normals[other as usize]).sum();
-            // Triangles without area have no normal; they are never seen.
+            // Triangles without area have no normal; they are never visible.
             let normal = sum
                 .try_normalize()
                 .unwrap_or(own)
@@ -61,7 +63,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
     *mesh = smooth;
 }
 
-/// Index of the first equal position, for each position.
+/// For each position, the index of the first position that equals it.
 pub fn weld(positions: &[Vec3]) -> Vec<u32> {
     let mut first: HashMap<[u32; 3], u32> = HashMap::with_capacity(positions.len());
     let index = |(i, &p): (usize, &Vec3)| *first.entry(bits(p)).or_insert(i as u32);
@@ -70,23 +72,24 @@ pub fn weld(positions: &[Vec3]) -> Vec<u32> {
 
 /// Bits of a vector: equal vectors have equal bits.
 fn bits(v: Vec3) -> [u32; 3] {
-    // Adding 0 makes 0 of -0.
+    // Adding 0 turns -0 into 0.
     (v + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
-/// Newell's normal of a polygon, counter-clockwise: twice its area long, and right for polygons that are not convex or
-/// not quite flat (Sutherland, Sproull and Schumacker 1974). Zero without any area.
+/// Newell's normal of a counter-clockwise polygon. Its length is twice the area. It is correct for
+/// polygons that are not convex or not quite flat (Sutherland, Sproull and Schumacker 1974). Zero
+/// if the area is zero.
 pub fn area_vector(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else {
         return DVec3::ZERO;
     };
-    // From the first corner, so that no digits are lost far from the origin
+    // Relative to the first corner, so that no digits are lost far from the origin
     let from_first = |p: &Vec3| p.as_dvec3() - first.as_dvec3();
     let pairs = rest.iter().zip(rest.iter().skip(1));
     pairs.map(|(p, q)| from_first(p).cross(from_first(q))).sum()
 }
 
-/// The inner angles of a polygon with this unit normal, in radians from 0 to 2π.
+/// Inner angles of a polygon with this unit normal, in radians from 0 to 2π.
 pub(super) fn corner_angles(points: &[Vec3], normal: DVec3) -> impl Iterator<Item = f64> {
     let n = points.len();
     (0..n).map(move |i| {
@@ -102,7 +105,7 @@ mod tests {
     use super::*;
     use crate::math::Vec2;
 
-    /// A cube from -1 to 1 of twelve triangles and eight vertices.
+    /// A cube from -1 to 1 with twelve triangles and eight vertices.
     fn cube() -> Mesh {
         let side = |bit: usize, i: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
         let quads = [
@@ -145,7 +148,7 @@ mod tests {
         for degrees in [91.0, 180.0] {
             let round = smoothed(cube(), degrees);
             assert_eq!(round.positions.len(), 8);
-            // By symmetry along the diagonals, however the sides are cut
+            // By symmetry along the diagonals, for any triangulation of the sides
             for (p, n) in round.positions.iter().zip(&round.normals) {
                 assert!((*n * 3f32.sqrt() - *p).length() < 1e-6, "{n} at {p}");
             }

@@ -1,18 +1,18 @@
-//! The point of a file's coordinates that becomes the origin of the scene.
+//! Point of a file's coordinates that becomes the origin of the scene.
 
 use crate::math::DVec3;
 use crate::parameter::Value;
 use serde_json::json;
 
-/// The point of an OBJ file's coordinates that becomes the origin of the scene. It is subtracted
-/// from 64-bit coordinates before they are rounded to 32 bits.
+/// Point of an OBJ file's coordinates that becomes the origin of the scene. It is subtracted from
+/// 64-bit coordinates before they are rounded to 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Origin {
-    /// The file's own.
+    /// The origin of the file.
     Off,
-    /// One near the file, if it lies far from its own.
+    /// A point near the geometry, if the geometry lies far from the origin of the file.
     Auto,
-    /// This one.
+    /// This point.
     At(DVec3),
 }
 
@@ -45,7 +45,7 @@ impl Value for Origin {
         json!({ "type": "string", "pattern": "^(auto|off|[0-9.eE+ -]+(,[0-9.eE+ -]+){2})$" })
     }
 
-    /// Whether the coordinates are finite.
+    /// Returns true if the coordinates are finite.
     fn is_finite(&self) -> bool {
         match self {
             Self::Off | Self::Auto => true,

@@ -1,23 +1,29 @@
-//! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, which browsers undo themselves (`DecompressionStream`). `src/view/page/coding.js` is the other end.
+//! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, which browsers
+//! decode themselves (`DecompressionStream`). `src/view/page/coding.js` is the decoder.
 //!
-//! The bits of a 16-bit float, taken as a whole number, are about the logarithm of its value, so the difference of two channels is about their ratio: noise that all
-//! channels share goes out of it. Green is coded as it is, red and blue as differences from it. Each number is predicted by the mean of its neighbours to the left and above;
-//! what is left is folded to numbers without a sign, whose low and high bytes stand in planes of their own. All of it wraps around, so every pattern of bits comes
-//! back: the coding is lossless. A picture that will soon be replaced may be rounded first, to fewer bits of the mantissa.
+//! The bits of a 16-bit float, as an integer, are about the logarithm of its value, so the
+//! difference of two channels is about their ratio: noise that all channels share cancels in it.
+//! Green is coded directly, red and blue as differences from green. Each number is predicted by the
+//! mean of its neighbours to the left and above. The difference from the prediction is folded to an
+//! unsigned number; low and high bytes have separate planes. All arithmetic wraps around, so the
+//! coding is lossless for every pattern of bits. A picture that will soon be replaced may be
+//! rounded first, to fewer bits of the mantissa.
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use std::io::Write;
 
-/// Bits of the mantissa that rounding takes: six of ten stay, which is an error of 0.8 % at most. A step of an 8-bit display is about as large.
+/// Number of mantissa bits that rounding removes: six of ten stay, an error of at most 0.8 %. A
+/// step of an 8-bit display is about as large.
 pub const ROUNDING: u32 = 4;
 
-/// Bits of the largest finite number, of infinity, and of a number that is none.
+/// Bits of the largest finite number, of infinity, and of NaN.
 const LARGEST: u16 = 0x7bff;
 const INFINITY: u16 = 0x7c00;
 const QUIET_NAN: u16 = 0x7e00;
 
-/// Packs `halves`, three for each pixel of rows of `width`, without their last `rounding` bits, which are rounded.
+/// Packs `halves`, three per pixel in rows of `width`. They are rounded, and their last `rounding`
+/// bits are not stored.
 pub fn pack(halves: &[u16], width: usize, rounding: u32) -> Vec<u8> {
     let pixels: Vec<[u16; 3]> = halves
         .chunks_exact(3)
@@ -43,13 +49,14 @@ pub fn pack(halves: &[u16], width: usize, rounding: u32) -> Vec<u8> {
     encoder.finish().unwrap_or_default()
 }
 
-/// `bits` of a 16-bit float to the nearest with `rounding` last bits of 0. What is finite stays so, and NaN stays NaN.
+/// Rounds a 16-bit float to the nearest number whose last `rounding` bits are 0. Finite numbers
+/// stay finite, and NaN stays NaN.
 fn rounded(bits: u16, rounding: u32) -> u16 {
     let (sign, size) = (bits & 0x8000, bits & 0x7fff);
     let unit = 1 << rounding;
     match size {
         _ if rounding == 0 => return bits,
-        // The bits that stay of a NaN may be those of infinity.
+        // The remaining bits of a NaN may be the bits of infinity.
         size if size > INFINITY => return sign | QUIET_NAN,
         INFINITY => return bits,
         _ => {}
@@ -57,17 +64,17 @@ fn rounded(bits: u16, rounding: u32) -> u16 {
     sign | ((size + unit / 2) & !(unit - 1)).min(LARGEST & !(unit - 1))
 }
 
-/// What neighbours let expect. The first pixel is expected to be 0.
+/// Value predicted from the neighbours. The prediction of the first pixel is 0.
 fn predicted(left: Option<u16>, above: Option<u16>) -> u16 {
     match (left, above) {
-        // Signed, as differences of channels are
+        // Signed mean: differences of channels are signed
         (Some(left), Some(above)) => ((i32::from(left as i16) + i32::from(above as i16)) >> 1) as u16,
         (Some(one), None) | (None, Some(one)) => one,
         (None, None) => 0,
     }
 }
 
-/// 0, −1, 1, −2, … as 0, 1, 2, 3, …
+/// Maps 0, −1, 1, −2, … to 0, 1, 2, 3, …
 fn fold(difference: u16) -> u16 {
     (difference << 1) ^ (((difference as i16) >> 15) as u16)
 }
@@ -78,7 +85,7 @@ mod tests {
     use flate2::read::DeflateDecoder;
     use std::io::Read;
 
-    /// What the page does.
+    /// The decoder of the page.
     fn unpack(packed: &[u8], width: usize, rounding: u32) -> Vec<u16> {
         let mut planes = Vec::new();
         DeflateDecoder::new(packed).read_to_end(&mut planes).unwrap();
@@ -97,11 +104,11 @@ mod tests {
         pixels.into_iter().flat_map(back).collect()
     }
 
-    /// All patterns of bits come back, infinities and NaN among them.
+    /// All patterns of bits are restored, including infinities and NaN.
     #[test]
     fn packing_is_lossless() {
         let mut halves: Vec<u16> = (0..=u16::MAX).collect();
-        // In another order as well, so that neighbours are far from each other
+        // In another order as well, so that neighbours differ a lot
         halves.extend((0..=u16::MAX).map(|i| i.wrapping_mul(40_503)));
         halves.push(0);
         assert_eq!(halves.len() % 3, 0);
@@ -120,7 +127,7 @@ mod tests {
             assert_eq!(value.is_nan(), shown.is_nan(), "{bits:x}");
             assert_eq!(value.is_finite(), shown.is_finite(), "{bits:x}");
             if value.is_finite() {
-                // Half a unit in the last place that stays, of normal numbers or those below
+                // Half a unit in the last stored place, of normal and subnormal numbers
                 let max = (value.abs() / 128.0).max(2f32.powi(-24 + ROUNDING as i32 - 1));
                 assert!(
                     (value - shown).abs() <= max || shown.abs() == 65_024.0,
@@ -130,7 +137,7 @@ mod tests {
         }
     }
 
-    /// A smooth picture takes a small part of its bytes.
+    /// A smooth picture is compressed to a small part of its bytes.
     #[test]
     fn smooth_pictures_are_small() {
         let halves: Vec<u16> = (0..64 * 64)

@@ -1,38 +1,38 @@
-//! Choice of the parts of OBJ files by their names.
+//! Selection of the parts of OBJ files by their names.
 
 use crate::geometry::PartNames;
 use crate::math::Glob;
 
-/// Which parts are shown, and which ones are different from the rest of their file. Patterns fit
-/// each name of a part ([`PartNames::fits`]).
+/// Parts that are shown, and parts that differ from the rest of their file. Patterns match any name
+/// of a part ([`PartNames::fits`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFilter {
-    /// Parts that are left out.
+    /// Parts that are hidden.
     pub hide: Vec<Glob>,
-    /// Parts that are kept, if there are any patterns.
+    /// Parts that are shown. If there are no patterns, all parts are shown.
     pub only: Vec<Glob>,
     /// Rules of a scene file, in their order.
     pub rules: Vec<PartRule>,
 }
 
-/// A rule for the parts that a pattern fits.
+/// A rule for the parts that match a pattern.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartRule {
-    /// The parts.
+    /// Pattern of the parts.
     pub glob: Glob,
-    /// True if they are shown; `None` leaves that to the rules before.
+    /// True if the parts are shown, false if they are hidden. `None`: earlier rules decide.
     pub visible: Option<bool>,
-    /// True if they have materials apart from those of the file, and so meshes of their own.
+    /// True if the parts have a material separate from the file's, and so separate meshes.
     pub has_material: bool,
 }
 
 impl PartFilter {
-    /// Returns true if all parts are shown as the file has them.
+    /// Returns true if all parts are shown as they are in the file.
     pub fn is_empty(&self) -> bool {
         self.hide.is_empty() && self.only.is_empty() && self.rules.is_empty()
     }
 
-    /// All patterns: those of `hide`, those of `only`, then those of the rules.
+    /// All patterns: first `hide`, then `only`, then the rules.
     pub fn globs(&self) -> impl Iterator<Item = &Glob> {
         let of_rules = self.rules.iter().map(|rule| &rule.glob);
         self.hide.iter().chain(&self.only).chain(of_rules)

@@ -1,25 +1,26 @@
-//! Pictures as files have them, before they become textures.
+//! Pictures as stored in files, before they become textures.
 
 use super::FileError;
 use std::path::Path;
 
-/// A picture as its file has it, row by row from the top.
+/// A picture as stored in its file, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Picture {
     pub width: usize,
     pub height: usize,
-    /// Samples of a texel: grey, grey and alpha, colours, or colours and alpha, which is not multiplied into them.
+    /// Number of channels: 1 grey, 2 grey and alpha, 3 colour, 4 colour and alpha. Alpha is not
+    /// premultiplied.
     pub channels: usize,
     pub samples: Samples,
-    /// Orientation in EXIF metadata, 1 to 8; 1: as stored.
+    /// Orientation from EXIF metadata, 1 to 8; 1: as stored.
     pub orientation: u8,
 }
 
 impl Picture {
-    /// Returns true if alpha is a cut-out: nearly all pixels are opaque or transparent, there are
-    /// both, and nearly all transparent ones are black, as programs store nothing. Masks of gloss or
-    /// of clothes have details of the picture below, and a white that was not meant to be seen is
-    /// the colour of paper in others.
+    /// Returns true if alpha is a cut-out: nearly all pixels are opaque or transparent, both exist,
+    /// and nearly all transparent ones are black, as programs store empty pixels. The transparent
+    /// pixels of masks of gloss or of clothes have details of the picture instead. In other
+    /// pictures they are white, the colour of paper.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),
@@ -28,7 +29,7 @@ impl Picture {
         }
     }
 
-    /// Leaves out an alpha channel that is 1 in all pixels.
+    /// Removes an alpha channel that is 1 in all pixels.
     pub fn drop_opaque_alpha(&mut self) {
         fn dropped<T: Copy + PartialEq>(samples: &[T], channels: usize, opaque: T) -> Option<Vec<T>> {
             let texels = samples.chunks_exact(channels);
@@ -49,16 +50,16 @@ impl Picture {
     }
 }
 
-/// [`Picture::is_cut_out`] of samples, of which `value` gives the numbers from 0 to 1.
+/// [`Picture::is_cut_out`] for samples that `value` converts to numbers from 0 to 1.
 fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> bool {
-    /// Alpha of transparent pixels at most, and of opaque ones at least.
+    /// Maximum alpha of transparent pixels, and minimum alpha of opaque ones.
     const ENDS: [f32; 2] = [0.04, 0.96];
-    /// Share of pixels between the ends, at most.
+    /// Maximum share of pixels between the ends.
     const GRADED: f32 = 0.05;
-    /// Share of transparent pixels, and of opaque ones, at least: one colour of a palette is
-    /// transparent.
+    /// Minimum share of transparent pixels, and of opaque ones. A palette may have one transparent
+    /// colour that few pixels use.
     const BOTH: f32 = 0.01;
-    /// Share of the transparent pixels that are black, at least, and the largest sample of black.
+    /// Minimum share of black among the transparent pixels, and maximum sample of black.
     const NOTHING: f32 = 0.9;
     const BLACK: f32 = 0.06;
     if channels % 2 != 0 {
@@ -80,7 +81,7 @@ fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32)
         && black as f32 >= NOTHING * transparent as f32
 }
 
-/// Samples by their type: shares of the largest number, or linear values.
+/// Samples by type: integers as shares of the largest integer, or linear floats.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Samples {
     Bytes(Vec<u8>),
@@ -88,31 +89,32 @@ pub(super) enum Samples {
     Floats(Vec<f32>),
 }
 
-/// What a header says of a picture.
+/// Size and sample format of a picture, from its header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PictureHeader {
     pub width: u64,
     pub height: u64,
-    /// Samples of a texel.
+    /// Samples per texel.
     pub channels: u64,
-    /// Bytes of a sample.
+    /// Bytes per sample.
     pub sample_bytes: u64,
 }
 
 impl PictureHeader {
-    /// Bytes of its samples.
+    /// Size of the samples in bytes.
     pub fn bytes(&self) -> u64 {
         // Sizes have been checked: products are far below 2⁶⁴.
         self.width * self.height * self.channels * self.sample_bytes
     }
 
-    /// Bytes that reading takes at most: the samples, as many again while they are put in order, and two rows as they are packed.
+    /// Maximum memory for reading in bytes: the samples, one copy while they are reordered, and two
+    /// packed rows.
     pub fn reading_bytes(&self) -> u64 {
         2 * self.bytes() + 2 * self.bytes() / self.height.max(1)
     }
 }
 
-/// The error of a file that a decoder refuses.
+/// Error of a file that a decoder refuses.
 pub(super) fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
     FileError::new(path, format!("cannot decode the picture: {error}")).help("it may be damaged; save it again")
 }

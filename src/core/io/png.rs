@@ -9,27 +9,28 @@ use std::io::{self, Write};
 use std::path::Path;
 
 impl Image {
-    /// Writes the picture as `tone` shows it ([`display_bytes`]) to the PNG file `path`: 8 bits for an
-    /// sRGB display. An automatic exposure is metered in the
-    /// image. [`Output::write_image`] does the same and says in the file how the picture was made.
+    /// Writes the picture with the tone curve of `tone` ([`display_bytes`]) to the PNG file `path`:
+    /// 8 bits for an sRGB display. An automatic exposure is metered in the image.
+    /// [`Output::write_image`] does the same and also writes the provenance of the picture to the
+    /// file.
     ///
     /// # Errors
     ///
-    /// A file that cannot be written; one that was there is kept then.
+    /// The file cannot be written. An existing file is kept.
     pub fn save_png(&self, path: impl AsRef<Path>, tone: &Tone) -> Result<(), FileError> {
         let tone = metered(*tone, self);
         Output::prepare(path)?.write(|writer| write_as(writer, self, &tone, software()))
     }
 }
 
-/// Name and version of the program, as image files call it.
+/// Name and version of the program, for image files.
 pub(super) fn software() -> String {
     format!("embrasure {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Writes `image` as `tone` shows it. An automatic exposure is metered in `image`.
+/// Writes `image` with the tone curve of `tone`. An automatic exposure is metered in `image`.
 ///
-/// A crop becomes a picture of its own size, since PNG has no data window.
+/// A crop becomes a picture of its own size, because PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
     write_printed(
         writer,
@@ -40,7 +41,7 @@ pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone
     )
 }
 
-/// Writes `image` as `tone` shows it, whose exposure must be known ([`display_bytes`]).
+/// Writes `image` with the tone curve of `tone`, whose exposure must be known ([`display_bytes`]).
 pub(super) fn write_as(writer: impl Write, image: &Image, tone: &Tone, software: String) -> io::Result<()> {
     write_printed(writer, image, tone, software, None)
 }
@@ -61,16 +62,17 @@ fn write_printed(
     encode_as(writer, (color_type(channels), density), size, &bytes, &texts)
 }
 
-/// `image` in 8 bits for an sRGB display, row by row from the top, and the number of channels: 4 over
-/// a transparent background, else 3. `tone` must have a known exposure.
+/// Returns the number of channels, and `image` in 8 bits for an sRGB display, row by row from the
+/// top. There are 4 channels over a transparent background, else 3. `tone` must have a known
+/// exposure.
 ///
-/// `tone` changes light, and not a colour behind it. A pixel that nothing covers has the code of that
+/// `tone` changes light, but not a background colour. A pixel without coverage has the code of that
 /// colour. Light covers it in linear values.
 ///
-/// Colours over a transparent background are not premultiplied (PNG specification, 3rd edition, §6.2).
-/// Browsers and most painting programs blend codes in place of light. Alpha is therefore such that
-/// their result is what the blend of light gives, over black and over white. For a colour, whose
-/// channels ask for different values of alpha, it is the middle of them.
+/// Colours over a transparent background are not premultiplied (PNG specification, 3rd edition,
+/// §6.2). Browsers and most painting programs blend codes instead of light. Alpha is therefore
+/// chosen so that their result equals the blend of light, over black and over white. The channels
+/// of a colour need different values of alpha, so the middle of the values is used.
 pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
     let Some((backing, coverage)) = image.coverage() else {
         return (3, image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect());
@@ -107,7 +109,8 @@ fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
     }
 }
 
-/// The light `rgb` with a share of `color` in it, which a coverage of `a` leaves, over that colour.
+/// Codes of the light `rgb` of coverage `a` over `color`. `rgb` includes the share of `color` that
+/// `a` leaves visible.
 fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
     if a == [1.0; 3] {
         return tone.encode_u8(rgb);
@@ -118,8 +121,9 @@ fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
     [0, 1, 2].map(|c| srgb::encode_u8(shown[c] + behind[c]))
 }
 
-/// What a display emits for the premultiplied light `rgb` of coverage `a`: the straight colour as `tone`
-/// shows it, so that the rim of an object has the object's own colour, times the coverage.
+/// Light that a display emits for the premultiplied light `rgb` of coverage `a`: the straight
+/// colour after the tone curve, times the coverage. The rim of an object thus has the colour of the
+/// object.
 fn shown(rgb: [f32; 3], a: f32, tone: &Tone) -> [f32; 3] {
     if a > 0.0 {
         tone.encode(rgb.map(|v| v / a)).map(|v| a * srgb::decode(v))
@@ -136,12 +140,13 @@ fn color_type(channels: usize) -> png::ColorType {
     }
 }
 
-/// Writes 8-bit sRGB pixels, row by row from the top, with texts by their keywords.
+/// Writes 8-bit sRGB pixels, row by row from the top, and text chunks by keyword.
 pub(super) fn encode(writer: impl Write, size: [u32; 2], bytes: &[u8], texts: &[(&str, String)]) -> io::Result<()> {
     encode_as(writer, (png::ColorType::Rgb, None), size, bytes, texts)
 }
 
-/// An 8-bit PNG file in memory: sRGB colours with three `channels`, with alpha as a fourth, or a grey with one, row by row from the top.
+/// An 8-bit PNG file in memory, row by row from the top. `channels` is 1 for grey, 3 for sRGB
+/// colours, 4 for colours and alpha.
 pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
     encode_as(&mut file, (color_type(channels), None), size, bytes, &[])?;
@@ -234,7 +239,7 @@ mod tests {
                 let color = Spectrum::from(code.map(|v| srgb::decode(f32::from(v) / 255.0)));
                 let image = covered(color.to_array(), Backing::Color(color), 0.0);
                 assert_eq!(display_bytes(&image, &tone), (3, code.to_vec()), "{tone}");
-                // Surfaces are as they are without it.
+                // Surfaces do not change with the background.
                 let light = [0.5, 0.2, 3.0];
                 let image = covered(light, Backing::Color(color), 1.0);
                 assert_eq!(display_bytes(&image, &tone).1, tone.encode_u8(light), "{tone}");
@@ -263,7 +268,7 @@ mod tests {
         }
     }
 
-    /// The pixels of a saved picture are those that the tone curve gives, and a file in a folder that is not there is an error.
+    /// The pixels of a saved picture follow the tone curve, and a missing folder is an error.
     #[test]
     fn saved_pictures_are_as_the_tone_shows_them() {
         let size = UVec2::new(2, 1);

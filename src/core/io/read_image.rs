@@ -5,7 +5,8 @@ use crate::film::RgbImage;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::path::Path;
 
-/// Bytes that a pixel of an image, or a texel of an environment, takes while it is read: three floats and its colour.
+/// Memory per pixel of an image, or per texel of an environment, while it is read, in bytes: three
+/// floats and its colour.
 pub const BYTES_OF_A_NEW_TEXEL: u64 = 28;
 
 /// Reads `R G B` of the first layer of an EXR file.
@@ -13,7 +14,7 @@ pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
     read_exr_within(path, Allowance::of_system())
 }
 
-/// Reads `R G B` of the first layer of an EXR file, where reading may take so much memory.
+/// Reads `R G B` of the first layer of an EXR file within the memory of `allowance`.
 pub(super) fn read_exr_within(path: &Path, allowance: Allowance) -> Result<RgbImage, FileError> {
     let failed = |error: &dyn std::fmt::Display| {
         let message = format!("cannot read this as an EXR image with R, G and B: {error}");
@@ -47,7 +48,8 @@ mod tests {
     use super::*;
     use ::exr::prelude::WritableImage;
 
-    /// Numbers in the file are overwritten one by one: none may end in a panic or in memory that is not there.
+    /// Numbers in the file are overwritten one by one. None may cause a panic or an excessive
+    /// allocation.
     #[test]
     fn damaged_headers_are_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -9,25 +9,25 @@ use crate::options::{Finish, backing_of};
 use ::exr::prelude as exr;
 use std::path::Path;
 
-/// Floats that reading takes for each that is there: the decoder's, and the copy that is kept.
+/// Number of floats in memory per float of the file: the decoder's, and the copy in [`Layers`].
 const COPIES: u64 = 2;
 
-/// All channels of an EXR file, whichever program wrote it.
+/// All channels of an EXR file from any program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {
     /// Size of the full image: the display window.
     pub resolution: UVec2,
     /// Channels with a value for every pixel of their window, in the order of the file.
     pub channels: Vec<LayerChannel>,
-    /// What the render did to show the picture: the exposure is the metered one, if the file names it.
-    /// It has a denoiser only if the picture is still raw.
+    /// Display settings of the render. The exposure is the metered one if the file has it. The
+    /// denoiser is set only if the picture is still raw.
     pub finish: Finish,
-    /// The background, if pictures for display show it as it was asked for.
+    /// Background, if pictures for display show it as requested.
     pub backing: Option<Backing>,
 }
 
 impl Layers {
-    /// Layers of the sums of a checkpoint, which holds nothing else of the picture: its `image`.
+    /// Layers of the `image` of a checkpoint, which holds only its sums.
     pub fn of_image(image: Image, metadata: &Metadata) -> Self {
         let channels = image.channels.into_iter().map(|channel| LayerChannel {
             name: channel.name.into(),
@@ -47,29 +47,29 @@ impl Layers {
 /// A channel of an EXR file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerChannel {
-    /// Name, `layer.component`; of parts after the first one with the part's name before it.
+    /// Name, `layer.component`. In parts after the first, the name of the part comes before it.
     pub name: String,
-    /// How the file holds the values.
+    /// Type of the values in the file.
     pub kind: SampleKind,
-    /// Pixels of the full image that it has.
+    /// Pixels of the full image that the channel covers.
     pub window: Rect,
     /// Values of these pixels, row by row from the top.
     pub values: Vec<f32>,
 }
 
-/// How an EXR file holds numbers.
+/// Number types of EXR files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleKind {
     /// 16-bit floats.
     Half,
     /// 32-bit floats.
     Float,
-    /// Whole numbers of 32 bits.
+    /// 32-bit unsigned integers.
     Whole,
 }
 
 impl SampleKind {
-    /// Name of the type in the format's specification.
+    /// Name of the type in the specification of EXR.
     pub fn name(self) -> &'static str {
         match self {
             Self::Half => "half",
@@ -79,11 +79,13 @@ impl SampleKind {
     }
 }
 
-/// Reads all channels of an EXR file that have a value for every pixel, but for the state of a render. Pixels outside of the display window are left out.
+/// Reads all channels of an EXR file that have a value for every pixel, except the state of a
+/// render. Pixels outside of the display window are left out.
 ///
 /// # Errors
 ///
-/// Files that are no EXR files or damaged, deep data, and files that take more memory than is available.
+/// The file is not an EXR file or is damaged, has deep data, or needs more memory than is
+/// available.
 pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
     let failed = |error: &dyn std::fmt::Display| {
         FileError::new(path, format!("cannot read this as an EXR image: {error}"))

@@ -1,7 +1,8 @@
 //! Pictures for textures: PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS, Radiance and EXR files.
 //!
-//! The header of a file is believed as far as its length allows (`check_size`), and what decoders are known to fail on is refused first (`check_tga`,
-//! `check_exr`). Six million randomly damaged files ended in errors or pictures, within 16 MB of memory.
+//! The header of a file is limited by the file's length (`check_size`). Files on which decoders are
+//! known to fail are refused first (`check_tga`, `check_exr`). Six million randomly damaged files
+//! ended in errors or pictures, within 16 MB of memory.
 
 use super::FileError;
 use super::dds::{self, DdsFile};
@@ -18,7 +19,7 @@ use std::fmt::Display;
 use std::io::{self, BufRead};
 use std::path::Path;
 
-/// What an EXR file is read for.
+/// Channels to read from an EXR file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wanted {
     /// Colours or greys, with alpha.
@@ -27,26 +28,27 @@ pub(super) enum Wanted {
     Depth,
 }
 
-/// What a decoder may take for itself and the samples: those of the largest picture, with 16 bits and alpha.
+/// Maximum memory of a decoder, including the samples, in bytes: the largest picture with 16 bits
+/// and alpha.
 const MAX_BYTES: u64 = 1 << 31;
-/// What it may take of that in any case, so that it can read a header.
+/// Minimum of this limit, so that a decoder can read a header.
 const MIN_BYTES: u64 = 1 << 24;
 
-/// A picture whose header was read.
+/// A picture whose header has been read.
 enum Opened {
     Exr(Box<ExrFile>),
     Dds(Box<DdsFile>),
-    /// Any other file, and whether it is a GIF file.
+    /// Any other file. True for a GIF file.
     Other(Box<dyn ImageDecoder>, bool, ReadFailure),
 }
 
-/// What the header of a picture says.
+/// Reads size and sample format from the header of a picture.
 pub(super) fn picture_size(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<PictureHeader, FileError> {
     Ok(open(path, wanted, allowance)?.size(wanted))
 }
 
-/// Reads a picture of any format of this module. Its first bytes say which, else its name. A GIF file
-/// has its first picture.
+/// Reads a picture of any format of this module. The first bytes decide the format, or else the
+/// name. A GIF file returns its first picture.
 pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Picture, FileError> {
     let opened = open(path, wanted, allowance)?;
     allowance.check(path, opened.size(wanted).reading_bytes())?;
@@ -59,7 +61,7 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) ->
             let orientation = orientation.ok().and_then(Result::ok).map_or(1, |o| o.to_exif());
             let image = decoded(path, || DynamicImage::from_decoder(decoder)).map_err(|e| failure.or(path, e))?;
             let mut picture = unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?;
-            // GIF files are decoded with alpha, whether they have a transparent colour or not.
+            // GIF files are decoded with alpha, even without a transparent colour.
             if is_gif {
                 picture.drop_opaque_alpha();
             }
@@ -72,7 +74,7 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) ->
     Ok(picture)
 }
 
-/// Reads the header of a picture, and refuses what cannot be true of it.
+/// Reads the header of a picture, and returns an error if it is invalid.
 fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, FileError> {
     let input = Input::open(path, "the picture").map_err(|error| error.help_if_none("check the path"))?;
     let (length, failure) = (input.length(), input.failure());
@@ -110,7 +112,7 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
             limits.max_alloc = Some(max);
             reader.limits(limits);
             let decoder = decoded(path, || {
-                // Some decoders take memory for whole rows with the header.
+                // Some decoders allocate whole rows with the header.
                 match reader.into_decoder() {
                     Err(ImageError::Limits(_)) => Ok(Err(too_large(path, max, allowance))),
                     decoder => decoder.map(Ok),
@@ -137,7 +139,7 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
     }
 }
 
-/// That a picture takes more than the `max` bytes that are left for it.
+/// Error: a picture needs more than the `max` bytes that are left for it.
 fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
     let left = in_words(max);
     let message = match allowance.limit.filter(|_| max < MAX_BYTES) {
@@ -180,8 +182,8 @@ impl Opened {
     }
 }
 
-/// What a decoder of another crate makes of the file. Some panic over damaged ones (zune-jpeg 0.5.15 does, over wrong sampling factors), which is
-/// one more way to say so.
+/// Runs a decoder of another crate and converts its errors. Some decoders panic on damaged files
+/// (zune-jpeg 0.5.15 on wrong sampling factors), which is an error, too.
 fn decoded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
     match guarded(decode) {
         Ok(decoded) => decoded.map_err(|e| damaged(path, &e)),
@@ -214,8 +216,8 @@ fn unpack(image: DynamicImage) -> Option<Picture> {
     })
 }
 
-/// Encoding exponent of a PNG file, the value of its chunk gAMA; 1/2.2 or so is that of sRGB. `None` if a
-/// chunk of higher priority is there (sRGB, iCCP, cICP; PNG 3, §4.3), or for other files.
+/// Encoding exponent of a PNG file, from its chunk gAMA; about 1/2.2 is the exponent of sRGB.
+/// `None` for other files, or if a chunk of higher priority exists (sRGB, iCCP, cICP; PNG 3, §4.3).
 pub(super) fn png_gamma(path: &Path) -> Option<f32> {
     let reader = Input::open(path, "the picture").ok()?.buffered(path).ok()?;
     let read = guarded(|| png::Decoder::new(reader).read_info().ok());
@@ -228,8 +230,8 @@ pub(super) fn png_gamma(path: &Path) -> Option<f32> {
         .map(|gamma| gamma.into_value())
 }
 
-/// An error where the header has a palette that its pixels do not use and whose colours have another size than these: the image
-/// crate (0.25.9) takes the one for the other, and panics.
+/// Returns an error if the header has a palette that the pixels do not use and whose colours have
+/// another size than the pixels: the image crate (0.25.9) confuses the two sizes and panics.
 fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     let header = <[u8; 18]>::try_from(start).map_err(|_| damaged(path, &"it ends in its header"))?;
     let [_, has_palette, kind, _, _, _, _, palette_bits, .., pixel_bits, _] = header;
@@ -240,7 +242,7 @@ fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Which of its channels a picture is made of, and their samples.
+/// Channels of a picture, and their samples.
 struct Channels {
     width: usize,
     height: usize,
@@ -248,7 +250,7 @@ struct Channels {
     samples: Vec<f32>,
 }
 
-/// Channels of EXR files that mean something here, in the order in which they are asked for.
+/// Channels of EXR files that pictures use, in the order in which they are read.
 #[derive(Clone, Copy)]
 enum ExrChannel {
     Red,
@@ -259,7 +261,7 @@ enum ExrChannel {
     Depth,
 }
 
-/// Reads the first layer of an EXR file: `R G B` or, where these are not there, `Y`, and `A` where it is there; or `Z`.
+/// Reads the first layer of an EXR file: `R G B` or else `Y`, and `A` if it exists; or `Z`.
 fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileError> {
     let ExrFile { meta, reader, failure } = file;
     let choose = |size: exr::Vec2<usize>, found: &Found| {
@@ -345,7 +347,7 @@ type Found = (
     Option<exr::ChannelDescription>,
 );
 
-/// The channels that a picture is made of; none where they are not there.
+/// Channels of the picture. Empty if the requested channels do not exist.
 fn sources((r, g, b, y, a, z): &Found, wanted: Wanted) -> Vec<ExrChannel> {
     let mut sources = match wanted {
         Wanted::Depth if z.is_some() => return vec![ExrChannel::Depth],

@@ -14,28 +14,29 @@ use ::exr::meta::header::Header;
 use ::exr::prelude as exr;
 use std::path::Path;
 
-/// Floats a pixel that a [`Rendering`] has, with copies on the way to it.
+/// Floats per pixel of a [`Rendering`], including temporary copies.
 const FLOATS_MADE: u64 = 16;
 
-/// A picture from a file, with what the file says of its place and its noise.
+/// A picture from a file, with its place and its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rendering {
     /// Size of the full image.
     pub resolution: UVec2,
-    /// The part of it that is there.
+    /// Part of the full image that the file holds.
     pub window: Rect,
     /// Linear Rec.709 of these pixels.
     pub image: RgbImage,
-    /// Noise of the values; `None` where the file does not say.
+    /// Noise of the values; `None` if the file has none.
     pub noise: Option<Noise>,
-    /// Whether the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
+    /// True if the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
     pub is_display: bool,
-    /// The setting that biases the picture, from the file; `None` if the file has none.
+    /// Setting that biases the picture, from the file; `None` if the file has none.
     pub bias: Option<String>,
 }
 
 impl Rendering {
-    /// A rendered image as the picture that its file would hold, where pixels have `common` errors.
+    /// Converts a rendered image to the picture that its file would hold. `common` is the kind of
+    /// errors that pixels share.
     pub fn of_image(image: &Image, common: CommonErrors) -> Self {
         let values = |name| image.channel(name).map(|channel| channel.values.as_slice());
         let variance = ["variance.R", "variance.G", "variance.B"].map(values);
@@ -57,7 +58,7 @@ impl Rendering {
         }
     }
 
-    /// The pixels of `window` alone, which must be some of those that are there.
+    /// Pixels of `window` only, which must be a part of the existing pixels.
     pub fn cropped(&self, window: Rect) -> Self {
         let width = self.window.size().x as usize;
         let kept = |i: usize| self.window.min + UVec2::new((i % width) as u32, (i / width) as u32);
@@ -87,8 +88,8 @@ impl Rendering {
     }
 }
 
-/// Reads a picture: `R G B`, or `Y`, of the first part of an EXR file that has them, or a picture of another format. Alpha is not
-/// looked at.
+/// Reads a picture: `R G B`, or `Y`, of the first part of an EXR file that has them, or a picture
+/// of another format. Alpha is ignored.
 pub fn read_rendering(path: &Path) -> Result<Rendering, FileError> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         read_exr(path)
@@ -160,7 +161,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         variance: rgb(&variance),
         samples: match channel(layer, "samples") {
             Some(samples) => place.pick(&samples),
-            // Without the attribute, variances are used unchanged.
+            // Without this channel, variances are used unchanged.
             None => vec![f32::INFINITY; window.area() as usize],
         },
         common: common_errors(&layer.attributes),
@@ -181,7 +182,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
 
 type Layer = exr::Layer<exr::AnyChannels<exr::FlatSamples>>;
 
-/// Values of a channel that has one for every pixel.
+/// Values of a channel, if it has one for every pixel.
 fn channel(layer: &Layer, name: &str) -> Option<Vec<f32>> {
     let channel = layer.channel_data.list.iter().find(|c| c.name.eq(name))?;
     let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
@@ -199,8 +200,8 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
     })
 }
 
-/// Which errors pixels may have in common. A file of this program that does not say so, as earlier builds wrote, may have any; one of another
-/// program those of tiles.
+/// Errors that pixels may have in common. If a file has no such attribute, a file of this program
+/// (of an earlier build) may have any errors, and a file of another program has those of tiles.
 fn common_errors(attributes: &exr::LayerAttributes) -> CommonErrors {
     let is_there = |name: &str| attributes.other.contains_key(&exr::Text::from(name));
     match text_attribute(attributes, COMMON_ERRORS) {
@@ -215,7 +216,8 @@ mod tests {
     use super::*;
     use ::exr::prelude::WritableImage;
 
-    /// A grey picture of 6 × 5 pixels, the column and ten times the row, that lies at `corner` of a display window of 8 × 8.
+    /// A grey picture of 6 × 5 pixels at `corner` of a display window of 8 × 8. Its value is the
+    /// column plus ten times the row.
     fn write(path: &Path, corner: (i32, i32)) {
         let values = (0..30).map(|i| (i % 6 + 10 * (i / 6)) as f32).collect();
         let list = [exr::AnyChannel::new("Y", exr::FlatSamples::F32(values))];
@@ -258,7 +260,7 @@ mod tests {
         assert!(read_rendering(&path).unwrap_err().message.contains("display window"));
     }
 
-    /// Numbers in the file are overwritten one by one: none may end in a panic.
+    /// Numbers in the file are overwritten one by one. None may cause a panic.
     #[test]
     fn damaged_files_are_errors() {
         let folder = tempfile::tempdir().unwrap();

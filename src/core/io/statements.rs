@@ -1,39 +1,41 @@
-//! Statements of OBJ and MTL files. Comments, continued lines and byte-order marks are resolved here, and a text is cut between statements.
+//! Statements of OBJ and MTL files. Comments, continued lines and byte-order marks are resolved
+//! here, and a text is cut between statements.
 
 use super::Position;
 use std::borrow::Cow;
 
-/// Keyword of ZBrush's colours of vertices.
+/// Keyword of vertex colours from ZBrush.
 pub(crate) const MRGB: &str = "#MRGB";
 
 /// A statement of an OBJ or MTL file.
 pub(crate) struct Statement<'a> {
-    /// Line it starts on, counted from 1.
+    /// First line of the statement, counted from 1.
     pub line: usize,
-    /// Byte of the text at which that line begins.
+    /// Byte offset in the text of that line.
     pub start: usize,
     /// Statement without its comment.
     pub text: Cow<'a, str>,
-    /// Line with its comment, if it has one and no line continues it.
+    /// Line with its comment, if it has one and is not continued.
     commented: Option<&'a str>,
 }
 
 impl<'a> Statement<'a> {
-    /// What follows the keyword, with a comment that may be a part of a name such as `Paint #1`.
+    /// Text after the keyword, including a comment that may be part of a name such as `Paint #1`.
     pub fn whole_name(&self) -> Option<&'a str> {
         self.commented.map(|line| split_keyword(line).1)
     }
 }
 
-/// The statements of an OBJ or MTL file with the lines they start on, counted from 1.
+/// Statements of an OBJ or MTL file, each with its first line, counted from 1.
 pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     whole_statements(text).map(|statement| (statement.line, statement.text))
 }
 
-/// The statements of an OBJ or MTL file.
+/// Statements of an OBJ or MTL file.
 ///
-/// A byte-order mark is skipped, a `\` at the end of a line joins the next line to it, and comments are left out: a `#`
-/// starts one at the beginning of a word, so that names like `Mat#2` stay whole. Empty statements are left out too.
+/// A byte-order mark is skipped. A `\` at the end of a line joins the next line to it. Comments are
+/// left out: a `#` starts one at the beginning of a word, so that names like `Mat#2` stay whole.
+/// Empty statements are left out, too.
 pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
@@ -55,7 +57,7 @@ pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>
     .filter(|statement| !statement.text.is_empty())
 }
 
-/// The text with `\n` at the ends of lines, where the classic Mac wrote `\r` alone.
+/// Converts the line ends of the classic Mac (`\r` only) to `\n`.
 pub(crate) fn with_line_feeds(text: String) -> String {
     if text.contains('\n') {
         text
@@ -64,7 +66,7 @@ pub(crate) fn with_line_feeds(text: String) -> String {
     }
 }
 
-/// Cuts a text into chunks of `size` bytes or a little more, none of which ends within a statement.
+/// Cuts a text into chunks of `size` bytes or a little more. No chunk ends within a statement.
 pub(crate) fn chunks(text: &str, size: usize) -> Vec<&str> {
     let mut chunks = Vec::new();
     let mut rest = text;
@@ -76,9 +78,10 @@ pub(crate) fn chunks(text: &str, size: usize) -> Vec<&str> {
     chunks
 }
 
-/// Where the first word that is `word` stands in the statement that begins on `line` of `text`; the line, where there is none.
+/// Position of the first word equal to `word` in the statement that begins on `line` of `text`. The
+/// line, if there is no such word.
 ///
-/// Made for messages: it counts lines anew.
+/// For messages: it counts lines again.
 pub(crate) fn place_of(text: &str, line: usize, word: &str) -> Position {
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     for (index, content) in lines.skip(line.saturating_sub(1)) {
@@ -103,13 +106,13 @@ pub(crate) fn place_of(text: &str, line: usize, word: &str) -> Position {
     Position::line(line)
 }
 
-/// The keyword of a statement, and what follows it.
+/// Splits a statement into its keyword and the rest.
 pub(crate) fn split_keyword(statement: &str) -> (&str, &str) {
     let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
     (keyword, rest.trim())
 }
 
-/// The statement that begins with `start` and goes on in `lines`.
+/// Joins the statement that begins with `start` with its continuation `lines`.
 fn joined<'a>(start: &str, lines: impl Iterator<Item = &'a str>) -> String {
     let mut statement = start.to_string();
     for line in lines {
@@ -127,7 +130,7 @@ fn joined<'a>(start: &str, lines: impl Iterator<Item = &'a str>) -> String {
     statement
 }
 
-/// Where the statement ends that byte `from` belongs to, or the text.
+/// End of the statement that contains byte `from`, or end of the text.
 fn statement_end(text: &str, from: usize) -> usize {
     let Some(before) = text.as_bytes().get(..from) else {
         return text.len();
@@ -142,18 +145,19 @@ fn statement_end(text: &str, from: usize) -> usize {
     end
 }
 
-/// The line without its comment and surrounding blanks.
+/// Returns the line without its comment and surrounding blanks.
 pub fn uncommented(line: &str) -> &str {
     parts(line).0
 }
 
-/// The line without surrounding blanks: without its comment, and with it if there is one.
+/// Returns the line without surrounding blanks, first without its comment, then with it if there is
+/// one.
 fn parts(line: &str) -> (&str, Option<&str>) {
-    // Few lines have a comment, and this is the faster search.
+    // Few lines have a comment, and this search is faster.
     if !line.as_bytes().contains(&b'#') {
         return (line.trim(), None);
     }
-    // Colours of vertices, which other programs are to skip
+    // Vertex colours, in comments that other programs skip
     if line.starts_with(MRGB) {
         return (line.trim(), None);
     }
@@ -163,14 +167,14 @@ fn parts(line: &str) -> (&str, Option<&str>) {
     }
 }
 
-/// Where comments may begin: each `#` at the start of a word.
+/// Byte offsets where comments may begin: each `#` at the start of a word.
 fn comment_starts(line: &str) -> impl DoubleEndedIterator<Item = usize> + Clone {
     let starts_word = |i: usize| line[..i].chars().next_back().is_none_or(char::is_whitespace);
     line.match_indices('#').map(|(i, _)| i).filter(move |&i| starts_word(i))
 }
 
-/// The names that a name with a comment may mean, the longest first: `Paint #1 # red` is that, or
-/// `Paint #1`.
+/// Possible names for a name with a comment, the longest first: `Paint #1 # red` is either the
+/// whole text or `Paint #1`.
 pub(crate) fn possible_names(whole: &str) -> impl Iterator<Item = &str> + Clone {
     let starts: Vec<usize> = comment_starts(whole).skip(1).collect();
     let shorter = starts.into_iter().rev().map(|start| whole[..start].trim_end());
@@ -234,7 +238,7 @@ mod tests {
         assert_eq!(place(4, "7"), (4, None));
         assert_eq!(place(7, "Mat#2"), (7, Some(8)));
         assert_eq!(place(99, "x"), (99, None));
-        // As columns of characters, and never a part of a word
+        // Columns count characters, and `word` matches whole words only
         assert_eq!(place_of("ä 10 1\n", 1, "1").column, Some(6));
     }
 
@@ -250,14 +254,14 @@ mod tests {
         assert!(chunks(TEXT, 1).len() == 5, "{:?}", chunks(TEXT, 1));
     }
 
-    /// A statement begins with its keyword, wherever its first words stand.
+    /// The keyword begins a statement, even on a continued line.
     #[test]
     fn a_statement_may_begin_with_an_empty_line() {
         let got: Vec<_> = statements("\\\n \\\nf 1 2 3\n").collect();
         assert_eq!(got, [(1, Cow::Borrowed("f 1 2 3"))]);
     }
 
-    /// Takes minutes if each line that is joined copies the statement anew.
+    /// Takes minutes if each joined line copies the statement again.
     #[test]
     fn a_statement_may_have_many_lines() {
         let text = "1\\\n".repeat(300_000);

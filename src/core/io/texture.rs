@@ -1,5 +1,5 @@
-//! Textures from pictures: of a file's samples a texture keeps those that it is for, such as one byte a texel of an opacity map, whatever the file
-//! has.
+//! Textures from pictures. A texture keeps only the samples that it needs, such as one byte per
+//! texel of an opacity map, for any format of the file.
 
 use super::normal_map::BumpContent;
 use super::picture::{Picture, PictureHeader, Samples};
@@ -13,20 +13,20 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// What a texture is for, which decides how a file's numbers are meant.
+/// Use of a texture. It decides how the numbers of a file are interpreted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureKind {
-    /// Colours: numbers of 8 and 16 bits are sRGB-encoded. Alpha is kept where there is any.
+    /// Colours: numbers of 8 and 16 bits are sRGB-encoded. Alpha is kept if it is not fully opaque.
     Color,
-    /// One number of each texel, linear: opacity, roughness, heights.
+    /// One linear number per texel: opacity, roughness, heights.
     Value(Channel),
     /// Opacity by the alpha of a picture of colours, if that is a cut-out: nearly all texels are
-    /// opaque or transparent, there are both, and the transparent ones are black. An error of other
-    /// pictures.
+    /// opaque or transparent, both exist, and the transparent ones are black. Other pictures are an
+    /// error.
     CutOut,
-    /// A normal map: three numbers, linear.
+    /// A normal map: three linear numbers.
     Normal,
-    /// A normal map whose numbers are sRGB-encoded, which some programs write.
+    /// A normal map whose numbers are sRGB-encoded, as some programs write it.
     EncodedNormal,
     /// Heights, or a normal map if the picture is one.
     HeightsOrNormals,
@@ -35,10 +35,10 @@ pub enum TextureKind {
 }
 
 impl TextureKind {
-    /// Heights: luminances.
+    /// Heights from luminances.
     pub const HEIGHTS: Self = Self::Value(Channel::Luminance);
 
-    /// The kind, where the picture decides between heights and normals.
+    /// Resolves kinds that depend on the picture: heights, normals and cut-outs.
     fn decided(self, picture: &Picture) -> Self {
         match self {
             Self::HeightsOrNormals | Self::NormalsOrHeights => match (BumpContent::of(picture), self) {
@@ -63,41 +63,42 @@ impl TextureKind {
     }
 }
 
-/// A texture that is asked for.
+/// A requested texture.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TextureRequest {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
     /// Use of the texture.
     pub kind: TextureKind,
-    /// What lies beside the unit square.
+    /// Extension of the picture beyond the unit square.
     pub wrap: Wrap,
 }
 
-/// Textures that were read, each once.
+/// Loaded textures, each once.
 #[derive(Debug)]
 pub struct LoadedTextures {
-    /// Textures by id, in the order in which they were asked for first.
+    /// Textures by id, in the order of their first request.
     pub textures: Vec<Texture>,
-    /// Kinds of the textures: what is asked for, or what the picture has decided.
+    /// Kinds of the textures: the requested kind, or the kind that the picture decides.
     pub kinds: Vec<TextureKind>,
-    /// Texture of each request, or the reason why there is none.
+    /// Texture of each request, or the reason for its absence.
     pub ids: Vec<Result<TextureId, FileError>>,
-    /// Repairs.
+    /// Warnings about repaired texels.
     pub warnings: Vec<FileError>,
-    /// Metadata of pictures that is ignored.
+    /// Messages about metadata of pictures that is ignored.
     pub ignored: Vec<FileError>,
 }
 
 impl LoadedTextures {
-    /// Bytes of all textures.
+    /// Size of all textures in bytes.
     pub fn bytes(&self) -> usize {
         self.textures.iter().map(Texture::bytes).sum()
     }
 }
 
-/// Reads what is asked for in the current rayon pool. Requests for one file, also by different names, that agree in all else
-/// share a texture. The number of threads has no influence on any texture. There is none where all together take more memory than the system leaves.
+/// Loads textures in the current rayon pool. Requests for the same file, under any name, with the
+/// same kind and wrap share a texture. The number of threads does not change any texture. No
+/// texture is loaded if all of them need more memory than is free.
 pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
     load_textures_within(requests, Allowance::of_system(), observer).unwrap_or_else(|error| LoadedTextures {
         textures: Vec::new(),
@@ -108,13 +109,13 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
     })
 }
 
-/// Loads textures within a limit of memory; an error where they need more.
+/// Loads textures within a memory limit. Returns an error if they need more.
 pub fn load_textures_within(
     requests: &[TextureRequest],
     allowance: Allowance,
     observer: &dyn LoadObserver,
 ) -> Result<LoadedTextures, FileError> {
-    // Requests by the first that asks for the same
+    // Index of the first equal request, for each request
     let mut firsts = HashMap::new();
     let mut distinct = Vec::new();
     let places: Vec<usize> = requests
@@ -165,8 +166,9 @@ pub fn load_textures_within(
     })
 }
 
-/// Refuses textures that take too much together, before they are read. What their headers say counts; each thread reads one at a time, at worst the
-/// largest ones.
+/// Returns an error if the textures need too much memory together, before they are read. The
+/// estimate uses their headers. Each thread reads one texture at a time; in the worst case all
+/// threads read the largest ones.
 fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
     let cost = |request: &&TextureRequest| {
         let size = header_of(&request.path, request.kind, allowance);
@@ -197,7 +199,7 @@ fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<()
     }
 }
 
-/// The header of a picture, or of all tiles of one.
+/// Header of a picture, or of all tiles of a picture together.
 fn header_of(path: &Path, kind: TextureKind, allowance: Allowance) -> Result<PictureHeader, FileError> {
     let size = |path: &Path| picture_size(path, wanted_for(kind), allowance);
     match Tiles::of_path(path) {
@@ -206,19 +208,20 @@ fn header_of(path: &Path, kind: TextureKind, allowance: Allowance) -> Result<Pic
     }
 }
 
-/// Width and height of a picture; `None` if it cannot be read.
+/// Width and height of a picture in texels; `None` if it cannot be read.
 pub fn texture_size(path: &Path) -> Option<(u64, u64)> {
     let header = picture_size(path, Wanted::Colors, Allowance::of_system()).ok()?;
     Some((header.width, header.height))
 }
 
-/// Returns true if the header of a picture, or of one of its tiles, tells that it has alpha.
+/// Returns true if the header of a picture, or of one of its tiles, has alpha.
 pub fn has_alpha(path: &Path) -> bool {
     let header = header_of(path, TextureKind::Color, Allowance::of_system());
     header.is_ok_and(|header| header.channels % 2 == 0)
 }
 
-/// Bytes that a texture takes for good, and those that it takes besides while it is read and its levels are made.
+/// Memory of a texture in bytes: permanently, and additionally while it is read and its levels are
+/// computed.
 fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     let channels = match kind {
         TextureKind::Value(_) | TextureKind::CutOut => 1,
@@ -229,7 +232,7 @@ fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     let levels = std::iter::successors(Some(finest), |&level| (level != halved(level)).then(|| halved(level)));
     let texels: u64 = levels.map(|(width, height)| width * height).sum();
     let kept = texels * channels * size.sample_bytes;
-    // Levels are made of floats: two rows, and the level before and after.
+    // Levels are computed as floats: two rows, and the previous and the next level.
     let (width, height) = halved(finest);
     let floats = channels * (2 * size.width + width * height * 3 / 2);
     let chosen = size.width * size.height * channels * size.sample_bytes;
@@ -237,7 +240,7 @@ fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     (kept, size.reading_bytes().max(levelling) - kept)
 }
 
-/// What a picture is read for that becomes a texture of this kind.
+/// Channels to read for a texture of this kind.
 fn wanted_for(kind: TextureKind) -> Wanted {
     match kind {
         TextureKind::Value(Channel::Depth) => Wanted::Depth,
@@ -247,7 +250,8 @@ fn wanted_for(kind: TextureKind) -> Wanted {
 
 /// Reads a picture as a texture of the given kind.
 ///
-/// Pictures are taken as they are stored: without a look at gamma chunks, colour profiles or the camera's orientation.
+/// Pictures are used as they are stored: gamma chunks, colour profiles and the camera's orientation
+/// are ignored.
 pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Texture, FileError> {
     load_texture_within(path, kind, wrap, Allowance::of_system()).map(|(texture, ..)| texture)
 }
@@ -255,7 +259,8 @@ pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Textur
 /// Encoding exponent of sRGB in a chunk gAMA (PNG 3, §11.3.2.2).
 const SRGB_GAMMA: f32 = 0.45455;
 
-/// Metadata of the picture at `path` that changes how other programs show it, and that is ignored.
+/// Messages about metadata of the picture at `path` that is ignored, but that changes how other
+/// programs show it.
 fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<FileError> {
     let mut ignored = Vec::new();
     if orientation != 1 {
@@ -271,7 +276,7 @@ fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<File
     ignored
 }
 
-/// Reads a texture, with its kind and with remarks on metadata that is ignored.
+/// Reads a texture. Returns its kind, too, and messages about ignored metadata.
 fn load_texture_within(
     path: &Path,
     kind: TextureKind,
@@ -327,12 +332,12 @@ fn load_texture_within(
     Ok((texture, kind, ignored))
 }
 
-/// A number of a picture.
+/// A sample of a picture.
 trait Sample: Copy + PartialEq {
-    /// Of alpha, where all is covered.
+    /// Alpha of full coverage.
     const OPAQUE: Self;
 
-    /// Luminance of a colour, rounded to what this type has.
+    /// Luminance of a colour, rounded to this type.
     fn luminance(rgb: [Self; 3]) -> Self;
 }
 
@@ -360,7 +365,7 @@ impl Sample for f32 {
     }
 }
 
-/// The samples of a picture that a texture of the given kind keeps, and how many those of a texel are.
+/// Samples of a picture that a texture of the given kind keeps, and their number per texel.
 fn chosen<T: Sample>(samples: Vec<T>, channels: usize, kind: TextureKind) -> (usize, Vec<T>) {
     let texels = || samples.chunks_exact(channels);
     let has_alpha = channels % 2 == 0;
@@ -391,7 +396,7 @@ fn chosen<T: Sample>(samples: Vec<T>, channels: usize, kind: TextureKind) -> (us
     (1, texels().map(value).collect())
 }
 
-/// From the sRGB curve to linear values, but for alpha.
+/// Converts sRGB-encoded values to linear values, except alpha.
 fn linearize(samples: &mut [u16], channels: usize) {
     let linear: Vec<u16> = (0..=u16::MAX)
         .map(|code| (srgb::decode(code as f32 / 65535.0) * 65535.0).round() as u16)

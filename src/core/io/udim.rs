@@ -1,8 +1,8 @@
 //! Textures of several tiles (UDIM): tile 1001 + i + 10 j covers texture coordinates from (i, j) to
 //! (i + 1, j + 1), for i from 0 to 9.
 //!
-//! Tiles become one picture, so that lookups and levels are those of any texture. A path stands for
-//! all tiles if its name has `<UDIM>` in place of the number.
+//! Tiles become one picture, so that lookups and levels are the same as for any texture. A path
+//! means all tiles if its name has `<UDIM>` in place of the number.
 
 use super::FileError;
 use super::picture::{Picture, PictureHeader, Samples};
@@ -10,29 +10,29 @@ use std::fs;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Stands for the number in the names of paths.
+/// Placeholder of the number in the names of paths.
 const MARKER: &str = "<UDIM>";
-/// Spellings of it in libraries: those of Mari and Arnold, and of Houdini.
+/// Spellings of the placeholder in libraries: Mari and Arnold, and Houdini.
 const SPELLINGS: [&str; 3] = [MARKER, "<udim>", "%(UDIM)d"];
-/// Numbers of tiles.
+/// Range of the numbers of tiles.
 const NUMBERS: RangeInclusive<u32> = 1001..=1999;
 
 /// The tiles of a texture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tiles {
-    /// Numbers and files, sorted.
+    /// Number and file of each tile, sorted.
     files: Vec<(u32, PathBuf)>,
 }
 
-/// Names of the tiles that `name` stands for, by their numbers; `None` if it has no mark for the
+/// Possible names of the tiles of `name`, by number. `None` if it has no placeholder for the
 /// number.
 pub fn tile_names(name: &str) -> Option<impl Iterator<Item = String>> {
     let spelling = SPELLINGS.into_iter().find(|spelling| name.contains(spelling))?;
     Some(NUMBERS.map(move |number| name.replacen(spelling, &number.to_string(), 1)))
 }
 
-/// The path of all tiles, of which the file `found` is one: its number is between `.` or `_` and
-/// `.`. `None` if it has no number.
+/// Path of all tiles, from the file `found` of one tile. Its number is after `.`, `_` or `-`, and
+/// before `.`. `None` if it has no number.
 pub fn path_of_tiles(found: &Path) -> Option<PathBuf> {
     let name = found.file_name()?.to_str()?;
     let mut ends = name.match_indices('.').map(|(end, _)| end).filter(|&end| end >= 5);
@@ -46,7 +46,7 @@ pub fn path_of_tiles(found: &Path) -> Option<PathBuf> {
 }
 
 impl Tiles {
-    /// The tiles of a path with the mark in its name; `None` for other paths.
+    /// Tiles of a path with the placeholder in its name; `None` for other paths.
     pub fn of_path(path: &Path) -> Option<Self> {
         let (before, after) = path.file_name()?.to_str()?.split_once(MARKER)?;
         let folder = path
@@ -73,7 +73,7 @@ impl Tiles {
         self.files.iter().map(|(_, file)| file.as_path())
     }
 
-    /// Number of the tile at these texture coordinates; `None` if no tile can be there.
+    /// Number of the tile at these texture coordinates; `None` outside the range of numbers.
     pub fn number_at(u: f32, v: f32) -> Option<u32> {
         let (column, row) = (u.floor(), v.floor());
         let is_tile = (0.0..10.0).contains(&column) && (0.0..100.0).contains(&row);
@@ -85,13 +85,13 @@ impl Tiles {
         self.files.iter().any(|(known, _)| *known == number)
     }
 
-    /// Columns and rows from tile 1001 to the farthest ones.
+    /// Number of columns and rows from tile 1001 to the farthest tiles.
     pub fn size(&self) -> [u32; 2] {
         let places = self.files.iter().map(|(number, _)| place(*number));
         places.fold([1, 1], |[columns, rows], [i, j]| [columns.max(i + 1), rows.max(j + 1)])
     }
 
-    /// The header of the picture of all tiles, of which each has the header `one`.
+    /// Header of the picture of all tiles, if each tile has the header `one`.
     pub(super) fn header(&self, one: PictureHeader) -> PictureHeader {
         let [columns, rows] = self.size().map(u64::from);
         PictureHeader {
@@ -101,7 +101,7 @@ impl Tiles {
         }
     }
 
-    /// The picture of all tiles, which `read` reads. Tiles without a file are white.
+    /// Joins the pictures of all tiles, which `read` reads. Tiles without a file are white.
     pub(super) fn picture(
         &self,
         mut read: impl FnMut(&Path) -> Result<Picture, FileError>,
@@ -160,11 +160,11 @@ fn place(number: u32) -> [u32; 2] {
     [index % 10, index / 10]
 }
 
-/// Tiles of one size.
+/// Grid of tiles of the same size.
 struct Grid {
-    /// Columns and rows.
+    /// Number of columns and rows of tiles.
     size: [usize; 2],
-    /// Samples of a row of a tile, and rows.
+    /// Number of samples in a row of a tile, and number of rows.
     tile: [usize; 2],
 }
 

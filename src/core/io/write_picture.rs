@@ -1,4 +1,4 @@
-//! Pictures that are written: the formats, and the file of a picture in each of them.
+//! Writing pictures: the formats, and the file of a picture in each format.
 
 use super::exr::{self, Header};
 use super::{ExrFormat, FileError, Metadata, State, cryptomatte, png};
@@ -13,12 +13,12 @@ use std::path::Path;
 pub enum Format {
     /// OpenEXR: linear floats, all channels, metadata.
     Exr(ExrFormat),
-    /// PNG: 8 bits for an sRGB display, which shows light as the tone says.
+    /// PNG: 8 bits for an sRGB display, after the tone curve.
     Png(Tone),
 }
 
 impl Format {
-    /// Format by the file name's extension; a PNG clips what is too bright.
+    /// Selects the format by the extension of the file name. A PNG clips values above 1.
     pub fn of_path(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -38,7 +38,7 @@ impl Format {
 }
 
 impl Output {
-    /// Writes `image` in `format`; an EXR also holds `state`, if there is one.
+    /// Writes `image` in `format`. An EXR also holds `state`, if there is one.
     pub fn write_image(
         &self,
         format: &Format,
@@ -53,7 +53,7 @@ impl Output {
     }
 }
 
-/// Writes the channels of `image`, and `state` beside them.
+/// Writes the channels of `image`, and those of `state` if there is one.
 fn write_exr(
     writer: impl Write + Seek,
     image: &Image,

@@ -1,41 +1,44 @@
-/// Dialect of a material library: what its writer means by statements whose meaning differs between programs.
+/// Dialect of a material library: the meaning of statements that differs between programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MtlDialect {
-    /// The dialect of the program that wrote the library, as its comments or the habits of its statements show it; [`MtlDialect::Spec`] where
-    /// neither does. Without a known writer, `Tr` is another word for `d` where both are equal in all materials, or where all materials would be
-    /// clear, and `Ks` with `Ns 0` has no effect.
+    /// Dialect of the program that wrote the library, recognised by its comments or by the habits
+    /// of its statements; otherwise [`MtlDialect::Spec`]. If the writer is unknown, `Tr` means `d`
+    /// if both are equal in all materials, or if all materials would be clear, and `Ks` with `Ns 0`
+    /// has no effect.
     #[default]
     Auto,
-    /// The literal reading: `Ks` and `Ns` are a Phong lobe, `Tr` is 1 − d and counts where there is no `d`.
+    /// The literal reading: `Ks` and `Ns` are a Phong lobe. `Tr` is 1 − d and is used if there is
+    /// no `d`.
     Spec,
-    /// Blender: `Ks` and `Ns` stand for the specular level and the roughness of its principled surface.
+    /// Blender: `Ks` and `Ns` are the specular level and the roughness of its principled surface.
     Blender,
-    /// 3ds Max: `Ks` and `Ns` stand for a highlight of lamps, maps replace colours, and `Tr` counts before `d`.
+    /// 3ds Max: `Ks` and `Ns` are a highlight of lamps, maps replace colours, and `Tr` has priority
+    /// over `d`.
     Max,
-    /// Maya: `illum 4` is written for every surface, opaque ones too, `Tf` is its opacity, and `Ks`
-    /// and `Ns` stand for a highlight of lamps.
+    /// Maya: `illum 4` is written for every surface, including opaque ones. `Tf` is its opacity,
+    /// and `Ks` and `Ns` are a highlight of lamps.
     Maya,
     /// SketchUp: `Ks` is a constant without meaning.
     Sketchup,
-    /// Cinema 4D: `Ks` and `Ns` stand for a highlight of lamps.
+    /// Cinema 4D: `Ks` and `Ns` are a highlight of lamps.
     Cinema4d,
-    /// MeshLab: `Tr` is another word for `d`, `Ks` of `Ns 0` is a constant without meaning, and
-    /// another one stands for a highlight of lamps.
+    /// MeshLab: `Tr` means `d`. `Ks` with `Ns 0` is a constant without meaning; any other `Ks` is a
+    /// highlight of lamps.
     Meshlab,
-    /// Rhino: `Ks` and `Ns` stand for a highlight of lamps, and `Tf` is a constant without meaning.
+    /// Rhino: `Ks` and `Ns` are a highlight of lamps, and `Tf` is a constant without meaning.
     Rhino,
-    /// Wings 3D: `Ks` and `Ns` stand for a highlight of lamps.
+    /// Wings 3D: `Ks` and `Ns` are a highlight of lamps.
     Wings3d,
-    /// 3dfier: `Ks` and `Ns` stand for a highlight of lamps.
+    /// 3dfier: `Ks` and `Ns` are a highlight of lamps.
     Threedfier,
-    /// Assimp: `Ks` and `Ns` stand for a highlight of lamps, and `Tf` has no meaning.
+    /// Assimp: `Ks` and `Ns` are a highlight of lamps, and `Tf` has no meaning.
     Assimp,
-    /// An unknown program whose `Ks` and `Ns` stand for a highlight of lamps.
+    /// An unknown program with `Ks` and `Ns` as a highlight of lamps.
     Highlight,
 }
 
 impl MtlDialect {
-    /// Each by the name that users type, the default first.
+    /// Each dialect by the name that users type, the default first.
     pub const NAMES: &[(&str, Self)] = &[
         ("auto", Self::Auto),
         ("spec", Self::Spec),
@@ -56,15 +59,15 @@ impl MtlDialect {
 /// Meaning of `Tr`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TrMeaning {
-    /// 1 − d; `d` counts where both are given.
+    /// 1 − d; `d` has priority if both are given.
     Transparency,
-    /// 1 − d; `Tr` counts where both are given.
+    /// 1 − d; `Tr` has priority if both are given.
     TransparencyFirst,
-    /// Another word for `d`.
+    /// Equal to `d`.
     Opacity,
 }
 
-/// What a material says of its opacity.
+/// Opacity statements of a material.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Dissolve {
     /// Value of `d`.
@@ -76,12 +79,12 @@ pub(super) struct Dissolve {
 }
 
 impl Dissolve {
-    /// Whether the material says anything of its opacity.
+    /// Returns true if the material has a statement of its opacity.
     pub fn is_given(self) -> bool {
         self.d.is_some() || self.tr.is_some() || self.alpha.is_some()
     }
 
-    /// The opacity, and a message where `d` and `Tr` contradict each other.
+    /// The opacity, and a message if `d` and `Tr` contradict each other.
     pub fn opacity(self, meaning: TrMeaning) -> (f32, Option<String>) {
         let of_tr = |tr: f32| match meaning {
             TrMeaning::Opacity => tr,
@@ -103,8 +106,9 @@ impl Dissolve {
     }
 }
 
-/// Whether `all` materials of a library show `Tr` to be another word for `d`: both are equal, and not 1/2, wherever both are given; or by the letter
-/// nothing of the library could be seen.
+/// Returns true if the materials `all` of a library show that `Tr` means `d`. Either both are
+/// equal, and not 1/2, in all materials that have both, or every material would be fully
+/// transparent in the literal reading.
 pub(super) fn is_tr_opacity(all: &[Dissolve]) -> bool {
     let is_same = |dissolve: &Dissolve| match (dissolve.d, dissolve.tr) {
         (Some(d), Some(tr)) => Some((d - tr).abs() < 1e-3 && (d - 0.5).abs() > 1e-3),

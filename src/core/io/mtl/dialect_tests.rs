@@ -1,4 +1,4 @@
-//! Each dialect, by libraries as its program writes them.
+//! Each dialect, with libraries as its program writes them.
 
 mod writers;
 
@@ -19,12 +19,12 @@ fn in_dialect(dialect: MtlDialect) -> LibraryOptions {
 
 type Read = (Vec<Material>, Vec<Vec<MapSlot>>, Vec<String>);
 
-/// Materials of a library, their slots of textures, and what a render is told.
+/// Materials of a library, the slots of their textures, and messages of a render.
 fn read(text: &str, dialect: MtlDialect) -> Read {
     read_of(None, text, dialect)
 }
 
-/// As [`read`], where an OBJ file of this text names the library.
+/// [`read`] for a library of an OBJ file with the text `obj`.
 fn read_of(obj: Option<&str>, text: &str, dialect: MtlDialect) -> Read {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.mtl");
@@ -119,7 +119,7 @@ fn blender_writes_the_extension_in_its_own_units() {
     );
     assert_eq!((coated.roughness, coated.anisotropy), (0.25, 0.5));
     assert_eq!(coated.sheen, Spectrum::splat(0.5));
-    // The base colour tints what enters, and what leaves again.
+    // The base colour tints light that enters, and again light that leaves.
     let glass = auto(&format!("{NATIVE_5}newmtl m\n{statements}\nTf 1.0 1.0 1.0\n"));
     assert!(
         is_near(glass.transmission.mean(), 0.8) && glass.ior == 1.33,
@@ -131,7 +131,7 @@ fn blender_writes_the_extension_in_its_own_units() {
         is_near(half.diffuse.mean(), 0.32) && is_near(half.transmission.mean(), 0.4),
         "{half:?}"
     );
-    // Without the extension a filter is none of Blender's.
+    // Without the extension, a filter is not from Blender.
     let opaque = blender(250.0, 1.0, 0.5, 1.45, 1.0, 2) + "Tf 1 1 1\n";
     assert!(read(&opaque, MtlDialect::Blender).0[0].transmission.is_black());
 }
@@ -156,7 +156,7 @@ fn pictures_of_blender_replace_numbers() {
 #[test]
 fn pictures_scale_the_specular_level_of_blender() {
     let maps = "map_Ks a.png\n";
-    // A picture replaces the level, but for Blender Internal, whose colours it multiplies.
+    // A picture replaces the level. In Blender Internal the level multiplies it.
     for (text, f0, roughness) in [
         (
             format!("{NATIVE_3}{}{maps}", blender(250.0, 1.0, 0.5, 1.45, 1.0, 2)),
@@ -182,7 +182,7 @@ fn pictures_scale_the_specular_level_of_blender() {
             "{findings:?}"
         );
     }
-    // A constant has no place in the model of the extension.
+    // The model of the extension has no constant `Ks`.
     let (_, _, told) = read("newmtl m\nPr 0.5\nKs 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
     assert!(
         told.iter()
@@ -211,7 +211,7 @@ fn max_writes_levels_and_percent() {
         (chrome.gloss, chrome.diffuse),
         (Gloss::Metallic(1.0), Spectrum::rgb(0.9, 0.9, 0.8))
     );
-    // A picture of glossiness is one of roughness upside down.
+    // A picture of glossiness is an inverted picture of roughness.
     let text = format!("{header}Ns 50\n{end}\tKs 1 1 1\n\tmap_Ns g.png\n");
     let (materials, slots, _) = read(&text, MtlDialect::Auto);
     assert_eq!(
@@ -242,7 +242,7 @@ fn maya_writes_glass_for_everything() {
         auto(&lambert("1.00 1.00 1.00").replace("Ni 1.00", "Ni 0.00")).diffuse,
         Spectrum::splat(0.5)
     );
-    // Without Tf and Ni it could not be glass, or it has the name of a shading group.
+    // It cannot be glass without Tf and Ni, or it has the name of a shading group.
     for statements in [
         "newmtl red\nillum 4\nKd 0.66 0.08 0.04\n",
         "newmtl red\nillum 4\nKd 0.66 0.08 0.04\nTf 1 1 1\n",
@@ -257,7 +257,7 @@ fn maya_writes_glass_for_everything() {
         );
         assert!(!read(statements, MtlDialect::Spec).0[0].transmission.is_black());
     }
-    // Of one writer: one material without Ni is opaque like the others.
+    // A library has one writer: a material without Ni is opaque like the others.
     let mixed = lambert("1 1 1") + "newmtl auv\nillum 4\nKd 0 0 0\nTf 1 1 1\nmap_Kd a.png\n";
     assert!(
         read(&mixed, MtlDialect::Auto)
@@ -265,7 +265,7 @@ fn maya_writes_glass_for_everything() {
             .iter()
             .all(|m| m.transmission.is_black())
     );
-    // Glass that refracts is no habit of Maya's, nor is a filter that leaves room for `Kd`.
+    // Glass that refracts is not from Maya, nor is a filter that leaves room for `Kd`.
     let glass = auto("newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nNi 1.5\n");
     assert_eq!((glass.transmission, glass.ior), (Spectrum::ONE, DEFAULT_IOR));
     for statements in [
@@ -329,7 +329,7 @@ fn sketchup_meshlab_and_cinema_4d_write_constants() {
     assert_eq!(auto(&meshlab.replace("Ns 0", "Ns 50")).gloss, Gloss::Metallic(0.0));
     let cinema = auto("# Wavefront OBJ, CINEMA 4D\nnewmtl m\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 50\n");
     assert_eq!(cinema.gloss, Gloss::Metallic(0.0));
-    // It writes `illum 7` for every material.
+    // Cinema 4D writes `illum 7` for every material.
     let header = "# WaveFront *.mtl file (generated by CINEMA 4D)\n\nnewmtl m\nKa 1 1 1\nKd 0.5 0.5 0.5\nillum 7\n";
     let opaque = auto(header);
     assert!(opaque.transmission.is_black() && opaque.diffuse == Spectrum::splat(0.5));
@@ -369,13 +369,13 @@ fn guesses_are_told_where_they_change_something() {
         let is_letter = materials[0].gloss == Gloss::Phong(250.0);
         assert_eq!(is_letter, dialect == MtlDialect::Spec);
     }
-    // The letter says the same.
+    // The literal reading is the same.
     let (_, _, told) = read(
         "# 3ds Max Wavefront OBJ Exporter\nnewmtl m\nKd 0.5\nNs 10\nKs 0 0 0\n",
         MtlDialect::Auto,
     );
     assert!(told.is_empty(), "{told:?}");
-    // By the letter nothing could be seen.
+    // In the literal reading nothing would be visible.
     let (materials, _, told) = read("newmtl m\nTr 1\n", MtlDialect::Auto);
     assert!(
         materials[0].opacity == 1.0 && told[0].contains("`Tr` is read as opacity"),
@@ -383,7 +383,7 @@ fn guesses_are_told_where_they_change_something() {
     );
 }
 
-/// What the new dialects have in common: a highlight of lamps.
+/// A highlight of lamps, which all these dialects share.
 #[test]
 fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
     let wood = "Kd 0.45 0.33 0.19\nKs 1.0 1.0 1.0\nd 0.5\n";
@@ -406,7 +406,7 @@ fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
         assert_eq!(matte.specular, Spectrum::ZERO, "{header}");
         assert_eq!((matte.opacity, matte.transmission), (0.5, Spectrum::ZERO), "{header}");
     }
-    // 3dfier writes no comment, and one colour for all.
+    // 3dfier writes no comment, and one colour for all statements.
     let (materials, _, told) = read(
         "newmtl Forest\nKa 0.3 0.4 0.3\nKd 0.3 0.4 0.3\nKs 0.3 0.4 0.3\nillum 2\nNs 60.0000\n",
         MtlDialect::Auto,
@@ -421,7 +421,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     let bright = material("roof", "Kd 0.87 0.26 0.28\nKs 0.87 0.26 0.28\nNs 60\nillum 2");
     let dark = material("rubber", "Kd 0.1\nKs 0.2\nNs 20");
     let (materials, _, told) = read(&format!("{dark}{bright}"), MtlDialect::Auto);
-    // Of one writer: one material shows it for all.
+    // A library has one writer: one material decides for all.
     assert!(
         materials.iter().all(|m| m.gloss == Gloss::Metallic(0.0)),
         "{materials:?}"
@@ -430,7 +430,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
         told.len() == 1 && told[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
         "{told:?}"
     );
-    // A picture is darker than its factor: a dielectric beside it shows nothing.
+    // A picture is darker than its factor: a dielectric's highlight beside it is not too bright.
     for (ks, gloss) in [("0.04", Gloss::Phong(20.0)), ("0.5", Gloss::Metallic(0.0))] {
         for kd in ["", "Kd 1\n", "Kd 0.512\n"] {
             let wood = material("wood", &format!("{kd}map_Kd a.png\nKs {ks}\nNs 20"));
@@ -439,7 +439,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     }
     let picture = material("a", "Kd 0.5\nmap_Ks a.png\nNs 20");
     assert_eq!(auto(&picture).gloss, Gloss::Phong(20.0));
-    // A sum is printed with digits that show it above 1.
+    // The sum is printed with enough digits to show that it is above 1.
     for (kd, told) in [
         ("0.504", " is 1.004, more"),
         ("0.5002", " is 1.0002, more"),
@@ -448,7 +448,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
         let (_, _, words) = read(&material("a", &format!("Kd {kd}\nKs 0.5\nNs 20")), MtlDialect::Auto);
         assert!(words[0].contains(told), "{words:?}");
     }
-    // Up to 1 the file is literal, and so it is if the user says so.
+    // With sums up to 1 the file is literal, and also if the user chooses so.
     let (materials, _, told) = read(&dark, MtlDialect::Auto);
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(20.0), 0));
     let exact = material("a", "Kd 0.7 0.5 0.5\nKs 0.3 0.5 0.5\nNs 20");
@@ -457,7 +457,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(60.0), 0));
     let (materials, _, told) = read(&dark, MtlDialect::Highlight);
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Metallic(0.0), 0));
-    // Mirrors, glass, surfaces without a highlight and the extension show nothing, and keep their
+    // Mirrors, glass, surfaces without a highlight and the extension decide nothing, and keep their
     // meaning.
     for statements in ["illum 3", "illum 5", "illum 1", "illum 7\nTf 1 1 1", "Pr 0.5"] {
         let other = material("other", &format!("Kd 0.8\nKs 0.8\nNs 20\n{statements}"));

@@ -4,10 +4,10 @@ use crate::io::statements::possible_names;
 use crate::math::{Vec2, excerpt};
 use crate::texture::{Channel, Mapping, Wrap};
 
-/// Bytes of a file name, at most.
+/// Maximum length of a file name in bytes.
 const MAX_NAME: usize = 4096;
 
-/// What a texture of an MTL file is for.
+/// Use of a texture of an MTL file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapSlot {
     /// Diffuse reflectance.
@@ -32,23 +32,23 @@ pub enum MapSlot {
     Displacement,
 }
 
-/// A texture statement: which file, and how it lies on the surface.
+/// A texture statement: the file, and its mapping on the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapStatement {
-    /// What the texture is for.
+    /// Use of the texture.
     pub slot: MapSlot,
-    /// The file's name, as it is written.
+    /// Name of the file, as written.
     pub file: String,
-    /// The file's name if what follows it is no comment, as in `wall #2.png`.
+    /// Name of the file if the text after it is not a comment, as in `wall #2.png`.
     pub whole_file: Option<String>,
     /// Mapping of the texture on the surface.
     pub mapping: Mapping,
-    /// Options that have no effect here.
+    /// Options that have no effect in this program.
     pub ignored: Vec<&'static str>,
 }
 
 impl MapSlot {
-    /// What the keyword, in lower case, is for. Blender writes its pictures of metallic as reflection maps.
+    /// Slot of a keyword in lower case. Blender writes its pictures of metallic as reflection maps.
     pub fn of_keyword(key: &str, is_blender: bool) -> Option<Self> {
         Some(match key {
             "map_refl" | "refl" if is_blender => Self::Metallic,
@@ -68,18 +68,18 @@ impl MapSlot {
 }
 
 impl MapStatement {
-    /// Names that the file may have, the longest first.
+    /// Possible names of the file, the longest first.
     pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
         let whole = self.whole_file.iter().flat_map(|whole| possible_names(whole));
         whole.chain([self.file.as_str()])
     }
 
-    /// Reads what follows the keyword: options, and a name that may have blanks. Some exporters
+    /// Parses the text after the keyword: options, and a name that may have blanks. Some exporters
     /// write the options after the name.
     ///
     /// # Errors
     ///
-    /// Says what is wrong.
+    /// A description of the error.
     pub fn parse(slot: MapSlot, rest: &str) -> Result<Self, String> {
         let mut map = Self {
             slot,
@@ -91,7 +91,7 @@ impl MapStatement {
         let mut words = Words(rest);
         map.options(&mut words)?;
         let name = words.0.trim();
-        // A longer text is not a name, and would be read many times.
+        // A longer text is not a name, and would be parsed many times.
         let ends = name.match_indices(" -").filter(|_| name.len() <= MAX_NAME);
         let after = ends.map(|(end, _)| end).find_map(|end| {
             let (mut read, mut words) = (map.clone(), Words(&name[end..]));
@@ -106,7 +106,7 @@ impl MapStatement {
         Ok(after.unwrap_or(map))
     }
 
-    /// Takes the options that come next.
+    /// Parses the next options.
     fn options(&mut self, words: &mut Words) -> Result<(), String> {
         while let Some(option) = words.option() {
             match option {
@@ -136,7 +136,7 @@ impl MapStatement {
                     words.next();
                     self.ignored.push("-type");
                 }
-                // What a texture is for tells its colour space.
+                // The use of a texture decides its colour space.
                 "-colorspace" => {
                     words.next();
                     self.ignored.push("-colorspace");
@@ -162,7 +162,7 @@ impl<'a> Words<'a> {
         self.0.split_whitespace().next()
     }
 
-    /// The next word, if it is an option: a file's name does not start like one.
+    /// The next word, if it is an option: names of files do not begin like one.
     fn option(&mut self) -> Option<&'a str> {
         let word = self.peek()?;
         let is_option = word
@@ -177,7 +177,7 @@ impl<'a> Words<'a> {
         number.ok_or_else(|| format!("`{option} {}` should be a finite number", excerpt(word)))
     }
 
-    /// One to three numbers, of which textures have two; those that are missing are `default`.
+    /// Parses one to three numbers, of which textures use two. Missing numbers are `default`.
     fn vector(&mut self, option: &str, default: f32) -> Result<Vec2, String> {
         let u = self.number(option)?;
         let mut others = [default; 2];

@@ -1,7 +1,8 @@
 //! MTL files: statements and materials (`section`), and textures (`map`).
 //!
-//! Programs disagree about the meaning of statements (`dialect`). `writer` tells who wrote a library, and `translate` puts what that program meant in
-//! place of what it wrote, before a material is made.
+//! Programs disagree about the meaning of statements (`dialect`). `writer` finds the program that
+//! wrote a library. `translate` replaces the statements by their meaning in that program, before a
+//! material is made.
 
 mod dialect;
 mod map;
@@ -27,7 +28,7 @@ use writer::{Reading, Signatures};
 
 /// Default diffuse reflectance of a surface.
 const DEFAULT_DIFFUSE: f32 = 0.8;
-/// The material of faces that have none.
+/// Material of faces without one.
 pub fn default_material(name: &str) -> Material {
     Material {
         name: name.into(),
@@ -36,19 +37,19 @@ pub fn default_material(name: &str) -> Material {
     }
 }
 
-/// Where a library named in an OBJ file lies: relative to the OBJ's folder.
+/// Path of a library named in an OBJ file: relative to the OBJ's folder.
 pub(crate) fn library_path(obj: &Path, name: &str) -> PathBuf {
     obj.parent().unwrap_or(Path::new("")).join(name)
 }
 
-/// A material of a file, and the textures it asks for.
+/// A material of a file, and its texture statements.
 #[derive(Clone, Debug)]
 pub struct FileMaterial {
-    /// What the library says of it.
+    /// The material as the library defines it.
     pub material: Material,
     /// Textures of the material.
     pub maps: Vec<MapRequest>,
-    /// The library that defines it.
+    /// Library that defines it.
     pub library: PathBuf,
     /// Line of the material's `newmtl`.
     pub line: usize,
@@ -68,7 +69,7 @@ impl FileMaterial {
         }
     }
 
-    /// Whether it asks for a texture in `slot`.
+    /// Returns true if the material has a texture in `slot`.
     pub fn has_map(&self, slot: MapSlot) -> bool {
         self.maps.iter().any(|request| request.statement.slot == slot)
     }
@@ -79,10 +80,9 @@ impl FileMaterial {
 pub struct MapRequest {
     /// Parsed statement.
     pub statement: MapStatement,
-    /// Place of the statement: an error without a message.
+    /// Place of the statement, as an error without a message.
     pub place: FileError,
-    /// Whether the slot is meant as written. In libraries the picture decides between heights and
-    /// normals.
+    /// True if the slot is final. In libraries the picture decides between heights and normals.
     pub is_literal: bool,
     /// True if the texture has an effect only as a cut-out: the alpha of colours as opacity.
     pub if_cut_out: bool,
@@ -91,8 +91,8 @@ pub struct MapRequest {
 }
 
 impl MapRequest {
-    /// Slot of the texture if its picture is a normal map in place of heights, or the other way
-    /// round; `None` if the picture does not decide.
+    /// Slot of the texture if its picture is a normal map instead of heights, or the reverse.
+    /// `None` if the picture does not decide.
     pub fn other_slot(&self) -> Option<MapSlot> {
         let is_value = self.statement.mapping.channel.is_some_and(|c| c != Channel::Luminance);
         match self.statement.slot {
@@ -103,7 +103,7 @@ impl MapRequest {
         }
     }
 
-    /// Says of the texture what is worth a warning.
+    /// A warning about the texture, with its name and `words`.
     pub fn remark(&self, words: &str) -> FileError {
         let message = format!("texture `{}` {words}", excerpt_of_path(&self.statement.file));
         FileError {
@@ -113,26 +113,26 @@ impl MapRequest {
     }
 }
 
-/// What an OBJ file says of how its libraries are read.
+/// Data of an OBJ file that affect the reading of its libraries.
 #[derive(Debug, Default)]
 pub struct ObjContext {
-    /// The program that wrote it.
+    /// Program that wrote it.
     pub signature: Option<Signature>,
-    /// Names of used materials in which a comment could begin, such as `Paint #1`.
+    /// Names of used materials that contain a possible comment, such as `Paint #1`.
     pub whole_names: HashSet<String>,
-    /// Names of materials that faces have; `None` if that is not known.
+    /// Names of materials that faces use; `None` if unknown.
     pub used: Option<HashSet<String>>,
 }
 
 impl ObjContext {
-    /// Returns true unless no face has the material of this name.
+    /// Returns false if no face uses the material of this name.
     fn is_used(&self, name: &str) -> bool {
         self.used.as_ref().is_none_or(|used| used.contains(name))
     }
 }
 
-/// The materials of an MTL file in its order; `obj` is what the OBJ file says that names it. A
-/// wrong value is replaced by the nearest right one, or ignored.
+/// Materials of an MTL file in its order. `obj` has the data of the OBJ file that names it. A wrong
+/// value is replaced by the nearest valid one, or ignored.
 pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
@@ -142,8 +142,8 @@ pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings
     library.materials(path, sections, findings)
 }
 
-/// Statements of the format that have no effect, in lower case, and why. A note is for those whose
-/// effect a path tracer has anyway.
+/// Statements of the format that have no effect, in lower case, with the reason. The severity is a
+/// note if a path tracer has their effect anyway.
 const IGNORED: [(&str, Severity, &str); 6] = [
     ("map_ka", Severity::Note, "ambient light is computed"),
     ("sharpness", Severity::Note, "reflections are computed"),
@@ -161,12 +161,12 @@ const IGNORED: [(&str, Severity, &str); 6] = [
     ("decal", Severity::Warning, "pictures do not replace the material"),
 ];
 
-/// The entry of a statement that has no effect; `None` if the format has no such statement.
+/// Entry of a statement without effect. `None` if the format has no such statement.
 fn ignored(key: &str) -> Option<&'static (&'static str, Severity, &'static str)> {
     IGNORED.iter().find(|(known, ..)| key.eq_ignore_ascii_case(known))
 }
 
-/// The text of a library; `None` where it cannot be read.
+/// Text of a library. `None` if it cannot be read.
 pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<String> {
     read_text(path, "the material library")
         .map(with_line_feeds)
@@ -177,7 +177,7 @@ pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<Strin
         .ok()
 }
 
-/// What the statements of a library mean, by its writer and by what the user says.
+/// Interpretation of the statements of a library, by its writer and the options.
 pub(super) struct Library<'a> {
     dialect: MtlDialect,
     signature: Option<Signature>,
@@ -187,10 +187,10 @@ pub(super) struct Library<'a> {
     pub wrong_severity: Severity,
 }
 
-/// How a library is read.
+/// Options for reading a library.
 #[derive(Clone, Copy, Debug)]
 pub struct LibraryOptions {
-    /// The program that wrote it.
+    /// Dialect of the library.
     pub dialect: MtlDialect,
     /// Severity of a wrong value.
     pub wrong_severity: Severity,
@@ -206,7 +206,7 @@ impl Default for LibraryOptions {
 }
 
 impl<'a> Library<'a> {
-    /// A library with this text; `obj` is what its OBJ file says.
+    /// A library with this text. `obj` has the data of its OBJ file.
     pub fn new(text: &str, obj: &'a ObjContext, options: LibraryOptions) -> Self {
         let signature = Signature::find(text);
         let is_blender = match options.dialect {
@@ -228,7 +228,7 @@ impl<'a> Library<'a> {
         Section::new(name, line, max_clearcoat)
     }
 
-    /// Takes a statement of a material; `whole` is what follows its keyword with a comment.
+    /// Adds a statement to a material. `whole` is the text after its keyword, including a comment.
     ///
     /// # Errors
     ///
@@ -256,7 +256,7 @@ impl<'a> Library<'a> {
         let whole = whole.and_then(|whole| MapStatement::parse(slot, whole).ok());
         statement.whole_file = whole.map(|whole| whole.file);
         let ignored = statement.ignored.clone();
-        // The last one of a kind wins.
+        // The last statement of a slot wins.
         section.maps.retain(|m| m.statement.slot != slot);
         section.maps.push(MapRequest {
             statement,
@@ -268,7 +268,7 @@ impl<'a> Library<'a> {
         Ok(Effect::Without(ignored))
     }
 
-    /// The statements of each material, before the habits of the writer count.
+    /// Statements of each material, before they are translated for the writer.
     pub fn sections(&self, path: &Path, text: &str, findings: &mut Findings) -> Vec<Section> {
         let mut sections: Vec<Section> = Vec::new();
         let mut skipped: Vec<(String, usize)> = Vec::new();
@@ -283,7 +283,7 @@ impl<'a> Library<'a> {
                 sections.push(self.section(whole.unwrap_or(rest), line));
                 continue;
             }
-            // Statements before the first material belong to none.
+            // Statements before the first material have no effect.
             let Some(section) = sections.last_mut() else { continue };
             let place = FileError::new(path, "").at(Position::line(line));
             match self.read(section, [key, rest], whole, place) {
@@ -325,13 +325,13 @@ impl<'a> Library<'a> {
         sections
     }
 
-    /// Returns true if what is wrong with a material matters: a face has it, or wrong statements
-    /// are errors.
+    /// Returns true if errors of a material are reported: a face uses it, or wrong statements are
+    /// errors.
     fn tells_of(&self, section: &Section) -> bool {
         self.wrong_severity == Severity::Error || self.obj.is_used(&section.name)
     }
 
-    /// The materials of these statements, by the habits of the writer.
+    /// Materials of these statements, translated for the writer.
     pub fn materials(&self, path: &Path, sections: Vec<Section>, findings: &mut Findings) -> Vec<FileMaterial> {
         let signatures = Signatures {
             library: self.signature.as_ref(),
@@ -358,7 +358,7 @@ impl<'a> Library<'a> {
                 let message = format!("material `{}`: {}", excerpt_of_name(&section.name), remark.words);
                 let error = FileError::new(path, message);
                 let error = match section.line_of(remark.key) {
-                    // A reader without line numbers
+                    // The reader has no line numbers
                     0 => error,
                     line => error.at(Position::line(line)),
                 };
@@ -396,22 +396,22 @@ impl<'a> Library<'a> {
     }
 }
 
-/// Wrong statements of a library, of which those that say the same are one.
+/// Wrong statements of a library. Equal errors are grouped.
 #[derive(Default)]
 struct WrongStatements {
     kinds: Vec<WrongStatement>,
-    /// Statements of further kinds.
+    /// Number of wrong statements after the first `MAX_WRONG` kinds.
     untold: usize,
 }
 
-/// Mistake of a statement, and of those of other materials that have the same.
+/// An error of a statement, and of statements of other materials with the same error.
 struct WrongStatement {
     /// Name of the first material.
     material: String,
     complaint: Complaint,
     /// Number of statements.
     count: u64,
-    /// The first ones.
+    /// Positions of the first statements.
     places: Vec<Position>,
 }
 
@@ -456,13 +456,14 @@ impl WrongStatements {
 pub(super) enum Effect {
     /// All of it.
     Full,
-    /// All but these options of a texture.
+    /// All except these options of a texture.
     Without(Vec<&'static str>),
-    /// Nothing: the keyword is not known.
+    /// Nothing: the keyword is unknown.
     None,
 }
 
-/// Of a statement that is wrong the word that likely is: the first that is not a number, or the whole.
+/// Word of a wrong statement that is probably the cause: the first that is not a number, or else
+/// its first word, or the keyword.
 fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
     let is_number = |word: &&str| word.parse().is_ok_and(|n: f32| n.is_finite() && n >= 0.0);
     let mut words = rest.split_whitespace();

@@ -2,7 +2,7 @@
 
 use crate::bsdf::Fresnel;
 
-/// Largest reflectance along the normal, which keeps the index of refraction finite.
+/// Maximum reflectance along the normal, which keeps the index of refraction finite.
 pub(super) const MAX_F0: f32 = 0.9;
 
 /// Reflectance of a dielectric along the normal.
@@ -10,18 +10,20 @@ pub(super) fn f0_of_ior(ior: f32) -> f32 {
     ((ior - 1.0) / (ior + 1.0)).powi(2)
 }
 
-/// Index of refraction that gives the metallic-roughness model, which reflects by Schlick's formula, as much reflection as a dielectric has that reflects
-/// `f0` along the normal.
+/// Index of refraction for the metallic-roughness model, which reflects by Schlick's formula. With
+/// it the model reflects as much as a dielectric of reflectance `f0` along the normal.
 ///
-/// Fresnel's equations reflect more than the formula at middle angles; of index 1.5 that is a tenth of all. The formula's `f0` is raised to have the
-/// mean of the equations over the hemisphere, and less for rough facets, which hide each other where they are seen at a slant: the factor
-/// 1.15 − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices 1.5 to 2.2, within 2 % of the reflection).
+/// Fresnel's equations reflect more than the formula at middle angles; for index 1.5 that is a
+/// tenth of the total. The formula's `f0` is raised to have the mean of the equations over the
+/// hemisphere, and less for rough facets, which hide each other at grazing angles: the factor 1.15
+/// − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices 1.5 to 2.2,
+/// within 2 % of the reflection).
 pub(super) fn ior_of_dielectric(f0: f32, roughness: f32) -> f32 {
     let eta = ior_of_f0(f0);
     if f0 == 0.0 {
         return eta;
     }
-    // Midpoints of 2 ∫ F cos d cos; of the formula it is (20 f0 + 1)/21.
+    // Midpoint rule for 2 ∫ F cos d cos; for the formula the integral is (20 f0 + 1)/21.
     const POINTS: u32 = 64;
     let fresnel = Fresnel::Dielectric { eta };
     let cosines = (0..POINTS).map(|i| (i as f32 + 0.5) / POINTS as f32);
@@ -33,7 +35,7 @@ pub(super) fn ior_of_dielectric(f0: f32, roughness: f32) -> f32 {
     ior_of_f0((f0 + raised).min(MAX_F0))
 }
 
-/// Index of refraction of a dielectric that reflects `f0` along the normal.
+/// Index of refraction of a dielectric of reflectance `f0` along the normal.
 fn ior_of_f0(f0: f32) -> f32 {
     (1.0 + f0.sqrt()) / (1.0 - f0.sqrt())
 }
@@ -54,7 +56,7 @@ mod tests {
     fn the_formula_is_raised_to_the_equations() {
         assert_eq!(ior_of_dielectric(0.0, 0.5), 1.0);
         let f0 = |roughness| f0_of_ior(ior_of_dielectric(0.04, roughness));
-        // What Cycles' spheres of index 1.5 ask for
+        // Values fitted to Cycles' spheres of index 1.5
         for (roughness, expected) in [(0.0, 0.0471), (0.5, 0.0466), (0.7, 0.0447), (1.0, 0.0421)] {
             assert!(
                 (f0(roughness) - expected).abs() < 1e-3,

@@ -1,4 +1,5 @@
-//! A section of a material library, from one `newmtl` to the next: its statements, and the material that they mean.
+//! A section of a material library, from one `newmtl` to the next: its statements, and the
+//! resulting material.
 
 mod effects;
 
@@ -15,16 +16,16 @@ use crate::math::excerpt;
 
 /// Phong exponent of a `Ks` without `Ns`.
 pub(super) const DEFAULT_EXPONENT: f32 = 10.0;
-/// Where the format's range of `Ns` ends.
+/// Maximum of `Ns` in the format.
 const MAX_EXPONENT: f32 = 1000.0;
 /// Index of refraction of glass without `Ni`.
 pub(super) const DEFAULT_IOR: f32 = 1.5;
 
-/// Something about a material.
+/// A message about a material.
 pub(super) struct Remark {
     pub severity: Severity,
     pub code: &'static str,
-    /// The keyword it is about, in lower case.
+    /// Keyword of the statement, in lower case.
     pub key: &'static str,
     pub words: String,
 }
@@ -40,7 +41,7 @@ impl Remark {
     }
 }
 
-/// What an MTL file says of one material.
+/// Statements of an MTL file for one material.
 #[derive(Default)]
 pub(crate) struct Section {
     pub name: String,
@@ -51,23 +52,25 @@ pub(crate) struct Section {
     pub filter: Option<Spectrum>,
     pub exponent: Option<f32>,
     pub ior: Option<f32>,
-    /// Whether the last `Ni` is 0.
+    /// True if the last `Ni` is 0.
     pub(super) has_no_ior: bool,
     pub(super) dissolve: Dissolve,
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,
     pub clearcoat: f32,
-    /// Largest `Pc`.
+    /// Maximum of `Pc`.
     max_clearcoat: f32,
     clearcoat_roughness: f32,
     sheen: f32,
     anisotropy: f32,
-    /// Of a whole turn.
+    /// Rotation in turns.
     anisotropy_rotation: f32,
     pub illum: Option<u32>,
-    /// Reflectance of the surface along its normal where it is no metal, instead of that of `ior`; translations alone give it.
+    /// Reflectance along the normal of a surface that is not a metal, in place of the reflectance
+    /// of `ior`. Only translations set it.
     pub f0: Option<f32>,
-    /// Share of the light that is transmitted and not reflected where the surface is no metal; translations alone give it.
+    /// Share of the light that a surface transmits instead of reflecting it, if it is not a metal.
+    /// Only translations set it.
     pub transmitted: Option<f32>,
     pub maps: Vec<MapRequest>,
     /// Line of the material's `newmtl`.
@@ -76,11 +79,11 @@ pub(crate) struct Section {
     pub lines: Vec<(String, usize)>,
 }
 
-/// An error, and its remedy.
+/// Message of an error, and its remedy.
 pub(crate) type Complaint = (String, &'static str);
 
 impl Section {
-    /// The section that begins in this line; a full coat has `Pc max_clearcoat`.
+    /// A section that begins in this line. `Pc` of a full coat is `max_clearcoat`.
     pub fn new(name: &str, line: usize, max_clearcoat: f32) -> Self {
         Self {
             name: name.into(),
@@ -90,12 +93,13 @@ impl Section {
         }
     }
 
-    /// Takes a statement, whose keyword is given in lower case too. Returns true if the keyword is
+    /// Reads a statement; `lower` is its keyword in lower case. Returns true if the keyword is
     /// known.
     ///
     /// # Errors
     ///
-    /// A value is wrong. The nearest right value is used; without one the statement has no effect.
+    /// A value is wrong. The nearest valid value is used. If there is none, the statement has no
+    /// effect.
     pub fn set(&mut self, lower: &str, key: &str, rest: &str) -> Result<bool, Complaint> {
         const SHARE: ([f32; 2], &str) = ([0.0, 1.0], "write a number from 0 to 1");
         let mut complaint = None;
@@ -153,20 +157,19 @@ impl Section {
             "ks" => self.specular = read(&mut complaint, color(key, rest)).or(self.specular),
             "ke" => self.emission = read(&mut complaint, color(key, rest)).or(self.emission),
             "tf" => self.filter = read(&mut complaint, color(key, rest)).or(self.filter),
-            // Ambient light is what path tracing computes, though some programs write other things
-            // as `Ka`.
+            // The path tracer computes ambient light, but some programs write other values as `Ka`.
             "ka" => self.ambient = color(key, rest).ok(),
             _ => return Ok(false),
         }
         complaint.map_or(Ok(true), Err)
     }
 
-    /// The line of the last statement with this keyword, else that of the material.
+    /// Line of the last statement with this keyword, or else of the material.
     pub fn line_of(&self, key: &str) -> usize {
         self.line_of_statement(key).unwrap_or(self.line)
     }
 
-    /// The line of the statement that sets the opacity.
+    /// Line of the statement that sets the opacity.
     pub(super) fn opacity_line(&self) -> Option<usize> {
         let alpha = self.dissolve.alpha.map(|_| "kd");
         let mut keys = ["d", "tr", "tf"].into_iter().chain(alpha);
@@ -178,7 +181,8 @@ impl Section {
         lines.find(|(known, _)| known == key).map(|&(_, line)| line)
     }
 
-    /// Statements that are read with another meaning than written, or assumed.
+    /// Notes about statements that are interpreted differently from the file, or about assumed
+    /// values.
     pub(super) fn assumed(&self) -> Vec<Remark> {
         let mut notes = Vec::new();
         let mut note = |code, key, words: String| {
@@ -234,7 +238,7 @@ impl Section {
         self.maps.iter().any(|m| m.statement.slot == slot)
     }
 
-    /// Whether the material is one of the metallic-roughness model.
+    /// Returns true if the material uses the metallic-roughness model.
     pub fn is_physical(&self) -> bool {
         self.roughness.is_some()
             || self.metallic.is_some()
@@ -242,7 +246,8 @@ impl Section {
             || self.has_map(MapSlot::Metallic)
     }
 
-    /// The factor of a colour: where a texture gives it, a factor that is missing or black would leave nothing of it.
+    /// Factor of a colour. If a texture gives the colour, a missing or black factor becomes 1,
+    /// because it would make the texture black.
     fn color(
         &self,
         [key, lower]: [&'static str; 2],
@@ -261,15 +266,16 @@ impl Section {
         }
     }
 
-    /// The factor of a number: 1 where a texture gives it alone.
+    /// Factor of a number; 1 if only a texture gives it.
     fn factor(&self, given: Option<f32>, slot: MapSlot, default: f32) -> f32 {
         given.unwrap_or(if self.has_map(slot) { 1.0 } else { default })
     }
 
-    /// The material, and what of it was assumed.
+    /// The material, and messages about assumptions.
     pub(super) fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
         let mut remarks = Vec::new();
-        // A material that names any colour means the others to be black; one that names none is a plain surface.
+        // A material with any colour has black for the others. A material without a colour is a
+        // plain surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
         let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
         if self.emission.is_some() && emits && emission.is_black() {
@@ -295,13 +301,13 @@ impl Section {
             _ => {}
         }
 
-        // The extension for metal and roughness has a model of its own; glass is only roughened.
+        // The extension for metal and roughness is a separate model. Glass only uses its roughness.
         material.roughness = self.factor(self.roughness, MapSlot::Roughness, 0.0);
         let is_physical = self.is_physical();
         if is_physical && !matches!(self.illum, Some(4 | 6 | 7)) {
             let metallic = self.factor(self.metallic, MapSlot::Metallic, 0.0);
             material.gloss = Gloss::Metallic(metallic);
-            // What reflects nothing along its normal has no surface layer.
+            // A surface without reflection along its normal has no surface layer.
             let is_matte = self.f0 == Some(0.0) && metallic == 0.0;
             material.specular = Spectrum::splat(if is_matte { 0.0 } else { 1.0 });
             let ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
@@ -326,8 +332,8 @@ impl Section {
         let (opacity, contradiction) = self.dissolve.opacity(tr);
         remarks.extend(contradiction.map(|words| Remark::warning("opacity", "tr", words)));
         match self.illum {
-            // Glass; its reflection is Fresnel's, and Ks adds to that where there is energy left: a Phong lobe with Ns, but for illum 7, whose
-            // reflections are traced.
+            // Glass, with Fresnel reflection. Ks adds to it if energy is left: as a Phong lobe with
+            // Ns, except for illum 7, whose reflections are traced.
             Some(4 | 6 | 7) => {
                 let dissolved = (opacity < 1.0).then(|| Spectrum::splat(1.0 - opacity));
                 material.transmission = self.filter.or(dissolved).unwrap_or(Spectrum::ONE);
@@ -344,7 +350,7 @@ impl Section {
                     material.gloss = Gloss::Mirror(Fresnel::Full);
                 }
             }
-            // A coloured filter: part of the light goes straight on, tinted.
+            // A coloured filter: part of the light is transmitted straight and tinted
             _ if opacity < 1.0 && self.filter.is_some_and(|filter| filter != Spectrum::ONE) => {
                 material.diffuse *= opacity;
                 material.specular *= opacity;
@@ -352,7 +358,7 @@ impl Section {
                 material.transmission = filter * (1.0 - opacity);
                 (material.thin, material.ior) = (true, 1.0);
             }
-            // A filter alone, where no model and no opacity calls the surface opaque
+            // A filter, if neither model nor opacity makes the surface opaque
             None if !self.dissolve.is_given() => {
                 if let Some(filter) = self.filter {
                     material.transmission = filter;
@@ -364,7 +370,7 @@ impl Section {
                 material.transmission = self.filter.unwrap_or(Spectrum::ZERO);
                 (material.thin, material.ior) = self.ior.map_or((true, 1.0), |ior| (false, ior));
             }
-            // A surface with holes
+            // A surface with opacity
             _ => material.opacity = opacity,
         }
         if self.has_no_ior && effects::refracts(&material) {
@@ -378,7 +384,8 @@ impl Section {
         (material, remarks)
     }
 
-    /// Lets a share of the light pass that a surface would reflect. The base colour tints what crosses a body, which is two surfaces: each has its root.
+    /// Transmits a share of the light that the surface would reflect. The base colour is the tint
+    /// of a whole body, which has two surfaces: each gets its square root.
     fn transmit(&self, share: f32, ior: f32, material: &mut Material) {
         let [r, g, b] = material.diffuse.to_array().map(f32::sqrt);
         material.transmission = Spectrum::rgb(r, g, b) * share;
@@ -392,10 +399,10 @@ fn counts_alone(key: &str) -> String {
     format!("{key} is 0 and would make its texture black; the texture is used without it")
 }
 
-/// A value that is wrong: what counts in its place, and what is wrong.
+/// A wrong value: the value that replaces it, if any, and the error.
 type Wrong<T> = (Option<T>, Complaint);
 
-/// The value, or what counts in its place; a complaint is kept.
+/// Returns the value or its replacement, and stores the error.
 fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, Wrong<T>>) -> Option<T> {
     match value {
         Ok(value) => Some(value),
@@ -406,7 +413,7 @@ fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, Wrong<T>>) -> Opt
     }
 }
 
-/// The last word as a number; options like `-halo` may come before it.
+/// Parses the last word as a number. Options like `-halo` may come before it.
 fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> Result<f32, Wrong<f32>> {
     let value: Option<f32> = rest.split_whitespace().next_back().and_then(|word| word.parse().ok());
     let Some(value) = value.filter(|n| n.is_finite()) else {
@@ -423,14 +430,14 @@ fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> R
     }
 }
 
-/// An illumination model.
+/// Parses an illumination model.
 fn model(rest: &str) -> Result<u32, Wrong<u32>> {
     let help = "write a number from 0 to 10";
     let is_model = |n: &u32| *n <= 10;
     match rest.parse::<u32>().ok().filter(is_model) {
         Some(model) => Ok(model),
         None => {
-            // `2.0`
+            // Such as `2.0`
             let whole = rest.parse().ok().filter(|n: &f32| n.fract() == 0.0 && *n >= 0.0);
             let used = whole.map(|n| n as u32).filter(is_model);
             let effect = used.map_or("it has no effect".into(), |model| format!("{model} counts"));
@@ -439,8 +446,8 @@ fn model(rest: &str) -> Result<u32, Wrong<u32>> {
     }
 }
 
-/// One number for a grey, or three. After `xyz` they are CIE XYZ, from 0 to 1 in the format, so
-/// that white is 1 1 1; what is outside of Rec.709 is clamped.
+/// Parses a colour: one number for a grey, or three. After `xyz` the numbers are CIE XYZ, from 0 to
+/// 1 in the format, so that white is 1 1 1. Colours outside of Rec.709 are clamped.
 fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
     let after_xyz = rest
         .strip_prefix("xyz")
@@ -465,7 +472,7 @@ fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
     Err((Some(Spectrum::rgb(r, g, b)), (message, help)))
 }
 
-/// A colour of four numbers, of which the last is an opacity; `None` for any other one.
+/// Parses a colour of four numbers, the last of which is an opacity. `None` for any other colour.
 fn color_and_alpha(rest: &str) -> Option<(Spectrum, f32)> {
     let words: Option<Vec<f32>> = rest.split_whitespace().map(|word| word.parse().ok()).collect();
     match words?[..] {
@@ -477,7 +484,7 @@ fn color_and_alpha(rest: &str) -> Option<(Spectrum, f32)> {
     }
 }
 
-/// One finite number, three times, or three.
+/// Parses three finite numbers, or one that is repeated.
 fn three_numbers(words: &str) -> Option<[f32; 3]> {
     let values: Option<Vec<f32>> = words.split_whitespace().map(|word| word.parse().ok()).collect();
     let numbers = match values?[..] {

@@ -49,9 +49,9 @@ fn keys_become_lobes() {
         );
         assert!(m.specular.is_black());
     }
-    // A file that leaves energy for Ks keeps it.
+    // If a file leaves energy for Ks, the material keeps it.
     assert_eq!(one("Kd 0\nKs 0.3\nTf 0.1\nillum 7").specular, grey(0.3));
-    // With its exponent it is a Phong lobe, but for the model whose reflections are traced.
+    // With its exponent it is a Phong lobe, except for the model with traced reflections.
     for (model, gloss) in [
         (4, Gloss::Phong(30.0)),
         (6, Gloss::Phong(30.0)),
@@ -61,7 +61,7 @@ fn keys_become_lobes() {
         assert_eq!(mixed.gloss, gloss, "illum {model}");
         assert_eq!((mixed.specular, mixed.transmission), (grey(0.2), grey(0.4)));
     }
-    // A mixture of all three, which refracts with an index
+    // A mixture of all three; it refracts if there is an index
     for (statements, thin) in [("", true), ("Ni 1.5\n", false)] {
         let mixed = one(&format!("Kd 0.7\nKs 0.2\nNs 30\nTf 0.1\n{statements}illum 2"));
         assert_eq!((mixed.diffuse, mixed.specular), (grey(0.7), grey(0.2)));
@@ -71,7 +71,7 @@ fn keys_become_lobes() {
     // Exporters write a filter of 1 for opaque surfaces.
     assert!(one("Kd 0.7\nTf 1 1 1\nillum 2").transmission.is_black());
     assert!(one("Kd 0.7\nTf 1 1 1\nd 1").transmission.is_black());
-    // A filter alone counts; with an index it refracts.
+    // A filter without a model is used; with an index it refracts.
     let filter = one("Kd 0.3\nTf 0.5\nNi 1.5");
     assert!(filter.transmission == grey(0.5) && !filter.thin);
     // Dissolving
@@ -163,7 +163,7 @@ fn transparency_goes_by_dialect() {
             "# Wavefront material file\n# Converted by VCGLIB\nnewmtl m\nTr 0.25\n",
             (0.25, 1),
         ),
-        // What says the same twice is meant so.
+        // If `d` and `Tr` agree in the literal reading, it is used.
         (Auto, "newmtl m\nd 0.25\nTr 0.75\n", (0.25, 0)),
         (Auto, "newmtl m\nd 0.25\nTr 0.25\n", (0.25, 0)),
         (Auto, "newmtl m\nd 1\nTr 1\n", (1.0, 0)),
@@ -222,7 +222,8 @@ fn a_texture_of_emission_is_a_color_too() {
     assert!(warnings[0].contains("Ke is 0"), "{warnings:?}");
 }
 
-/// Each number that is lost is a warning at its line, whether the model, the opacity or the sum of the shares loses it.
+/// Each number without effect is a warning at its line. The model, the opacity or the sum of the
+/// shares can be the reason.
 #[test]
 fn numbers_without_effect_are_told() {
     let cases = [
@@ -272,7 +273,7 @@ fn numbers_without_effect_are_told() {
             "{text}: {warnings:?}"
         );
     }
-    // What exporters write of every surface, and mixtures, lose nothing.
+    // Default statements of exporters, and mixtures, have no warnings.
     for text in [
         "Kd 0.7\nKs 0.2\nNs 30\nTf 0.1\nillum 2",
         "Kd 0.7\nTf 1 1 1\nd 1\nNi 1.5\nNs 10\nKs 0\nillum 2",
@@ -284,7 +285,7 @@ fn numbers_without_effect_are_told() {
     }
 }
 
-/// Statements with a wrong value, and with what counts in its place, if anything does.
+/// Statements with a wrong value, and the statements that replace them, if any.
 const WRONG: [(&str, &str); 23] = [
     ("Kd 0.5 red 0", ""),
     ("Kd 1 2", ""),
@@ -336,7 +337,7 @@ fn colors_may_be_cie_xyz() {
 
 #[test]
 fn of_wrong_values_the_nearest_counts_or_none() {
-    // Without a right value near, an earlier one stays.
+    // If there is no valid value near, an earlier one is kept.
     let stay = [
         ("Ni 1.5\nNi -1\nillum 7", "Ni 1.5\nillum 7"),
         ("Kd 0.5\nKd 1 2", "Kd 0.5"),

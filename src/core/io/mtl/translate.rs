@@ -1,29 +1,34 @@
-//! Translation of what a program writes into what its materials were, in the words of the letter and of the PBR extension (`Pr Pm Pc …`), which counts
-//! wherever it stands.
+//! Translation of a program's statements to the materials that it meant, as statements of the
+//! format and of the PBR extension (`Pr Pm Pc …`). The extension is valid in every dialect.
 //!
-//! - Blender: `source/blender/io/wavefront_obj` of its sources (from 3.1), `io_scene_obj/export_obj.py` of its add-ons (to 3.6), and the files that
-//!   bpy 5.0.1 writes and reads; `benches/peers/mtl_blender.py` compares the result with Blender.
-//! - 3ds Max: its reference, "Diffuse Color Map" (the colours of a map replace the colour) and "Standard Material", whose default glossiness of 10 %
-//!   comes out as `Ns 10`.
-//! - Maya: `objExport` writes `illum 4`, `Ni 1.00` and `Tf 1.00 1.00 1.00` for an opaque Lambert surface, `Ns` is the cosine power of a Phong surface.
-//! - SketchUp: a surface is a colour, a picture and an opacity; `Ks 0.33 0.33 0.33` is a constant of the exporter.
-//! - Cinema 4D: its manual, "OBJ Export: Material", says that its materials cannot be written without loss; what else is known of it is that it had
-//!   specular channels, and `Ks` and `Ns` are read as such. Its files have `illum 7` for every material,
-//!   mostly with neither `Tf`, `Ni` nor `d`: such a surface is opaque.
-//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are
-//!   `Ks 1 1 1`, `Ns 0` and, until its issue 213 of 2023, `Tr 1` for opaque surfaces.
-//! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`, `d`
-//!   and, without gloss, `Ns 0`; other programs write the same (`honeybee` of Ladybug Tools,
+//! - Blender: `source/blender/io/wavefront_obj` of its sources (from 3.1),
+//!   `io_scene_obj/export_obj.py` of its add-ons (to 3.6), and the files that bpy 5.0.1 writes and
+//!   reads; `benches/peers/mtl_blender.py` compares the result with Blender.
+//! - 3ds Max: its reference, "Diffuse Color Map" (the colours of a map replace the colour) and
+//!   "Standard Material", whose default glossiness of 10 % is written as `Ns 10`.
+//! - Maya: `objExport` writes `illum 4`, `Ni 1.00` and `Tf 1.00 1.00 1.00` for an opaque Lambert
+//!   surface, `Ns` is the cosine power of a Phong surface.
+//! - SketchUp: a surface has a colour, a picture and an opacity; `Ks 0.33 0.33 0.33` is a constant
+//!   of the exporter.
+//! - Cinema 4D: its manual, "OBJ Export: Material", states that its materials cannot be written
+//!   without loss. It had specular channels, and `Ks` and `Ns` are read as these channels. Its
+//!   files have `illum 7` for every material, mostly with neither `Tf`, `Ni` nor `d`: such a
+//!   surface is opaque.
+//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are `Ks
+//!   1 1 1`, `Ns 0` and, until its issue 213 of 2023, `Tr 1` for opaque surfaces.
+//! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`,
+//!   `d` and, without gloss, `Ns 0`; other programs write the same (`honeybee` of Ladybug Tools,
 //!   `dash_obj_in_3dmesh`).
-//! - Wings 3D: `e3d/e3d_obj.erl` of its sources, which writes the colours of an OpenGL material, and
-//!   its shininess times 100.
-//! - 3dfier: `resources/3dfier.mtl` of its sources has one colour as `Ka`, `Kd` and `Ks`, and `Ns 60`.
-//! - Assimp: `code/AssetLib/Obj/ObjExporter.cpp` of its sources, which writes the colours of an OpenGL
-//!   material, of whatever format they came from; `Tf` is a colour that `d` does not count on.
+//! - Wings 3D: `e3d/e3d_obj.erl` of its sources, which writes the colours of an OpenGL material,
+//!   and its shininess times 100.
+//! - 3dfier: `resources/3dfier.mtl` of its sources has one colour as `Ka`, `Kd` and `Ks`, and `Ns
+//!   60`.
+//! - Assimp: `code/AssetLib/Obj/ObjExporter.cpp` of its sources, which writes the colours of an
+//!   OpenGL material for every source format; `Tf` is a colour that does not depend on `d`.
 //!
-//! The highlight of all but Blender is what lamps alone draw on a surface, and no share of the
-//! light around it. It becomes that of a dielectric. A highlight of exponent 0 has no shape:
-//! programs write it for surfaces without one.
+//! Except in Blender, the highlight is a reflection of lamps only, not of all light around the
+//! surface. It becomes the highlight of a dielectric. A highlight of exponent 0 has no shape:
+//! programs write it for surfaces without a highlight.
 
 use super::map::MapSlot;
 use super::reflectance::{MAX_F0, f0_of_ior};
@@ -31,9 +36,10 @@ use super::section::{DEFAULT_EXPONENT, DEFAULT_IOR, Section};
 use super::writer::{BlenderExport, Writer};
 use crate::color::Spectrum;
 
-/// Reflectance along the normal of a specular level of 1 (Burley 2012, "Physically Based Shading at Disney", section 5.4).
+/// Reflectance along the normal of a specular level of 1 (Burley 2012, "Physically Based Shading at
+/// Disney", section 5.4).
 const LEVEL_F0: f32 = 0.08;
-/// Roughness of Blender's principled surface where nothing says it.
+/// Roughness of Blender's principled surface if the file has none.
 const BLENDER_ROUGHNESS: f32 = 0.5;
 /// Glossiness of new materials of 3ds Max, in percent.
 const MAX_GLOSSINESS: f32 = 10.0;
@@ -43,9 +49,9 @@ const MAYA_COSINE_POWER: f32 = 20.0;
 pub(super) const BLENDER_COAT: f32 = 4.0;
 
 impl Section {
-    /// Replaces what `writer` wrote by what it meant.
+    /// Replaces the statements of `writer` by their meaning.
     pub(super) fn translate(&mut self, writer: Writer) {
-        // Blender means the roughness of a principled surface.
+        // In Blender, exponent 0 is a valid roughness of a principled surface.
         let has_meaning = matches!(writer, Writer::Spec | Writer::Blender(_));
         if self.has_flat_highlight() && !has_meaning {
             self.drop_highlight();
@@ -84,7 +90,7 @@ impl Section {
         }
         self.rename_map(MapSlot::Exponent, MapSlot::Roughness);
         if export != BlenderExport::Internal {
-            // Pictures of normals alone are written as `map_Bump`.
+            // Only pictures of normals are written as `map_Bump`.
             self.rename_map(MapSlot::Bump, MapSlot::Normal);
         }
 
@@ -116,7 +122,7 @@ impl Section {
             _ => LEVEL_F0,
         };
         self.f0 = Some((level * full).min(MAX_F0));
-        // The weight of transmission is written with the extension alone.
+        // The weight of transmission is written only with the extension.
         let filter = self.filter.take();
         self.transmitted = filter.filter(|_| is_extended).map(|w| w.mean().min(1.0));
         self.clearcoat /= BLENDER_COAT;
@@ -130,7 +136,7 @@ impl Section {
         }
         let glossiness = self.exponent.unwrap_or(MAX_GLOSSINESS).min(100.0) / 100.0;
         if self.make_highlight(1.0 - glossiness) {
-            // A picture of the glossiness: roughness is what is left of 1.
+            // A picture of the glossiness: roughness is 1 minus glossiness.
             for map in self.maps.iter_mut().filter(|m| m.statement.slot == MapSlot::Exponent) {
                 let mapping = &mut map.statement.mapping;
                 (mapping.base, mapping.gain) = (1.0 - mapping.base, -mapping.gain);
@@ -146,25 +152,25 @@ impl Section {
         if self.illum == Some(4) {
             self.illum = Some(2);
         }
-        // Opacity, which may have a colour; its mean counts.
+        // Opacity, which may have a colour; its mean is used.
         if let Some(opacity) = self.filter.take() {
             let opacity = opacity.mean().min(1.0);
             self.dissolve.d = Some(self.dissolve.d.unwrap_or(1.0) * opacity);
         }
-        // A colour with a picture is written as black.
+        // The colour of a surface with a picture is written as black.
         if self.has_map(MapSlot::Diffuse) && self.diffuse.is_some_and(Spectrum::is_black) {
             self.diffuse = None;
         }
         self.make_phong_highlight(MAYA_COSINE_POWER);
     }
 
-    /// Returns true if the model of illumination leaves `Ks` a highlight: surfaces without one,
+    /// Returns true if `Ks` can be a highlight with this illumination model. Surfaces without one,
     /// mirrors, glass and the extension keep their meaning.
     pub(super) fn may_have_highlight(&self) -> bool {
         !self.is_physical() && !matches!(self.illum, Some(0 | 1 | 3..=7))
     }
 
-    /// Returns true if all light would pass a surface straight that has a picture of its colour:
+    /// Returns true if a surface with a picture of its colour would transmit all light straight:
     /// glass of index 1 without any filter, as Maya writes opaque surfaces.
     pub(super) fn is_transparent_by_mistake(&self) -> bool {
         matches!(self.illum, Some(4 | 6 | 7))
@@ -182,14 +188,15 @@ impl Section {
         shines && self.exponent == Some(0.0) && !has_map && self.may_have_highlight()
     }
 
-    /// [`Section::make_highlight`] with the roughness of a Phong lobe, of exponent `default` if
+    /// [`Section::make_highlight`] with the roughness of a Phong lobe. Its exponent is `default` if
     /// there is no `Ns`.
     fn make_phong_highlight(&mut self, default: f32) {
         let exponent = self.exponent.unwrap_or(default);
         self.make_highlight(roughness_of_phong(exponent));
     }
 
-    /// Reads `Ks` as the level of a dielectric's highlight of this roughness, or, with a black `Kd`, as the colour of a metal. Returns whether there was one.
+    /// Reads `Ks` as the level of a dielectric's highlight of this roughness, or, if `Kd` is black,
+    /// as the colour of a metal. Returns true if there was a highlight.
     fn make_highlight(&mut self, roughness: f32) -> bool {
         let level = match self.specular {
             Some(color) if !color.is_black() => color.mean(),
@@ -215,7 +222,7 @@ impl Section {
         }
     }
 
-    /// Takes the picture for `from` as one for `to`, unless there is one.
+    /// Uses the picture in the slot `from` for `to`, unless `to` has one.
     fn rename_map(&mut self, from: MapSlot, to: MapSlot) {
         if self.has_map(to) {
             return;
@@ -226,9 +233,10 @@ impl Section {
     }
 }
 
-/// Roughness of facets with highlights as wide as those of a Phong lobe. Its exponent n about the mirror direction is about 4 n about the normal
-/// (Lewis 1994, "Making Shaders More Physically Plausible"), and such a distribution has the width α² = 2/(4 n + 2) (Walter et al. 2007,
-/// "Microfacet Models for Refraction through Rough Surfaces", section 5.2).
+/// Roughness of facets with highlights as wide as the highlights of a Phong lobe. Its exponent n
+/// about the mirror direction is about 4 n about the normal (Lewis 1994, "Making Shaders More
+/// Physically Plausible"), and such a distribution has the width α² = 2/(4 n + 2) (Walter et al.
+/// 2007, "Microfacet Models for Refraction through Rough Surfaces", section 5.2).
 fn roughness_of_phong(exponent: f32) -> f32 {
     (2.0 / (4.0 * exponent + 2.0)).powf(0.25)
 }

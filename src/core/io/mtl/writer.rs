@@ -1,8 +1,7 @@
-//! The program that wrote a material library: its leading comments name it, or those of its OBJ
-//! file, or the habits of its statements show it.
+//! Recognition of the program that wrote a material library: by its leading comments, by the
+//! comments of its OBJ file, or by the habits of its statements.
 //!
-//! What the programs write, and where that is from, stands with the translation of each dialect in
-//! `translate`.
+//! `translate` lists the statements of each program, with sources.
 
 use super::dialect::{MtlDialect, TrMeaning, is_tr_opacity};
 use super::map::MapSlot;
@@ -10,14 +9,15 @@ use super::section::Section;
 use crate::color::Spectrum;
 use crate::math::{excerpt_of_name, significant};
 
-/// Exporter of Blender, of which there were three.
+/// Exporter of Blender; there were three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BlenderExport {
-    /// Up to 2.79, of materials of Blender Internal.
+    /// Up to 2.79, for materials of Blender Internal.
     Internal,
-    /// From 2.80 on, written in Python; versions before 4 have it.
+    /// From 2.80 on, written in Python; included in versions before 4.
     Python,
-    /// From 3.1 on, which writes the version of Blender; before 4 the specular level did not depend on the index of refraction.
+    /// From 3.1 on; it writes the version of Blender. Before 4 the specular level did not depend on
+    /// the index of refraction.
     Native { before_4: bool },
 }
 
@@ -26,7 +26,7 @@ pub(super) enum BlenderExport {
 pub(super) enum Writer {
     /// The format itself: the file is read literally.
     Spec,
-    /// An unknown program: the file is read literally, but for highlights without a shape.
+    /// An unknown program: the file is read literally, except highlights of exponent 0.
     Unknown,
     Blender(BlenderExport),
     Max,
@@ -42,7 +42,7 @@ pub(super) enum Writer {
     Highlight,
 }
 
-/// What the leading comments of a library or of an OBJ file say of the writer.
+/// Writer named in the leading comments of a library or of an OBJ file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
     /// Dialect of the program.
@@ -54,7 +54,7 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// The signature among the comments before the first statement.
+    /// Finds the signature among the comments before the first statement.
     pub fn find(text: &str) -> Option<Self> {
         let lines = text.lines().enumerate();
         let leading = lines.take_while(|(_, line)| {
@@ -65,7 +65,7 @@ impl Signature {
         found.next()
     }
 
-    /// The signature in a comment in lower case.
+    /// Finds the signature in a comment in lower case.
     fn of_comment(comment: &str, line: usize) -> Option<Self> {
         let has = |words: &[&str]| words.iter().any(|word| comment.contains(word));
         let has_word = |wanted: &str| comment.split(|c: char| !c.is_alphanumeric()).any(|word| word == wanted);
@@ -98,12 +98,12 @@ impl Signature {
         Some(Self { dialect, version, line })
     }
 
-    /// Returns true if a library without a comment may come from the program that this signature of
-    /// its OBJ file names. Other libraries are written by hand.
+    /// Returns true if a library without a comment may be from the program in this signature of its
+    /// OBJ file. Otherwise it was written by hand.
     fn fits(&self, sections: &[Section]) -> bool {
         match self.dialect {
             MtlDialect::Blender => sections.iter().all(has_statements_of_blender),
-            // By the letter of other programs `Tf` and `Tr` could make everything invisible.
+            // With the literal `Tf` and `Tr` of other programs, everything could be invisible.
             MtlDialect::Maya => sections.iter().all(is_like_maya),
             MtlDialect::Meshlab => sections.iter().all(|section| section.dissolve.tr.is_none()),
             _ => true,
@@ -111,10 +111,10 @@ impl Signature {
     }
 }
 
-/// Version of Blender that a comment in lower case names, and the exporter of that version.
+/// Version of Blender in a comment in lower case, and the exporter of that version.
 ///
-/// Exporters in Python write `Blender v2.79 (sub 0) OBJ File`, of which the oldest wrote
-/// `Blender3D v249 OBJ File`. The later exporter writes `Blender 3.6.0`.
+/// Exporters in Python write `Blender v2.79 (sub 0) OBJ File`; the oldest wrote `Blender3D v249 OBJ
+/// File`. The later exporter writes `Blender 3.6.0`.
 fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
     let after = comment.strip_prefix("blender")?;
     let after = after.strip_prefix("3d").unwrap_or(after).trim_start();
@@ -144,12 +144,13 @@ fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
     Some((name, export))
 }
 
-/// How a library is read.
+/// Interpretation of a library.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Reading {
     pub writer: Writer,
     pub tr: TrMeaning,
-    /// Line and words of what was guessed; `None` where the user chose the dialect, or nothing was guessed.
+    /// Line and description of the guess. `None` if the user chose the dialect, or if there was no
+    /// guess.
     pub guess: Option<(usize, String)>,
 }
 
@@ -168,8 +169,8 @@ impl Reading {
         guess: None,
     };
 
-    /// Reading of a library in the `dialect` that the user chose, or as its signatures and the
-    /// habits of its materials show it.
+    /// Reading of a library in the `dialect` that the user chose, or by its signatures and the
+    /// habits of its materials.
     pub fn new(dialect: MtlDialect, signatures: Signatures, sections: &[Section]) -> Self {
         let is_auto = dialect == MtlDialect::Auto;
         let of_obj = signatures.obj.filter(|obj| obj.fits(sections));
@@ -181,7 +182,7 @@ impl Reading {
                 .unwrap_or_default(),
             chosen => chosen,
         };
-        // The OBJ file may have the version that the library lacks.
+        // The OBJ file may have a version if the library has none.
         let mut versions = [signatures.library, signatures.obj].into_iter().flatten();
         let version = versions.find_map(|signature| signature.version.as_ref());
         let writer = match dialect {
@@ -234,7 +235,7 @@ impl Reading {
     }
 }
 
-/// Guesses about a library of an unknown program in words, with the line that shows the first.
+/// Guesses about a library of an unknown program, in words, with the line of the first.
 fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, String)> {
     let excess = excess_of(sections).map(|(section, sum)| {
         let name = excerpt_of_name(&section.name);
@@ -267,7 +268,7 @@ fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, Strin
 }
 
 impl Writer {
-    /// Name of the program, with its version where that is known.
+    /// Name of the program, with its version if known.
     fn name(self, version: Option<&str>) -> String {
         let name = match (self, version) {
             (Self::Blender(_), Some(version)) => return format!("Blender {version}"),
@@ -288,7 +289,7 @@ impl Writer {
         name.into()
     }
 
-    /// How its statements are read, in words.
+    /// Interpretation of its statements, in words.
     fn meaning(self) -> &'static str {
         match self {
             Self::Spec | Self::Unknown => "the file is read literally",
@@ -307,10 +308,11 @@ impl Writer {
 }
 
 impl BlenderExport {
-    /// The exporter of a library without a version, by the values of `Ns`.
+    /// Exporter of a library without a version, by the values of `Ns`.
     ///
-    /// Blender Internal had whole numbers h from 1 to 511 for hardness, and its exporters wrote `Ns` = (h − 1)/0.51; 0 and 900 are values of both
-    /// older exporters. The one in Python ends at 900, and the roughness 0.5 of new materials is 225 there and 250 later.
+    /// Blender Internal had whole numbers h from 1 to 511 for hardness, and its exporters wrote
+    /// `Ns` = (h − 1)/0.51; 0 and 900 are values of both older exporters. Values of the exporter in
+    /// Python end at 900, and the roughness 0.5 of new materials is 225 there and 250 later.
     fn of_exponents(has_signature: bool, sections: &[Section]) -> Self {
         let exponents = || sections.iter().filter_map(|section| section.exponent);
         let is_near = |ns: f32, value: f32| (ns - value).abs() < 1e-3;
@@ -328,7 +330,7 @@ impl BlenderExport {
     }
 }
 
-/// The dialect that all materials of a library share by habit.
+/// Dialect that all materials of a library show by their statements.
 fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
     let all = |is_so: fn(&Section) -> bool| !sections.is_empty() && sections.iter().all(is_so);
     if all(is_like_blender) && sections.iter().any(|s| s.specular == Some(Spectrum::splat(0.5))) {
@@ -344,25 +346,24 @@ fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
     }
 }
 
-/// Sum of the shares of a surface up to which roundings count as 1.
+/// Maximum sum of the shares of a surface that is 1 up to rounding of f32.
 const FULL: f32 = 1.0001;
-/// Sum of the shares of a surface up to which rounded numbers may mean 1.
+/// Maximum sum of the shares of a surface that may be 1 if the file has rounded numbers.
 const MAX_ROUNDING: f32 = 1.01;
-/// Reflectance along the normal that no dielectric exceeds: that of diamond is 0.17.
+/// Maximum reflectance of a dielectric along the normal; diamond has 0.17.
 const MAX_DIELECTRIC: f32 = 0.2;
 
-/// A sum above 1 with so many digits that it is seen to be.
+/// Prints a sum above 1, with enough digits to show that it is above 1.
 fn excess_in_words(sum: f32) -> String {
     let digits = if sum < MAX_ROUNDING { 5 } else { 3 };
     significant(sum.into(), digits)
 }
 
-/// The first material by the letter of which `Kd` and `Ks` reflect more than all light, and their
-/// sum.
+/// First material whose literal `Kd` and `Ks` reflect more light than they receive, and their sum.
 ///
-/// A library has one writer, so one such material shows that `Ks` is no share of the light in any
-/// of them. Colours of a picture are darker than their factor, and leave room for a dielectric's
-/// reflectance.
+/// A library has one writer, so one such material shows that `Ks` is not a share of the light in
+/// any material of the library. Colours of a picture are darker than their factor, and leave room
+/// for a dielectric's reflectance.
 fn excess_of(sections: &[Section]) -> Option<(&Section, f32)> {
     let shines = |section: &&Section| {
         let is_given = section.specular.is_some_and(|ks| !ks.is_black());
@@ -377,14 +378,15 @@ fn excess_of(sections: &[Section]) -> Option<(&Section, f32)> {
     })
 }
 
-/// All exporters of Blender write these statements, in this order, and `Ke` among them.
+/// Returns true if the material has the statements that all exporters of Blender write, in their
+/// order. `Ke` is optional.
 fn has_statements_of_blender(section: &Section) -> bool {
     let keys = section.lines.iter().map(|(key, _)| key.as_str());
     let keys = keys.filter(|key| *key != "ke" && !key.starts_with("map_"));
     keys.eq(["ns", "ka", "kd", "ks", "ni", "d", "illum"])
 }
 
-/// Blender writes a grey `Ks`, and `Ka` is 1 or metallic.
+/// Returns true if `Ks` is grey, and `Ka` is 1 or metallic, as Blender writes them.
 fn is_like_blender(section: &Section) -> bool {
     let is_grey = |color: Option<Spectrum>| color.is_some_and(|c| c == Spectrum::splat(c.max_component()));
     let is_metal = matches!(section.illum, Some(3 | 6));
@@ -394,8 +396,8 @@ fn is_like_blender(section: &Section) -> bool {
         && (is_metal || section.ambient == Some(Spectrum::ONE))
 }
 
-/// Maya writes `illum 4`, glass by the letter, for every surface, and no index by which it
-/// refracts.
+/// Returns true if the material has `illum 4`, literally glass, without an index that refracts, as
+/// Maya writes every surface.
 fn is_like_maya(section: &Section) -> bool {
     section.illum == Some(4)
         && section.ior.is_none_or(|ior| ior == 1.0)
@@ -403,8 +405,9 @@ fn is_like_maya(section: &Section) -> bool {
         && !section.is_physical()
 }
 
-/// A material of Maya has the name of a shading group, or could not be glass: that would not be
-/// seen by its `Ni 1.00` or `Ni 0.00`, or, without any filter, give more light than it receives.
+/// Returns true if the material has the name of a shading group, or cannot be glass. Glass with
+/// `Tf` and `Ni 1.00` or `Ni 0.00` would be invisible. Glass without a filter would scatter more
+/// light than it receives.
 fn shows_maya(section: &Section) -> bool {
     let name = section.name.trim_end_matches(|c: char| c.is_ascii_digit());
     let is_shading_group = name.ends_with("SG") || name == "initialShadingGroup";
@@ -415,12 +418,12 @@ fn shows_maya(section: &Section) -> bool {
     is_shading_group || is_unseen || !has_filter && is_excess
 }
 
-/// SketchUp writes one `Ks` for every surface, and neither `Ns` nor `illum`.
+/// Returns true if the material has the constant `Ks` of SketchUp, and neither `Ns` nor `illum`.
 fn is_like_sketchup(section: &Section) -> bool {
     section.specular == Some(Spectrum::splat(0.33)) && section.exponent.is_none() && section.illum.is_none()
 }
 
-/// 3dfier colours the classes of its objects, each in one colour for all statements.
+/// Returns true if all statements have one colour, as 3dfier writes the classes of its objects.
 fn is_like_3dfier(section: &Section) -> bool {
     section.specular.is_some()
         && section.specular == section.diffuse

@@ -1,4 +1,4 @@
-//! Materials of tobj as statements of a library.
+//! Conversion of tobj's materials to statements of a library.
 
 use super::super::mtl::{FileMaterial, Library, LibraryOptions, ObjContext, Section, read_library};
 use super::super::statements::{split_keyword, statements};
@@ -6,7 +6,8 @@ use super::super::{FileError, Findings, Position};
 use crate::math::excerpt_of_name;
 use std::path::Path;
 
-/// The materials of a library that tobj has read. The file is read once more for what tobj leaves out: comments, which name the writer, and lines.
+/// Materials of a library that tobj has read. The file is read again for data that tobj leaves out:
+/// comments, which name the writer, and lines.
 pub(super) fn load(
     path: &Path,
     obj: &ObjContext,
@@ -22,7 +23,7 @@ pub(super) fn load(
     library.materials(path, sections, findings)
 }
 
-/// The statements of each material, as far as their values can be used. Each has the line of its `newmtl`.
+/// Statements of each material with usable values. Each has the line of its `newmtl`.
 fn sections(
     library: &Library,
     path: &Path,
@@ -52,7 +53,8 @@ fn sections(
     sections
 }
 
-/// Keywords and values. Numbers are written with all their digits; statements that tobj does not know come in the order of their names.
+/// Keywords and values. Numbers are written with all digits. Statements that tobj does not support
+/// are sorted by name.
 fn statements_of(material: &tobj::Material) -> Vec<(String, String)> {
     let color = |c: [f32; 3]| format!("{} {} {}", c[0], c[1], c[2]);
     let number = |n: f32| n.to_string();

@@ -1,10 +1,11 @@
-//! OBJ and MTL files read by the tobj crate: a second implementation, against which
-//! tests/it/files/readers.rs checks the program's own reader.
+//! OBJ and MTL files read by the tobj crate: a second implementation, with which
+//! tests/it/files/readers.rs compares the program's own reader.
 //!
-//! Values, faces, and the statements of materials are those that tobj reads, by its rules: polygons are fans, smoothing groups and continued lines are
-//! unknown, and a library is found by its very name. What statements of materials mean is the matter of `mtl`, whichever reader has read them.
-//! tobj gives no line numbers, and panics on some files; its panics are caught.
-//! docs/guide/reference/obj-mtl.md lists the differences.
+//! Values, faces and statements of materials are as tobj reads them, by its rules: polygons are
+//! fans, smoothing groups and continued lines are not supported, and a library is found by its
+//! exact name. `mtl` interprets the statements of materials for both readers. tobj has no line
+//! numbers, and panics on some files; its panics are caught. docs/guide/reference/obj-mtl.md lists
+//! the differences.
 
 mod materials;
 
@@ -28,21 +29,23 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
     ignore_lines: true,
 };
 
-/// Bytes of memory that tobj and its meshes take for a byte of the file: 24 for lines of 8 bytes.
+/// Memory of tobj and its meshes in bytes, per byte of the file: 24 for lines of 8 bytes.
 const BYTES_OF_A_BYTE: u64 = 12;
 
-/// Triangles that follow each other in the file and share a material.
+/// Triangles that are consecutive in the file and share a material.
 struct Part {
-    /// Name of the material; `None` where there is none, or where no library before the `usemtl` defines it.
+    /// Name of the material. `None` if there is none, or if no library before the `usemtl` defines
+    /// it.
     material: Option<String>,
-    /// The triangles. Texture coordinates or normals that some corners lack are left out.
+    /// The triangles. Texture coordinates or normals are left out if some corners lack them.
     mesh: Mesh,
 }
 
-/// What tobj reads of a library: materials, and their indices by name.
+/// Contents of a library as tobj reads them: materials, and their indices by name.
 type Materials = tobj::MTLLoadResult;
 
-/// Reads an OBJ file; `library` reads the library of a name. An error says why tobj refuses the file.
+/// Reads an OBJ file. `library` reads the library of a name. An error is the reason why tobj
+/// refuses the file.
 fn read_parts(
     reader: &mut impl BufRead,
     library: &dyn Fn(&Path) -> Materials,
@@ -50,7 +53,7 @@ fn read_parts(
     let (models, materials) = guarded(|| tobj::load_obj_buf(reader, &OPTIONS, library))
         .map_err(panicked)?
         .map_err(|error| error.to_string())?;
-    // Without a material that is read, the error of the last library stands in their place.
+    // If no material was read, `materials` is the error of the last library.
     let materials = materials.unwrap_or_default();
     let name = |id: usize| materials.get(id).map(|material| material.name.clone());
     let parts = models.into_iter().map(|model| Part {
@@ -61,7 +64,7 @@ fn read_parts(
     Ok((parts, materials))
 }
 
-/// Reads a library. An error says why tobj refuses it.
+/// Reads a library. An error is the reason why tobj refuses it.
 fn read_library(reader: &mut impl BufRead) -> Result<Materials, String> {
     let read = guarded(|| tobj::load_mtl_buf(reader)).map_err(panicked)?;
     match read {
@@ -74,7 +77,8 @@ fn panicked(message: String) -> String {
     format!("it panics: {message}")
 }
 
-/// A mesh of tobj. Its lists of values are as long as that of the positions where no corner lacks one.
+/// Converts a mesh of tobj. A list of values is as long as the positions only if no corner lacks a
+/// value.
 fn mesh(read: tobj::Mesh) -> Mesh {
     let positions: Vec<Vec3> = read.positions.chunks_exact(3).map(Vec3::from_slice).collect();
     let mut uvs: Vec<Vec2> = read.texcoords.chunks_exact(2).map(Vec2::from_slice).collect();
@@ -99,7 +103,7 @@ fn mesh(read: tobj::Mesh) -> Mesh {
     }
 }
 
-/// Reads an OBJ file and the libraries it names, without the options that change what was read.
+/// Reads an OBJ file and its libraries, without the options that change the result.
 pub(super) fn read_obj(
     path: &Path,
     options: &LoadOptions,
@@ -145,7 +149,7 @@ pub(super) fn read_obj(
         }
     }
     let mut groups = into_groups(parts);
-    // tobj has rounded the coordinates by now.
+    // tobj has already rounded the coordinates.
     let origin = chosen_origin(path, options).as_vec3a();
     if origin != Vec3::ZERO {
         groups
@@ -170,7 +174,8 @@ fn refused(path: &Path, refusal: &str) -> FileError {
     FileError::new(path, format!("tobj refuses this file: {refusal}")).help(HELP)
 }
 
-/// What tobj reads of the library `path`; `None` where that cannot be read, which is among the findings then.
+/// Reads the library `path` with tobj. `None` if it cannot be read, which is then among the
+/// findings.
 fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -> Option<Materials> {
     if !path.metadata().is_ok_and(|metadata| !metadata.is_dir()) {
         let missing = FileError::new(&path, "this material library is missing");
@@ -188,7 +193,7 @@ fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -
         .ok()
 }
 
-/// The triangles of each material, in the order of first use.
+/// Triangles of each material, in the order of first use.
 fn into_groups(parts: Vec<Part>) -> Vec<Group> {
     let mut members: Vec<Vec<Part>> = Vec::new();
     let mut index_of: HashMap<Option<String>, usize> = HashMap::new();
@@ -202,7 +207,8 @@ fn into_groups(parts: Vec<Part>) -> Vec<Group> {
     members.into_iter().map(joined).collect()
 }
 
-/// Parts of one material as a group. Parts without normals among others get those of their triangles, and texture coordinates that are missing are 0.
+/// Joins parts of one material to a group. If some parts have normals, the others get the normals
+/// of their triangles. Missing texture coordinates are 0.
 fn joined(parts: Vec<Part>) -> Group {
     let material = parts.first().and_then(|part| part.material.clone());
     let has_uvs = parts.iter().any(|part| !part.mesh.uvs.is_empty());
@@ -225,7 +231,7 @@ fn joined(parts: Vec<Part>) -> Group {
     }
 }
 
-/// The mesh with texture coordinates and normals where it should have them.
+/// Adds texture coordinates and normals to the mesh if they are required and missing.
 fn completed(mut mesh: Mesh, has_uvs: bool, has_normals: bool) -> Mesh {
     if has_uvs && mesh.uvs.is_empty() {
         mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];

@@ -9,7 +9,7 @@ fn options() -> LoadOptions {
     options
 }
 
-/// A file that is read by tobj, with all its findings.
+/// Reads a file with tobj, with all its findings.
 fn load(obj: &str, mtl: &str) -> Result<(ObjFile, Vec<String>), FileError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.obj");

@@ -1,4 +1,4 @@
-//! Programs that wrote a library, by its comments, its numbers and the OBJ file.
+//! Recognition of the writer of a library by its comments, its numbers and the OBJ file.
 
 use super::*;
 
@@ -130,7 +130,7 @@ fn the_obj_file_names_the_writer_too() {
     let surface = blender(96.078_43, 1.0, 0.25, 1.0, 1.0, 2);
     let flat = PYTHON.to_string() + &blender(0.0, 1.0, 0.5, 1.0, 1.0, 2) + "map_Bump a.png\n";
     let slot = |obj| read_of(obj, &flat, MtlDialect::Auto).1[0][0];
-    // The version, which tells heights from normals
+    // The version decides between heights and normals
     assert_eq!(slot(None), MapSlot::Normal);
     assert_eq!(
         slot(Some("# Blender v2.79 (sub 0) OBJ File: 'a.blend'\n")),
@@ -148,7 +148,7 @@ fn the_obj_file_names_the_writer_too() {
         told[0].contains("t.mtl:1: written by Blender 2.54, as its OBJ file says; "),
         "{told:?}"
     );
-    // One that was written by hand stays literal, and one with a comment has its own writer.
+    // A library written by hand stays literal, and a library with a comment has its own writer.
     for by_hand in ["newmtl m\nKd 0.2\nKs 0.5\nNs 30\n", "newmtl m\nKs 0.9\nillum 3\n"] {
         let (materials, _, told) = read_of(obj, by_hand, MtlDialect::Auto);
         assert_eq!((&materials[0], told.len()), (&auto(by_hand), 0));

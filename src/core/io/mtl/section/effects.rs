@@ -5,17 +5,18 @@ use crate::color::Spectrum;
 use crate::io::mtl::MapSlot;
 use crate::material::{Gloss, Material};
 
-/// Sum of the shares of a mixture up to which roundings count as 1.
+/// Maximum sum of the shares of a mixture that is 1 up to rounding.
 const FULL: f32 = 1.0001;
 
-/// Returns true if light that passes the surface is bent by an index of refraction.
+/// Returns true if the surface refracts the light that it transmits.
 pub(super) fn refracts(material: &Material) -> bool {
     !material.transmission.is_black() && !material.thin
 }
 
 impl Section {
-    /// Whether a filter of an opaque model is the share of a mixture that transmits: it is neither white nor black, as exporters write it for opaque
-    /// surfaces, nothing is said of the opacity, and all shares sum to 1 at most.
+    /// Returns true if `Tf` of an opaque model means partial transmission: it is neither white nor
+    /// black (defaults of exporters for opaque surfaces), no opacity is given, and Kd + Ks + Tf is
+    /// at most 1.
     pub(super) fn is_mixture(&self, material: &Material) -> bool {
         let share = self
             .filter
@@ -25,7 +26,7 @@ impl Section {
         is_opaque_model && share.is_some_and(|filter| sum(filter) <= FULL)
     }
 
-    /// Numbers that say something which the material has not.
+    /// Warnings about numbers that have no effect on the material.
     pub(super) fn lost_numbers(&self, material: &Material) -> Vec<Remark> {
         let mut remarks = Vec::new();
         let mut lost = |key, words: String| remarks.push(Remark::warning("no-effect", key, words));
@@ -78,7 +79,7 @@ impl Section {
         remarks
     }
 
-    /// Keywords of numbers that belong to something which the surface has not, as exporters write them for every surface.
+    /// Keywords of numbers without effect on this surface, which exporters write for every surface.
     pub fn idle_numbers(&self, material: &Material) -> Vec<&'static str> {
         let is_physical = matches!(material.gloss, Gloss::Metallic(_));
         let has_highlight = !material.specular.is_black() && !is_physical;

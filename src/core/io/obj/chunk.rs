@@ -15,7 +15,7 @@ use std::iter::once;
 use std::path::Path;
 use std::str;
 
-/// Names of what corners name, in the order of [`KEYWORDS`].
+/// Names of the three indices of a corner, in the order of [`KEYWORDS`].
 const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 /// Error in a statement: the message, the wrong word, and the remedy.
@@ -31,27 +31,27 @@ impl Fault {
         Self { word, message, help }
     }
 
-    /// The fault, with its effect.
+    /// Adds the effect of the fault to its message.
     fn and(mut self, effect: &str) -> Self {
         self.message = format!("{}; {effect}", self.message);
         self
     }
 }
 
-/// Selection of an OBJ file that is read.
+/// Selection of the data of an OBJ file.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
-    /// The point of the file that becomes the origin.
+    /// Point of the file's coordinates that becomes the origin.
     pub origin: DVec3,
     /// True if the line of each face is kept.
     pub keep_lines: bool,
     /// True if lines and points are read.
     pub keep_wires: bool,
-    /// The parts whose faces are read.
+    /// Filter of the parts whose faces are read.
     pub parts: &'a PartFilter,
 }
 
-/// The statements of a chunk of the file.
+/// Contents of a chunk of the file.
 pub(super) struct Chunk<'a> {
     before: &'a Counts,
     total: &'a Counts,
@@ -62,11 +62,11 @@ pub(super) struct Chunk<'a> {
     /// As in [`Outline`](super::outline::Outline).
     pub wrong: Vec<FileError>,
     pub wrong_count: usize,
-    /// Indices of wrong positions, in order.
+    /// Indices of wrong positions, sorted.
     pub wrong_positions: Vec<usize>,
-    /// The first wrong `vt` index and the first wrong `vn` index of the current face.
+    /// First wrong `vt` index and first wrong `vn` index of the current face.
     lost: [Option<Fault>; 2],
-    /// The point of the file that becomes the origin.
+    /// Point of the file's coordinates that becomes the origin.
     origin: DVec3,
     keep_lines: bool,
     pub parts: PartState<'a>,
@@ -76,14 +76,14 @@ pub(super) struct Chunk<'a> {
 
 /// Lines and points of a chunk.
 pub(super) struct Wires<'a> {
-    /// Faces of their vertices.
+    /// Vertices of the elements, as faces.
     pub section: Section,
     pub parts: PartState<'a>,
 }
 
 impl<'a> Chunk<'a> {
-    /// Reads a chunk of a file that has `total` counts, `before` of them before the chunk, which
-    /// begins below the parts `names`.
+    /// Reads a chunk. The file has `total` counts, `before` of them before the chunk. The chunk
+    /// begins with the parts `names`.
     pub fn parse(
         path: &Path,
         text: &'a str,
@@ -137,8 +137,8 @@ impl<'a> Chunk<'a> {
         chunk
     }
 
-    /// Position of a vertex, of whose `words` those behind it are left. Far from the file's origin 32
-    /// bits round a part of it away.
+    /// Position of a vertex. Takes its coordinates from `words`. If an origin is subtracted, the
+    /// coordinates are read in 64 bits: far from the file's origin, 32 bits round too much.
     fn position<'w>(
         &self,
         statement: &str,
@@ -159,7 +159,7 @@ impl<'a> Chunk<'a> {
         let statement = &*whole.text;
         let (keyword, rest) = split_keyword(statement);
         match keyword {
-            // A wrong value is 0, so that the indices of others keep their meaning.
+            // A wrong value is 0, so that the indices of others stay valid.
             "v" => {
                 let mut words = rest.split_ascii_whitespace();
                 let position = self.position(statement, rest, &mut words);
@@ -193,7 +193,7 @@ impl<'a> Chunk<'a> {
                     self.vertices.normals.push(Vec3::ZERO);
                     fault.and("it counts as none")
                 })?;
-                // In f64, where the square of no f32 is lost
+                // In f64, in which the square of no f32 overflows or underflows
                 let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
                 if normal == Vec3::ZERO {
                     self.remarks.add(Remark::BadNormal, line);
@@ -238,7 +238,7 @@ impl<'a> Chunk<'a> {
             "l" => self.remarks.skip(Skipped::Line, 1, line),
             "curv" | "curv2" | "cdc" => self.remarks.skip(Skipped::Curve, 1, line),
             "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(Skipped::Surface, 1, line),
-            // Blocks that are filled up with zeros
+            // Blocks that are filled with zeros
             _ if keyword.bytes().all(|byte| byte == 0) => {}
             _ => match ignored(keyword) {
                 Some(index) => self.remarks.ignore(index, line),
@@ -248,13 +248,13 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// The names of parts that faces, and lines and points, stand below.
+    /// Names of parts for faces, and for lines and points.
     fn all_parts(&mut self) -> impl Iterator<Item = &mut PartState<'a>> {
         let wires = self.wires.as_mut().map(|wires| &mut wires.parts);
         once(&mut self.parts).chain(wires)
     }
 
-    /// Reads the vertices of a line, or of points, if their part is shown.
+    /// Reads a line or points if their part is shown.
     fn read_wire(&mut self, is_line: bool, words: &str, line: usize) -> Result<(), Fault> {
         let is_shown = |wires: &mut Wires| wires.parts.is_shown(wires.section.face_count());
         if !self.wires.as_mut().is_some_and(is_shown) {
@@ -262,7 +262,7 @@ impl<'a> Chunk<'a> {
         }
         let vertex = |word: &str| {
             let corner = self.corner(word);
-            // Only positions count
+            // Only positions are used
             self.lost = [None, None];
             corner.map(|[v, ..]| v)
         };
@@ -317,11 +317,11 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or
-    /// `vn` counts as none, with its fault in `lost`.
+    /// Indices, from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or `vn` is
+    /// treated as missing, and its fault is stored in `lost`.
     fn corner(&mut self, word: &str) -> Result<[u32; 3], Fault> {
         let mut corner = [NONE; 3];
-        // As bytes: words are too short for what searches a string.
+        // Bytes are split faster than strings, since the words are short.
         for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
             let Some(slot) = corner.get_mut(kind) else {
                 let message = format!("`{}` has too many parts", excerpt(word));
@@ -343,7 +343,7 @@ impl<'a> Chunk<'a> {
         Ok(corner)
     }
 
-    /// The index, counted from 0, of a part of the corner `word`.
+    /// Index, from 0, of a part of the corner `word`.
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = match kind {
@@ -376,7 +376,7 @@ impl<'a> Chunk<'a> {
         Err(Fault::new(word, message, help))
     }
 
-    /// The number of a smoothing group, 0 for none.
+    /// Number of a smoothing group, 0 for none.
     fn smoothing_group(&mut self, name: &str, line: usize) -> u32 {
         match name {
             "" | "off" => 0,
@@ -388,12 +388,12 @@ impl<'a> Chunk<'a> {
     }
 }
 
-/// The first `N` numbers of `rest`, of which those after the first `needed` are 0 where they are not given.
+/// Parses the first `N` numbers of `rest`. After the first `needed`, missing numbers are 0.
 fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], Fault> {
     numbers_of(statement, &mut rest.split_ascii_whitespace(), needed)
 }
 
-/// The first `N` numbers of `words`, which keep the rest, as [`numbers`] reads them.
+/// Parses the first `N` numbers of `words` as [`numbers`] does, and leaves the other words.
 fn numbers_of<'w, const N: usize>(
     statement: &str,
     words: &mut impl Iterator<Item = &'w str>,
@@ -416,7 +416,7 @@ fn number(word: &str) -> Result<f32, Fault> {
     if let Ok(number) = word.parse() {
         return Ok(number);
     }
-    // How Microsoft's C library writes values that are not numbers: 1.#QNAN0, -1.#IND00, -nan(ind)
+    // Values of Microsoft's C library that are not numbers: 1.#QNAN0, -1.#IND00, -nan(ind)
     if word.contains(".#") || word.contains("nan(") {
         return Ok(f32::NAN);
     }
@@ -424,7 +424,7 @@ fn number(word: &str) -> Result<f32, Fault> {
     Err(Fault::new(word, message, "write a decimal number"))
 }
 
-/// That one of the numbers in `rest` is infinite or none.
+/// Fault of the first number in `rest` that is infinite or NaN.
 fn not_finite(rest: &str) -> Fault {
     let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
     let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));

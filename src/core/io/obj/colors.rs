@@ -1,5 +1,6 @@
-//! Colours of vertices: three or four numbers behind the coordinates of a `v` line, or ZBrush's
-//! `#MRGB` comments. A mesh keeps them in linear light ([`Mesh::colors`](crate::geometry::Mesh::colors)).
+//! Colours of vertices: three or four numbers after the coordinates of a `v` line, or ZBrush's
+//! `#MRGB` comments. A mesh stores them in linear light
+//! ([`Mesh::colors`](crate::geometry::Mesh::colors)).
 
 use super::outline::{NO_COLOR, VertexData};
 use crate::color::srgb;
@@ -8,23 +9,23 @@ use crate::io::{FileError, Finding, Severity};
 use half::f16;
 use std::path::Path;
 
-/// Greys that exporters give to all vertices of an unpainted mesh: MeshLab (191 and 192 of 255),
+/// Greys that exporters write for all vertices of an unpainted mesh: MeshLab (191 and 192 of 255),
 /// Blender, white.
 const DEFAULT_GREYS: [f32; 4] = [191.0 / 255.0, 192.0 / 255.0, 0.8, 1.0];
-/// Distance of a grey from one of these: half a step of 8 bits.
+/// Maximum difference from one of these greys: half a step of 8 bits.
 const GREY_TOLERANCE: f32 = 0.5 / 255.0;
 
-/// Colours of the vertices of a file, by the index of the position. Empty lists: there are none.
+/// Colours of the vertices of a file, indexed by position. Empty if there are none.
 #[derive(Default)]
 pub(super) struct Colors {
-    /// Linear Rec.709.
+    /// Linear Rec.709 colours.
     pub rgb: Vec<[f16; 3]>,
-    /// Opacity; empty if all vertices are opaque.
+    /// Opacities; empty if all vertices are opaque.
     pub alpha: Vec<f16>,
 }
 
-/// Colour behind the coordinates of a vertex: `words` are what follows the coordinates. One or two
-/// numbers are a weight, and no colour. The error says that a word is not a number.
+/// Parses the colour of a vertex from the `words` after its coordinates. One or two numbers are a
+/// weight, not a colour. Returns an error if a word is not a finite number.
 pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Option<[f32; 4]>, ()> {
     let words: Vec<&str> = words.take(5).collect();
     if !(3..=4).contains(&words.len()) {
@@ -41,8 +42,8 @@ pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Optio
     }
 }
 
-/// Adds the colours of a block of `MMRRGGBB` groups, where M is a mask, as 0 to 1. The error says that a
-/// group is not hexadecimal.
+/// Adds the colours of a block of `MMRRGGBB` groups, from 0 to 1; M is a mask. Returns an error if
+/// a group is not hexadecimal.
 pub(super) fn read_mrgb(groups: &str, colors: &mut Vec<[f32; 4]>) -> Result<(), ()> {
     for group in groups.as_bytes().chunks(8) {
         let text = std::str::from_utf8(group).map_err(|_| ())?;
@@ -55,7 +56,7 @@ pub(super) fn read_mrgb(groups: &str, colors: &mut Vec<[f32; 4]>) -> Result<(), 
     Ok(())
 }
 
-/// The colours that a render uses of those in `vertices`, which are given up, with findings on them.
+/// Moves the colours that a render uses out of `vertices`. Adds findings about them.
 pub(super) fn take_colors(
     path: &Path,
     vertices: &mut VertexData,

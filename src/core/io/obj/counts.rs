@@ -5,10 +5,10 @@ use crate::io::statements::{chunks, split_keyword, statements};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Keywords of what corners name, in the order of a corner's parts.
+/// Keywords of the values that corners refer to, in the order of a corner's indices.
 pub(super) const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
 
-/// Numbers of lines, and of `v`, `vt` and `vn` statements.
+/// Numbers of lines, of `v`, `vt` and `vn` statements, of faces and of their corners.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Counts {
     pub lines: usize,
@@ -49,18 +49,19 @@ impl Counts {
     }
 }
 
-/// A text cut into chunks whose statements have been counted: each knows its line and what indices mean in it.
+/// A text cut into chunks whose statements have been counted. Each chunk thus has line numbers and
+/// valid indices.
 pub(super) struct Chunks<'a> {
     pub texts: Vec<&'a str>,
-    /// Counts of all that is before each chunk.
+    /// Counts of the text before each chunk.
     pub before: Vec<Counts>,
     pub total: Counts,
-    /// Names of parts that the first face of each chunk stands below.
+    /// Names of parts for the first face of each chunk.
     pub names: Vec<CurrentNames>,
 }
 
 impl<'a> Chunks<'a> {
-    /// Cuts and counts a text in chunks of some `chunk_bytes`, in parallel.
+    /// Cuts a text into chunks of about `chunk_bytes`, and counts them in parallel.
     pub fn count(text: &'a str, chunk_bytes: usize) -> Self {
         let texts = chunks(text, chunk_bytes);
         let counts: Vec<(Counts, [Option<String>; 2])> = texts.par_iter().map(|chunk| Counts::of(chunk)).collect();
@@ -80,16 +81,17 @@ impl<'a> Chunks<'a> {
         }
     }
 
-    /// About how many bytes reading takes at most, of which the text takes `length`.
+    /// Approximate maximum memory of reading in bytes, including `length` bytes of text.
     pub fn bytes(&self, length: u64) -> u64 {
         let [v, vt, vn] = self.total.elements.map(|n| n as u64);
         let (faces, corners) = (self.total.faces as u64, self.total.corners as u64);
         let (has_uvs, has_normals) = (u64::from(vt > 0), u64::from(vn > 0));
         let values = 16 * v + 8 * vt + 16 * vn;
         let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
-        // Chunks have their values until they are joined.
+        // Chunks hold their values until they are joined.
         let reading = length + outline + values;
-        // Then the text is given back, faces become triangles, and corners vertices, by an index of those that there are.
+        // Then the text is freed, faces become triangles, and corners become vertices, by an index
+        // of the existing vertices.
         let (triangles, vertices) = (corners.saturating_sub(2 * faces), v.max(vt).max(vn));
         let index = if has_uvs + has_normals == 0 { 4 } else { 48 };
         let mesh = 12 * triangles + vertices * (16 + 8 * has_uvs + 16 * has_normals);

@@ -10,46 +10,47 @@ use crate::math::{DVec3, Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Share of a polygon's area that roundings of f64 make of nothing, with room to spare.
+/// Share of a polygon's area that is rounding error of f64, with a margin.
 const ROUNDING: f64 = 1e-9;
 
-/// The faces of an OBJ file as it writes them, each with its line: before they are cut into triangles.
+/// Faces of an OBJ file before triangulation, each with its line.
 pub struct ObjFaces {
     outline: Outline,
     materials: Vec<FaceMaterial>,
-    /// Section, faces, and the index of their material, in the file's order.
+    /// Section, faces, and index of their material, in the order of the file.
     runs: Vec<(usize, FaceRange, usize)>,
 }
 
-/// What faces name as their material.
+/// Material name of faces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaceMaterial {
     /// Name in `usemtl`; `None` before the first one.
     pub name: Option<String>,
-    /// Line of the first `usemtl` with that name; 0 where there is none.
+    /// Line of the first `usemtl` with that name; 0 if there is none.
     pub line: usize,
 }
 
-/// A face of at least three corners, by indices that are there.
+/// A face of at least three corners. Its indices of positions are valid.
 #[derive(Clone, Copy, Debug)]
 pub struct Face<'a> {
-    /// The line it stands on.
+    /// Line of the face.
     pub line: usize,
-    /// Index of its material, for [`ObjFaces::materials`].
+    /// Index of its material in [`ObjFaces::materials`].
     pub material: usize,
     /// Index of each corner's position.
     pub positions: &'a [u32],
-    /// Index of each corner's normal, out of range where it has none; empty where no corner has one.
+    /// Index of each corner's normal, out of range if it has none. Empty if no corner has one.
     pub normals: &'a [u32],
-    /// Index of each corner's texture coordinates, out of range where it has none; empty where no corner has any.
+    /// Index of each corner's texture coordinates, out of range if it has none. Empty if no corner
+    /// has any.
     pub uvs: &'a [u32],
-    /// Whether every corner has texture coordinates.
+    /// True if every corner has texture coordinates.
     pub has_uvs: bool,
 }
 
 impl ObjFaces {
-    /// Reads a file as a render does, without what is wrong in it; its libraries define materials
-    /// of the names `defined`.
+    /// Reads a file as a render does, without its wrong statements. Its libraries define materials
+    /// with the names `defined`.
     pub fn read(path: &Path, parts: &PartFilter, defined: &HashSet<&str>) -> Result<Self, FileError> {
         let wanted = Wanted {
             origin: DVec3::ZERO,
@@ -101,12 +102,12 @@ impl ObjFaces {
         &self.outline.vertices.uvs
     }
 
-    /// Values of all `vn` lines, of unit length; zero where the file's are none.
+    /// Values of all `vn` lines, normalised. Zero if the file's normal is invalid.
     pub fn normals(&self) -> &[Vec3] {
         &self.outline.vertices.normals
     }
 
-    /// The faces, in the file's order.
+    /// All faces, in the order of the file.
     pub fn faces(&self) -> impl Iterator<Item = Face<'_>> {
         self.runs.iter().flat_map(|(section, range, material)| {
             let section = &self.outline.sections[*section];
@@ -122,7 +123,8 @@ impl ObjFaces {
         })
     }
 
-    /// Whether the polygon of these corners is cut into triangles that all look the same way, so that none overlap.
+    /// Returns true if the polygon of these corners is cut into triangles of the same orientation,
+    /// so that none overlap.
     pub fn is_simple(corners: &[Vec3]) -> bool {
         let normal = area_vector(corners);
         let min = -ROUNDING * normal.length_squared();
@@ -134,7 +136,8 @@ impl ObjFaces {
         is_simple
     }
 
-    /// The lines of these `v` statements of a file, counted from 0 and sorted: it is read once more. Empty where it cannot be.
+    /// Lines of the `v` statements `indices` of a file, counted from 0 and sorted. The file is read
+    /// again. Empty if it cannot be read.
     pub fn lines_of_positions(path: &Path, indices: &[usize]) -> Vec<usize> {
         let Ok(text) = read_text(path) else {
             return Vec::new();

@@ -1,5 +1,5 @@
-//! Axes by the first comments of an OBJ file: those that the file declares, and those that the
-//! program that wrote it usually writes.
+//! Axes from the first comments of an OBJ file: declared axes, and the usual axes of the program
+//! that wrote it.
 
 use super::open_regular;
 use crate::guess::{DeclaredAxes, FileAxes};
@@ -8,9 +8,9 @@ use crate::math::Vec3;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes in which the comments are looked for.
+/// Number of bytes that are searched for comments.
 const HEAD: u64 = 4096;
-/// Further programs that turn their models so that +y is up, as most viewers expect it.
+/// Additional programs that turn their models so that +y is up, as most viewers expect it.
 const TURN: [&str; 7] = [
     "sweet home",
     "art of illusion",
@@ -20,7 +20,7 @@ const TURN: [&str; 7] = [
     "mineways",
     "houdini",
 ];
-/// Further programs of surveyors, scanners and engineers, to whom +z is up.
+/// Additional programs of surveyors, scanners and engineers, with +z up.
 const KEEP: [&str; 10] = [
     "openscad",
     "freecad",
@@ -34,11 +34,11 @@ const KEEP: [&str; 10] = [
     "gdal",
 ];
 
-/// Programs whose models all have +y up.
+/// Programs with +y up in all models.
 const ONLY_Y: [&str; 1] = ["apple modelio"];
-/// Part of the names that importers give meshes of VRML, in which +y is up.
+/// Part of the mesh names that importers of VRML write; +y is up in VRML.
 const OF_VRML: &str = "indexedfaceset";
-/// Words of names of buildings, of rooms and of land.
+/// Words in file names of buildings, rooms and land.
 const LAND: [&str; 21] = [
     "apartment",
     "arena",
@@ -66,7 +66,7 @@ const LAND: [&str; 21] = [
 /// Programs whose models face −z.
 const FACE_BACK: [&str; 1] = ["blockbench"];
 
-/// Axes by the comments at the beginning of a file; none of a file that cannot be read.
+/// Axes by the comments at the beginning of a file. None if the file cannot be read.
 pub fn file_axes(path: &Path) -> FileAxes {
     let mut head = Vec::new();
     let file = open_regular(path).map(|file| file.take(HEAD));
@@ -98,7 +98,7 @@ fn axes_of(head: &str) -> FileAxes {
         declared: comments().find_map(declared_axes),
         usual_up: match Signature::find(head).map(|signature| signature.dialect) {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
-            // Maya writes whatever axis is up in its scene, and Assimp that of another program.
+            // Maya writes the up axis of its scene, and Assimp the up axis of another program.
             Some(MtlDialect::Maya | MtlDialect::Assimp) => None,
             Some(_) => Some(Vec3::Y),
             None => comments().find_map(|comment| match (is_named(comment, &TURN), is_named(comment, &KEEP)) {
@@ -134,7 +134,7 @@ fn declared_axes(comment: &str) -> Option<DeclaredAxes> {
     DeclaredAxes::new(up?, back?)
 }
 
-/// The unit vector of a text such as `+x` or `-z`.
+/// Unit vector of a text such as `+x` or `-z`.
 fn signed_axis(text: &str) -> Option<Vec3> {
     let (sign, name) = match text.strip_prefix('-') {
         Some(name) => (-1.0, name),
@@ -145,9 +145,9 @@ fn signed_axis(text: &str) -> Option<Vec3> {
     Some(sign * Vec3::AXES[axis] + Vec3::ZERO)
 }
 
-/// Beginning of the comment in the first line of an OBJ file, which names the program that wrote
-/// it: up to its version or the name of the file. Empty without such a comment; `None` if the file
-/// cannot be read.
+/// Beginning of the comment in the first line of an OBJ file, with the name of the program that
+/// wrote it: up to its version or the name of the file. Empty without such a comment; `None` if the
+/// file cannot be read.
 pub fn first_comment(path: &Path) -> Option<String> {
     let mut head = Vec::new();
     open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;

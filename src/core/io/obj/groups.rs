@@ -1,8 +1,10 @@
 //! Meshes from the faces of an OBJ file, one for each material, and for each list of rules of a
 //! scene file that change it.
 //!
-//! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex. Where normals are missing among others, smoothing
-//! groups (`smoothing`) or the triangle itself give them, as indices counted on from those of the file, so that one rule joins corners in every case.
+//! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex.
+//! If only some corners have normals, smoothing groups (`smoothing`) or the triangle itself provide
+//! the others, with indices after the normals of the file. One rule then joins corners in every
+//! case.
 
 use super::Group;
 use super::colors::Colors;
@@ -13,21 +15,21 @@ use crate::geometry::{Mesh, UNNAMED, triangle_normal};
 use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
 
-/// Where the faces of a material are.
+/// Faces of one material under the same rules.
 pub(super) struct Faces {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
-    /// Line of the first `usemtl` with that name; 0 where there is none.
+    /// Line of the first `usemtl` with that name; 0 if there is none.
     pub line: usize,
-    /// Number of the list of rules for the parts of the faces.
+    /// Index of the list of rules for the parts of the faces.
     pub rules: u32,
-    /// Runs of faces in the file's order.
+    /// Runs of faces in the order of the file.
     pub runs: Vec<Run>,
 }
 
-/// Faces that follow each other and belong together.
+/// Consecutive faces of one material and one smoothing group.
 pub(super) struct Run {
-    /// Index of the section they are in.
+    /// Index of their section.
     pub section: usize,
     /// The faces.
     pub faces: FaceRange,
@@ -35,7 +37,7 @@ pub(super) struct Run {
     pub smoothing: u32,
 }
 
-/// The faces of each material under the same rules, in the order of first use.
+/// Faces by material and rules, in the order of first use.
 pub(super) fn by_material(sections: &[Section], rules: &MaterialRules) -> Vec<Faces> {
     let mut all: Vec<Faces> = Vec::new();
     let mut index_of: HashMap<(Option<&str>, u32), usize> = HashMap::new();
@@ -76,7 +78,7 @@ pub(super) fn by_material(sections: &[Section], rules: &MaterialRules) -> Vec<Fa
 }
 
 impl Faces {
-    /// The faces as triangles.
+    /// Converts the faces to triangles.
     pub fn into_group(self, outline: &Outline, colors: &Colors, rules: &MaterialRules) -> Group {
         Group {
             rules: rules.list(self.rules).to_vec(),
@@ -87,7 +89,7 @@ impl Faces {
     }
 }
 
-/// Cuts faces into triangles and joins corners that are the same into vertices.
+/// Cuts faces into triangles, and joins equal corners into vertices.
 fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
     let Outline { vertices, sections, .. } = outline;
     let all = || {
@@ -112,7 +114,7 @@ fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
             ..Mesh::default()
         },
     };
-    // A file whose faces are all of one part needs no list.
+    // A file needs no list if all faces belong to one part.
     let mut of_faces = parts();
     let first = of_faces.next().unwrap_or(UNNAMED);
     let has_parts = of_faces.any(|part| part != first);
@@ -154,7 +156,8 @@ impl MeshBuilder<'_> {
         let flat = self.vertices.normals.len() + self.mesh.triangles.len();
         let keys = corners.map(|i| match section.corner(i) {
             key if self.vertices.has_normal(section, i) => key,
-            // Each triangle has a flat normal of its own, counted on from those of the file.
+            // Each triangle has a separate flat normal, with an index after the normals of the
+            // file.
             [v, vt, _] if self.has_normals => [v, vt, flat as u32],
             [v, vt, _] => [v, vt, NONE],
         });
@@ -162,7 +165,7 @@ impl MeshBuilder<'_> {
         self.mesh.triangles.push(triangle);
     }
 
-    /// The vertex of a corner of the triangle with these corners.
+    /// Vertex of a corner, with the key `key`, of `triangle`.
     fn vertex(&mut self, key: [u32; 3], triangle: [[u32; 3]; 3]) -> u32 {
         let new = self.mesh.positions.len() as u32;
         let index = self.index_of.find_or_add(key, new);
@@ -181,7 +184,7 @@ impl MeshBuilder<'_> {
             if self.has_normals {
                 let normal = self.vertices.normals.get(vn).copied().unwrap_or_else(|| {
                     let [p0, p1, p2] = triangle.map(position);
-                    // Triangles without area have none; they are never seen.
+                    // Triangles without area have no normal; they are never visible.
                     Some(triangle_normal(p0, p1, p2))
                         .filter(|&n| n != Vec3::ZERO)
                         .unwrap_or(Vec3::Z)
@@ -195,15 +198,16 @@ impl MeshBuilder<'_> {
 
 /// Finds the vertex of a corner's position, texture coordinates and normal.
 enum VertexIndex {
-    /// By position, where that is all there is.
+    /// By position, if corners have nothing else.
     Table(Vec<u32>),
     Map(HashMap<[u32; 3], u32>),
 }
 
 impl VertexIndex {
-    /// For a mesh of that many corners, which are positions alone if it `is_plain`, of a file with that many positions.
+    /// Index for a mesh of `corners` corners, of a file with `positions` positions. The mesh
+    /// `is_plain` if its corners have positions only.
     fn new(is_plain: bool, corners: usize, positions: usize) -> Self {
-        // A table for a small part of a file would take more memory than the part.
+        // For a small part of a file, a table would take more memory than the part.
         if is_plain && positions <= 4 * corners {
             Self::Table(vec![NONE; positions])
         } else {
@@ -211,7 +215,7 @@ impl VertexIndex {
         }
     }
 
-    /// The vertex with this key, which is `new` if there is none yet.
+    /// Returns the vertex with this key, or inserts `new` if there is none.
     fn find_or_add(&mut self, key: [u32; 3], new: u32) -> u32 {
         match self {
             Self::Table(of_position) => {

@@ -1,8 +1,8 @@
-//! Material libraries of an OBJ file: where they lie, and their materials.
+//! Material libraries of an OBJ file: their paths and their materials.
 //!
-//! A library that is not where the OBJ file says is looked for by its base name, beside the OBJ
-//! file and in the folder above. If there is no library at all, one that is called like the OBJ
-//! file is taken.
+//! If a library is not at its path in the OBJ file, its base name is searched beside the OBJ file
+//! and in the parent folder. If no library is found at all, a library with the name of the OBJ file
+//! is used.
 
 use crate::files::find_file::{FileFinder, base_name, case_differs, count_alike, folder_above, unquoted};
 use crate::io::mtl::{FileMaterial, ObjContext, library_path, load_mtl};
@@ -12,12 +12,12 @@ use crate::math::excerpt_of_path;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// Names in a `mtllib` statement.
+/// A `mtllib` statement.
 #[derive(Clone, Debug)]
 pub(in crate::io) struct LibraryName {
-    /// Text that follows the keyword.
+    /// Text after the keyword.
     pub text: String,
-    /// The text with a comment, which may be a part of a name.
+    /// The text with a comment, which may be part of a name.
     pub whole: Option<String>,
     /// Line of the statement.
     pub line: usize,
@@ -26,18 +26,18 @@ pub(in crate::io) struct LibraryName {
 /// A library of an OBJ file.
 #[derive(Debug)]
 pub(in crate::io) struct ObjLibrary {
-    /// Name in the OBJ file; empty if that names none.
+    /// Name in the OBJ file; empty if the file names no library.
     pub name: String,
     /// Line that names it; 0 if none does.
     pub line: usize,
-    /// The file, if there is one.
+    /// Path of the file, if it exists.
     pub path: Option<PathBuf>,
-    /// Whether the file lies elsewhere than named, or has another name.
+    /// True if the file is in another place than named, or has another name.
     is_elsewhere: bool,
 }
 
-/// The libraries that an OBJ file names, each once; the one of its own name if there is none of
-/// them and the file `may_use` one.
+/// Libraries that an OBJ file names, each once. If none is found and the file `may_use` one, the
+/// library with the name of the OBJ file.
 pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], may_use: bool) -> Vec<ObjLibrary> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut finder = FileFinder::default();
@@ -74,7 +74,7 @@ pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], may_use: 
     all
 }
 
-/// The names in a statement: one, or several between blanks, of which names may have some.
+/// Names in a statement: one, or several separated by blanks. A name may contain blanks, too.
 fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec<String> {
     let mut is_there = |name: &str| finder.find(folder, name).is_some();
     let whole = statement.whole.iter().flat_map(|whole| possible_names(whole));
@@ -91,9 +91,8 @@ fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec
     names
 }
 
-/// Names of libraries: in quotes, which stay, or up to the ending `.mtl`. A `\` before a blank
-/// makes it a part of
-/// the name.
+/// Splits the names of libraries: in quotes, which are kept, or up to the ending `.mtl`. A `\`
+/// makes the next blank a part of the name.
 fn split_names(text: &str) -> Vec<String> {
     let hidden = text.replace("\\ ", "\0");
     let mut names = Vec::new();
@@ -116,8 +115,8 @@ fn split_names(text: &str) -> Vec<String> {
     names.into_iter().map(|name| name.replace('\0', " ")).collect()
 }
 
-/// The file of this name, or of its base name beside the OBJ file or in the folder above, and
-/// whether it lies elsewhere than named.
+/// Finds the file of this name, or of its base name beside the OBJ file or in the parent folder.
+/// Returns also true if it is in another place than named.
 fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(PathBuf, bool)> {
     if let Some(path) = finder.find(folder, name) {
         return Some((path, false));
@@ -129,15 +128,15 @@ fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(Path
     found.map(|path| (path, true))
 }
 
-/// The library of `x.obj` that is called `x.mtl` or `x.obj.mtl`.
+/// The library of `x.obj` with the name `x.mtl` or `x.obj.mtl`.
 fn find_of_same_name(finder: &mut FileFinder, obj: &Path) -> Option<PathBuf> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let [stem, name] = [obj.file_stem()?, obj.file_name()?].map(|name| format!("{}.mtl", name.to_string_lossy()));
     finder.find(folder, &stem).or_else(|| finder.find(folder, &name))
 }
 
-/// The materials of the libraries, each read once, in the order of the lines that name them, and
-/// the files of the libraries.
+/// Materials of the libraries, in the order of their lines, and files of the libraries. Each
+/// library is read once.
 pub(super) fn load_libraries(
     obj: &Path,
     libraries: &[ObjLibrary],
@@ -156,7 +155,7 @@ pub(super) fn load_libraries(
     (materials, files)
 }
 
-/// Tells of a library that is missing, or not where the OBJ file says.
+/// Adds a finding if a library is missing, or not at its path in the OBJ file.
 fn remark(obj: &Path, library: &ObjLibrary, options: &LoadOptions, findings: &mut Findings) {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let ObjLibrary { name, line, .. } = library;

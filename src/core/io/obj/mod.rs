@@ -1,9 +1,11 @@
-//! OBJ files: chunks (`counts`, `parse`), their statements (`chunk`) and what they say (`outline`), faces by material (`groups`) or
-//! as they are written (`faces`), polygons (`polygon`), smoothing groups (`smoothing`), material
-//! libraries (`libraries`), fronts and backs at one place (`sides`), subdivision (`subdivide`), lines and points (`wires`).
+//! OBJ files: chunks (`counts`, `parse`), their statements (`chunk`) and contents (`outline`),
+//! faces by material (`groups`) or as written (`faces`), polygons (`polygon`), smoothing groups
+//! (`smoothing`), material libraries (`libraries`), fronts and backs at one place (`sides`),
+//! subdivision (`subdivide`), lines and points (`wires`).
 //!
-//! A text is cut between statements into chunks of a fixed size, which are read in parallel and joined in order: neither chunks nor threads change a
-//! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
+//! A text is cut between statements into chunks of a fixed size, which are read in parallel and
+//! joined in order. The result is bit-identical for any chunks and threads. One reader serves
+//! renders, which need a mesh, and `embrasure check`, which needs all errors (`io/finding.rs`).
 
 mod chunk;
 mod colors;
@@ -49,15 +51,15 @@ use std::path::{Path, PathBuf};
 use subdivide::subdivide;
 use wires::add_wires;
 
-/// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
+/// Bytes of text per task: many tasks in a large file, and enough work in each.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// Changes of the positions that a file says.
+/// Changes of the positions in a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Changes {
-    /// The point of the file that becomes the origin.
+    /// Point of the file's coordinates that becomes the origin.
     pub origin: DVec3,
-    /// Whether fronts and backs at one place are moved apart.
+    /// True if fronts and backs at one place are moved apart.
     pub moves_apart: bool,
 }
 
@@ -66,19 +68,19 @@ pub(super) struct Changes {
 pub struct Group {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
-    /// Line of its first `usemtl`; 0 where there is none.
+    /// Line of its first `usemtl`; 0 if there is none.
     pub line: usize,
-    /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that give its parts another
-    /// material.
+    /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that replace the material of
+    /// its parts.
     pub rules: Vec<u32>,
-    /// The triangles, in the file's units.
+    /// The triangles, in units of the file.
     pub mesh: Mesh,
 }
 
 /// An OBJ file and its material libraries.
 #[derive(Debug)]
 pub struct ObjFile {
-    /// One group for each material in use under the same rules, in the order of first use.
+    /// Groups by material and rules, in the order of first use.
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
     pub materials: Vec<FileMaterial>,
@@ -86,18 +88,18 @@ pub struct ObjFile {
     pub libraries: Vec<PathBuf>,
     /// Names of libraries in the file, found or not.
     pub named_libraries: Vec<String>,
-    /// Names of the parts, by which meshes number theirs; those that are hidden too.
+    /// Names of all parts, hidden ones included. Meshes refer to their indices.
     pub parts: PartNames,
     /// True if a mesh has texture coordinates.
     pub has_uvs: bool,
     /// True if meshes have colours of vertices.
     pub has_colors: bool,
-    /// The last of each name among them.
+    /// Index of the last material of each name.
     last_named: HashMap<String, usize>,
 }
 
 impl ObjFile {
-    /// What a reader makes of a file and its libraries.
+    /// Contents of a file and its libraries.
     pub fn new(groups: Vec<Group>, materials: Vec<FileMaterial>, libraries: Vec<PathBuf>) -> Self {
         let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
         Self {
@@ -112,29 +114,29 @@ impl ObjFile {
         }
     }
 
-    /// The material of this name; the last definition counts.
+    /// Material of this name; the last definition is used.
     pub fn material(&self, name: &str) -> Option<&FileMaterial> {
         self.last_named.get(name).and_then(|&i| self.materials.get(i))
     }
 }
 
-/// Begin of the error of a file without faces.
+/// Beginning of the error of a file without faces.
 const NO_FACES: &str = "no faces in this OBJ file";
 
-/// What a file without faces has.
+/// Contents of a file without faces.
 #[derive(Default)]
 pub(super) struct Faceless {
     /// Number of vertices.
     pub vertices: usize,
-    /// True if it has texture coordinates or names materials, as meshes do and point clouds do not.
+    /// True if it has texture coordinates or names materials, like meshes and unlike point clouds.
     pub is_of_mesh: bool,
-    /// True if its last line has no end.
+    /// True if its last line has no line end.
     pub is_cut: bool,
-    /// Elements that are not rendered.
+    /// Description of the elements that are not rendered.
     pub skipped: Option<String>,
 }
 
-/// The error of a file without faces.
+/// Error of a file without faces.
 pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
     let vertices = match file.vertices {
         1 => "1 vertex".to_string(),
@@ -173,7 +175,8 @@ pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
     FileError::new(path, message).help(help)
 }
 
-/// Reads an OBJ file and its libraries by the reader of this module, without the options that change what was read.
+/// Reads an OBJ file and its libraries with the reader of this module, without the options that
+/// change the result.
 pub(super) fn read_obj(
     path: &Path,
     options: &LoadOptions,
@@ -182,7 +185,7 @@ pub(super) fn read_obj(
     observer: &dyn LoadObserver,
     findings: &mut Findings,
 ) -> Result<ObjFile, FileError> {
-    // What it takes is known, and refused where that is too much, step by step before it is taken.
+    // Each step estimates its memory, and is refused if it needs too much, before the allocation.
     let length = fs::metadata(path).map_or(0, |data| data.len());
     allowance.check(path, length)?;
     let text = read_text(path)?;
@@ -200,7 +203,7 @@ pub(super) fn read_obj(
     drop(chunks);
     let is_cut = !text.ends_with('\n');
     drop(text);
-    // Without a face there is no picture.
+    // A file without faces has no picture.
     let has_faces = outline.all_sections().any(|section| section.corner_count() > 0);
     let severity = if has_faces || !options.parts.is_empty() {
         options.severity_of_lack()
@@ -218,7 +221,7 @@ pub(super) fn read_obj(
         used: outline.uses_materials().then(|| outline.used_names()),
     };
     let is_literal = options.strict || options.parameters.mtl_dialect() == MtlDialect::Spec;
-    // The only material of a library may be that of all faces.
+    // The only material of a library may be the material of all faces.
     let takes_only = !outline.uses_materials() && !is_literal;
     let found = find_libraries(path, &outline.libraries, outline.uses_materials() || takes_only);
     let named_libraries = found.iter().map(|library| library.name.clone()).collect();
@@ -265,7 +268,7 @@ pub(super) fn read_obj(
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
-    // A scene of several files may show parts of one of them.
+    // If there are several files, the shown parts may be in another file.
     if groups.is_empty() && wrong_count == 0 && options.parts.is_empty() {
         return Err(no_faces(path, faceless));
     }
@@ -276,8 +279,8 @@ pub(super) fn read_obj(
     })
 }
 
-/// Gives the faces of a file without `usemtl` the only material of its library, unless vertices have
-/// colours.
+/// Assigns the only material of its library to the faces of a file without `usemtl`, unless
+/// vertices have colours.
 fn give_only_material(path: &Path, groups: &mut [Group], materials: &[FileMaterial], findings: &mut Findings) {
     let [only] = materials else { return };
     if groups.iter().any(|group| !group.mesh.colors.is_empty()) {
@@ -304,14 +307,14 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(text)
 }
 
-/// The file, for a look ahead; `None` unless it is a regular one: a pipe would be emptied.
+/// Opens the file for a look ahead. `None` if it is not a regular file: a pipe would be emptied.
 fn open_regular(path: &Path) -> Option<File> {
     let is_regular = fs::metadata(path).is_ok_and(|data| data.is_file());
     is_regular.then(|| File::open(path).ok()).flatten()
 }
 
-/// The triangles of each material, in the order of first use, and the number of faces with another
-/// material on the back.
+/// Triangles of each material, in the order of first use, and number of faces with another material
+/// on the back.
 fn into_groups(
     mut outline: Outline,
     mut colors: Colors,

@@ -1,12 +1,12 @@
-//! The unit of length of an OBJ file, by its first comments.
+//! Unit of length of an OBJ file, from its first comments.
 
 use super::open_regular;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes in which the comments are looked for.
+/// Number of bytes that are searched for comments.
 const HEAD: u64 = 4096;
-/// Names of units with their length in metres. A name may have further letters: `inches`.
+/// Names of units, and their length in metres. Additional letters may follow a name: `inches`.
 const UNITS: [(&str, f32); 13] = [
     ("millimeter", 0.001),
     ("millimetre", 0.001),
@@ -23,8 +23,8 @@ const UNITS: [(&str, f32); 13] = [
     ("m", 1.0),
 ];
 
-/// Length in metres of the unit that a comment about units names, such as `# File units = inches`;
-/// `None` without such a comment.
+/// Length in metres of the unit in a comment about units, such as `# File units = inches`. `None`
+/// without such a comment.
 pub fn named_unit(path: &Path) -> Option<f32> {
     let mut head = Vec::new();
     open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;

@@ -1,5 +1,5 @@
-//! The origin of a file that lies far from its own: surveyors write national grids in metres, whose
-//! coordinates of millions have few steps of 32 bits across a building.
+//! Origin of a file that lies far from its own origin: surveyors write national grids in metres,
+//! whose coordinates of millions have few steps of 32 bits across a building.
 
 use super::open_regular;
 use crate::io::{LoadOptions, Origin};
@@ -7,22 +7,24 @@ use crate::math::DVec3;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Largest coordinate of the first vertex up to which the file is not read further.
+/// Maximum coordinate of the first vertex for which the file is not read further.
 const NEAR: f64 = 2048.0;
-/// Bytes of a line that are read at once: a binary file is one long line.
+/// Maximum number of bytes of a line that are read at once: a binary file is one long line.
 const MAX_LINE: u64 = 1 << 16;
-/// Distance of the middle of a file from its origin, in its sizes, from which on it is far.
+/// Minimum distance of the middle of a file from its origin, as a multiple of its size, for a file
+/// that is far.
 const FAR: f64 = 500.0;
 
-/// Places of a file that are looked at if its first vertex is near, and bytes that are read at each.
+/// Number of places of a file that are checked if its first vertex is near, and bytes that are read
+/// at each.
 const PLACES: u64 = 64;
 const PLACE_BYTES: u64 = 1 << 12;
-/// Vertices that tell where most of a file lies, at most, and their share left out at either end.
+/// Maximum number of vertices that are sampled, and share of them that is left out at either end.
 const MAX_SAMPLES: usize = 1 << 16;
 const TAIL: f64 = 0.1;
 
-/// The origin that is to be subtracted from the vertices of an OBJ file; zero unless most of it lies
-/// far away. It is a multiple of a power of ten that is not smaller than the size of that part.
+/// Origin to subtract from the vertices of an OBJ file; zero unless most of them lie far away. It
+/// is a multiple of a power of ten that is at least the size of that part.
 pub fn origin_of(path: &Path) -> DVec3 {
     let Some(file) = open_regular(path) else {
         return DVec3::ZERO;
@@ -31,7 +33,7 @@ pub fn origin_of(path: &Path) -> DVec3 {
     let mut samples = Samples::default();
     let mut is_mostly_far = None;
     let (mut reader, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new());
-    // No line that counts is longer, whatever ends it.
+    // No valid line is longer, with any line end.
     while matches!(reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line), Ok(1..)) {
         if line.contains(&0) {
             return DVec3::ZERO;
@@ -56,9 +58,9 @@ pub fn origin_of(path: &Path) -> DVec3 {
 #[derive(Default)]
 struct Samples {
     all: Vec<DVec3>,
-    /// Vertices of the file so far.
+    /// Number of vertices so far.
     count: usize,
-    /// Vertices between two samples, less 1: the binary digits are all ones.
+    /// Number of vertices between two samples, minus 1. All its binary digits are ones.
     skipped: usize,
 }
 
@@ -80,7 +82,7 @@ impl Samples {
         self.count += 1;
     }
 
-    /// Bounds of the middle of the samples along each axis.
+    /// Bounds of the samples along each axis, without the tails.
     fn middle(&self) -> Option<[DVec3; 2]> {
         let tail = (TAIL * self.all.len() as f64) as usize;
         let mut bounds = [DVec3::ZERO; 2];
@@ -94,7 +96,7 @@ impl Samples {
     }
 }
 
-/// Returns true if most of a file's vertices lie far from its origin, by a few of them.
+/// Returns true if most of a file's vertices lie far from its origin, estimated from a few of them.
 fn is_mostly_far_in(path: &Path) -> bool {
     let Some(mut file) = open_regular(path) else {
         return false;
@@ -111,7 +113,7 @@ fn is_mostly_far_in(path: &Path) -> bool {
         if read.is_err() {
             return false;
         }
-        // The first line may have lost its beginning.
+        // The first line may be incomplete.
         let mut lines = bytes.split(|&byte| matches!(byte, b'\r' | b'\n')).skip(1);
         if let Some(p) = lines.find_map(vertex) {
             counts[usize::from(p.abs().max_element() > NEAR)] += 1;
@@ -120,7 +122,7 @@ fn is_mostly_far_in(path: &Path) -> bool {
     counts[1] > counts[0]
 }
 
-/// The origin of vertices within these bounds; zero unless all of them lie far away.
+/// Origin for vertices within these bounds; zero unless all of them lie far away.
 fn origin_within([min, max]: [DVec3; 2]) -> DVec3 {
     let (middle, size) = (0.5 * (min + max), (max - min).max_element());
     if middle.abs().max_element() <= FAR * size.max(f64::from(f32::MIN_POSITIVE)) {
@@ -130,7 +132,7 @@ fn origin_within([min, max]: [DVec3; 2]) -> DVec3 {
     (middle / step).round() * step
 }
 
-/// The point that becomes the origin of the OBJ file `path`.
+/// Point of the OBJ file `path` that becomes the origin.
 pub(in crate::io) fn chosen_origin(path: &Path, options: &LoadOptions) -> DVec3 {
     match options.parameters.origin() {
         Origin::Off => DVec3::ZERO,
@@ -139,7 +141,7 @@ pub(in crate::io) fn chosen_origin(path: &Path, options: &LoadOptions) -> DVec3 
     }
 }
 
-/// The position in a line with a `v` statement, if all of it is finite.
+/// Position in a line with a `v` statement, if it is finite.
 fn vertex(line: &[u8]) -> Option<DVec3> {
     let text = std::str::from_utf8(line.trim_ascii_start().strip_prefix(b"v")?).ok()?;
     text.starts_with([' ', '\t']).then_some(())?;
@@ -178,7 +180,7 @@ mod tests {
             assert_eq!(origin_of(&path).to_array(), expected, "{text}");
         }
         assert_eq!(origin_of(&folder.path().join("b.obj")), DVec3::ZERO);
-        // Files of two places, either of them first: most vertices decide.
+        // Files of two places, in both orders: the majority of the vertices decides.
         let near = |n: u32| (0..n).map(|i| format!("v {} 2 3\n", i % 30)).collect::<String>();
         let far = |n: u32| {
             (0..n)

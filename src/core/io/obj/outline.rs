@@ -1,5 +1,6 @@
-//! What the statements of an OBJ file say, before faces are cut into triangles: values, faces and changes of state. Corners are kept as three lists of
-//! indices. A list that no face uses stays empty, so that a mesh of positions alone takes 16 bytes a triangle beside the text.
+//! Contents of an OBJ file before triangulation: values, faces and changes of state. Corners are
+//! stored as three lists of indices. A list stays empty if no face uses it, so that a mesh with
+//! positions only takes 16 bytes per triangle in addition to the text.
 
 use super::libraries::LibraryName;
 use super::remarks::Remarks;
@@ -10,32 +11,32 @@ use crate::math::{Vec2, Vec3};
 use std::collections::HashSet;
 use std::ops::Range;
 
-/// The index of what a corner does not have.
+/// Index for a missing value of a corner.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// The colour of a position that has none.
+/// Colour for a position without one.
 pub(super) const NO_COLOR: [f32; 4] = [f32::NAN; 4];
 
-/// What the statements of an OBJ file say, before faces are cut into triangles.
+/// Contents of an OBJ file before triangulation.
 pub(super) struct Outline {
     /// Values of all `v`, `vt` and `vn` lines.
     pub vertices: VertexData,
-    /// Faces and changes of state, in the file's order.
+    /// Faces and changes of state, in the order of the file.
     pub sections: Vec<Section>,
     /// Lines and points, as faces of their vertices, if they are rendered.
     pub wires: Vec<Section>,
     /// Names in `mtllib`.
     pub libraries: Vec<LibraryName>,
-    /// Faces that are left out, and assumptions.
+    /// Messages about faces that are left out, and about assumptions.
     pub remarks: Remarks,
-    /// First wrong statements of the file. Corners lack what they name wrongly, a wrong `vt` or `vn`
-    /// is 0, and no face has a wrong `v`.
+    /// First wrong statements of the file. Wrong indices of corners are removed, a wrong `vt` or
+    /// `vn` is 0, and no face has a wrong `v`.
     pub wrong: Vec<FileError>,
     /// Number of wrong statements.
     pub wrong_count: usize,
-    /// Indices of wrong positions, sorted; empty once no face has them.
+    /// Indices of wrong positions, sorted; empty after their faces have been removed.
     pub wrong_positions: Vec<usize>,
-    /// Names of the parts of faces, those that are hidden too.
+    /// Names of the parts of faces, hidden ones included.
     pub parts: PartNames,
 }
 
@@ -55,7 +56,7 @@ impl Outline {
         states.any(|state| state.material.is_some() || state.whole_name.is_some())
     }
 
-    /// Names of the materials that faces may have.
+    /// Names of the materials that faces may use.
     pub fn used_names(&self) -> HashSet<String> {
         let mut used = HashSet::new();
         let mut names: Vec<&str> = Vec::new();
@@ -71,14 +72,14 @@ impl Outline {
         used
     }
 
-    /// Names of materials in which a comment could begin.
+    /// Names of materials that contain a possible comment.
     pub fn whole_names(&self) -> HashSet<String> {
         let states = self.sections.iter().flat_map(|section| &section.state_changes);
         let names = states.filter_map(|state| state.whole_name.as_deref());
         names.flat_map(possible_names).map(str::to_string).collect()
     }
 
-    /// Gives materials the whole names that are `defined`.
+    /// Replaces names of materials by their whole names if these are `defined`.
     pub fn set_whole_names(&mut self, defined: &HashSet<&str>) {
         for state in self.all_sections_mut().flat_map(|section| &mut section.state_changes) {
             let whole = state.whole_name.take();
@@ -89,41 +90,41 @@ impl Outline {
     }
 }
 
-/// Values that corners of faces name by index.
+/// Values that corners of faces refer to by index.
 #[derive(Default)]
 pub(super) struct VertexData {
-    /// Positions in the file's units.
+    /// Positions in units of the file.
     pub positions: Vec<Vec3>,
     /// Texture coordinates, v upwards.
     pub uvs: Vec<Vec2>,
-    /// Unit normals; zero where the file's is none.
+    /// Unit normals; zero if the file's normal is invalid.
     pub normals: Vec<Vec3>,
-    /// Colours of positions as the file has them, NaN if a position has none; shorter than the list
-    /// of positions if the last ones have none.
+    /// Colours of positions as in the file; NaN if a position has none. Shorter than the list of
+    /// positions if the last ones have none.
     pub colors: Vec<[f32; 4]>,
-    /// Colours in `#MRGB` lines, one after the other, from 0 to 1.
+    /// Colours of `#MRGB` lines, in their order, from 0 to 1.
     pub mrgb: Vec<[f32; 4]>,
 }
 
 impl VertexData {
-    /// Where a corner of a section is.
+    /// Position of a corner of a section.
     pub fn position(&self, section: &Section, corner: usize) -> Vec3 {
         self.positions[section.v[corner] as usize]
     }
 
-    /// Whether a corner of a section has a normal that is not zero.
+    /// Returns true if a corner of a section has a normal that is not zero.
     pub fn has_normal(&self, section: &Section, corner: usize) -> bool {
         let [_, _, vn] = section.corner(corner);
         vn != NONE && self.normals[vn as usize] != Vec3::ZERO
     }
 
-    /// Gives the last position a colour.
+    /// Sets the colour of the last position.
     pub fn set_color(&mut self, color: [f32; 4]) {
         self.colors.resize(self.positions.len().saturating_sub(1), NO_COLOR);
         self.colors.push(color);
     }
 
-    /// Moves the values of `more` behind these.
+    /// Appends the values of `more`.
     pub fn append(&mut self, more: &mut Self) {
         if !more.colors.is_empty() {
             self.colors.resize(self.positions.len(), NO_COLOR);
@@ -142,52 +143,52 @@ impl VertexData {
     }
 }
 
-/// Faces of a part of the file.
+/// Faces of a chunk of the file.
 #[derive(Default)]
 pub(super) struct Section {
     /// Number of corners of each face.
     sizes: Vec<u32>,
     /// Index of each corner's position.
     v: Vec<u32>,
-    /// Index of each corner's texture coordinates, or [`NONE`]; empty where no corner has any.
+    /// Index of each corner's texture coordinates, or [`NONE`]; empty if no corner has any.
     vt: Vec<u32>,
-    /// Index of each corner's normal, or [`NONE`]; empty where no corner has any.
+    /// Index of each corner's normal, or [`NONE`]; empty if no corner has any.
     vn: Vec<u32>,
-    /// Changes of state, in their order.
+    /// Changes of state, in order.
     state_changes: Vec<StateChange>,
-    /// Changes of the part, in their order: a file may have one for each face.
+    /// Changes of the part, in order: a file may have one for each face.
     part_changes: Vec<PartChange>,
-    /// The line of each face, where lines are kept.
+    /// Line of each face, if lines are kept.
     lines: Vec<u32>,
 }
 
-/// A change of the part that faces belong to.
+/// A change of the part of the faces.
 #[derive(Clone, Copy)]
 struct PartChange {
-    /// The first face it is for.
+    /// First face of the part.
     face: u32,
     /// Number of the part.
     part: u32,
 }
 
-/// A change of what faces belong to.
+/// A change of the material or the smoothing group of the faces.
 #[derive(Default)]
 pub(super) struct StateChange {
-    /// The first face it is for.
+    /// First face after the change.
     face: usize,
-    /// The first corner it is for.
+    /// First corner after the change.
     corner: usize,
-    /// The line of the material.
+    /// Line of the `usemtl`.
     pub line: usize,
-    /// The material from now on; `None` leaves it as it was.
+    /// New material; `None` keeps the previous one.
     pub material: Option<String>,
-    /// Name of the material if what follows it is no comment, as in `Paint #1`.
+    /// Name of the material if the text after it is not a comment, as in `Paint #1`.
     pub whole_name: Option<String>,
-    /// The smoothing group from now on, 0 for none; `None` leaves it as it was.
+    /// New smoothing group, 0 for none; `None` keeps the previous one.
     pub smoothing: Option<u32>,
 }
 
-/// Faces of a section that follow each other.
+/// Consecutive faces of a section.
 #[derive(Clone)]
 pub(super) struct FaceRange {
     faces: Range<usize>,
@@ -201,15 +202,15 @@ impl FaceRange {
 }
 
 impl Section {
-    /// An empty section. Its first change of state changes nothing: faces may belong to what is
-    /// before the section.
+    /// Creates an empty section. Its first change of state changes nothing, because the state
+    /// before the section may continue.
     pub fn of_unchanged_state() -> Self {
         let mut section = Self::default();
         section.state_change();
         section
     }
 
-    /// Each change of state with the faces that it is for, which may be none.
+    /// Each change of state with its faces, which may be none.
     pub fn states(&self) -> impl Iterator<Item = (&StateChange, FaceRange)> {
         let ends = self.state_changes.iter().skip(1).map(|next| next.face);
         let ends = ends.chain([self.sizes.len()]);
@@ -219,7 +220,7 @@ impl Section {
         })
     }
 
-    /// The corners of each face, as indices for [`corner`](Self::corner).
+    /// Corners of each face, as indices for [`corner`](Self::corner).
     pub fn faces(&self, range: &FaceRange) -> impl Iterator<Item = Range<usize>> {
         let mut end = range.corner;
         self.sizes[range.faces.clone()].iter().map(move |&size| {
@@ -229,7 +230,7 @@ impl Section {
         })
     }
 
-    /// The part of each face.
+    /// Part of each face.
     pub fn parts(&self, range: &FaceRange) -> impl Iterator<Item = u32> {
         let mut next = self
             .part_changes
@@ -246,7 +247,7 @@ impl Section {
         })
     }
 
-    /// Cuts faces into ranges between which the value that `of_part` gives changes.
+    /// Cuts faces into ranges with the same value of `of_part`.
     pub fn split_by(&self, range: &FaceRange, of_part: impl Fn(u32) -> u32) -> Vec<(u32, FaceRange)> {
         let mut ranges: Vec<(u32, FaceRange)> = Vec::new();
         let faces = range.faces.clone().zip(self.faces(range)).zip(self.parts(range));
@@ -263,7 +264,7 @@ impl Section {
         ranges
     }
 
-    /// The lines of faces, where lines are kept.
+    /// Lines of the faces, if lines are kept.
     pub fn lines(&self, range: &FaceRange) -> impl Iterator<Item = usize> {
         let lines = self.lines.get(range.faces.clone()).unwrap_or_default();
         lines.iter().map(|&line| line as usize)
@@ -274,17 +275,19 @@ impl Section {
         part(&self.v, corners)
     }
 
-    /// Indices of the normals of these corners, [`NONE`] where one has none; empty where none has any.
+    /// Indices of the normals of these corners, [`NONE`] for a missing one; empty if all are
+    /// missing.
     pub fn normals(&self, corners: Range<usize>) -> &[u32] {
         part(&self.vn, corners)
     }
 
-    /// Indices of the texture coordinates of these corners, [`NONE`] where one has none; empty where none has any.
+    /// Indices of the texture coordinates of these corners, [`NONE`] for a missing one; empty if
+    /// all are missing.
     pub fn uvs(&self, corners: Range<usize>) -> &[u32] {
         part(&self.vt, corners)
     }
 
-    /// Whether all of these corners have texture coordinates.
+    /// Returns true if all of these corners have texture coordinates.
     pub fn have_uvs(&self, corners: Range<usize>) -> bool {
         let uvs = part(&self.vt, corners);
         !uvs.is_empty() && !uvs.contains(&NONE)
@@ -300,8 +303,8 @@ impl Section {
         !self.vt.is_empty()
     }
 
-    /// Replaces each face by this number of triangles, whose corners have these positions, texture
-    /// coordinates, if there are any, and normals. Lines are forgotten.
+    /// Replaces each face by its number of triangles in `counts`. Their corners have these
+    /// positions, texture coordinates (if any) and normals. Lines are removed.
     pub fn replace_faces(&mut self, counts: &[usize], [v, vt, vn]: [&[[u32; 3]]; 3]) {
         let mut starts = Vec::with_capacity(counts.len() + 1);
         let mut start = 0;
@@ -343,12 +346,12 @@ impl Section {
         [self.v[i], optional(&self.vt), optional(&self.vn)]
     }
 
-    /// Gives a corner another position.
+    /// Sets the position of a corner.
     pub fn set_position(&mut self, i: usize, index: u32) {
         self.v[i] = index;
     }
 
-    /// Gives a corner another normal.
+    /// Sets the normal of a corner.
     pub fn set_normal(&mut self, i: usize, index: u32) {
         self.vn.resize(self.v.len(), NONE);
         self.vn[i] = index;
@@ -362,21 +365,21 @@ impl Section {
         self.v.push(v);
     }
 
-    /// Adds a face of the last `size` corners; `line` is kept where it is given.
+    /// Adds a face of the last `size` corners, with its `line` if given.
     #[inline]
     pub fn push_face(&mut self, size: u32, line: Option<u32>) {
         self.sizes.push(size);
         self.lines.extend(line);
     }
 
-    /// Makes room for so many changes of the part.
+    /// Reserves memory for `count` changes of the part.
     pub fn reserve_parts(&mut self, count: usize) {
         self.part_changes.reserve_exact(count);
     }
 
-    /// Says of which part faces are from the one of this number on.
+    /// Sets the part of the faces from number `face` on.
     pub fn begin_part(&mut self, face: u32, part: u32) {
-        // Parts before it may have no face that is shown.
+        // The previous part may have no visible face.
         if self.part_changes.last().is_some_and(|last| last.face == face) {
             self.part_changes.pop();
         }
@@ -385,15 +388,15 @@ impl Section {
         }
     }
 
-    /// Forgets all corners but the first `len`.
+    /// Removes all corners after the first `len`.
     pub fn truncate(&mut self, len: usize) {
         self.v.truncate(len);
         self.vt.truncate(len);
         self.vn.truncate(len);
     }
 
-    /// Removes faces whose positions have indices for which `is_wrong` returns true. Returns their
-    /// lines, if lines are kept.
+    /// Removes faces with a position for which `is_wrong` returns true. Returns their lines, if
+    /// lines are kept.
     pub fn remove_faces(&mut self, is_wrong: impl Fn(u32) -> bool) -> Vec<usize> {
         let mut old = std::mem::take(self);
         let mut state_changes = std::mem::take(&mut old.state_changes).into_iter().peekable();
@@ -436,7 +439,7 @@ impl Section {
         });
     }
 
-    /// The change of state before the next face.
+    /// Change of state before the next face, which is added if there is none.
     pub fn state_change(&mut self) -> &mut StateChange {
         let (face, corner) = (self.sizes.len(), self.v.len());
         if self.state_changes.last().is_none_or(|last| last.face != face) {
@@ -450,7 +453,7 @@ impl Section {
         &mut self.state_changes[last]
     }
 
-    /// Gives back memory that no list uses.
+    /// Frees unused memory of the lists.
     pub fn shrink_to_fit(&mut self) {
         self.sizes.shrink_to_fit();
         self.v.shrink_to_fit();
@@ -461,7 +464,8 @@ impl Section {
     }
 }
 
-/// Adds an index to those of `count` corners before it, an empty list if none of them has any.
+/// Adds an index to a list for `count` earlier corners. The list stays empty while all indices are
+/// [`NONE`].
 fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
     if index != NONE && indices.is_empty() {
         indices.resize(count, NONE);
@@ -471,7 +475,7 @@ fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
     }
 }
 
-/// What lies in the range, as far as there is any.
+/// Elements of the list in the range, as far as they exist.
 fn part(indices: &[u32], range: Range<usize>) -> &[u32] {
     &indices[range.start.min(indices.len())..range.end.min(indices.len())]
 }

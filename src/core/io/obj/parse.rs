@@ -1,7 +1,7 @@
 //! OBJ files as outlines, read in parallel by chunks.
 //!
-//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then knows its line and what indices
-//! mean in it, and names a wrong line at once.
+//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then has its line number and can resolve
+//! indices, so that an error has its line at once.
 
 use super::chunk::{Chunk, Wanted};
 use super::counts::Chunks;
@@ -12,10 +12,11 @@ use crate::io::{FileError, MAX_WRONG};
 use rayon::prelude::*;
 use std::path::Path;
 
-/// Reads the statements of an OBJ file, in parallel; the result does not depend on the size of the chunks.
+/// Reads the statements of an OBJ file in parallel. The result does not depend on the size of the
+/// chunks.
 ///
-/// `advance` is called with the bytes that have been read. An error is a file that is too large as a
-/// whole; statements that are wrong are collected.
+/// `advance` is called with the bytes that have been read. Returns an error if the file as a whole
+/// is too large. Wrong statements are collected.
 pub(super) fn parse(
     path: &Path,
     chunks: &Chunks,
@@ -26,7 +27,7 @@ pub(super) fn parse(
     let Some(&first) = outline.wrong_positions.first() else {
         return Ok(outline);
     };
-    // Only such files need the lines of their faces.
+    // Only files with wrong positions need the lines of their faces.
     if !wanted.keep_lines {
         let wanted = Wanted {
             keep_lines: true,
@@ -45,7 +46,7 @@ pub(super) fn parse(
     Ok(outline)
 }
 
-/// [`parse`], with the faces that use wrong positions.
+/// [`parse`], including faces with wrong positions.
 fn parse_all(
     path: &Path,
     chunks: &Chunks,
@@ -106,8 +107,8 @@ fn parse_all(
         outline.wrong_count += chunk.wrong_count;
     }
     outline.parts.shrink_to_fit();
-    // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
-    // most.
+    // Indices have 32 bits. Smoothing groups and flat triangles add normals, at most one per
+    // corner.
     let corners: usize = outline.all_sections().map(Section::corner_count).sum();
     if 2 * corners + total.elements.iter().sum::<usize>() >= NONE as usize {
         let message = "the file has too many vertices or faces for 32-bit indices";

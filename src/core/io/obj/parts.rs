@@ -1,27 +1,27 @@
-//! Parts of an OBJ file: faces below the names of `o` and `g` statements.
+//! Parts of an OBJ file: faces after the names of `o` and `g` statements.
 //!
-//! A file may have a part for each face. Chunks that are read in parallel therefore note where the
-//! statements are, and names are read once, when chunks are joined.
+//! A file may have a part for each face. Chunks that are read in parallel therefore store the
+//! places of the statements. Names are read once, when chunks are joined.
 
 use super::outline::Section;
 use crate::geometry::{PartNames, UNNAMED};
 use crate::io::PartFilter;
 use crate::io::statements::{split_keyword, statements};
 
-/// Place of a statement that is before the chunk.
+/// Place of a statement before the chunk.
 const BEFORE: u32 = u32::MAX;
 
-/// Names that faces stand below.
+/// Names for the following faces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CurrentNames {
-    /// What follows the last `o`.
+    /// Text of the last `o`.
     object: String,
-    /// What follows the last `g`: one name, or several between blanks.
+    /// Text of the last `g`: one name, or several separated by blanks.
     groups: String,
 }
 
 impl CurrentNames {
-    /// Follows the last `o` and the last `g` statement of a text.
+    /// Updates the names with the last `o` and the last `g` statement of a text.
     pub fn follow(&mut self, statements: &[Option<String>; 2]) {
         for (kind, statement) in statements.iter().enumerate() {
             if let Some(statement) = statement {
@@ -30,7 +30,7 @@ impl CurrentNames {
         }
     }
 
-    /// Follows the statements at these bytes of `text`.
+    /// Updates the names with the statements at these bytes of `text`.
     fn follow_places(&mut self, text: &str, places: [u32; 2]) {
         for (kind, place) in places.into_iter().enumerate().filter(|(_, place)| *place != BEFORE) {
             let rest = text.get(place as usize..).unwrap_or_default();
@@ -40,7 +40,7 @@ impl CurrentNames {
         }
     }
 
-    /// Follows an `o` statement, kind 0, or a `g` statement.
+    /// Updates the name of an `o` statement (`kind` 0) or a `g` statement (`kind` 1).
     fn set(&mut self, kind: usize, statement: &str) {
         let name = if kind == 0 { &mut self.object } else { &mut self.groups };
         name.clear();
@@ -48,23 +48,23 @@ impl CurrentNames {
     }
 }
 
-/// A face below other names than the one before.
+/// A face with other names than the face before.
 #[derive(Clone, Copy, Debug)]
 struct NewNames {
     /// Number of faces before it that are shown.
     face: u32,
-    /// Where the last `o` and the last `g` statement begin in the chunk.
+    /// Byte offsets of the last `o` and the last `g` statement in the chunk.
     places: [u32; 2],
 }
 
-/// The part of the next face of a chunk of an OBJ file.
+/// Part of the next face of a chunk of an OBJ file.
 #[derive(Debug)]
 pub(super) struct PartState<'a> {
     filter: &'a PartFilter,
     text: &'a str,
-    /// Names before the chunk.
+    /// Names at the beginning of the chunk.
     before: &'a CurrentNames,
-    /// Where the last `o` and the last `g` statement begin.
+    /// Byte offsets of the last `o` and the last `g` statement.
     places: [u32; 2],
     /// True if a name has changed since the last face.
     is_new: bool,
@@ -73,7 +73,7 @@ pub(super) struct PartState<'a> {
 }
 
 impl<'a> PartState<'a> {
-    /// State at the begin of a chunk `text` below the names `before`.
+    /// State at the beginning of a chunk `text`, with the names `before`.
     pub fn new(filter: &'a PartFilter, text: &'a str, before: &'a CurrentNames) -> Self {
         Self {
             filter,
@@ -86,19 +86,19 @@ impl<'a> PartState<'a> {
         }
     }
 
-    /// Follows an `o` statement that begins at this byte of the chunk.
+    /// Reads an `o` statement that begins at this byte of the chunk.
     pub fn begin_object(&mut self, place: usize) {
         self.places[0] = place as u32;
         self.is_new = true;
     }
 
-    /// Follows a `g` statement that begins at this byte of the chunk.
+    /// Reads a `g` statement that begins at this byte of the chunk.
     pub fn begin_groups(&mut self, place: usize) {
         self.places[1] = place as u32;
         self.is_new = true;
     }
 
-    /// Returns true if the next face is shown; `faces` of the chunk are before it.
+    /// Returns true if the next face is shown. The chunk has `faces` faces before it.
     pub fn is_shown(&mut self, faces: usize) -> bool {
         if self.is_new {
             self.is_new = false;
@@ -115,7 +115,7 @@ impl<'a> PartState<'a> {
         self.is_shown
     }
 
-    /// Gives back memory that no change uses.
+    /// Frees unused memory of the list of changes.
     pub fn shrink_to_fit(&mut self) {
         self.changes.shrink_to_fit();
     }
@@ -125,7 +125,7 @@ impl<'a> PartState<'a> {
         self.changes.len()
     }
 
-    /// Adds the parts of the chunk to `names`, and gives them to its faces.
+    /// Adds the parts of the chunk to `names`, and assigns them to its faces.
     pub fn number(&self, names: &mut PartNames, section: &mut Section) {
         let mut current = self.before.clone();
         let mut last = [BEFORE; 2];
@@ -145,10 +145,10 @@ impl<'a> PartState<'a> {
     }
 }
 
-/// Rules of a scene file that give parts other materials.
+/// Rules of a scene file that replace the materials of parts.
 #[derive(Debug, Default)]
 pub(super) struct MaterialRules {
-    /// The list for each part, [`UNNAMED`] first; empty if all parts have the first list.
+    /// Index of the list for each part, [`UNNAMED`] first; empty if all parts have the first list.
     of_parts: Vec<u32>,
     /// Distinct lists of indices of rules. The first one is empty.
     lists: Vec<Vec<u32>>,
@@ -179,12 +179,12 @@ impl MaterialRules {
         self.lists.len() <= 1
     }
 
-    /// Number of the list of rules for `part`.
+    /// Index of the list of rules for `part`.
     pub fn list_of(&self, part: u32) -> u32 {
         self.of_parts.get(part as usize).copied().unwrap_or(0)
     }
 
-    /// Indices of the rules of a list.
+    /// Indices of the rules in list `number`.
     pub fn list(&self, number: u32) -> &[u32] {
         self.lists.get(number as usize).map_or(&[], Vec::as_slice)
     }
@@ -197,7 +197,7 @@ mod tests {
     use crate::math::{DVec3, Glob};
     use std::path::Path;
 
-    /// Parts go on over the ends of chunks.
+    /// Parts continue across chunks.
     #[test]
     fn chunks_change_no_part() {
         let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_string();
@@ -209,7 +209,7 @@ mod tests {
             (vec![], vec![], 28),
             (glob("part1"), vec![], 19),
             (glob("4"), vec![], 25),
-            // The group stays while the object changes.
+            // The group stays if the object changes.
             (vec![], glob("4"), 3),
             (glob("x"), vec![], 2),
             (glob("part0"), glob("x"), 18),

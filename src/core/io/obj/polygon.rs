@@ -1,8 +1,10 @@
-//! Cutting polygons into triangles.
+//! Triangulation of polygons.
 //!
-//! A fan is right wherever all its triangles turn the polygon's way, which needs no test for convexity. Other faces are clipped ear by ear, in f64 on
-//! two of the coordinates, which keeps corners on a line exactly there. A k-d tree (`corner_tree`) finds the corners near an ear: thousands of
-//! corners take n log n time, and the triangles are those of a search through all corners.
+//! A fan is correct if all its triangles have the orientation of the polygon, so no test for
+//! convexity is needed. Other faces are clipped ear by ear, in f64 on two of the coordinates, which
+//! keeps collinear corners exactly collinear. A k-d tree (`corner_tree`) finds the corners near an
+//! ear: thousands of corners take n log n time, and the triangles are the same as with a search
+//! through all corners.
 
 mod corner_tree;
 
@@ -13,15 +15,16 @@ use std::array;
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
-/// Faces of more corners are cut as fans, whatever their shape.
+/// Maximum number of corners for ear clipping. Larger faces are cut as fans, for any shape.
 pub(super) const MAX_CLIPPED: usize = 10_000;
 
-/// Cuts a polygon of n corners into n − 2 triangles of the same winding, and gives `emit` the indices of their corners.
+/// Cuts a polygon of n corners into n − 2 triangles of the same winding. Calls `emit` with the
+/// indices of their corners.
 ///
-/// A fan from the first corner does wherever all its triangles have the polygon's orientation, so in every convex
-/// polygon; then they cannot overlap, since their areas sum to the polygon's. Other polygons lose one ear after the
-/// other (Meisters 1975), in the plane of Newell's normal. One that crosses itself still gives its triangles, some of
-/// which overlap.
+/// A fan from the first corner is used if all its triangles have the polygon's orientation, as in
+/// every convex polygon. They cannot overlap then, because their areas sum to the polygon's. From
+/// other polygons, one ear after the other is clipped (Meisters 1975), in the plane of Newell's
+/// normal. A polygon that crosses itself is also triangulated, but some of its triangles overlap.
 pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
     let n = points.len();
     let normal = area_vector(points);
@@ -32,7 +35,7 @@ pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
         return;
     }
 
-    // Leaving out the axis along which the normal is longest keeps the other two coordinates exact.
+    // Without the axis along which the normal is longest, the other two coordinates stay exact.
     let [x, y, z] = normal.abs().to_array();
     let (first, second, along) = match (x >= y && x >= z, y >= z) {
         (true, _) => (1, 2, normal.x),
@@ -47,17 +50,19 @@ pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
 /// Remaining polygon while ears are clipped; counter-clockwise.
 struct Ring {
     points: Vec<[f64; 2]>,
-    /// The corner before each.
+    /// Previous corner of each corner.
     previous: Vec<usize>,
-    /// The corner after each.
+    /// Next corner of each corner.
     next: Vec<usize>,
-    /// Number of corners left.
+    /// Number of remaining corners.
     len: usize,
-    /// Corners that may be ears: all but those that were none and whose neighbours are still the same.
+    /// Corners that may be ears: all except corners that were checked and whose neighbours have not
+    /// changed since.
     open: BTreeSet<usize>,
-    /// Corners that are left, by place.
+    /// Remaining corners, by place.
     tree: CornerTree,
-    /// Signed area of each corner's triangle, with the corner; empty until a polygon that crosses itself needs it.
+    /// Signed area of each corner's triangle, with the corner. Empty until a polygon that crosses
+    /// itself needs it.
     areas: BTreeSet<(Area, usize)>,
 }
 
@@ -77,12 +82,14 @@ impl Ring {
 
     /// Clips ears until no corner is left.
     ///
-    /// A corner is looked at again only where its neighbours have changed: clipping an ear of a simple polygon makes no
-    /// ear elsewhere. There are fewer than 3 n looks, each at the few corners that are near the ear.
+    /// A corner is checked again only if its neighbours have changed: clipping an ear of a simple
+    /// polygon makes no ear elsewhere. There are fewer than 3 n checks, each of the few corners
+    /// near the ear.
     fn clip_ears(mut self, emit: &mut impl FnMut([usize; 3])) {
         let mut corner = 0;
         while self.len > 3 {
-            // The next ear; where there is none, the polygon crosses itself, and the corner that is most convex will do.
+            // The next ear. If there is none, the polygon crosses itself, and the most convex
+            // corner is used.
             let ear = loop {
                 match first_from(&self.open, corner) {
                     None => break self.most_convex(corner),
@@ -93,13 +100,14 @@ impl Ring {
             let [before, _, after] = self.triangle(ear);
             emit([before, ear, after]);
             self.clip(ear);
-            // A spike goes first: with it there would be ears outside of what is left.
+            // A spike is removed first: with it there would be ears outside of the remaining
+            // polygon.
             corner = if self.is_spike(before) { before } else { after };
         }
         emit(self.triangle(corner));
     }
 
-    /// Takes a corner out.
+    /// Removes a corner.
     fn clip(&mut self, corner: usize) {
         let [before, _, after] = self.triangle(corner);
         let has_areas = !self.areas.is_empty();
@@ -119,17 +127,18 @@ impl Ring {
         self.len -= 1;
     }
 
-    /// A corner between its neighbours.
+    /// A corner with its two neighbours.
     fn triangle(&self, corner: usize) -> [usize; 3] {
         [self.previous[corner], corner, self.next[corner]]
     }
 
-    /// Whether the polygon comes back from this corner the way it went there.
+    /// Returns true if the next edge goes back along the previous one.
     fn is_spike(&self, corner: usize) -> bool {
         self.points[self.previous[corner]] == self.points[self.next[corner]]
     }
 
-    /// Whether the corner is convex and nothing else of the polygon lies in its triangle or touches the new edge.
+    /// Returns true if the corner is convex, and no other part of the polygon lies in its triangle
+    /// or touches the new edge.
     fn is_ear(&self, corner: usize) -> bool {
         let triangle = self.triangle(corner);
         let [a, b, c] = triangle.map(|i| self.points[i]);
@@ -138,7 +147,8 @@ impl Ring {
         }
         self.tree.all_near([a, b, c], &mut |other| {
             let p = self.points[other];
-            // A polygon may touch itself. Through the other two corners it cannot enter without crossing an edge.
+            // A polygon may touch itself at b. At the other two corners it cannot enter without
+            // crossing an edge.
             if triangle.contains(&other) {
                 true
             } else if p == b {
@@ -159,7 +169,8 @@ impl Ring {
         Area(signed_area(a, b, c))
     }
 
-    /// The corner left whose triangle has the largest signed area; of several such, the first from the corner `start` on.
+    /// Remaining corner whose triangle has the largest signed area. If there are several, the first
+    /// after `start`.
     fn most_convex(&mut self, start: usize) -> usize {
         if self.areas.is_empty() {
             let rest = std::iter::successors(Some(start), |&i| Some(self.next[i])).take(self.len);
@@ -174,12 +185,12 @@ impl Ring {
     }
 }
 
-/// The first number of the set from `start` on; after the last one the set begins again.
+/// First number of the set that is at least `start`, or else the first number of the set.
 fn first_from(set: &BTreeSet<usize>, start: usize) -> Option<usize> {
     set.range(start..).next().or_else(|| set.first()).copied()
 }
 
-/// A number by which corners are ordered; −0 is 0.
+/// A number for sorting corners; −0 equals 0.
 #[derive(Clone, Copy)]
 struct Area(f64);
 
@@ -203,7 +214,7 @@ impl PartialEq for Area {
 
 impl Eq for Area {}
 
-/// Twice the area of a triangle, negative where it is clockwise.
+/// Twice the area of a triangle, negative if it is clockwise.
 fn signed_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let [ab, ac]: [[f64; 2]; 2] = [b, c].map(|p| array::from_fn(|i| p[i] - a[i]));
     ab[0] * ac[1] - ab[1] * ac[0]
@@ -221,7 +232,7 @@ mod tests {
         triangles
     }
 
-    /// The polygon in the plane, by corners that are small whole numbers.
+    /// A polygon in the plane with integer corners.
     fn plane(corners: &[[i32; 2]]) -> Vec<Vec3> {
         corners
             .iter()
@@ -238,7 +249,8 @@ mod tests {
         0.5 * doubled
     }
 
-    /// The triangles' areas sum to the polygon's and none is turned over, so that none overlap; in all orientations.
+    /// In all orientations, the areas of the triangles sum to the polygon's area, and no triangle
+    /// is turned over. So none overlap.
     fn assert_tiles(what: &str, points: &[Vec3], degenerate: usize) {
         let area = shoelace(points).abs();
         let n = points.len();
@@ -268,7 +280,7 @@ mod tests {
                         (sum - area).abs() < 1e-5 * area,
                         "{what}, shift {shift}: {sum} of {area}"
                     );
-                    // Where coordinates are exact, so is the number of triangles without area.
+                    // If coordinates are exact, the number of triangles without area is exact, too.
                     let empty = areas.filter(|&a| a == 0.0).count();
                     assert!(
                         k == 4 || empty == degenerate,
@@ -305,7 +317,7 @@ mod tests {
 
     #[test]
     fn spirals_keep_their_area() {
-        // Out along the inner wall, back along the outer one
+        // Outwards along the inner wall, back along the outer wall
         let wall = |radius: f32| {
             move |i: i32| {
                 let (sin, cos) = (i as f32 * 0.35).sin_cos();
@@ -358,7 +370,7 @@ mod tests {
         ];
         assert_eq!(shoelace(&plane(&hole)), 32.0);
         assert_tiles("hole", &plane(&hole), 0);
-        // A square with a hole that touches a corner of the square from afar
+        // A square with a hole that touches the opposite corner of the square
         let touching = [
             [0, 0],
             [4, 0],
@@ -386,7 +398,7 @@ mod tests {
                 };
                 (0..n).map(corner).collect()
             };
-            // Alone, and with a smaller one as a hole that a slit leads to
+            // A star, and the star with a smaller star as a hole, connected by a slit
             let (outer, hole) = (star(5, 0), star(1, 50));
             let inner = hole.iter().rev().cycle().skip(n as usize - 1).take(n as usize + 1);
             let holed: Vec<Vec3> = outer.iter().chain(&outer[..1]).chain(inner).copied().collect();
@@ -413,7 +425,7 @@ mod tests {
             let points = random(seed, n, 2 + seed % 7);
             let triangles = cut(&points);
             assert_eq!(triangles.len(), n - 2);
-            // Each edge of the polygon belongs to one triangle: as many corners as the fan has, all of them used.
+            // The number of triangles is that of a fan, and all corners are used.
             let mut used: Vec<usize> = triangles.concat();
             used.sort();
             used.dedup();
@@ -425,7 +437,7 @@ mod tests {
 
     #[test]
     fn long_polygons_end() {
-        // The worst of the sort: every other corner is concave.
+        // Worst case of the sort: every other corner is concave.
         let saw = |n: i32| -> Vec<Vec3> {
             let teeth = (0..n - 2).map(|i| Vec3::new(-i as f32, (i % 2) as f32, 0.0));
             let base = [Vec3::new(2.0 - n as f32, -9.0, 0.0), Vec3::new(0.0, -9.0, 0.0)];
@@ -438,7 +450,7 @@ mod tests {
         assert!((areas.sum::<f64>() - shoelace(&clipped).abs()).abs() < 1e-3);
         assert_eq!(cut(&saw(MAX_CLIPPED as i32)).len(), MAX_CLIPPED - 2);
         assert_eq!(cut(&saw(200_000)).len(), 200_000 - 2);
-        // The worst of those that cross themselves: hardly a corner is an ear.
+        // Worst case of polygons that cross themselves: hardly any corner is an ear.
         let tangle = |seed: u64| -> Vec<Vec3> {
             let number = |i: u64| (mix(seed << 32 | i) % 100_000) as f32;
             let corners = 0..MAX_CLIPPED as u64;

@@ -2,10 +2,10 @@ use super::polygon::MAX_CLIPPED;
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// Keywords without effect that are named in the warning; more of them are only counted.
+/// Maximum number of keywords without effect that the warning names. More of them are only counted.
 const MAX_NAMED: usize = 8;
 
-/// Something of the file that is left out or taken for something else.
+/// A repair or an assumption of the reader.
 #[derive(Clone, Copy)]
 pub(super) enum Remark {
     /// A face of fewer than three corners.
@@ -37,13 +37,13 @@ pub(super) enum Skipped {
     Surface,
 }
 
-/// Nouns and keywords by [`Skipped`].
+/// Nouns and keywords, indexed by [`Skipped`].
 const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"], ["surface", "surf"]];
 
 const FREE_FORM: &str = "it belongs to free-form curves and surfaces, which are skipped";
 const DISPLAY: &str = "it is about the display in Wavefront's programs";
 
-/// Statements of the format that have no effect, and why.
+/// Statements of the format that have no effect, with the reason.
 const IGNORED: [(&str, &str); 27] = [
     ("vp", FREE_FORM),
     ("cstype", FREE_FORM),
@@ -74,32 +74,31 @@ const IGNORED: [(&str, &str); 27] = [
     ("-csh", "commands are not run"),
 ];
 
-/// Index in [`IGNORED`] of a statement that has no effect; `None` if the format has no such
-/// statement.
+/// Index in [`IGNORED`] of a statement without effect. `None` if the format has no such statement.
 pub(super) fn ignored(keyword: &str) -> Option<usize> {
     IGNORED.iter().position(|(known, _)| *known == keyword)
 }
 
-/// Number of remarks, and their places.
+/// Counts and places of remarks.
 #[derive(Default)]
 pub(super) struct Remarks {
-    /// By [`Remark`].
+    /// Tallies, indexed by [`Remark`].
     tallies: [Tally; 7],
-    /// Elements that are not rendered: their numbers, by [`Skipped`], and their places.
+    /// Elements that are not rendered: counts, indexed by [`Skipped`], and their places.
     skipped_counts: [u64; 4],
     skipped: Tally,
-    /// By [`IGNORED`].
+    /// Tallies, indexed by [`IGNORED`].
     ignored: [Tally; IGNORED.len()],
-    /// Statements that are not known.
+    /// Tally of unknown statements.
     unknown: Tally,
-    /// The first keywords of those, each once.
+    /// First unknown keywords, each once.
     keywords: Vec<String>,
 }
 
 #[derive(Default)]
 struct Tally {
     count: u64,
-    /// The first ones.
+    /// First lines.
     lines: Vec<usize>,
 }
 
@@ -108,14 +107,14 @@ impl Remarks {
         self.tallies[remark as usize].add(1, &[line]);
     }
 
-    /// Elements that are not rendered.
+    /// Counts elements that are not rendered.
     pub fn skip(&mut self, what: Skipped, count: usize, line: usize) {
         self.skipped_counts[what as usize] += count as u64;
         self.skipped.add(count as u64, &[line]);
     }
 
     /// Number of each kind of elements that are not rendered, such as `2 lines (l) and 1 point
-    /// (p)`; `None` if there are none.
+    /// (p)`. `None` if there are none.
     pub fn skipped(&self) -> Option<String> {
         let counts = SKIPPED.iter().zip(self.skipped_counts).filter(|(_, count)| *count > 0);
         let words = counts.map(|([noun, keyword], count)| {
@@ -130,18 +129,18 @@ impl Remarks {
         }
     }
 
-    /// A statement of the format that has no effect, by its index.
+    /// Counts a statement without effect, by its index in [`IGNORED`].
     pub fn ignore(&mut self, index: usize, line: usize) {
         self.ignored[index].add(1, &[line]);
     }
 
-    /// A statement that no format has.
+    /// Counts an unknown statement.
     pub fn add_unknown(&mut self, keyword: &str, line: usize) {
         self.unknown.add(1, &[line]);
         self.name(keyword);
     }
 
-    /// Adds the remarks on what follows in the file.
+    /// Adds the remarks about the next chunk of the file.
     pub fn append(&mut self, later: &Self) {
         for (tally, more) in self.tallies.iter_mut().zip(&later.tallies) {
             tally.add(more.count, &more.lines);
@@ -157,9 +156,9 @@ impl Remarks {
         later.keywords.iter().for_each(|keyword| self.name(keyword));
     }
 
-    /// All remarks as findings.
+    /// Converts all remarks to findings.
     pub fn findings(&self, path: &Path) -> Vec<Finding> {
-        // Words on one and on several
+        // Messages for one occurrence and for several
         let long = format!("of more than {MAX_CLIPPED} corners");
         let keywords = self.keywords.join(", ");
         let words = [
@@ -254,7 +253,7 @@ impl Remarks {
                 1 => format!("`{keyword}` has no effect: {why}"),
                 count => format!("{count} statements `{keyword}` have no effect, the first is here: {why}"),
             };
-            // Of the other statements the picture may be another one.
+            // The other statements may change the picture.
             let severity = if [FREE_FORM, DISPLAY].contains(why) {
                 Severity::Note
             } else {

@@ -1,8 +1,9 @@
-//! Faces that lie at one place, with opposite orders of their corners and different materials:
-//! SketchUp, ShapeNet and Minecraft exporters write the front and the back of a wall so.
+//! Faces at the same place, with opposite orders of their corners and different materials.
+//! Exporters of SketchUp, ShapeNet and Minecraft write the front and the back of a wall in this
+//! way.
 //!
-//! Rays meet either of them by chance. Both are moved apart by a 100,000th of the file's diagonal,
-//! each along its normal: a ray then meets the face that looks towards it, in every backend.
+//! A ray hits either of them by chance. Both are moved apart by a 100,000th of the file's diagonal,
+//! each along its normal: a ray then hits the face that is turned towards it, in every backend.
 
 use super::ObjFaces;
 use super::colors::Colors;
@@ -14,13 +15,13 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Distance by which a face is moved, in diagonals of the file.
+/// Distance by which a face is moved, as a multiple of the file's diagonal.
 const GAP: f32 = 1e-5;
-/// Share of the faces that must belong to such pairs: exporters write all walls so, and single
-/// pairs are accidents of modelling, which stay as they are.
+/// Minimum share of the faces that belong to such pairs: exporters write all walls in pairs. Single
+/// pairs are accidents of modelling and are not changed.
 const MIN_SHARE: f32 = 0.25;
 
-/// A face: the numbers of its material and of its section, and its corners there.
+/// A face: the indices of its material and of its section, and its corners in the section.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
     material: usize,
@@ -35,7 +36,7 @@ impl Place {
     }
 }
 
-/// Moves such faces apart, by materials `faces`. Returns the number of pairs.
+/// Moves the pairs among `faces` apart. Returns the number of pairs.
 pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces]) -> usize {
     let pairs = two_sided(outline, faces);
     if pairs.is_empty() {
@@ -54,7 +55,7 @@ pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Face
     pairs.len()
 }
 
-/// Pairs of faces of different materials whose corners are the same in opposite orders.
+/// Pairs of faces of different materials with the same corners in opposite orders.
 fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
     if faces.len() < 2 {
         return Vec::new();
@@ -63,7 +64,7 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
     let positions = |section: usize, corners: Range<usize>| -> Vec<Vec3> {
         corners.map(|i| vertices.position(&sections[section], i)).collect()
     };
-    // Hashes are cheap; only faces at places of several are compared.
+    // Hashes are cheap. Only faces with equal hashes are compared.
     let hash = |section: usize, corners: Range<usize>| {
         let hashes = corners.map(|i| hash(vertices.position(&sections[section], i)));
         hashes.fold(0, u64::wrapping_add)
@@ -118,14 +119,14 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
 }
 
 impl ObjFaces {
-    /// Returns true if a file of `faces` faces with so many pairs of fronts and backs is written with
-    /// two sides: a render moves the faces of each pair apart.
+    /// Returns true if a file of `faces` faces, with `pairs` pairs of fronts and backs, is
+    /// two-sided: a render moves the faces of each pair apart.
     pub fn are_two_sided(pairs: usize, faces: usize) -> bool {
         pairs > 0 && (2 * pairs) as f32 > MIN_SHARE * faces as f32
     }
 }
 
-/// A hash of a position.
+/// Hash of a position.
 fn hash(p: Vec3) -> u64 {
     // Adding 0 turns −0 into 0.
     let [x, y, z] = (p + Vec3::ZERO).to_array().map(|x| u64::from(x.to_bits()));
@@ -139,7 +140,7 @@ fn is_opposite(a: &[Vec3], b: &[Vec3]) -> bool {
     n == b.len() && (0..n).any(from)
 }
 
-/// Gives the face with these corners positions of its own, `gap` along its normal.
+/// Assigns new positions to the face with these corners, moved by `gap` along its normal.
 fn move_out(
     (vertices, colors): (&mut VertexData, &mut Colors),
     section: &mut Section,
@@ -147,7 +148,7 @@ fn move_out(
     gap: f32,
 ) {
     let positions: Vec<Vec3> = corners.clone().map(|i| vertices.position(section, i)).collect();
-    // Newell's normal, of any polygon
+    // Newell's normal, for any polygon
     let next = positions.iter().cycle().skip(1);
     let sum: Vec3 = positions
         .iter()
@@ -172,7 +173,7 @@ mod tests {
     use crate::math::DVec3;
     use std::path::Path;
 
-    /// The groups of a square of side 1 and of `faces`, and the number of pairs.
+    /// Groups of a square of side 1 with `faces`, and number of pairs.
     fn groups(faces: &str) -> (Vec<Group>, usize) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);
@@ -188,7 +189,7 @@ mod tests {
 
     #[test]
     fn fronts_and_backs_are_moved_apart() {
-        // The diagonals of both squares differ.
+        // The two squares are cut along different diagonals.
         for back in ["f 4 3 2 1", "f 1 4 3 2"] {
             let (groups, pairs) = groups(&format!("usemtl a\nf 1 2 3 4\nusemtl b\n{back}\n"));
             assert_eq!(pairs, 1);
@@ -203,7 +204,7 @@ mod tests {
     #[test]
     fn other_faces_stay() {
         for faces in [
-            // One order, one material, three at one place, and other corners
+            // Same order, same material, three at one place, and different corners
             "usemtl a\nf 1 2 3 4\nusemtl b\nf 2 3 4 1\n",
             "usemtl a\nf 1 2 3 4\nf 4 3 2 1\nusemtl b\nf 1 2 3\n",
             "usemtl a\nf 1 2 3\nf 2 3 1\nusemtl b\nf 3 2 1\n",

@@ -4,10 +4,12 @@ use crate::io::normals::{area_vector, corner_angles, weld};
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Gives normals to those corners without one whose faces belong to a smoothing group: the mean over all faces of that
-/// group at the same point, weighted by their angles there (Thürmer and Wüthrich 1998).
+/// Adds normals to corners without one whose faces belong to a smoothing group: the mean over all
+/// faces of the group at the same point, weighted by their angles there (Thürmer and Wüthrich
+/// 1998).
 ///
-/// They are added to the outline's normals. Where faces cancel out the normal is zero, which counts as none.
+/// The normals are appended to the outline's normals. If faces cancel out, the normal is zero and
+/// is treated as missing.
 pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a Run> + Clone) {
     let Outline { vertices, sections, .. } = outline;
     let smooth_runs = runs.filter(|run| run.smoothing != 0);
@@ -44,7 +46,7 @@ pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a R
         }
     }
 
-    // Corners without a normal get that of their point.
+    // Corners without a normal get the normal of their point.
     let first = vertices.normals.len();
     for run in smooth_runs {
         let section = &mut sections[run.section];

@@ -1,5 +1,5 @@
-//! Subdivision of the faces of an OBJ file, before they are cut into triangles: materials, parts
-//! and colours follow, and a surface is smooth across their borders.
+//! Subdivision of the faces of an OBJ file before triangulation. Materials, parts and colours are
+//! kept, and a surface is smooth across their borders.
 
 use super::colors::Colors;
 use super::outline::{Outline, Section};
@@ -11,11 +11,11 @@ use crate::io::{FileError, Finding, Findings, Severity};
 use half::f16;
 use std::path::Path;
 
-/// Bytes that the outline, the mesh and the acceleration structure take for each triangle that
-/// subdividing makes, besides those of [`ControlMesh::bytes`].
+/// Memory of the outline, the mesh and the acceleration structure per triangle of the result, in
+/// bytes, in addition to [`ControlMesh::bytes`].
 const BYTES_OF_TRIANGLE: u64 = 130;
 
-/// Subdivides the faces of a file as `parameters` say.
+/// Subdivides the faces of a file with the steps of `parameters`.
 pub(super) fn subdivide(
     path: &Path,
     outline: &mut Outline,
@@ -82,7 +82,7 @@ pub(super) fn subdivide(
     Ok(())
 }
 
-/// Refuses steps that take too much memory, with the number of steps that fit.
+/// Returns an error, with the number of steps that fit, if `steps` need too much memory.
 fn check_memory(path: &Path, mesh: &ControlMesh, steps: u32, allowance: Allowance) -> Result<(), FileError> {
     let bytes_of = |steps: u32| mesh.bytes(steps) + mesh.triangles(steps) * BYTES_OF_TRIANGLE;
     let refusal = |steps: u32| {
@@ -110,7 +110,7 @@ fn check_memory(path: &Path, mesh: &ControlMesh, steps: u32, allowance: Allowanc
     Err(FileError::new(path, message).help(help))
 }
 
-/// Tells of edges that stay sharp because no smooth surface goes through them.
+/// Adds a finding about edges that stay sharp because no smooth surface passes through them.
 fn tell_of_sharp_edges(path: &Path, irregular: Irregular, findings: &mut Findings) {
     let count = |count: u64, one: &str, several: &str| match count {
         0 => None,

@@ -1,8 +1,8 @@
-//! Lines and points of an OBJ file as round tubes and spheres, so that all backends see the same
+//! Lines and points of an OBJ file as round tubes and spheres, so that all backends have the same
 //! triangles.
 //!
-//! A tube has as large a section as the circle that it stands for, and shading normals of the
-//! circle. Spheres close its ends and its bends.
+//! The cross-section of a tube has the area of the circle, and its shading normals. Spheres close
+//! its ends and its bends.
 
 use super::Group;
 use super::colors::Colors;
@@ -18,16 +18,16 @@ use std::collections::HashSet;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// Sides of a tube.
+/// Number of sides of a tube.
 const SIDES: u32 = 16;
 
-/// Spheres above whose number they are coarser.
+/// Maximum number of fine spheres. If there are more, all are coarser.
 const MANY_SPHERES: usize = 20_000;
 
-/// Bytes of memory for each triangle, with the acceleration structure.
+/// Memory per triangle, including the acceleration structure, in bytes.
 const BYTES_OF_TRIANGLE: u64 = 170;
 
-/// Groups of the lines and points of a file, each `width` thick.
+/// Groups of the lines and points of a file, with the diameter `width`.
 pub(super) fn add_wires(
     path: &Path,
     outline: &Outline,
@@ -68,7 +68,7 @@ struct Sphere {
 }
 
 impl Sphere {
-    /// An icosahedron whose sides were divided once or twice; coarser ones for many spheres.
+    /// Creates an icosahedron whose sides are divided twice, or once for many spheres.
     fn new(count: usize) -> Self {
         let golden = 0.5 * (1.0 + 5f64.sqrt());
         let mut points = Vec::new();
@@ -76,7 +76,7 @@ impl Sphere {
             points.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
         }
         let points: Vec<DVec3> = points.into_iter().map(DVec3::normalize).collect();
-        // Sides of unit length 1.05, all other distances are larger
+        // Edges have length 1.05; all other distances are larger
         let is_near = |a: usize, b: usize| points[a].distance(points[b]) < 1.1;
         let mut triangles = Vec::new();
         for a in 0..12 {
@@ -130,7 +130,7 @@ struct WireBuilder<'a> {
 }
 
 impl WireBuilder<'_> {
-    /// The tubes and spheres of the lines and points of one material.
+    /// Tubes and spheres of the lines and points of one material.
     fn group(&self, faces: Faces, rules: &MaterialRules) -> Group {
         let (mut mesh, mut parts) = (Mesh::default(), Vec::new());
         let mut has_sphere: HashSet<u32> = HashSet::new();
@@ -185,7 +185,7 @@ impl WireBuilder<'_> {
             return;
         };
         let (x, y) = axis.any_orthonormal_pair();
-        // A polygon of the area of the circle
+        // A polygon with the area of the circle
         let angle = TAU / f64::from(SIDES);
         let radius = self.radius * (angle / angle.sin()).sqrt();
         let first = mesh.positions.len() as u32;
@@ -287,7 +287,7 @@ mod tests {
     fn wrong_elements_are_left_out() {
         assert!(groups("v 0 0 0\nv 1 0 0\nl 1 2\n", None).is_err());
         let left = groups("v 0 0 0\nv 1 0 0\nl 1\nl 1 9\nl\np\np x\nl 1 1\nl 1/7 2/8\n", Some(1.0)).unwrap();
-        // A line without length is a sphere.
+        // A line of length 0 is a sphere.
         assert_eq!(left[0].mesh.triangles.len(), 2 * 320 + 2 * SIDES as usize);
     }
 

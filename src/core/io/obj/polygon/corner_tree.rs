@@ -1,18 +1,18 @@
 use super::signed_area;
 use std::array;
 
-/// Corners of a leaf at most.
+/// Maximum number of corners of a leaf.
 const LEAF: usize = 8;
 
-/// Corners of a polygon by place: a k-d tree (Bentley 1975) from which corners are taken out.
+/// Corners of a polygon by place: a k-d tree (Bentley 1975) from which corners are removed.
 ///
 /// Node i has the children 2 i + 1 and 2 i + 2, each with one half of its corners.
 pub(super) struct CornerTree {
     points: Vec<[f64; 2]>,
-    /// Corners that are left, those of a node side by side.
+    /// Corners, grouped by node. The remaining corners of a leaf are first.
     corners: Vec<usize>,
     nodes: Vec<Node>,
-    /// The leaf of each corner.
+    /// Leaf of each corner.
     leaf_of: Vec<usize>,
 }
 
@@ -20,9 +20,9 @@ pub(super) struct CornerTree {
 struct Node {
     min: [f64; 2],
     max: [f64; 2],
-    /// Its first one.
+    /// Index of its first corner.
     start: usize,
-    /// Corners that are left in it.
+    /// Number of remaining corners.
     left: usize,
 }
 
@@ -52,7 +52,7 @@ impl CornerTree {
             start,
             left: end - start,
         };
-        // All leaves are at the lowest level.
+        // All leaves are on the lowest level.
         if index >= self.nodes.len() / 2 {
             for &corner in &*corners {
                 self.leaf_of[corner] = index;
@@ -72,11 +72,11 @@ impl CornerTree {
         index >= self.nodes.len() / 2
     }
 
-    /// Takes out a corner that is there.
+    /// Removes a corner that is in the tree.
     pub fn remove(&mut self, corner: usize) {
         let mut index = self.leaf_of[corner];
         let Node { start, left, .. } = self.nodes[index];
-        // Those that are left stand first.
+        // The remaining corners come first.
         let there = &mut self.corners[start..start + left];
         if let Some(place) = there.iter().position(|&c| c == corner) {
             there.swap(place, left - 1);
@@ -90,7 +90,8 @@ impl CornerTree {
         }
     }
 
-    /// Whether `holds` of all corners that are left and may be in the triangle, or on its edges. Of others it may be asked too.
+    /// Returns true if `holds` returns true for all remaining corners in the triangle or on its
+    /// edges. `holds` may be called for other corners, too.
     pub fn all_near(&self, triangle: [[f64; 2]; 3], holds: &mut impl FnMut(usize) -> bool) -> bool {
         self.all_in(0, triangle, holds)
     }
@@ -110,8 +111,9 @@ impl CornerTree {
 }
 
 impl Node {
-    /// Whether an edge of the triangle has the whole box on its outer side. Roundings are monotonic, so that this is never said of a point
-    /// that [`signed_area`] finds on the other side.
+    /// Returns true if the whole box is on the outer side of an edge of the triangle. Rounding is
+    /// monotonic, so a box with a point that [`signed_area`] finds on the inner side is never
+    /// outside.
     fn is_outside(&self, [a, b, c]: [[f64; 2]; 3]) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(from, to)| {
             // Area grows with y along the edge's x, and falls with x along its y.

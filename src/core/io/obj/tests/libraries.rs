@@ -4,7 +4,7 @@ use crate::io::PartFilter;
 use std::fs;
 use std::path::Path;
 
-/// Names of the materials of an OBJ file of these statements, and what a render is told.
+/// Names of the materials of an OBJ file with these statements, and messages of a render.
 fn materials(folder: &Path, statements: &str) -> (Vec<String>, Vec<String>) {
     let path = folder.join("t.obj");
     fs::write(&path, format!("{SQUARE}{statements}\nf 1 2 3\n")).unwrap();
@@ -13,7 +13,7 @@ fn materials(folder: &Path, statements: &str) -> (Vec<String>, Vec<String>) {
     (names, file.warnings)
 }
 
-/// A folder with these libraries, each of a material of its name.
+/// A folder with these libraries, each with a material of its name.
 fn folder(libraries: &[&str]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for name in libraries {
@@ -44,7 +44,7 @@ fn libraries_lie_close_by() {
         assert_eq!(found, names, "{statement}");
         let is_exact = statement == "mtllib my red.mtl my blue.mtl";
         let wanted = if is_exact { 0 } else { names.len() };
-        // A quoted name of several is told each.
+        // Each quoted name of several has a message.
         assert!(
             told.len() <= wanted.max(1) && (is_exact || !told.is_empty()),
             "{statement}: {told:?}"
@@ -69,14 +69,14 @@ fn a_library_of_the_name_of_the_file_is_taken() {
         told[0].contains("t.obj: the file names no material library; "),
         "{told:?}"
     );
-    // Without `usemtl` if it has one material.
+    // Without `usemtl`, if the library has one material.
     let (names, told) = materials(at, "");
     assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 2));
     assert!(told[1].contains("no face names a material; all have `t`"), "{told:?}");
     fs::write(at.join("t.mtl"), "newmtl t\nKd 1\nnewmtl u\nKd 1\n").unwrap();
     assert!(materials(at, "").0.is_empty());
     fs::write(at.join("t.mtl"), "newmtl t\nKd 1\n").unwrap();
-    // Not if there is another library.
+    // Not used if there is another library.
     assert_eq!(materials(at, "mtllib a.mtl gone.mtl\nusemtl a").0, ["a"]);
     fs::rename(at.join("t.mtl"), at.join("T.obj.mtl")).unwrap();
     assert_eq!(materials(at, "usemtl t").0, ["t"]);
@@ -136,7 +136,7 @@ fn libraries_are_found() {
         let material = name.trim_end_matches(".mtl");
         fs::write(folder.path().join(name), format!("newmtl {material}\nKd 1\n")).unwrap();
     }
-    // Materials that come, and number of warnings
+    // Statement, names of the materials, and number of warnings
     let cases: [(&str, &[&str], usize); 7] = [
         ("mtllib a.mtl e.mtl", &["a", "e"], 0),
         ("mtllib b c.mtl", &["b c"], 0),
@@ -152,7 +152,7 @@ fn libraries_are_found() {
         let file = load_file(&path, &LoadOptions::default()).unwrap();
         let got: Vec<_> = file.materials.iter().map(|m| m.material.name.as_str()).collect();
         assert_eq!(got, names, "{line}");
-        // Where the system ignores case, it is not wrong.
+        // On a system that ignores case, other case is not a warning.
         let expected = if folder.path().join("LIB").exists() && line.contains("LIB") {
             0
         } else {

@@ -16,14 +16,14 @@ fn faces_are_grouped_by_material() {
     let a = &file.groups[1].mesh;
     assert_eq!(corners(a, 1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
     assert_eq!(corners(a, 2)[..2], [Vec3::ZERO, Vec3::X]);
-    // Vertices are shared within a group, and there are no more than it needs.
+    // Vertices are shared within a group, and none is unused.
     let vertices: Vec<_> = file.groups.iter().map(|g| g.mesh.positions.len()).collect();
     assert_eq!(vertices, [3, 4, 3]);
 }
 
 #[test]
 fn concave_faces_are_cut_inside() {
-    // Seen from the first corner, the fan of this arrow would lie outside.
+    // The fan from the first corner of this arrow would lie outside.
     let mesh = mesh("v 4 3 0\nv 0 0 0\nv 4 -3 0\nv 1 0 0\nf 1 2 3 4\n");
     for t in 0..2 {
         let [p0, p1, p2] = corners(&mesh, t);
@@ -79,12 +79,12 @@ fn faces_without_normals_stay_flat_among_others() {
     assert_eq!(normals(3), [Vec3::Z; 3]);
     let uvs = |t: usize| mesh.triangles[t].map(|i| mesh.uvs[i as usize]);
     assert_eq!([uvs(0), uvs(1)], [[Vec2::ONE; 3], [Vec2::ZERO; 3]]);
-    // A group of normals that are none is flat.
+    // A group with invalid normals only is flat.
     let flat = load(format!("{SQUARE}vn 0 0 0\nf 1//1 2//1 3//1\n")).unwrap();
     assert!(flat.groups[0].mesh.normals.is_empty());
 }
 
-/// A cube from -1 to 1 as quads, each with the statement before it.
+/// A cube from -1 to 1 as quads, each after its statement of `before`.
 fn cube(before: [&str; 6]) -> String {
     let side = |bit: usize, i: usize| if i >> bit & 1 == 1 { 1 } else { -1 };
     let mut text: String = (0..8)
@@ -108,7 +108,8 @@ fn smoothing_groups_share_normals() {
     for off in ["s off", "s 0", "s"] {
         assert!(mesh(&cube([off, "", "", "", "", ""])).normals.is_empty());
     }
-    // Two groups of two sides, opposite ones that share no corner, and two sides in none: all are flat.
+    // Two groups of two opposite sides without common corners, and two sides without a group: all
+    // are flat.
     let flat = mesh(&cube(["s 1", "s 1", "s 2", "s 2", "s off", "s off"]));
     assert_eq!(flat.triangles.len(), 12);
     for t in 0..12 {
@@ -120,8 +121,8 @@ fn smoothing_groups_share_normals() {
 
 #[test]
 fn smoothing_goes_by_position_and_across_materials() {
-    // A roof of two sides whose vertices and materials are their own: along the ridge both have the normal of the
-    // middle.
+    // A roof of two sides with separate vertices and materials: along the ridge both have the mean
+    // normal.
     let roof = "v -1 0 0\nv 0 1 0\nv 0 1 1\nv -1 0 1\nv -0 1 0\nv 1 0 0\nv 1 0 1\nv 0 1 1\n\
                 s 1\nusemtl a\nf 4 3 2 1\nusemtl b\nf 8 7 6 5\n";
     let file = load(roof).unwrap();
@@ -132,7 +133,7 @@ fn smoothing_goes_by_position_and_across_materials() {
             assert!(n.distance(expected) < 1e-6, "{n} at {p}");
         }
     }
-    // Given normals stay.
+    // Normals of the file stay.
     let given = load(roof.replace("s 1", "vn 0 0 1\ns 1").replace("8 7 6 5", "8 7//1 6 5//1")).unwrap();
     let n = &given.groups[1].mesh.normals;
     assert_eq!([n[1], n[3]], [Vec3::Z; 2]);

@@ -1,4 +1,5 @@
-//! Tests of the OBJ reader: statements and their errors, the meshes that come of faces, material libraries, and random files.
+//! Tests of the OBJ reader: statements and their errors, meshes from faces, material libraries, and
+//! random files.
 
 mod libraries;
 mod meshes;
@@ -10,7 +11,7 @@ use crate::geometry::PrimId;
 use crate::io::load_obj::load_obj;
 use crate::math::Vec3;
 
-/// A file that was read, and its warnings.
+/// Contents of a file, and its warnings.
 #[derive(Debug)]
 struct Read {
     groups: Vec<Group>,
@@ -42,7 +43,7 @@ fn load(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
     load_with(text, &LoadOptions::default())
 }
 
-/// Reads a file where each wrong statement is an error.
+/// Reads a file with wrong statements as errors.
 fn load_strictly(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
     let options = LoadOptions {
         strict: true,
@@ -51,7 +52,7 @@ fn load_strictly(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
     load_with(text, &options)
 }
 
-/// The mesh of a file of one material, read without a warning.
+/// Mesh of a file of one material, read without a warning.
 fn mesh(text: &str) -> Mesh {
     let mut file = load(text).unwrap();
     assert_eq!((file.groups.len(), &file.warnings), (1, &vec![]), "{text}");

@@ -23,10 +23,10 @@ impl Dice {
 
 /// A corner: position, texture coordinates, normal.
 type Corner = (Vec3, Option<Vec2>, Option<Vec3>);
-/// Those of a material.
+/// Triangles of a material.
 type Triangles = (Option<String>, Vec<[Corner; 3]>);
 
-/// A random file, plain and as someone might write it, and its triangles by material.
+/// A random file, in a plain and in an irregular form, and its triangles by material.
 fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
     let mut dice = Dice(seed << 32);
     let (mut plain, mut wild) = (
@@ -95,7 +95,7 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
                 statement(&["usemtl".into(), name.into()], &mut dice);
             }
             _ if v.len() > 2 => {
-                // Three corners: how larger faces are cut is tested elsewhere.
+                // Three corners: other tests check larger faces.
                 let mut words = vec!["f".to_string()];
                 let index = |count: usize, dice: &mut Dice| {
                     let i = dice.roll(count);
@@ -135,7 +135,7 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
     (plain, wild, groups)
 }
 
-/// What comes of a text that is read in chunks of so many bytes.
+/// Groups of a text that is read in chunks of `chunk_bytes`.
 fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let mut outline = parse::parse(
         Path::new("t.obj"),
@@ -148,7 +148,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
         },
         &|_| (),
     )?;
-    // The first of the file
+    // First error of the file
     let wrong = std::mem::take(&mut outline.wrong).into_iter();
     match wrong.min_by_key(|error| error.position.map(|place| place.line)) {
         Some(error) => Err(error),
@@ -156,7 +156,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     }
 }
 
-/// A parsed file in words.
+/// Debug text of a parsed file.
 fn described(text: &str, chunk_bytes: usize) -> String {
     read(text, chunk_bytes).map_or_else(|error| error.to_string(), |groups| format!("{groups:?}"))
 }
@@ -192,7 +192,7 @@ fn random_files_have_the_triangles_they_were_made_of() {
                 }
             }
         }
-        // Statements are on other lines, and name other parts, but say the same.
+        // Statements are on other lines, and name other parts, but have the same meaning.
         let without_lines = |text: &str, chunk_bytes| {
             let groups = read(text, chunk_bytes).map(|mut groups| {
                 for group in &mut groups {
@@ -221,7 +221,7 @@ fn neither_chunks_nor_threads_change_a_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         assert_eq!(pool.install(|| described(&text, 500)), whole, "{threads} threads");
     }
-    // The first wrong line is the error, whichever chunk is read first.
+    // The first wrong line is the error, in any order of reading.
     let broken = format!("{text}f 1 2 x\n{text}f 1 2 y\n");
     let line = text.lines().count() + 1;
     for size in [1, 64, 5000, 1 << 20] {

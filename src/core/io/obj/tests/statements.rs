@@ -153,13 +153,13 @@ fn corners_lack_what_they_name_wrongly() {
             assert!(warning.contains(words), "{warning}");
         }
     }
-    // Without a face there is no picture.
+    // A file without faces is an error.
     assert!(load(format!("{SQUARE}f 1 2 9\n")).is_err());
 }
 
 #[test]
 fn faces_with_wrong_positions_are_left_out() {
-    // Faces before and after, of two materials, in groups of smoothing, and a wrong `v` that is unused
+    // Faces before and after, of two materials, in smoothing groups, and an unused wrong `v`
     for wrong in ["v nan 1 0", "v 0 x 0", "v 0 1", "v 0 0 1e999"] {
         let lines = format!(
             "v 2 0 0\n{wrong}\n{wrong}\nf 1 2 3\ns 1\nf 1 6 3\nusemtl red\nf 2 5 3 6\nf 1 3 4\ns off\nf 4 6 5\n"
@@ -182,14 +182,14 @@ fn faces_with_wrong_positions_are_left_out() {
         assert!(first.contains(&at(6)) && second.contains(&at(7)), "{first} {second}");
         assert!(faces.contains(&at(10)), "{faces}");
         assert!(load_strictly(format!("{SQUARE}{lines}")).is_err());
-        // Without a right face there is no picture.
+        // A file without a valid face is an error.
         assert!(load(format!("{SQUARE}{wrong}\nf 1 2 5\n")).is_err());
     }
 }
 
 #[test]
 fn indices_mean_what_was_there_at_their_line() {
-    // Relative ones count back from their line, absolute ones may point ahead.
+    // Relative indices count back from their line, absolute indices may refer to later lines.
     let file = mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -3 -2 -1\nf 1 5 4\nv 0 0 5\n");
     assert_eq!(corners(&file, 0), [Vec3::ZERO, Vec3::X, Vec3::Y]);
     assert_eq!(corners(&file, 1), [Vec3::X, Vec3::Y, Vec3::Z]);

@@ -43,9 +43,9 @@ fn inspect_bounds(scene: &Scene, whole: Whole) -> Option<Finding> {
     Some(Finding::new(Severity::Warning, "far-from-origin", error))
 }
 
-/// Finds instances that are too far from the origin. The transformation of a ray into the instance's
-/// space has a rounding error, by which rays are offset. It must be small relative to the instance's
-/// size.
+/// Finds instances that are too far from the origin. The transformation of a ray into the
+/// instance's space has a rounding error, by which rays are offset. It must be small relative to
+/// the instance's size.
 fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {

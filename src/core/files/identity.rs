@@ -29,7 +29,7 @@ pub enum FileId {
     Future(Inode, OsString),
 }
 
-/// Device and inode.
+/// Device and inode of a file.
 #[cfg(unix)]
 type Inode = (u64, u64);
 /// The canonical path: hard links are different files.

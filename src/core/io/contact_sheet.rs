@@ -12,7 +12,7 @@ use embedded_graphics::primitives::{Circle, PrimitiveStyle, Triangle};
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 use std::convert::Infallible;
 
-/// One picture of a sheet.
+/// A picture of a sheet, with its label.
 #[derive(Clone, Debug)]
 pub struct Panel {
     /// Title and figures, one per line. Lines wider than the pictures are wrapped.
@@ -57,7 +57,7 @@ pub fn edge_of_plan(width: usize, columns: usize) -> usize {
 /// A numbered place on a plan, with a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
-    /// Number beside it.
+    /// Number on the disk.
     pub number: usize,
     /// Position in pixels from the left and from the top.
     pub at: [f32; 2],

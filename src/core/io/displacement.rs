@@ -123,8 +123,8 @@ fn add_normals(corners: [Vec3; 3], mut add: impl FnMut(usize, DVec3)) {
     }
 }
 
-/// New positions and normals of each mesh. Vertices move by `heights`; meshes with an empty list do
-/// not move by themselves.
+/// New positions and normals of each mesh. Vertices move by `heights`. A mesh
+/// with an empty list moves only where it touches another mesh.
 fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3>)> {
     // Index of each place, shared by all meshes; adding 0 turns -0 into 0
     let mut index_of: HashMap<[u32; 3], u32> = HashMap::new();

@@ -89,7 +89,7 @@ pub(super) fn decoding_error(
 pub(super) struct DataWindow {
     /// Pixels of the layer that are in the display window.
     pub window: Rect,
-    /// Corner of the layer, and its width.
+    /// Corner and width of the layer in pixels. The corner is relative to the display window.
     left: i64,
     top: i64,
     width: i64,

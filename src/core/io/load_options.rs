@@ -91,9 +91,9 @@ named! {
 pub enum DisplacementUse {
     /// The displacements of the scene file. Displacements of a library if the object is subdivided.
     Auto,
-    /// Always.
+    /// All displacements.
     On,
-    /// Never.
+    /// No displacements.
     Off,
 }
 
@@ -106,9 +106,9 @@ named! {
 pub enum VertexColors {
     /// Used if no texture gives the colour, and if they are not a default grey.
     Auto,
-    /// Always.
+    /// Always used.
     On,
-    /// Never.
+    /// Never used.
     Off,
 }
 
@@ -119,9 +119,9 @@ named! {
 /// Use of textures by name for materials without textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapsByName {
-    /// If exactly one set fits.
+    /// Used if exactly one set of files fits.
     Auto,
-    /// Never.
+    /// Never used.
     Off,
 }
 

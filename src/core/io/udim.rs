@@ -31,8 +31,8 @@ pub fn tile_names(name: &str) -> Option<impl Iterator<Item = String>> {
     Some(NUMBERS.map(move |number| name.replacen(spelling, &number.to_string(), 1)))
 }
 
-/// Path of all tiles, from the file `found` of one tile. Its number is after `.`, `_` or `-`, and
-/// before `.`. `None` if it has no number.
+/// Path of all tiles, from the file `found` of one tile. The tile number is after `.`, `_` or `-`,
+/// and before `.`. `None` if it has no number.
 pub fn path_of_tiles(found: &Path) -> Option<PathBuf> {
     let name = found.file_name()?.to_str()?;
     let mut ends = name.match_indices('.').map(|(end, _)| end).filter(|&end| end >= 5);

@@ -430,7 +430,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
         told.len() == 1 && told[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
         "{told:?}"
     );
-    // A picture is darker than its factor: a dielectric's highlight beside it is not too bright.
+    // A picture is darker than its factor, so the Ks of a dielectric beside it decides nothing.
     for (ks, gloss) in [("0.04", Gloss::Phong(20.0)), ("0.5", Gloss::Metallic(0.0))] {
         for kd in ["", "Kd 1\n", "Kd 0.512\n"] {
             let wood = material("wood", &format!("{kd}map_Kd a.png\nKs {ks}\nNs 20"));

@@ -59,7 +59,7 @@ pub(super) struct Chunk<'a> {
     pub section: Section,
     pub libraries: Vec<LibraryName>,
     pub remarks: Remarks,
-    /// As in [`Outline`](super::outline::Outline).
+    /// First wrong statements, as in [`Outline`](super::outline::Outline).
     pub wrong: Vec<FileError>,
     pub wrong_count: usize,
     /// Indices of wrong positions, sorted.

@@ -370,7 +370,7 @@ mod tests {
         ];
         assert_eq!(shoelace(&plane(&hole)), 32.0);
         assert_tiles("hole", &plane(&hole), 0);
-        // A square with a hole that touches the opposite corner of the square
+        // A square with a hole that touches one corner; a slit leads to it from the opposite corner
         let touching = [
             [0, 0],
             [4, 0],

@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn fronts_and_backs_are_moved_apart() {
-        // The two squares are cut along different diagonals.
+        // The two backs are cut along different diagonals.
         for back in ["f 4 3 2 1", "f 1 4 3 2"] {
             let (groups, pairs) = groups(&format!("usemtl a\nf 1 2 3 4\nusemtl b\n{back}\n"));
             assert_eq!(pairs, 1);

@@ -83,7 +83,7 @@ pub(super) fn follow_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
-/// The first link on the way to `path` that another user has put into a sticky folder: the link
+/// First link on the way to `path` that another user has put into a sticky folder. Such a link
 /// belongs neither to the user nor to the folder's owner.
 #[cfg(unix)]
 pub(super) fn untrusted_link(path: &Path) -> io::Result<Option<PathBuf>> {

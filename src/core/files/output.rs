@@ -5,8 +5,8 @@
 //! one. Other names (hard links) of the previous file keep its contents: `Output::other_names`.
 //! `Output::write` is the boundary around each output: an error or a panic within it is an error of
 //! that file, and the other outputs are written. If neither an EXR file nor a checkpoint could be
-//! written, `Renderer::rescue` writes `R G B` and all sums, without names and further channels, to
-//! a new file.
+//! written, `Renderer::rescue` writes `R G B` and all sums to a new file, without names and other
+//! channels.
 //!
 //! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a
 //! comparison fail in turn (`tests/faults/inject.c`, by `LD_PRELOAD`).

@@ -355,8 +355,8 @@ impl Opened {
     }
 }
 
-/// Returns an error if bytes follow the `end` of the last chunk: a second file, whose data would be
-/// lost, or an interrupted copy over a longer file.
+/// Returns an error if bytes follow the `end` of the last chunk. They are a second file, whose data
+/// would be lost, or the rest of a longer file after an interrupted copy.
 fn check_end(path: &Path, end: u64, length: u64) -> Result<(), FileError> {
     let more = length.saturating_sub(end);
     if more == 0 {

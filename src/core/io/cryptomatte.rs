@@ -50,8 +50,9 @@ fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
     [Some(objects), parts, Some(materials)].into_iter().flatten().collect()
 }
 
-/// Channels of all mattes. For each rank of coverage of a pixel, the largest first, there are two
-/// channels: the hash of the name as a float, and the share of the pixel's samples with that name.
+/// Channels of all mattes. Names are ranked by their coverage of a pixel, the largest first. Each
+/// rank has two channels: the hash of the name as a float, and the share of the pixel's samples
+/// with that name.
 pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
     layers(names).iter().flat_map(|layer| layer.channels(film)).collect()
 }

@@ -57,10 +57,7 @@ pub struct Finding {
 /// do not define.
 pub const DEFAULT_LIGHT: &str = "default-light";
 
-/// Notes that a render prints, because their assumptions change the picture: the light, the dialect
-/// of a library, a missing library, files that are in another place than named, pictures that
-/// decide between heights and normals or on opacity, textures and materials by name, unused
-/// pictures, displacements, elements that are not rendered, and colours of vertices.
+/// Notes that a render prints, because their assumptions change the picture.
 const TOLD_NOTES: [&str; 13] = [
     DEFAULT_LIGHT,
     "mtl-dialect",

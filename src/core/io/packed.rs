@@ -1,10 +1,10 @@
 //! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, which browsers
 //! decode themselves (`DecompressionStream`). `src/view/page/coding.js` is the decoder.
 //!
-//! The bits of a 16-bit float, as an integer, are about the logarithm of its value, so the
-//! difference of two channels is about their ratio: noise that all channels share cancels in it.
-//! Green is coded directly, red and blue as differences from green. Each number is predicted by the
-//! mean of its neighbours to the left and above. The difference from the prediction is folded to an
+//! The bits of a 16-bit float, as an integer, are about the logarithm of its value. The difference
+//! of two channels is thus about their ratio, in which noise that all channels share cancels. Green
+//! is coded directly, red and blue as differences from green. Each number is predicted by the mean
+//! of its neighbours to the left and above. The difference from the prediction is folded to an
 //! unsigned number; low and high bytes have separate planes. All arithmetic wraps around, so the
 //! coding is lossless for every pattern of bits. A picture that will soon be replaced may be
 //! rounded first, to fewer bits of the mantissa.

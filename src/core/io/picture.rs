@@ -17,10 +17,10 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// Returns true if alpha is a cut-out: nearly all pixels are opaque or transparent, both exist,
-    /// and nearly all transparent ones are black, as programs store empty pixels. The transparent
-    /// pixels of masks of gloss or of clothes have details of the picture instead. In other
-    /// pictures they are white, the colour of paper.
+    /// Returns true if alpha is a cut-out. Nearly all pixels of a cut-out are opaque or
+    /// transparent, and both exist. Nearly all of its transparent pixels are black, as programs
+    /// store empty pixels. The transparent pixels of masks of gloss or of clothes have details of
+    /// the picture instead. In other pictures they are white, the colour of paper.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),

@@ -200,8 +200,8 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
     })
 }
 
-/// Errors that pixels may have in common. If a file has no such attribute, a file of this program
-/// (of an earlier build) may have any errors, and a file of another program has those of tiles.
+/// Errors that pixels may have in common. Without this attribute, a file of an earlier build of
+/// this program gets `Picture` (any errors), and a file of another program gets `Tile`.
 fn common_errors(attributes: &exr::LayerAttributes) -> CommonErrors {
     let is_there = |name: &str| attributes.other.contains_key(&exr::Text::from(name));
     match text_attribute(attributes, COMMON_ERRORS) {

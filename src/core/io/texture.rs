@@ -20,9 +20,8 @@ pub enum TextureKind {
     Color,
     /// One linear number per texel: opacity, roughness, heights.
     Value(Channel),
-    /// Opacity by the alpha of a picture of colours, if that is a cut-out: nearly all texels are
-    /// opaque or transparent, both exist, and the transparent ones are black. Other pictures are an
-    /// error.
+    /// Opacity by the alpha of a picture of colours, if alpha is a cut-out (`Picture::is_cut_out`).
+    /// Other pictures are an error.
     CutOut,
     /// A normal map: three linear numbers.
     Normal,

@@ -25,9 +25,9 @@ const GRID: [usize; 2] = [256, 128];
 pub struct LobeAlbedo {
     /// The lobe.
     pub lobe: Lobe,
-    /// Share of the flux that the lobe scatters: to a viewer along the normal, to a viewer at 60°
-    /// to it, and under uniform light from all sides. Absorption by the layers above is included,
-    /// so the albedos of all lobes add up to [`directional_albedo`].
+    /// Share of the flux that the lobe scatters: to a viewer along the normal, to one at 60° to the
+    /// normal, and for uniform light from all sides. Absorption by the layers above is included, so
+    /// the albedos of all lobes add up to [`directional_albedo`].
     pub albedo: [Spectrum; 3],
     /// Probability that the lobe is selected for the first two viewers.
     pub probability: [f32; 2],

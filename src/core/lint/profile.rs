@@ -10,7 +10,7 @@ use crate::math::Vec3;
 pub struct Profile {
     /// Angle in degrees between the viewer and the normal.
     pub incidence: f32,
-    /// Angles in degrees between `wi` and the normal. 0 is the normal, positive angles are on the
+    /// Angles in degrees between `wi` and the normal. 0 is the normal. Positive angles are on the
     /// viewer's side, negative angles on the side of the mirror direction. Angles beyond ±90 are on
     /// the other side of the surface.
     pub angles: Vec<f32>,

@@ -5,7 +5,7 @@
 //! the texture needs. Samples stay as compact as in the file and are decoded at each lookup: 8 bits
 //! by a table, floats as halves if that is lossless.
 //!
-//! Between two levels a lookup is linear in the width of the cone, not in its logarithm: exponent
+//! Between two levels a lookup is linear in the width of the cone, not in its logarithm. Exponent
 //! and fraction of the float are then level and blend. Each choice of channels and borders
 //! (`-imfchan`, `-clamp`) makes a separate texture. Scale, offset and range belong to the lookup
 //! (`Mapping`).

@@ -2,9 +2,9 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MtlDialect {
     /// Dialect of the program that wrote the library, recognised by its comments or by the habits
-    /// of its statements; otherwise [`MtlDialect::Spec`]. If the writer is unknown, `Tr` means `d`
-    /// if both are equal in all materials, or if all materials would be clear, and `Ks` with `Ns 0`
-    /// has no effect.
+    /// of its statements; otherwise [`MtlDialect::Spec`]. If the writer is unknown, `Ks` with `Ns
+    /// 0` has no effect. `Tr` then means `d` if both are equal in all materials, or if all
+    /// materials would be clear.
     #[default]
     Auto,
     /// The literal reading: `Ks` and `Ns` are a Phong lobe. `Tr` is 1 − d and is used if there is

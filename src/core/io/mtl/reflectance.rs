@@ -15,9 +15,9 @@ pub(super) fn f0_of_ior(ior: f32) -> f32 {
 ///
 /// Fresnel's equations reflect more than the formula at middle angles; for index 1.5 that is a
 /// tenth of the total. The formula's `f0` is raised to have the mean of the equations over the
-/// hemisphere, and less for rough facets, which hide each other at grazing angles: the factor 1.15
-/// − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices 1.5 to 2.2,
-/// within 2 % of the reflection).
+/// hemisphere. It is raised less for rough facets, which hide each other at grazing angles: the
+/// factor 1.15 − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices
+/// 1.5 to 2.2, within 2 % of the reflection).
 pub(super) fn ior_of_dielectric(f0: f32, roughness: f32) -> f32 {
     let eta = ior_of_f0(f0);
     if f0 == 0.0 {

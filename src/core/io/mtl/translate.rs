@@ -170,8 +170,8 @@ impl Section {
         !self.is_physical() && !matches!(self.illum, Some(0 | 1 | 3..=7))
     }
 
-    /// Returns true if a surface with a picture of its colour would transmit all light straight:
-    /// glass of index 1 without any filter, as Maya writes opaque surfaces.
+    /// Returns true if a surface with a picture of its colour would transmit all light straight.
+    /// Such a surface is glass of index 1 without any filter, as Maya writes opaque surfaces.
     pub(super) fn is_transparent_by_mistake(&self) -> bool {
         matches!(self.illum, Some(4 | 6 | 7))
             && self.ior == Some(1.0)

@@ -311,8 +311,9 @@ impl BlenderExport {
     /// Exporter of a library without a version, by the values of `Ns`.
     ///
     /// Blender Internal had whole numbers h from 1 to 511 for hardness, and its exporters wrote
-    /// `Ns` = (h − 1)/0.51; 0 and 900 are values of both older exporters. Values of the exporter in
-    /// Python end at 900, and the roughness 0.5 of new materials is 225 there and 250 later.
+    /// `Ns` = (h − 1)/0.51. The values 0 and 900 occur in both older exporters. Values of the
+    /// exporter in Python end at 900, and the roughness 0.5 of new materials is 225 there and 250
+    /// later.
     fn of_exponents(has_signature: bool, sections: &[Section]) -> Self {
         let exponents = || sections.iter().filter_map(|section| section.exponent);
         let is_near = |ns: f32, value: f32| (ns - value).abs() < 1e-3;

@@ -145,9 +145,9 @@ fn signed_axis(text: &str) -> Option<Vec3> {
     Some(sign * Vec3::AXES[axis] + Vec3::ZERO)
 }
 
-/// Beginning of the comment in the first line of an OBJ file, with the name of the program that
-/// wrote it: up to its version or the name of the file. Empty without such a comment; `None` if the
-/// file cannot be read.
+/// Beginning of the comment in the first line of an OBJ file, up to a version or the name of the
+/// file. It names the program that wrote the file. Empty without such a comment; `None` if the file
+/// cannot be read.
 pub fn first_comment(path: &Path) -> Option<String> {
     let mut head = Vec::new();
     open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;

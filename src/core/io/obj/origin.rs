@@ -1,5 +1,5 @@
-//! Origin of a file that lies far from its own origin: surveyors write national grids in metres,
-//! whose coordinates of millions have few steps of 32 bits across a building.
+//! Origin for a file that lies far from its own origin. Surveyors write national grids in metres:
+//! at coordinates of millions, 32 bits have few steps across a building.
 
 use super::open_regular;
 use crate::io::{LoadOptions, Origin};

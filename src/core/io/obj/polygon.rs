@@ -3,7 +3,7 @@
 //! A fan is correct if all its triangles have the orientation of the polygon, so no test for
 //! convexity is needed. Other faces are clipped ear by ear, in f64 on two of the coordinates, which
 //! keeps collinear corners exactly collinear. A k-d tree (`corner_tree`) finds the corners near an
-//! ear: thousands of corners take n log n time, and the triangles are the same as with a search
+//! ear, so thousands of corners take n log n time. The triangles are the same as with a search
 //! through all corners.
 
 mod corner_tree;

@@ -3,7 +3,7 @@
 //! way.
 //!
 //! A ray hits either of them by chance. Both are moved apart by a 100,000th of the file's diagonal,
-//! each along its normal: a ray then hits the face that is turned towards it, in every backend.
+//! each along its normal. A ray then hits the face that is turned towards it, in every backend.
 
 use super::ObjFaces;
 use super::colors::Colors;

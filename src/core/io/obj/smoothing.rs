@@ -4,7 +4,7 @@ use crate::io::normals::{area_vector, corner_angles, weld};
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Adds normals to corners without one whose faces belong to a smoothing group: the mean over all
+/// Adds missing normals to corners of faces in a smoothing group. A normal is the mean over all
 /// faces of the group at the same point, weighted by their angles there (Thürmer and Wüthrich
 /// 1998).
 ///

@@ -1,11 +1,11 @@
 //! OBJ and MTL files read by the tobj crate: a second implementation, with which
 //! tests/it/files/readers.rs compares the program's own reader.
 //!
-//! Values, faces and statements of materials are as tobj reads them, by its rules: polygons are
-//! fans, smoothing groups and continued lines are not supported, and a library is found by its
-//! exact name. `mtl` interprets the statements of materials for both readers. tobj has no line
-//! numbers, and panics on some files; its panics are caught. docs/guide/reference/obj-mtl.md lists
-//! the differences.
+//! Values, faces and statements of materials are as tobj reads them. Polygons are fans, smoothing
+//! groups and continued lines are not supported, and a library is found by its exact name only.
+//! `mtl` interprets the statements of materials for both readers. tobj has no line numbers, and
+//! panics on some files; its panics are caught. docs/guide/reference/obj-mtl.md lists the
+//! differences.
 
 mod materials;
 

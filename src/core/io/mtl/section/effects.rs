@@ -14,9 +14,9 @@ pub(super) fn refracts(material: &Material) -> bool {
 }
 
 impl Section {
-    /// Returns true if `Tf` of an opaque model means partial transmission: it is neither white nor
-    /// black (defaults of exporters for opaque surfaces), no opacity is given, and Kd + Ks + Tf is
-    /// at most 1.
+    /// Returns true if `Tf` of an opaque model means partial transmission. It must be neither white
+    /// nor black, which exporters write for opaque surfaces. No opacity may be given, and Kd + Ks +
+    /// Tf must be at most 1.
     pub(super) fn is_mixture(&self, material: &Material) -> bool {
         let share = self
             .filter

@@ -118,7 +118,7 @@ impl MapRequest {
 pub struct ObjContext {
     /// Program that wrote it.
     pub signature: Option<Signature>,
-    /// Names of used materials that contain a possible comment, such as `Paint #1`.
+    /// Names of used materials with a `#` that could begin a comment, such as `Paint #1`.
     pub whole_names: HashSet<String>,
     /// Names of materials that faces use; `None` if unknown.
     pub used: Option<HashSet<String>>,

@@ -14,15 +14,15 @@
 //!   without loss. It had specular channels, and `Ks` and `Ns` are read as these channels. Its
 //!   files have `illum 7` for every material, mostly with neither `Tf`, `Ni` nor `d`: such a
 //!   surface is opaque.
-//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are `Ks
-//!   1 1 1`, `Ns 0` and, until its issue 213 of 2023, `Tr 1` for opaque surfaces.
+//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are
+//!   `Ks 1 1 1`, `Ns 0` and, until its issue 213 of 2023, `Tr 1` for opaque surfaces.
 //! - Rhino: its files have the comment `# Rhino` and, for every material, `Ks 1 1 1`, `Tf 0 0 0`,
 //!   `d` and, without gloss, `Ns 0`; other programs write the same (`honeybee` of Ladybug Tools,
 //!   `dash_obj_in_3dmesh`).
 //! - Wings 3D: `e3d/e3d_obj.erl` of its sources, which writes the colours of an OpenGL material,
 //!   and its shininess times 100.
-//! - 3dfier: `resources/3dfier.mtl` of its sources has one colour as `Ka`, `Kd` and `Ks`, and `Ns
-//!   60`.
+//! - 3dfier: `resources/3dfier.mtl` of its sources has one colour as `Ka`, `Kd` and `Ks`, and
+//!   `Ns 60`.
 //! - Assimp: `code/AssetLib/Obj/ObjExporter.cpp` of its sources, which writes the colours of an
 //!   OpenGL material for every source format; `Tf` is a colour that does not depend on `d`.
 //!

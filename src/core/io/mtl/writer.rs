@@ -1,5 +1,5 @@
 //! Recognition of the program that wrote a material library: by its leading comments, by the
-//! comments of its OBJ file, or by the habits of its statements.
+//! comments of its OBJ file, or by typical statements.
 //!
 //! `translate` lists the statements of each program, with sources.
 
@@ -113,8 +113,8 @@ impl Signature {
 
 /// Version of Blender in a comment in lower case, and the exporter of that version.
 ///
-/// Exporters in Python write `Blender v2.79 (sub 0) OBJ File`; the oldest wrote `Blender3D v249 OBJ
-/// File`. The later exporter writes `Blender 3.6.0`.
+/// Exporters in Python write `Blender v2.79 (sub 0) OBJ File`; the oldest wrote
+/// `Blender3D v249 OBJ File`. The later exporter writes `Blender 3.6.0`.
 fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
     let after = comment.strip_prefix("blender")?;
     let after = after.strip_prefix("3d").unwrap_or(after).trim_start();
@@ -169,8 +169,8 @@ impl Reading {
         guess: None,
     };
 
-    /// Reading of a library in the `dialect` that the user chose, or by its signatures and the
-    /// habits of its materials.
+    /// Reading of a library in the `dialect` that the user chose, or by its signatures and typical
+    /// statements.
     pub fn new(dialect: MtlDialect, signatures: Signatures, sections: &[Section]) -> Self {
         let is_auto = dialect == MtlDialect::Auto;
         let of_obj = signatures.obj.filter(|obj| obj.fits(sections));

@@ -72,7 +72,7 @@ impl Outline {
         used
     }
 
-    /// Names of materials that contain a possible comment.
+    /// Names of materials with a `#` that could begin a comment.
     pub fn whole_names(&self) -> HashSet<String> {
         let states = self.sections.iter().flat_map(|section| &section.state_changes);
         let names = states.filter_map(|state| state.whole_name.as_deref());

@@ -113,8 +113,8 @@ impl Remarks {
         self.skipped.add(count as u64, &[line]);
     }
 
-    /// Number of each kind of elements that are not rendered, such as `2 lines (l) and 1 point
-    /// (p)`. `None` if there are none.
+    /// Number of each kind of elements that are not rendered, such as
+    /// `2 lines (l) and 1 point (p)`. `None` if there are none.
     pub fn skipped(&self) -> Option<String> {
         let counts = SKIPPED.iter().zip(self.skipped_counts).filter(|(_, count)| *count > 0);
         let words = counts.map(|([noun, keyword], count)| {

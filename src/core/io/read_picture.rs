@@ -38,7 +38,7 @@ const MIN_BYTES: u64 = 1 << 24;
 enum Opened {
     Exr(Box<ExrFile>),
     Dds(Box<DdsFile>),
-    /// Any other file. True for a GIF file.
+    /// Any other file. The flag is true for a GIF file.
     Other(Box<dyn ImageDecoder>, bool, ReadFailure),
 }
 

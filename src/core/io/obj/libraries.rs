@@ -116,7 +116,7 @@ fn split_names(text: &str) -> Vec<String> {
 }
 
 /// Finds the file of this name, or of its base name beside the OBJ file or in the parent folder.
-/// Returns also true if it is in another place than named.
+/// The second value is true if the file is in another place than named.
 fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(PathBuf, bool)> {
     if let Some(path) = finder.find(folder, name) {
         return Some((path, false));

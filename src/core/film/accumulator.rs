@@ -1,4 +1,4 @@
-//! The sums of one pixel: those of one pass (`Block`), and exact totals over all passes (`Accumulator`).
+//! Sums of one pixel: of one pass (`Block`), and exact totals over all passes (`Accumulator`).
 
 use super::DARK;
 use super::fixed::Narrow;
@@ -6,25 +6,25 @@ use super::{Features, Fixed};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// What the camera sees first, for the auxiliary channels.
+/// First surface along a camera ray, for the auxiliary channels.
 #[derive(Clone, Copy, Debug)]
 pub struct FirstSurface {
     /// Albedo of the material.
     pub albedo: Spectrum,
     /// Unit shading normal in world space, on the side of the viewer.
     pub normal: Vec3,
-    /// Distance along the camera's axis, scene units.
+    /// Distance along the camera's axis, in scene units.
     pub depth: f32,
     /// Luminance of the radiance that the surface emits towards the camera.
     pub emitted: f32,
-    /// What further channels show, where they are wanted.
+    /// Values of further channels, if requested.
     pub features: Option<Features>,
 }
 
-/// Samples whose sum is one term of a pixel's total.
+/// Number of samples whose sum is one term of a pixel's total.
 pub const BLOCK: u32 = 64;
 
-/// Sums over samples of one pixel that one task takes, of a block at most.
+/// Sums over the samples of one pixel in one task: at most [`BLOCK`] samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Block {
     sum: [f64; 3],
@@ -38,7 +38,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// One sample, whose radiance is a sum in double precision.
+    /// Block of one sample. `radiance` is a sum in double precision.
     pub(super) fn alone(radiance: [f64; 3], surface: Option<&FirstSurface>) -> Self {
         let mut block = Self::default();
         block.add(Spectrum::from(radiance.map(|value| value as f32)), surface);
@@ -57,8 +57,8 @@ impl Block {
         self.sum
     }
 
-    /// Adds one sample: its radiance, and the first surface if the camera ray met one. Without a
-    /// surface the radiance is that of the background, and counts as emitted.
+    /// Adds one sample: its radiance, and the first surface if the camera ray hit one. Without a
+    /// surface, the radiance comes from the background and counts as emitted.
     pub fn add(&mut self, radiance: Spectrum, surface: Option<&FirstSurface>) {
         for (c, value) in radiance.to_array().into_iter().enumerate() {
             let value = value as f64;
@@ -81,9 +81,9 @@ impl Block {
 
 /// Sums over all samples of one pixel.
 ///
-/// Terms are the sums of blocks of samples, and of the parts that the first block comes in. They are fixed by the indices of the
-/// samples, and totals are exact: a pixel's bits depend neither on threads nor on where a render was interrupted, nor on
-/// which machine took which samples.
+/// The terms are sums of blocks of samples. The first block may come in parts, each a term. The
+/// sample indices fix the terms, and the totals are exact. A pixel's bits therefore do not depend
+/// on threads, on interruptions, or on the machine that took a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accumulator {
     pub(super) sum: [Fixed; 3],
@@ -91,18 +91,19 @@ pub struct Accumulator {
     pub(super) albedo: [Narrow; 3],
     pub(super) normal: [Narrow; 3],
     pub(super) depth: Fixed,
-    /// Luminance of light that the camera sees at its source.
+    /// Luminance of the light emitted towards the camera, by a surface or the background.
     pub(super) emitted: Fixed,
-    /// Squared differences of the means of whole blocks from their mean.
+    /// Sum of the squared differences between the means of full blocks and their common mean.
     pub(super) block_spread: [f64; 3],
     pub(super) surfaces: u32,
     pub(super) samples: u32,
 }
 
 impl Accumulator {
-    /// Adds the samples that come next.
+    /// Adds the next samples.
     pub fn add(&mut self, block: &Block) {
-        // Blocks that follow on blocks (Welford 1962, "Note on a Method for Calculating Corrected Sums of Squares and Products")
+        // Running variance over full blocks (Welford 1962, "Note on a Method for Calculating
+        // Corrected Sums of Squares and Products")
         if self.samples >= BLOCK && self.samples % BLOCK == 0 && block.samples == BLOCK {
             let blocks = (self.samples / BLOCK) as f64;
             for c in 0..3 {
@@ -116,7 +117,8 @@ impl Accumulator {
         };
     }
 
-    /// Adds one sample as a term of its own, which is in no block. The spread of blocks is not known then: samples stand by themselves.
+    /// Adds one sample as a separate term, outside of all blocks. The spread of blocks becomes NaN:
+    /// samples then count as independent.
     pub fn add_alone(&mut self, sample: &Block) {
         *self = Self {
             block_spread: [f64::NAN; 3],
@@ -124,7 +126,7 @@ impl Accumulator {
         };
     }
 
-    /// Takes the samples out again that came last, part of a block.
+    /// Subtracts the last samples again, which are part of a block.
     pub fn take_back(&mut self, block: &Block) {
         let taken = Self::of(block);
         let without = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));
@@ -142,8 +144,9 @@ impl Accumulator {
         };
     }
 
-    /// Adds the samples of another accumulator of the same pixel. Sums are those of one render; the differences between blocks, of which
-    /// the error is estimated, are so but for roundings.
+    /// Adds the samples of another accumulator of the same pixel. The sums are bit-identical to
+    /// those of one render. The spread of blocks, from which the error is estimated, is equal up to
+    /// rounding.
     pub fn merge(&mut self, other: &Self) {
         // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
         let [n, m] = [self.samples, other.samples].map(|samples| (samples / BLOCK) as f64);
@@ -175,7 +178,7 @@ impl Accumulator {
         }
     }
 
-    /// Both sums; the spread is that of neither.
+    /// Sum of both accumulators, with a block spread of 0.
     fn plus(&self, other: &Self) -> Self {
         let both = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
         let narrow = |a: [Narrow; 3], b: [Narrow; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
@@ -215,16 +218,18 @@ impl Accumulator {
         let n = self.samples as f64;
         let sum = self.sum[c].to_f64();
         let spread = self.sum_of_squares[c].to_f64() - sum * sum / n;
-        // Rounding can leave a constant pixel a hair below zero.
+        // Rounding can leave the spread of a constant pixel slightly below zero.
         spread.max(0.0) / (n * (n - 1.0))
     }
     // ANCHOR_END: variance
 
-    /// Estimate of the pixel's squared error relative to its value, mean over the channels: the pixel's share of relMSE as `compare` has it,
-    /// whose worst pixels are left out there. Infinite before there are two blocks.
+    /// Estimate of the pixel's squared relative error, mean over the channels. It is the pixel's
+    /// term of relMSE in `compare`, which also leaves out the worst pixels. Infinite below two
+    /// blocks.
     ///
-    /// It is the variance of the mean of independent blocks. Blocks of a low-discrepancy sequence fill each other's gaps:
-    /// their mean is better than that, and the estimate too large.
+    /// The estimate is the variance of the mean of independent blocks. Blocks of a low-discrepancy
+    /// sequence fill each other's gaps, so their mean is more accurate and the estimate is too
+    /// large.
     pub fn squared_error(&self) -> f64 {
         if self.block_spread[0].is_nan() {
             return self.independent_squared_error();
@@ -254,13 +259,13 @@ impl Accumulator {
         (self.normal[c].to_f64() / self.samples.max(1) as f64) as f32
     }
 
-    /// Mean luminance of light that the camera sees at its source: emitted by the first surface, or
-    /// of the background.
+    /// Mean luminance of the light emitted towards the camera, by the first surface or the
+    /// background.
     pub fn emitted(&self) -> f32 {
         (self.emitted.to_f64() / self.samples.max(1) as f64) as f32
     }
 
-    /// Mean depth of the samples that met a surface, if any did.
+    /// Mean depth of the samples that hit a surface, if any.
     pub fn depth(&self) -> Option<f32> {
         (self.surfaces > 0).then(|| (self.depth.to_f64() / self.surfaces as f64) as f32)
     }
@@ -286,7 +291,7 @@ mod tests {
         }
         a.add(&block);
         assert_eq!(a.mean(0), 3.0);
-        // Sample variance 14/3, of the mean a quarter of it.
+        // The sample variance is 14/3; the variance of the mean is a quarter of it.
         assert!((a.variance_of_mean(0) - 14.0 / 12.0).abs() < 1e-12);
         assert_eq!(a.variance_of_mean(2), 0.0);
         assert_eq!(a.depth(), None);
@@ -360,14 +365,15 @@ mod tests {
             for &samples in parts {
                 let mut part = Block::default();
                 for j in 0..samples {
-                    // What varies within a block does not count.
+                    // Variation within a block does not count.
                     let d = if j % 2 == 0 { 0.5 } else { -0.5 };
                     part.add(Spectrum::splat(mean + d), None);
                 }
                 a.add(&part);
             }
         }
-        // Sample variance of the means 10/3, of their mean a quarter of it; their mean is 3.
+        // The sample variance of the means is 10/3; the variance of their mean is a quarter of it.
+        // The mean is 3.
         let expected = 10.0 / 12.0 / (9.0 + DARK);
         assert!(
             (a.squared_error() / expected - 1.0).abs() < 1e-6,

@@ -3,13 +3,15 @@
 //! A new channel of the first surface takes these steps:
 //!
 //! 1. a variant of [`Aov`], its name in [`Aov::NAMES`], and its channels in `Aov::channels`;
-//! 2. a field of [`Features`](super::Features), added in `FeatureBlock::add`, with [`FeatureSums::SUMS`] raised by the number of its components;
+//! 2. a field of [`Features`](super::Features), added in `FeatureBlock::add`, with
+//!    [`FeatureSums::SUMS`] raised by the number of its components;
 //! 3. a name of each component in `FEATURES` of `film/state.rs`, for checkpoints;
-//! 4. its value in `World::features_of` (`integrator/first_surface.rs`), or where the integrator notes its first surface.
+//! 4. its value in `World::features_of` (`integrator/first_surface.rs`), or in the integrator,
+//!    where it records the first surface.
 
 use super::{Channel, Coverage, FeatureSums, Film};
 
-/// Channels that are written where `--aov` asks for them.
+/// Channels that `--aov` can request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Aov {
@@ -19,20 +21,21 @@ pub enum Aov {
     Uv,
     /// `motion`: motion on the film while the shutter is open, in pixels, y upwards.
     Motion,
-    /// `points`: photons, or records of irradiance, between which a method interpolates.
+    /// `points`: photons or irradiance records between which a method interpolates.
     Points,
     /// `id`: object, part and material that cover most of the pixel, counted from 1.
     Ids,
     /// Mattes of objects, parts and materials (Friedman and Jones, Cryptomatte).
     Cryptomatte,
-    /// `light_NAME`: the picture as lit by each light group alone.
+    /// `light_NAME`: the picture with the light of one light group only.
     Lights,
-    /// `strategy_sS_tT`, `unweighted_sS_tT`: contribution of each strategy of a bidirectional method, with and without its MIS weight.
+    /// `strategy_sS_tT`, `unweighted_sS_tT`: contribution of each strategy of a bidirectional
+    /// method, with and without its MIS weight.
     Strategies,
 }
 
 impl Aov {
-    /// Name of each for `--aov`.
+    /// Names for `--aov`.
     pub const NAMES: &[(&str, Self)] = &[
         ("P", Self::Position),
         ("uv", Self::Uv),
@@ -44,7 +47,7 @@ impl Aov {
         ("strategies", Self::Strategies),
     ];
 
-    /// Whether the channels describe the first surface along camera rays.
+    /// Returns true if the channels describe the first surface along camera rays.
     pub fn is_of_surface(self) -> bool {
         !matches!(self, Self::Lights | Self::Strategies)
     }
@@ -54,7 +57,8 @@ impl Aov {
         matches!(self, Self::Ids | Self::Cryptomatte)
     }
 
-    /// Number of channels; 0 for light groups and strategies, whose number depends on scene and method.
+    /// Number of channels. 0 for light groups and strategies: their number depends on scene and
+    /// method.
     pub(super) fn channel_count(self) -> usize {
         match self {
             // Objects, parts and materials, three pairs of ranks with two channels each
@@ -89,7 +93,7 @@ impl Aov {
     }
 }
 
-/// A channel's name and how a pixel's features give its value.
+/// Name of a channel, and the function that computes its value from a pixel's features.
 type FeatureDeveloper = (&'static str, fn(&FeatureSums) -> f32);
 
 /// Channels of the first surface, developed from the film's sums.

@@ -1,21 +1,22 @@
-//! The share in which a pixel sees the background.
+//! Fraction of a pixel's samples that see the background.
 
 use super::accumulator::BLOCK;
 use super::{DARK, Fixed};
 use crate::color::Spectrum;
 
-/// Backgrounds that pictures for display show as they were asked for.
+/// Backgrounds that pictures for display show unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backing {
-    /// None: the picture has an alpha channel.
+    /// No background: the picture has an alpha channel.
     Transparent,
-    /// This colour, linear Rec.709. Exposure and tone curve change the light in front of it alone.
+    /// A colour, linear Rec.709. Exposure and tone curve apply only to the light in front of it.
     Color(Spectrum),
 }
 
 impl Backing {
-    /// Names of the channels of coverage: the share of a pixel's red, green and blue that is not light of
-    /// the background. They differ in coloured shadows on a ground. Alpha is the luminance of that share.
+    /// Names of the coverage channels: the share of a pixel's red, green and blue that is not light
+    /// of the background. The three differ in coloured shadows on a ground. Alpha is the luminance
+    /// of this share.
     pub const fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Transparent => &["A"],
@@ -23,7 +24,7 @@ impl Backing {
         }
     }
 
-    /// Names of the channels of coverage before a denoiser.
+    /// Names of the coverage channels before denoising.
     pub const fn raw_channels(self) -> &'static [&'static str] {
         match self {
             Self::Transparent => &["raw.A"],
@@ -40,18 +41,18 @@ impl Backing {
     }
 }
 
-/// Sum over the samples of a pixel of the share in which each sees the background.
+/// Sum over the samples of a pixel of the share of background that each sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackgroundSum {
-    /// The sum of each channel, exactly.
+    /// Exact sum of each channel.
     pub sum: [Fixed; 3],
-    /// Squared differences of the mean luminances of whole blocks from their mean; NaN if there are no
-    /// blocks.
+    /// Sum of the squared differences between the mean luminances of full blocks and their common
+    /// mean. NaN if there are no blocks.
     pub(super) block_spread: f64,
 }
 
 impl BackgroundSum {
-    /// Adds the `share` of `samples`, which come after those of `before`.
+    /// Adds the sum `share` of `samples` samples, which follow `before` earlier samples.
     pub fn add(&mut self, share: [f64; 3], samples: u32, before: u32) {
         if before >= BLOCK && before % BLOCK == 0 && samples == BLOCK {
             let blocks = f64::from(before / BLOCK);
@@ -61,13 +62,13 @@ impl BackgroundSum {
         self.change(share, Fixed::plus);
     }
 
-    /// Adds the `share` of a sample that is in no block.
+    /// Adds the `share` of one sample outside of all blocks.
     pub fn add_alone(&mut self, share: [f64; 3]) {
         self.change(share, Fixed::plus);
         self.block_spread = f64::NAN;
     }
 
-    /// Takes the share of samples out again that came last, part of a block.
+    /// Subtracts the share of the last samples again, which are part of a block.
     pub fn take_back(&mut self, share: [f64; 3]) {
         self.change(share, Fixed::minus);
     }
@@ -76,7 +77,7 @@ impl BackgroundSum {
         self.sum = [0, 1, 2].map(|c| by(self.sum[c], Fixed::new(share[c])));
     }
 
-    /// Adds the sum of `others` samples of the same pixel to that of `own` samples.
+    /// Adds the sum of `others` samples of the same pixel to the sum of `own` samples.
     pub fn merge(&mut self, other: &Self, [own, others]: [u32; 2]) {
         // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
         let [n, m] = [own, others].map(|samples| f64::from(samples / BLOCK));
@@ -89,19 +90,19 @@ impl BackgroundSum {
         self.block_spread += other.block_spread + between;
     }
 
-    /// Mean share over `samples`; 0 before the first.
+    /// Mean share over `samples`; 0 before the first sample.
     pub fn mean(&self, samples: u32) -> [f64; 3] {
         self.sum.map(|sum| sum.to_f64() / f64::from(samples.max(1)))
     }
 
-    /// Estimate of the squared error of a white background's light, relative to that light; infinite
-    /// before there are two blocks. It is the analogue of [`Accumulator::squared_error`].
+    /// Estimate of the squared error of a white background's light, relative to this light.
+    /// Infinite below two blocks. It is the analogue of [`Accumulator::squared_error`].
     ///
     /// [`Accumulator::squared_error`]: super::Accumulator::squared_error
     pub fn squared_error(&self, samples: u32) -> f64 {
         let mean = luminance(self.mean(samples));
         let (count, spread) = if self.block_spread.is_nan() {
-            // Samples stand by themselves. Shares in [0, 1] of this mean vary by this at most.
+            // Samples are independent. Shares in [0, 1] with this mean have at most this variance.
             (f64::from(samples), f64::from(samples) * (mean * (1.0 - mean)).max(0.0))
         } else {
             (f64::from(samples / BLOCK), self.block_spread)
@@ -136,7 +137,8 @@ mod tests {
             whole.add(share, BLOCK, i as u32 * BLOCK);
             halves[i / 2].add(share, BLOCK, (i as u32 % 2) * BLOCK);
         }
-        // Variance of the means 1/24, of their mean a quarter of it; their mean is 1/4.
+        // The variance of the means is 1/24; the variance of their mean is a quarter of it. The
+        // mean is 1/4.
         let expected = 0.125 / 12.0 / (0.0625 + DARK);
         let error = whole.squared_error(4 * BLOCK);
         assert!((error / expected - 1.0).abs() < 1e-9, "{error} {expected}");
@@ -144,7 +146,7 @@ mod tests {
         merged.merge(&other, [2 * BLOCK; 2]);
         assert_eq!(merged.sum, whole.sum);
         assert!((merged.block_spread - whole.block_spread).abs() < 1e-12);
-        // Samples that are taken back leave no trace.
+        // Adding and subtracting samples restores the sums.
         let mut longer = whole;
         longer.add([3.5; 3], 7, 4 * BLOCK);
         longer.take_back([3.5; 3]);

@@ -1,47 +1,50 @@
 //! Further channels of the first surface: position, texture coordinates, motion, points of
 //! interpolation, object, part and material (`--aov`).
 //!
-//! The integrator adds them to the first surface, and the film sums them like all others. Coverage is counted by name; ids and Cryptomattes
-//! (`io/cryptomatte.rs`) are made from it when files are written. Nothing of this is stored or computed unless it is asked for.
+//! The integrator adds the features to the first surface, and the film sums them. Coverage counts
+//! samples by id; the writers of ids and Cryptomattes (`io/cryptomatte.rs`) use these counts.
+//! Features are computed and stored only on request.
 
 use super::Fixed;
 use crate::math::{Vec2, Vec3};
 
-/// What a camera ray meets, besides what every picture shows of it.
+/// Properties of the first surface for channels beyond the default ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Features {
     /// Position in world space.
     pub p: Vec3,
-    /// Texture coordinates; zero where there are none.
+    /// Texture coordinates; zero if the mesh has none.
     pub uv: Vec2,
-    /// Motion on the film while the shutter is open: pixels, x to the right, y upwards.
+    /// Motion on the film while the shutter is open, in pixels: x to the right, y upwards.
     pub motion: Vec2,
-    /// Photons or records of irradiance at the surface.
+    /// Photons or irradiance records at the surface.
     pub points: Points,
-    /// Which object it is part of.
+    /// Id of the object.
     pub object: u32,
-    /// Which part it is, by [`Scene::part`](crate::scene::Scene::part).
+    /// Id of the part, by [`Scene::part`](crate::scene::Scene::part).
     pub part: u32,
-    /// Which material it has.
+    /// Id of the material.
     pub material: u32,
 }
 
-/// Photons or records of irradiance at a point, between which a method interpolates.
+/// Photons or irradiance records at a point, between which a method interpolates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Points {
-    /// 1 within half a pixel's width of one of them, else 0.
+    /// 1 within half a pixel's width of a photon or record, else 0.
     pub dot: f32,
-    /// Distance up to which they count, scene units: of photons that of the farthest, of records the mean of their reaches.
+    /// Search radius in scene units: distance of the farthest photon, or mean radius of the
+    /// records.
     pub radius: f32,
-    /// Number of those that count.
+    /// Number of photons or records that are used.
     pub count: f32,
-    /// Luminance of the light of the caustic photon map alone; 0 of records.
+    /// Luminance of the light from the caustic photon map; 0 for records.
     pub caustics: f32,
-    /// Length of the gradient of the records' irradiance by a move, in luminance, W·m⁻³; 0 of photons.
+    /// Length of the gradient of the records' irradiance under translation, in luminance, W·m⁻³; 0
+    /// for photons.
     pub gradient: f32,
 }
 
-/// Sums of the features of samples of one pixel that one task takes, of a block at most.
+/// Sums of the features of one pixel in one task, over at most one block of samples.
 #[derive(Clone, Debug, Default)]
 pub struct FeatureBlock {
     sums: [f64; FeatureSums::SUMS],
@@ -51,7 +54,7 @@ pub struct FeatureBlock {
 }
 
 impl FeatureBlock {
-    /// Adds those of a sample that met something.
+    /// Adds the features of a sample that hit a surface.
     pub fn add(&mut self, features: &Features) {
         let (p, uv, motion) = (features.p, features.uv, features.motion);
         let Points {
@@ -72,7 +75,7 @@ impl FeatureBlock {
         self.materials.add(features.material, 1);
     }
 
-    /// Forgets all.
+    /// Makes all sums zero.
     pub fn clear(&mut self) {
         self.sums = Default::default();
         self.objects.0.clear();
@@ -81,24 +84,24 @@ impl FeatureBlock {
     }
 }
 
-/// Sums of the features of one pixel, exact as those of [`Accumulator`](super::Accumulator).
+/// Sums of the features of one pixel, as exact as in [`Accumulator`](super::Accumulator).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSums {
     /// Position, texture coordinates, motion and points.
     pub(super) sums: [Fixed; Self::SUMS],
-    /// Samples that met each object.
+    /// Number of samples that hit each object.
     pub objects: Coverage,
-    /// Samples that met each part.
+    /// Number of samples that hit each part.
     pub parts: Coverage,
-    /// Samples that met each material.
+    /// Number of samples that hit each material.
     pub materials: Coverage,
 }
 
 impl FeatureSums {
-    /// Sums of floats.
+    /// Number of sums of floats.
     pub(super) const SUMS: usize = 12;
 
-    /// Adds the samples that come next.
+    /// Adds the next samples.
     pub fn add(&mut self, block: &FeatureBlock) {
         for (sum, value) in self.sums.iter_mut().zip(block.sums) {
             *sum = sum.plus(Fixed::new(value));
@@ -108,7 +111,7 @@ impl FeatureSums {
         block.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
     }
 
-    /// Takes the samples out again that came last, part of a block.
+    /// Subtracts the last samples again, which are part of a block.
     pub fn take_back(&mut self, block: &FeatureBlock) {
         for (sum, value) in self.sums.iter_mut().zip(block.sums) {
             *sum = sum.minus(Fixed::new(value));
@@ -121,7 +124,7 @@ impl FeatureSums {
             .for_each(|(id, n)| self.materials.take_back(id, n));
     }
 
-    /// Adds those of another accumulator of the same pixel.
+    /// Adds the sums of another accumulator of the same pixel.
     pub fn merge(&mut self, other: &Self) {
         for (sum, other) in self.sums.iter_mut().zip(&other.sums) {
             *sum = sum.plus(*other);
@@ -131,28 +134,31 @@ impl FeatureSums {
         other.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
     }
 
-    /// Samples that met something.
+    /// Number of samples that hit a surface.
     pub fn surfaces(&self) -> u32 {
         self.objects.iter().map(|(_, n)| n).sum()
     }
 
-    /// Mean over these of the `i`th of: x, y, z; u, v; motion to the right and upwards; dots, radius, number, caustics and gradient of points. 0 where nothing was met.
+    /// Mean of sum `i` over the samples that hit a surface; 0 if there are none. The sums are, in
+    /// order: x, y, z; u, v; motion to the right and upwards; dots, radius, count, caustics and
+    /// gradient of points.
     pub fn mean(&self, i: usize) -> f32 {
         (self.sums[i].to_f64() / self.surfaces().max(1) as f64) as f32
     }
 }
 
-/// Samples of a pixel by what they met.
+/// Numbers of samples of a pixel by the id that they hit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coverage(Vec<(u32, u32)>);
 
 impl Coverage {
-    /// Bytes on the heap of one that has a number to four: Rust makes room for four, and the allocator has some bytes beside them.
+    /// Bytes on the heap for one to four ids: Rust reserves four entries, and the allocator adds
+    /// some bytes.
     pub(super) const USUAL_BYTES: usize = 4 * size_of::<(u32, u32)>() + 16;
 
-    /// Adds `n` samples that met `id`.
+    /// Adds `n` samples that hit `id`.
     pub fn add(&mut self, id: u32, n: u32) {
-        // Most pixels see one thing.
+        // Most pixels see one id only.
         let found = match self.0.as_slice() {
             [(only, _)] if *only == id => Ok(0),
             all => all.binary_search_by_key(&id, |&(id, _)| id),
@@ -172,22 +178,23 @@ impl Coverage {
         }
     }
 
-    /// Ids of surfaces and their numbers of samples, in the order of the ids.
+    /// Ids with their numbers of samples, in ascending order of id.
     pub fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
         self.0.iter().copied()
     }
 
-    /// Things that were met.
+    /// Number of different ids.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Whether nothing was met.
+    /// Returns true if no sample hit a surface.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Ids with their numbers of samples, the largest number first; of equals the lower id.
+    /// Ids with their numbers of samples, in descending order of number. Equal numbers are in
+    /// ascending order of id.
     pub fn by_rank(&self) -> Vec<(u32, u32)> {
         let mut ranked = self.0.clone();
         ranked.sort_by_key(|&(id, n)| (std::cmp::Reverse(n), id));

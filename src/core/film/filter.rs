@@ -1,31 +1,36 @@
-//! Pixel filters, importance-sampled (Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling").
+//! Pixel filters, importance-sampled (Ernst, Stamminger and Greiner 2006, "Filter Importance
+//! Sampling").
 //!
-//! The filter decides where in its support a pixel places its samples; no sample is spread over several pixels. Tiles then touch no neighbours, and
-//! the samples of a pixel are its own. Negative lobes of a filter, such as Mitchell's, come as negative weights. Auxiliary channels (albedo, normal,
-//! depth) take the same samples unweighted.
+//! The filter sets the distribution of a pixel's samples in its support; no sample is spread over
+//! several pixels. Tiles then do not touch their neighbours, and each sample belongs to one pixel.
+//! Negative lobes of a filter, such as Mitchell's, become negative weights. Auxiliary channels
+//! (albedo, normal, depth) use the same samples unweighted.
 
 use crate::math::Vec2;
 use crate::sampling::distribution::Distribution1D;
 use std::f64::consts::PI;
 
-/// The shapes of reconstruction filters, each the product of one function of x and the same of y that is 0 beyond a radius.
+/// Shapes of reconstruction filters. Each is the product of one function in x and the same function
+/// in y, which is 0 beyond the radius.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FilterKind {
-    /// 1 everywhere.
+    /// Constant 1.
     Box,
-    /// Falls linearly from the middle.
+    /// Linear from the centre to 0 at the radius.
     Tent,
-    /// A Gaussian with a standard deviation of a third of the radius, less its value at the radius.
+    /// A Gaussian with a standard deviation of a third of the radius, minus its value at the
+    /// radius.
     Gaussian,
-    /// Piecewise cubic with B = C = 1/3; negative near the rim (Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics").
+    /// Piecewise cubic with B = C = 1/3; negative near the rim (Mitchell and Netravali 1988,
+    /// "Reconstruction Filters in Computer Graphics").
     Mitchell,
-    /// The window of four terms (Harris 1978, "On the Use of Windows for Harmonic Analysis").
+    /// The four-term window (Harris 1978, "On the Use of Windows for Harmonic Analysis").
     BlackmanHarris,
 }
 
 impl FilterKind {
-    /// Each by the name that users type, the default first.
+    /// Names that users type. The default is first.
     pub const NAMES: &[(&str, Self)] = &[
         ("box", Self::Box),
         ("tent", Self::Tent),
@@ -34,12 +39,13 @@ impl FilterKind {
         ("blackman-harris", Self::BlackmanHarris),
     ];
 
-    /// Returns true if the filter is negative somewhere. Pixels beside bright ones may then be negative.
+    /// Returns true if the filter is negative somewhere. Pixels beside bright ones may then be
+    /// negative.
     pub fn has_negative_lobes(self) -> bool {
         self == Self::Mitchell
     }
 
-    /// The radius that is usual, pixels.
+    /// Default radius in pixels.
     pub fn usual_radius(self) -> f32 {
         match self {
             Self::Box => 0.5,
@@ -49,7 +55,7 @@ impl FilterKind {
         }
     }
 
-    /// The function of one coordinate, for `x` in units of the radius, |x| ≤ 1; not normalised.
+    /// Function of one coordinate `x` in units of the radius, |x| ≤ 1; not normalised.
     fn eval(self, x: f64) -> f64 {
         let x = x.abs();
         match self {
@@ -77,22 +83,24 @@ impl FilterKind {
     }
 }
 
-/// A reconstruction filter that is importance-sampled: samples are placed by it, so that each touches one pixel only (Ernst,
-/// Stamminger and Greiner 2006, "Filter Importance Sampling").
+/// An importance-sampled reconstruction filter: the sample positions have its distribution, so that
+/// each sample touches one pixel only (Ernst, Stamminger and Greiner 2006, "Filter Importance
+/// Sampling").
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filter {
     kind: FilterKind,
-    /// Pixels.
+    /// Radius in pixels.
     radius: f32,
-    /// By the function's absolute value, in steps over [-radius, radius]; none where samples are uniform.
+    /// Distribution by the function's absolute value, in steps over [-radius, radius]. `None` if
+    /// samples are uniform.
     steps: Option<Distribution1D>,
-    /// What the function integrates to over [-1, 1].
+    /// Integral of the function over [-1, 1].
     integral: f64,
 }
 
-/// Steps of the density that samples are placed by.
+/// Number of steps of the sampling density.
 const STEPS: usize = 256;
-/// Places in a step where the function is looked at.
+/// Number of evaluations of the function in a step.
 const PLACES: usize = 16;
 
 impl Filter {
@@ -104,11 +112,11 @@ impl Filter {
         integral: 2.0,
     };
 
-    /// Filter of a shape, with a radius in pixels, above 0.
+    /// Filter with the shape `kind` and a `radius` in pixels, above 0.
     pub fn new(kind: FilterKind, radius: f32) -> Self {
         let place = |i: usize| 2.0 * (i as f64 + 0.5) / (STEPS * PLACES) as f64 - 1.0;
         let values: Vec<f64> = (0..STEPS * PLACES).map(|i| kind.eval(place(i))).collect();
-        // The mean of what is seen in a step: above 0 wherever the function is not 0 throughout
+        // Mean absolute value in a step: above 0 unless the function is 0 everywhere in it
         let weight = |values: &[f64]| values.iter().map(|v| v.abs()).sum::<f64>() as f32;
         let weights: Vec<f32> = values.chunks(PLACES).map(weight).collect();
         Self {
@@ -124,14 +132,16 @@ impl Filter {
         self.kind
     }
 
-    /// Radius, pixels.
+    /// Radius in pixels.
     pub fn radius(&self) -> f32 {
         self.radius
     }
 
-    /// The filter's value at an offset from the pixel's centre, pixels: per pixel area, so that it integrates to 1. 0 beyond the radius.
+    /// Value of the filter at an offset from the pixel's centre in pixels. It is per pixel area, so
+    /// that it integrates to 1, and 0 beyond the radius.
     ///
-    /// Of the box's rim the lower end belongs to it and the upper does not, so that each point of the film is in one pixel.
+    /// The box includes its lower border and excludes its upper border, so that each point of the
+    /// film is in exactly one pixel.
     pub fn eval(&self, offset: Vec2) -> f32 {
         let along = |x: f32| {
             if -self.radius <= x && x < self.radius {
@@ -143,14 +153,15 @@ impl Filter {
         (along(offset.x) * along(offset.y)) as f32
     }
 
-    /// Draws a place relative to the pixel's corner, and what is seen there counts by the weight: 1 in the mean.
+    /// Samples a position relative to the pixel's corner, and the weight of its radiance: 1 on
+    /// average.
     #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let ((x, wx), (y, wy)) = (self.draw(u.x), self.draw(u.y));
         (0.5 + Vec2::new(x, y) * self.radius, (wx * wy) as f32)
     }
 
-    /// One coordinate in units of the radius, and the weight that it brings.
+    /// Samples one coordinate in units of the radius, and its weight.
     #[inline]
     fn draw(&self, u: f32) -> (f32, f64) {
         let Some(steps) = &self.steps else {
@@ -168,7 +179,7 @@ impl Filter {
 mod tests {
     use super::*;
 
-    /// Many places in units of the radius, with their weights.
+    /// Many positions in units of the radius, with their weights.
     fn draws(filter: &Filter) -> impl Iterator<Item = (f64, f64)> {
         const N: usize = 200_000;
         let draw = |i| filter.draw(((i as f64 + 0.5) / N as f64) as f32);
@@ -205,7 +216,7 @@ mod tests {
                 let filter = Filter::new(kind, radius);
                 let (low, _) = filter.sample(Vec2::ZERO);
                 let (high, _) = filter.sample(Vec2::splat(0.999_999_94));
-                // The outermost steps of a function that vanishes at the rim are hardly ever drawn.
+                // The outermost steps of a function that vanishes at the radius are rarely sampled.
                 for (p, rim) in [(low, 0.5 - radius), (high, 0.5 + radius)] {
                     assert!((p - rim).abs().max_element() < 0.01 * radius, "{name}, {radius}: {p}");
                 }
@@ -216,7 +227,8 @@ mod tests {
     #[test]
     fn values_are_those_of_the_literature() {
         let at = |kind: FilterKind, x: f64| kind.eval(x);
-        // Mitchell and Netravali: 16/18 in the middle, 1/18 at 1, 0 at 2 (times 6 here); at 1.5 −0.0347
+        // Mitchell and Netravali: 16/18 in the middle, 1/18 at 1, 0 at 2 (times 6 here); at 1.5
+        // −0.0347
         let mitchell = |x: f64| at(FilterKind::Mitchell, x / 2.0) / 6.0;
         for (x, expected) in [(0.0, 16.0 / 18.0), (1.0, 1.0 / 18.0), (2.0, 0.0), (1.5, -5.0 / 144.0)] {
             assert!((mitchell(x) - expected).abs() < 1e-12, "{x}: {}", mitchell(x));
@@ -233,7 +245,8 @@ mod tests {
             let filter = Filter::new(kind, kind.usual_radius());
             let negative = draws(&filter).filter(|(_, weight)| *weight < 0.0).count();
             assert_eq!(negative > 0, kind.has_negative_lobes(), "{name}");
-            // Where nothing is negative, weights hardly vary: placing does the work.
+            // Weights of non-negative functions hardly vary: the distribution of positions follows
+            // the function.
             let spread = mean(draws(&filter).map(|(_, weight)| (weight - 1.0).powi(2)));
             assert!(kind == FilterKind::Mitchell || spread < 1e-3, "{name}: {spread}");
         }
@@ -244,7 +257,7 @@ mod tests {
         for &(name, kind) in FilterKind::NAMES {
             for radius in [0.5, 0.7, kind.usual_radius()] {
                 let filter = Filter::new(kind, radius);
-                // The midpoint rule, beyond the radius too
+                // Midpoint rule, which also covers some space beyond the radius
                 const CELLS: usize = 400;
                 let reach = 1.25 * radius;
                 let step = 2.0 * reach as f64 / CELLS as f64;
@@ -255,7 +268,8 @@ mod tests {
                 assert_eq!(filter.eval(Vec2::new(0.0, 1.001 * radius)), 0.0);
                 assert_eq!(filter.eval(Vec2::new(f32::NAN, 0.0)), 0.0);
 
-                // Weights of samples of a regular grid, in bins, against the integral over each
+                // Sums of sample weights on a regular grid, in bins, against the integral over each
+                // bin
                 const BINS: usize = 8;
                 const N: usize = 512;
                 let mut found = [[0.0; BINS]; BINS];

@@ -1,13 +1,15 @@
-//! Exact sums: fixed-point numbers whose terms may come in any order and be subtracted again.
+//! Exact sums: fixed-point numbers whose terms can be added in any order and subtracted again.
 //!
-//! Sums of floats depend on their order, so a picture made in parts would differ in its last bits from one made at once. The totals of a pixel are
-//! therefore whole numbers of 2⁻⁶⁴ in 128 bits. The f64 sum of a pass is rounded once, towards zero, when it comes; all further sums are exact. Sums
-//! that are too large stay at the end of the range.
+//! Sums of floats depend on their order, so a picture made in parts would differ in its last bits
+//! from a picture made at once. The totals of a pixel are therefore integer multiples of 2⁻⁶⁴ in
+//! 128 bits. The f64 sum of a pass is rounded once, towards zero, before it is added; all further
+//! sums are exact. Sums that overflow saturate.
 //!
-//! Radiance up to 2⁶³ and squares of radiance from 2⁻⁶⁴ are represented. The 208 bytes of a pixel are less than twice what floats would take. The
-//! spread of blocks, from which `--noise` estimates errors, stays in f64: one render adds it in order, and joined parts have it up to rounding.
+//! Radiance up to 2⁶³ and squares of radiance from 2⁻⁶⁴ are represented. A pixel takes 208 bytes,
+//! less than twice the size of floats. The spread of blocks, from which `--noise` estimates errors,
+//! stays in f64: one render adds it in order, and merged parts reproduce it up to rounding.
 
-/// A whole number of 2 to the -`$fraction` in `$bits`, which are `$words` words.
+/// An integer multiple of 2 to the -`$fraction` in `$integer`, which has `$words` words.
 macro_rules! fixed_point {
     ($(#[$doc:meta])* $name:ident: $integer:ty, $fraction:literal, $words:literal) => {
         $(#[$doc])*
@@ -15,38 +17,38 @@ macro_rules! fixed_point {
         pub struct $name($integer);
 
         impl $name {
-            /// Words of 32 bits that hold one.
+            /// Number of 32-bit words of a value.
             pub const WORDS: usize = $words;
-            /// Units in 1.
+            /// Number of units in 1.
             const ONE: f64 = (1u128 << $fraction) as f64;
 
-            /// The nearest towards zero; 0 for NaN.
+            /// Value rounded towards zero; 0 for NaN.
             pub fn new(value: f64) -> Self {
                 // Scaling by a power of two is exact, and the cast saturates.
                 Self((value * Self::ONE) as $integer)
             }
 
-            /// Rounded to a float.
+            /// Value rounded to a float.
             pub fn to_f64(self) -> f64 {
                 self.0 as f64 / Self::ONE
             }
 
-            /// The sum, exactly.
+            /// Exact sum; saturates.
             pub fn plus(self, other: Self) -> Self {
                 Self(self.0.saturating_add(other.0))
             }
 
-            /// The difference, exactly.
+            /// Exact difference; saturates.
             pub fn minus(self, other: Self) -> Self {
                 Self(self.0.saturating_sub(other.0))
             }
 
-            /// Words of the number, the lowest first.
+            /// Words of the number, the lowest word first.
             pub fn to_words(self) -> [u32; $words] {
                 std::array::from_fn(|i| (self.0 >> (32 * i)) as u32)
             }
 
-            /// The number of these words.
+            /// Number with the words of [`Self::to_words`].
             pub fn from_words(words: [u32; $words]) -> Self {
                 Self(words.iter().rev().fold(0, |bits, &word| bits << 32 | word as $integer))
             }
@@ -55,11 +57,11 @@ macro_rules! fixed_point {
 }
 
 fixed_point! {
-    /// For values of any size: from 2⁻⁶⁴ to 2⁶³.
+    /// Sums of values of any size, from 2⁻⁶⁴ to 2⁶³.
     Fixed: i128, 64, 4
 }
 fixed_point! {
-    /// For values up to 1, of which there are less than 2³¹: they are kept to 2⁻³².
+    /// Sums of less than 2³¹ values up to 1, with a resolution of 2⁻³².
     Narrow: i64, 32, 2
 }
 
@@ -69,7 +71,7 @@ mod tests {
 
     #[test]
     fn order_does_not_matter() {
-        // As floats, the small ones would vanish beside the large one.
+        // As floats, the small terms would vanish beside the large one.
         let values = [1e9, 1e-9, -1e9, 3e-9, 0.1, -1e-19];
         let sum = |values: &[f64]| values.iter().fold(Fixed::default(), |sum, &v| sum.plus(Fixed::new(v)));
         let mut backwards = values;

@@ -5,15 +5,15 @@ use crate::color::Spectrum;
 use crate::math::UVec2;
 use std::borrow::Cow;
 
-/// What the channel `Z` holds where no surface was met; finite, because not every tool reads infinities.
+/// Value of the channel `Z` without a surface. Finite, because some tools cannot read infinities.
 pub const Z_BACKGROUND: f32 = 1e10;
 
 /// One channel of an image, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Name as in the file, `layer.component`.
+    /// Name in the file, `layer.component`.
     pub name: Cow<'static, str>,
-    /// One value a pixel of the crop.
+    /// One value per pixel of the crop.
     pub values: Vec<f32>,
 }
 
@@ -22,15 +22,15 @@ pub struct Channel {
 pub struct Image {
     /// Size of the full image.
     pub resolution: UVec2,
-    /// The part of it that the channels cover.
+    /// Part of the image that the channels cover.
     pub crop: Rect,
     /// `R G B` first, then the auxiliary channels.
     pub channels: Vec<Channel>,
-    /// The background, if there is a channel of its coverage.
+    /// Background, if the image has a channel of its coverage.
     pub backing: Option<Backing>,
 }
 
-/// A channel's name and how a pixel's sums give its value.
+/// Name of a channel, and the function that computes its value from a pixel's sums.
 type Developer = (&'static str, fn(&Accumulator) -> f32);
 
 const CHANNELS: [Developer; 15] = [
@@ -66,14 +66,14 @@ pub(super) fn develop_parts(film: &Film, names: &[String]) -> Vec<Channel> {
     channels.collect()
 }
 
-/// Where a channel of `crop` has the value of `pixel`.
+/// Index of `pixel` in a channel of `crop`.
 fn index(crop: Rect, pixel: UVec2) -> usize {
     let at = pixel - crop.min;
     at.y as usize * crop.size().x as usize + at.x as usize
 }
 
 impl Image {
-    /// Names of the channels that a film has when it is developed, in their order.
+    /// Names of the channels of a developed film, in order.
     pub fn channel_names() -> impl Iterator<Item = &'static str> {
         CHANNELS.iter().map(|&(name, _)| name)
     }
@@ -132,26 +132,27 @@ impl Image {
         }
     }
 
-    /// The channel called `name`.
+    /// Channel with the name `name`.
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|c| c.name == name)
     }
 
-    /// Coverage of each pixel's red, green and blue, row by row from the top, with the background that is
-    /// seen in the rest. `R G B` are the light in front of the background, plus its own in that rest.
+    /// Background, and coverage of each pixel's red, green and blue, row by row from the top. `R G
+    /// B` are the light in front of the background, plus the background's light in the uncovered
+    /// rest.
     pub fn coverage(&self) -> Option<(Backing, Vec<[f32; 3]>)> {
         let backing = self.backing?;
         Some((backing, self.triples(backing.channels())?))
     }
 
-    /// Coverage before a denoiser: that of the raw picture.
+    /// Coverage before denoising.
     pub fn raw_coverage(&self) -> Option<(Backing, Vec<[f32; 3]>)> {
         let backing = self.backing?;
         let raw = self.triples(backing.raw_channels());
         raw.map(|raw| (backing, raw)).or_else(|| self.coverage())
     }
 
-    /// The values of three channels, or of one three times.
+    /// Values of three channels. If `names` has one name, its channel is used three times.
     fn triples(&self, names: &[&str]) -> Option<Vec<[f32; 3]>> {
         let channel = |c: usize| Some(&self.channel(names.get(c).or(names.first())?)?.values);
         let (r, g, b) = (channel(0)?, channel(1)?, channel(2)?);
@@ -165,7 +166,7 @@ impl Image {
 }
 
 impl From<&Image> for RgbImage {
-    /// The picture alone, of the crop's size.
+    /// Picture of the crop's size, without the other channels.
     fn from(image: &Image) -> Self {
         let size = image.crop.size();
         Self {

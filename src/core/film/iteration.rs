@@ -1,23 +1,25 @@
-//! One iteration of a method whose light paths light any pixel: one sample of every pixel of a film.
+//! One iteration of a method whose light paths contribute to any pixel: one sample of every pixel
+//! of a film.
 
 use super::{Block, Film, FilmSample, FirstSurface, LightPaths, PixelBlock, Rect};
 use crate::color::Spectrum;
 use crate::math::UVec2;
 
-/// One sample of every pixel of a film, while light still falls on any of them.
+/// One sample of every pixel of a film, to which light paths add in any order.
 #[derive(Clone, Debug)]
 pub struct Iteration {
     crop: Rect,
-    /// Row by row.
+    /// Pixels, row by row.
     pixels: Vec<IterationPixel>,
-    /// Parts of the light that are summed by themselves, and classes of paths behind them; and the sums of each, pixel by pixel.
+    /// Number of separately summed parts of the light, plus the classes of light paths. `part_sums`
+    /// holds their sums, pixel by pixel.
     parts: usize,
     part_sums: Vec<[f64; 3]>,
-    /// Share in which each pixel sees the background; empty if the film does not sum it.
+    /// Share of background in each pixel; empty if the film does not sum it.
     background: Vec<[f64; 3]>,
 }
 
-/// What one sample of a pixel is so far.
+/// Current sums of one sample of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct IterationPixel {
     radiance: [f64; 3],
@@ -25,7 +27,7 @@ struct IterationPixel {
 }
 
 impl Iteration {
-    /// A dark one, for the pixels of `film`.
+    /// Black iteration for the pixels of `film`.
     pub fn of(film: &Film) -> Self {
         let crop = film.crop();
         let parts = film.parts_before_paths() + film.light_paths().map_or(0, LightPaths::classes);
@@ -41,18 +43,19 @@ impl Iteration {
         }
     }
 
-    /// The pixels that it has.
+    /// Pixels of the iteration.
     pub fn crop(&self) -> Rect {
         self.crop
     }
 
-    /// Adds radiance to `pixel`, if it is one of these. Callers that add in a fixed order get the same bits.
+    /// Adds radiance to `pixel`; no effect outside the crop. Callers that add in a fixed order get
+    /// the same bits.
     pub fn add(&mut self, pixel: UVec2, radiance: Spectrum) {
         let Some(index) = self.index(pixel) else { return };
         add(&mut self.pixels[index].radiance, radiance);
     }
 
-    /// Adds to one part of the light of `pixel` alone.
+    /// Adds radiance to one part of the light of `pixel`, not to its total.
     pub fn add_to_part(&mut self, pixel: UVec2, part: usize, radiance: Spectrum) {
         let index = self.index(pixel).filter(|_| part < self.parts);
         if let Some(index) = index {
@@ -60,14 +63,14 @@ impl Iteration {
         }
     }
 
-    /// Notes what the camera sees first in `pixel`.
+    /// Sets the first surface of `pixel`.
     pub fn see(&mut self, pixel: UVec2, surface: FirstSurface) {
         if let Some(index) = self.index(pixel) {
             self.pixels[index].surface = Some(surface);
         }
     }
 
-    /// Notes the share in which the sample of `pixel` sees the background.
+    /// Sets the share of background in the sample of `pixel`.
     pub fn see_background(&mut self, pixel: UVec2, share: [f64; 3]) {
         let index = self.index(pixel);
         if let Some(value) = index.and_then(|index| self.background.get_mut(index)) {
@@ -75,7 +78,7 @@ impl Iteration {
         }
     }
 
-    /// Sets `sample` to that of `pixel`.
+    /// Sets `sample` to the sample of `pixel`.
     pub(super) fn pixel(&self, pixel: UVec2, sample: &mut PixelBlock) {
         sample.clear();
         let Some(index) = self.index(pixel) else { return };

@@ -1,67 +1,71 @@
-//! Automatic exposure: the stops by which a picture is brightened for a display.
+//! Automatic exposure: the stops that brighten a picture for a display.
 //!
-//! The metering is that of photographic tone reproduction (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital
-//! Images", eq. 1): the log-average luminance becomes middle grey. It looks at the rendered picture, not at the denoised one, and only at pixels that
-//! show a surface, unless none does.
+//! Metering follows photographic tone reproduction (Reinhard, Stark, Shirley and Ferwerda 2002,
+//! "Photographic Tone Reproduction for Digital Images", eq. 1): the log-average luminance becomes
+//! middle grey. It uses the rendered picture, not the denoised one. It uses only pixels that show a
+//! surface, or all pixels if no pixel shows a surface.
 //!
-//! - Luminances are means over blocks of 4 × 4 pixels, which lie where they do in the full image, so that noise and single fireflies count little.
-//! - The target of the log-average rises with the background's share of the picture: linearly from 0.18 without background to 0.28 at a quarter. A subject
-//!   thus stands out from its background.
-//! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8 stops darker than the brightest 5 % count as 8
-//!   stops: black corners do not decide the exposure.
-//! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
-//! - Of the blocks 2 % at most reach white in some channel. To that end the median may fall to 0.25, and no further.
+//! - Luminances are means over blocks of 4 × 4 pixels, which reduces noise and single fireflies.
+//!   The blocks are aligned to the full image.
+//! - The target of the log-average rises with the background's share of the picture: linearly from
+//!   0.18 without background to 0.28 at a quarter. The subject then differs from its background.
+//! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8
+//!   stops darker than the brightest 5 % count as 8 stops, so that black corners do not set the
+//!   exposure.
+//! - The code of the median block is clamped to 0.35 to 0.6 of the display's range.
+//! - At most 2 % of the blocks reach white in some channel. For this limit, the code of the median
+//!   may fall to 0.25, but not below.
 //!
-//! A picture of bright surfaces is meant to be bright: where the picture has their albedo, the
-//! target rises by the mean albedo above 0.4, to 1.8 times at most. White rooms thus stay white.
+//! A picture of bright surfaces should be bright. If the picture has an albedo channel, the target
+//! rises with the mean albedo above 0.4, by a factor of at most 1.8. White rooms then stay white.
 //!
-//! The colour of a background that is shown as it was asked for is not metered.
+//! The colour of a background that is shown unchanged is not metered.
 //!
-//! The light of the studio is known: there a grey card that faces the key lamp needs no exposure.
-//! `Exposure::Studio` starts from that and goes a part of the way to what is metered, one stop at
-//! most. A black subject thus stays black, and a white one white.
+//! The light of the studio is known: a grey card that faces the key lamp needs no exposure there.
+//! `Exposure::Studio` starts from this value and moves a part of the way to the metered value, by
+//! at most one stop. Black subjects then stay black, and white subjects white.
 //!
-//! Sums run in one order over sorted values: threads, tiles and interruptions change no bit. The result is rounded down to hundredths of a stop, so
-//! that it can be given again as a number.
+//! Sums run in one order over sorted values, so threads, tiles and interruptions do not change the
+//! result. It is rounded down to hundredths of a stop, so that users can enter it as a number.
 
 use super::{Image, Z_BACKGROUND};
 use crate::color::Spectrum;
 use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use std::collections::BTreeMap;
 
-/// Middle grey, to which the log-average is taken.
+/// Middle grey, the target of the log-average.
 const MIDDLE_GREY: f32 = 0.18;
-/// Target of the log-average where the background counts in full.
+/// Target of the log-average in front of much background.
 const BEFORE_BACKGROUND: f32 = 0.28;
-/// Share of the picture at which the background counts in full.
+/// Share of background in the picture at which [`BEFORE_BACKGROUND`] is reached.
 const BACKGROUND_SHARE: f32 = 0.25;
-/// Mean albedo above which the target rises, the power by which it does, and how far at most.
+/// Mean albedo above which the target rises, the exponent, and the maximum factor.
 const BRIGHT_ALBEDO: f32 = 0.4;
 const BRIGHT_POWER: f32 = 0.85;
 const MAX_BRIGHTER: f32 = 1.8;
-/// Share of the blocks that is left out of the log-average at either end.
+/// Share of the blocks that the log-average leaves out at either end.
 const TRIMMED: f64 = 0.05;
-/// Stops below the brightest blocks beyond which darkness does not count.
+/// Maximum range of the log-average below the brightest blocks, in stops.
 const RANGE: f32 = 8.0;
-/// Codes between which the median block is shown, of a range of 1.
+/// Range of the code of the median block; the display's range is 1.
 const MEDIAN: [f32; 2] = [0.35, 0.6];
 /// Code of the median block below which highlights are not protected.
 const MIN_MEDIAN: f32 = 0.25;
-/// Share of the blocks that may be white.
+/// Maximum share of white blocks.
 const CLIPPED: f64 = 0.02;
-/// Code from which on a pixel is white: the nearest 8-bit code is 255.
+/// Minimum code of a white pixel: the nearest 8-bit code is 255.
 const WHITE: f32 = 254.5 / 255.0;
-/// Exposure that suits the light of the studio, stops.
+/// Exposure for the light of the studio, in stops.
 const STUDIO: f32 = 0.15;
-/// Share of the way from there to what is metered, and how far it goes at most, stops.
+/// Share of the way from there to the metered value, and its maximum in stops.
 const SUBJECT: f32 = 0.2;
 const MAX_SHIFT: f32 = 1.0;
 /// Edge of a block in pixels.
 const BLOCK_EDGE: u32 = 4;
-/// Pixels of a picture from which on blocks are metered instead of pixels.
+/// Minimum number of pixels of a picture for metering by blocks instead of by pixels.
 const MIN_PIXELS: u64 = 128 * 128;
 
-/// `tone` with an automatic exposure metered in `image`; any other tone as it is.
+/// `tone` with an automatic exposure metered in `image`; other tones are returned unchanged.
 pub fn metered(tone: Tone, image: &Image) -> Tone {
     let stops = match tone.exposure {
         Exposure::Stops(stops) => stops,
@@ -74,18 +78,18 @@ pub fn metered(tone: Tone, image: &Image) -> Tone {
     }
 }
 
-/// The exposure in the studio of a subject for which these stops are metered.
+/// Exposure of a subject in the studio, from the metered stops.
 fn in_studio(metered: f32) -> f32 {
     let shift = SUBJECT * (metered - STUDIO);
     rounded(STUDIO + shift.clamp(-MAX_SHIFT, MAX_SHIFT))
 }
 
-/// The factor of the target for surfaces of this mean albedo.
+/// Factor of the target for surfaces of the mean albedo `albedo`.
 fn brighter(albedo: f32) -> f32 {
     (albedo / BRIGHT_ALBEDO).powf(BRIGHT_POWER).clamp(1.0, MAX_BRIGHTER)
 }
 
-/// `stops` rounded down to hundredths, within the range of exposures.
+/// `stops` rounded down to hundredths, and clamped to the range of exposures.
 fn rounded(stops: f32) -> f32 {
     let rounded = (f64::from(stops) * 100.0).floor() / 100.0;
     // Adding 0 turns −0 into 0.
@@ -98,13 +102,13 @@ fn channels<'a>(image: &'a Image, names: [&str; 3]) -> Option<[&'a [f32]; 3]> {
     Some([r?, g?, b?])
 }
 
-/// Returns true for pixels, by their number, that show a surface.
+/// Returns a function that is true for indices of pixels that show a surface.
 fn is_surface(image: &Image) -> impl Fn(usize) -> bool {
     let depth = image.channel("Z").map(|channel| channel.values.as_slice());
     move |i| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND))
 }
 
-/// The light of a picture, block by block.
+/// Luminances of the blocks of a picture.
 struct Meter {
     /// Luminances in ascending order.
     luminances: Vec<f32>,
@@ -115,7 +119,8 @@ struct Meter {
 }
 
 impl Meter {
-    /// Of the pixels of `image` that show a surface, or of all pixels if none does. Values that are not finite are left out.
+    /// Meter of the pixels of `image` that show a surface, or of all pixels if none does.
+    /// Non-finite values are left out.
     fn of(image: &Image) -> Self {
         let channels = |names| channels(image, names);
         let Some(rgb) = channels(["raw.R", "raw.G", "raw.B"]).or_else(|| channels(["R", "G", "B"])) else {
@@ -144,7 +149,8 @@ impl Meter {
         }
     }
 
-    /// The meter with the target that suits the albedo of the surfaces in `image`, if that is known.
+    /// Meter with the target for the albedo of the surfaces in `image`, if the image has an albedo
+    /// channel.
     fn for_albedo(mut self, image: &Image) -> Self {
         let Some(albedo) = channels(image, ["albedo.R", "albedo.G", "albedo.B"]) else {
             return self;
@@ -162,7 +168,7 @@ impl Meter {
         self
     }
 
-    /// Meter of blocks that cover this share of the picture; the rest is background.
+    /// Meter of blocks that cover the fraction `share` of the picture. The rest is background.
     fn of_blocks(blocks: Vec<Spectrum>, share: f32) -> Self {
         let sorted = |value: fn(&Spectrum) -> f32| {
             let mut values: Vec<f32> = blocks.iter().map(value).collect();
@@ -176,7 +182,7 @@ impl Meter {
         }
     }
 
-    /// The exposure for a display that shows light by `curve`; 0 for a picture without light.
+    /// Exposure in stops for a display with the tone curve `curve`; 0 for a black picture.
     fn stops(&self, curve: Curve) -> f32 {
         let Some(log_average) = self.log_average() else {
             return 0.0;
@@ -184,7 +190,7 @@ impl Meter {
         let to = |code: f32, light: f32| (light > 0.0).then(|| level(curve, code).log2() - light.log2());
         let median = at(&self.luminances, 0.5);
 
-        // The log-average becomes middle grey, as far as the median stays in its range.
+        // Move the log-average to the target, within the range of the median.
         let mut stops = self.key.log2() - log_average;
         if let (Some(min), Some(max)) = (to(MEDIAN[0], median), to(MEDIAN[1], median)) {
             stops = stops.clamp(min, max);
@@ -198,7 +204,8 @@ impl Meter {
         rounded(stops)
     }
 
-    /// Mean of the logarithms to base 2 of the luminances, without the ends; `None` where there is no light.
+    /// Mean of the base-2 logarithms of the luminances, without the ends. `None` for a black
+    /// picture.
     fn log_average(&self) -> Option<f32> {
         let all = &self.luminances;
         let brightest = *all.last()?;
@@ -216,7 +223,7 @@ impl Meter {
     }
 }
 
-/// Means over the blocks of `image` of the `light` of pixels, of those that `is_wanted`.
+/// Means of `light` over the blocks of `image`, of pixels for which `is_wanted` is true.
 fn blocks(image: &Image, light: impl Fn(usize) -> [f32; 3], is_wanted: impl Fn(usize) -> bool) -> Vec<Spectrum> {
     let edge = if image.crop.area() < MIN_PIXELS { 1 } else { BLOCK_EDGE };
     let mut sums: BTreeMap<[u32; 2], ([f64; 3], u32)> = BTreeMap::new();
@@ -232,13 +239,13 @@ fn blocks(image: &Image, light: impl Fn(usize) -> [f32; 3], is_wanted: impl Fn(u
     sums.into_values().map(mean).filter(|block| block.is_valid()).collect()
 }
 
-/// The value below which a `share` of the `sorted` ones lies; 0 of none.
+/// Quantile of the `sorted` values at `share`; 0 if there are none.
 fn at(sorted: &[f32], share: f64) -> f32 {
     let index = (sorted.len() as f64 * share) as usize;
     sorted.get(index).or(sorted.last()).copied().unwrap_or(0.0)
 }
 
-/// The least grey that `curve` shows by this code or a higher one, by bisection.
+/// Minimum grey level that `curve` shows with at least `code`, by bisection.
 fn level(curve: Curve, code: f32) -> f32 {
     let shown = |stops: f32| curve.encode([stops.exp2(); 3])[1];
     let (mut below, mut above) = (-32.0f32, 32.0f32);
@@ -259,7 +266,8 @@ mod tests {
     use crate::film::{Channel, Rect};
     use crate::math::UVec2;
 
-    /// A grey picture of `size` pixels, where `light` tells a pixel's own; `None` for the background.
+    /// Grey picture of `size` pixels. `light` returns the grey level of a pixel, or `None` for the
+    /// background.
     fn picture(size: [u32; 2], light: impl Fn(u32, u32) -> Option<f32>) -> Image {
         let resolution = UVec2::from(size);
         let crop = Rect::full(resolution);
@@ -335,8 +343,8 @@ mod tests {
         }
     }
 
-    /// In the studio black and white subjects keep their places, and nothing moves by more than a
-    /// stop.
+    /// In the studio, black and white subjects stay black and white, and the exposure moves by at
+    /// most one stop.
     #[test]
     fn subjects_shift_the_exposure_of_the_studio_a_little() {
         let studio = |light: f32| {
@@ -362,14 +370,15 @@ mod tests {
         for light in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert_eq!(stops(&picture([8, 8], |_, _| Some(light)), Curve::Agx), 0.0, "{light}");
         }
-        // The background alone
+        // Background only
         assert!((stops(&picture([8, 8], |_, _| None), Curve::Agx) + 12.44).abs() < 0.02);
         let mut image = picture([8, 8], |_, _| Some(1.0));
         image.channels.clear();
         assert_eq!(stops(&image, Curve::Agx), 0.0);
     }
 
-    /// Mostly dark rooms with bright windows, gradients, black halves: the median is in its range, and few pixels are white.
+    /// Dark rooms with bright windows, gradients, half-black pictures: the median is in its range,
+    /// and few pixels are white.
     #[test]
     fn medians_and_highlights_are_where_they_should_be() {
         let window = |x: u32, y: u32| {
@@ -393,7 +402,7 @@ mod tests {
                 let median = codes[codes.len() / 2];
                 let white = codes.iter().filter(|&&code| code == 255).count() as f64 / codes.len() as f64;
                 println!("{name}, {curve_name}: median {median}, white {white:.3}");
-                // Nothing is protected at the cost of the median.
+                // Highlights are not protected at the cost of the median.
                 assert!(
                     white <= 0.021 || median <= 65,
                     "{name}, {curve_name}: {white} are white"

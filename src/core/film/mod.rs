@@ -1,13 +1,18 @@
-//! Sums of samples per pixel, and the image that is developed from them. No files.
+//! Sums of samples per pixel, and the image developed from them. No files.
 //!
-//! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
-//! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
-//! `part_sums` those of light groups, strategies and parts by light paths (`light_paths`),
-//! `pixel_block` what one task adds to a pixel, `iteration` one iteration of a method whose light
-//! paths light any pixel, and `state` the words of all sums, which checkpoints hold.
-//! `metering` finds the exposure of a developed image, and `spikes` the pixels that one sample made bright.
+//! An integrator passes its results to a `Sink`. The sums of a pass are added exactly (`fixed`) to
+//! the tile of the film, so order, threads and interruptions do not change the result. `develop`
+//! turns sums into channels.
 //!
-//! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
+//! `accumulator` has the sums of every picture, `features` the sums for `--aov`, and `part_sums`
+//! the sums of light groups, strategies and light path expressions (`light_paths`). `pixel_block`
+//! has the sums that one task adds to a pixel, and `iteration` one iteration of a method whose
+//! light paths contribute to any pixel. `state` converts all sums to words for checkpoints.
+//! `metering` computes the exposure of a developed image. `spikes` finds pixels whose light comes
+//! mostly from one sample.
+//!
+//! Bidirectional methods contribute to any pixel. Their iterations enter the film as one sample of
+//! every pixel, so the film has no splats.
 
 mod accumulator;
 mod aov;
@@ -51,16 +56,17 @@ use crate::math::UVec2;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Edge of a tile in pixels: its sums (52 KB) stay in the second-level cache while it is worked on.
+/// Edge of a tile in pixels. The sums of a tile (52 KB) stay in the second-level cache.
 pub(crate) const TILE_SIZE: u32 = 16;
 
-/// Keeps dark pixels from deciding relative errors, squared radiance.
+/// Offset that keeps dark pixels from dominating relative errors, in squared radiance.
 pub(crate) const DARK: f64 = 0.01;
 
-/// Parts of the light that can be distinguished at most: groups of lights, strategies of a bidirectional method, and parts by light paths.
+/// Maximum number of separate parts of the light: light groups, strategies of a bidirectional
+/// method, and light path expressions.
 pub const MAX_PARTS: usize = 128;
 
-/// The pixels of an image, or of a crop of it, as independent tiles.
+/// Pixels of an image, or of a crop of it, as independent tiles.
 #[derive(Clone, Debug)]
 pub struct Film {
     resolution: UVec2,
@@ -70,21 +76,21 @@ pub struct Film {
 }
 
 impl Film {
-    /// An empty film for the pixels in `crop` of an image of `resolution` pixels.
+    /// Empty film for the pixels in `crop` of an image of `resolution` pixels.
     ///
     /// # Panics
-    /// If the crop is empty or not inside the image; callers validate it with [`Rect::is_inside`].
+    /// If the crop is empty or not inside the image. Callers check it with [`Rect::is_inside`].
     pub fn new(resolution: UVec2, crop: Rect) -> Self {
         Self::starting_at(resolution, crop, 0)
     }
 
-    /// A film for samples from the index `first` on.
+    /// Empty film for samples from the index `first_sample` on.
     ///
     /// # Panics
     /// Like [`Film::new`].
     pub fn starting_at(resolution: UVec2, crop: Rect, first_sample: u32) -> Self {
         assert!(crop.is_inside(resolution), "crop {crop:?} outside {resolution}");
-        // Tiles lie where they do in the full image, so that a crop has its pixels.
+        // Tiles are aligned to the full image, so that a crop has the same pixels.
         let corner = crop.min / TILE_SIZE * TILE_SIZE;
         let mut tiles = Vec::new();
         for y in (corner.y..crop.max.y).step_by(TILE_SIZE as usize) {
@@ -100,14 +106,14 @@ impl Film {
         }
     }
 
-    /// The block of pixels, of an image of `resolution` pixels, that `pixel` is worked on with.
+    /// Block of pixels that contains `pixel`, in an image of `resolution` pixels.
     pub fn cell(resolution: UVec2, pixel: UVec2) -> Rect {
         let min = pixel / TILE_SIZE * TILE_SIZE;
         let max = min.saturating_add(UVec2::splat(TILE_SIZE)).min(resolution);
         Rect { min, max }
     }
 
-    /// All such blocks that are in `crop`, or in part, row by row; of the latter the part.
+    /// Blocks that overlap `crop`, each clipped to `crop`, row by row.
     pub fn cells(resolution: UVec2, crop: Rect) -> Vec<Rect> {
         let corner = crop.min / TILE_SIZE * TILE_SIZE;
         let rows = (corner.y..crop.max.y).step_by(TILE_SIZE as usize);
@@ -121,64 +127,67 @@ impl Film {
             .collect()
     }
 
-    /// The film, which also sums the [`Features`] of the surfaces that samples hit.
+    /// Adds sums of the [`Features`] of the surfaces that samples hit.
     pub fn with_features(mut self) -> Self {
         self.tiles.iter_mut().for_each(Tile::sum_features);
         self
     }
 
-    /// Whether features are summed.
+    /// Returns true if features are summed.
     pub fn has_features(&self) -> bool {
         self.tiles.first().is_some_and(Tile::has_features)
     }
 
-    /// Sums of the features of `pixel`, if there are any.
+    /// Sums of the features of `pixel`, if they are summed.
     pub fn features(&self, pixel: UVec2) -> Option<&FeatureSums> {
         self.tile_at(pixel)?.features(pixel)
     }
 
-    /// The film, which also sums so many parts of the light by themselves: those of groups of lights, of strategies, or of light paths.
+    /// Adds `parts` extra sums per pixel, for light groups, strategies or light path expressions.
     pub fn with_parts(mut self, parts: usize) -> Self {
         self.tiles.iter_mut().for_each(|tile| tile.sum_parts(parts));
         self
     }
 
-    /// Number of parts of the light that are summed by themselves.
+    /// Number of extra sums of parts of the light.
     pub fn parts(&self) -> usize {
         self.tiles.first().map_or(0, Tile::parts)
     }
 
-    /// Tells the paths of samples apart by `paths`: the last parts of [`Film::with_parts`] are those of its layers.
+    /// Separates the light of samples by `paths`. The last parts of [`Film::with_parts`] are its
+    /// layers.
     pub fn tell_paths(&mut self, paths: &Arc<LightPaths>) {
         self.tiles.iter_mut().for_each(|tile| tile.tell_paths(paths.clone()));
     }
 
-    /// The classifier of paths, if there is one.
+    /// Classifier of light paths, if any.
     pub fn light_paths(&self) -> Option<&LightPaths> {
         self.tiles.first()?.light_paths().map(|paths| &**paths)
     }
 
-    /// Number of parts of the light before those of light paths.
+    /// Number of parts of the light before the parts of light path expressions.
     pub fn parts_before_paths(&self) -> usize {
         self.tiles.first().map_or(0, Tile::parts_before_paths)
     }
 
-    /// This film, which also sums the share in which each pixel sees the background `backing`. It
-    /// develops a channel of coverage.
+    /// Adds the sum of the share in which each pixel sees the background `backing`. The developed
+    /// image then has a coverage channel.
     pub fn with_backing(mut self, backing: Backing) -> Self {
         self.tiles.iter_mut().for_each(|tile| tile.sum_background(backing));
         self
     }
 
-    /// The background of which the film sums the share, if it does.
+    /// Background whose share is summed, if any.
     pub fn backing(&self) -> Option<Backing> {
         self.tiles.first().and_then(Tile::backing)
     }
 
-    /// Coverage of `pixel` by surfaces, 0 to 1, of red, green and blue; `None` if it is not summed.
+    /// Coverage of `pixel` by surfaces, 0 to 1, for red, green and blue; `None` if it is not
+    /// summed.
     ///
-    /// The share of the background is summed, and not that of surfaces: over a background of constant radiance, the pixel is that of an opaque
-    /// render also where the weights of a filter with negative lobes do not sum to 1.
+    /// The film sums the share of the background, not the share of surfaces. Over a background of
+    /// constant radiance, the pixel then equals an opaque render even if the weights of a filter
+    /// with negative lobes do not sum to 1.
     pub fn coverage(&self, pixel: UVec2) -> Option<[f32; 3]> {
         let tile = self.tile_at(pixel)?;
         let (background, samples) = (tile.background(pixel)?, tile.sums(pixel)?.samples());
@@ -190,7 +199,7 @@ impl Film {
         })
     }
 
-    /// Bytes that coverage takes in all pixels of this crop, with its channel.
+    /// Bytes of the coverage sums and channels of all pixels of `crop`.
     pub fn coverage_bytes(crop: Rect) -> u64 {
         crop.area()
             .saturating_mul((size_of::<BackgroundSum>() + 3 * size_of::<f32>()) as u64)
@@ -201,12 +210,12 @@ impl Film {
         self.resolution
     }
 
-    /// The part of the image that this film holds.
+    /// Part of the image that this film holds.
     pub fn crop(&self) -> Rect {
         self.crop
     }
 
-    /// Index of the first sample of its pixels.
+    /// Index of the first sample of each pixel.
     pub fn first_sample(&self) -> u32 {
         self.first
     }
@@ -216,12 +225,12 @@ impl Film {
         &self.tiles
     }
 
-    /// The tile that `pixel` is in, if it is in the crop.
+    /// Tile that contains `pixel`; `None` outside the crop.
     pub fn tile_at(&self, pixel: UVec2) -> Option<&Tile> {
         self.tiles.get(self.tile_index(pixel)?)
     }
 
-    /// The tile that `pixel` is in, to change it.
+    /// Mutable [`Film::tile_at`].
     pub fn tile_at_mut(&mut self, pixel: UVec2) -> Option<&mut Tile> {
         let index = self.tile_index(pixel)?;
         self.tiles.get_mut(index)
@@ -236,12 +245,12 @@ impl Film {
         })
     }
 
-    /// The sums of `pixel`, if it is in the crop.
+    /// Sums of `pixel`; `None` outside the crop.
     pub fn sums(&self, pixel: UVec2) -> Option<&Accumulator> {
         self.tile_at(pixel)?.sums(pixel)
     }
 
-    /// Adds the sums of another film of the same image; pixels that are not here are left out.
+    /// Adds the sums of another film of the same image. Pixels outside this crop are left out.
     pub fn merge(&mut self, other: &Self) {
         for from in &other.tiles {
             for pixel in from.bounds().pixels() {
@@ -252,7 +261,7 @@ impl Film {
         }
     }
 
-    /// Adds a sample to every pixel, as a term of its own.
+    /// Adds a sample to every pixel, as a separate term.
     pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
             let mut sample = tile.block();
@@ -263,18 +272,18 @@ impl Film {
         });
     }
 
-    /// Samples that have been taken, over all pixels.
+    /// Number of samples over all pixels.
     pub fn samples(&self) -> u64 {
         let sum = |tile: &Tile| tile.samples() as u64 * tile.bounds().area();
         self.tiles.iter().map(sum).sum()
     }
 
-    /// Each pixel's coordinates and sums, tile by tile.
+    /// Coordinates and sums of each pixel, tile by tile.
     pub fn pixels(&self) -> impl Iterator<Item = (UVec2, &Accumulator)> {
         self.tiles.iter().flat_map(|tile| tile.iter())
     }
 
-    /// All tiles, to add samples to; each may be given to another thread.
+    /// All tiles, to add samples. Each tile can be used on a different thread.
     pub fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
     }
@@ -285,8 +294,9 @@ impl Film {
         self.tiles.iter().map(sum).sum::<f64>() / self.crop.area() as f64
     }
 
-    /// The picture's relative error, so far as it is known: the square root of [`Film::error`], or, before there are two blocks of samples, what it
-    /// would be if samples were independent, which is too much for those that fill each other's gaps. `None` before the second sample.
+    /// Estimate of the picture's relative error: the square root of [`Film::error`]. Below two
+    /// blocks of samples, it assumes independent samples, which is too large for low-discrepancy
+    /// samples. `None` before the second sample.
     pub fn relative_error(&self) -> Option<f64> {
         let by_blocks = self.error();
         let squared = if by_blocks.is_finite() {
@@ -298,40 +308,42 @@ impl Film {
         squared.is_finite().then(|| squared.sqrt())
     }
 
-    /// The square root of each tile's error, in all its pixels.
+    /// Square root of each tile's error, in all its pixels.
     pub fn error_map(&self) -> Channel {
         Image::error_map(self)
     }
 
-    /// Bytes that a film of this crop takes.
+    /// Bytes of a film of this crop.
     pub fn bytes(crop: Rect) -> u64 {
         crop.area().saturating_mul(size_of::<Accumulator>() as u64)
     }
 
-    /// Bytes of sums of parts of the light, with the channels that are made of them.
+    /// Bytes of the sums of `parts` parts of the light, and of their channels.
     pub fn part_bytes(crop: Rect, parts: usize) -> u64 {
         crop.area()
             .saturating_mul((parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64)
     }
 
-    /// Bytes that sums of features take in all pixels of this crop. What a pixel sees, up to four things, is on the heap.
+    /// Bytes of the sums of features in all pixels of this crop, including heap memory for up to
+    /// four ids per pixel and kind.
     pub fn feature_bytes(crop: Rect) -> u64 {
         crop.area()
             .saturating_mul((size_of::<FeatureSums>() + 3 * Coverage::USUAL_BYTES) as u64)
     }
 
-    /// Bytes of the channels of `aovs` in all pixels of this crop, but for parts of the light.
+    /// Bytes of the channels of `aovs` in all pixels of this crop, without parts of the light.
     pub fn aov_bytes(crop: Rect, aovs: &[Aov]) -> u64 {
         let channels: usize = aovs.iter().map(|aov| aov.channel_count()).sum();
         crop.area().saturating_mul((channels * size_of::<f32>()) as u64)
     }
 
-    /// Three channels for each part of the light, by the names of their layers.
+    /// Three channels for each part of the light, with the names of its layers.
     pub fn develop_parts(&self, names: &[String]) -> Vec<Channel> {
         image::develop_parts(self, names)
     }
 
-    /// The channels of `aovs`, but for mattes and parts of the light, which need names. Zero where nothing is known.
+    /// Channels of `aovs`, except mattes and parts of the light, which need names. Pixels without a
+    /// value are zero.
     pub fn develop_features(&self, aovs: &[Aov]) -> Vec<Channel> {
         aov::develop_features(self, aovs)
     }
@@ -341,7 +353,7 @@ impl Film {
         Image::from_film(self, usize::MAX)
     }
 
-    /// `R G B` of [`Film::develop`] alone, in a fraction of the time.
+    /// Channels `R G B` of [`Film::develop`] only, in a fraction of the time.
     pub fn develop_picture(&self) -> Image {
         Image::from_film(self, 3)
     }

@@ -1,15 +1,16 @@
-//! Sums of parts of the light: of each light group, of each strategy of a bidirectional method, and of each part by light paths. A part takes 48 bytes
-//! a pixel.
+//! Sums of parts of the light: of each light group, each strategy of a bidirectional method, and
+//! each light path expression. A part takes 48 bytes per pixel.
 
 use super::Fixed;
 use crate::color::Spectrum;
 
-/// Sums of parts of the light that are distinguished, such as that of each group of lights, over samples of one pixel that one task takes, of a block at most.
+/// Sums of parts of the light of one pixel in one task, such as one sum per light group. They cover
+/// at most one block of samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartBlock(Vec<[f64; 3]>);
 
 impl PartBlock {
-    /// Empty sums of so many parts.
+    /// Empty sums of `parts` parts.
     pub fn new(parts: usize) -> Self {
         Self(vec![[0.0; 3]; parts])
     }
@@ -39,12 +40,13 @@ impl PartBlock {
     }
 }
 
-/// Sum of one part of a pixel's light, exact as that of all light in [`Accumulator`](super::Accumulator).
+/// Sum of one part of a pixel's light, as exact as the total in
+/// [`Accumulator`](super::Accumulator).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PartSum(pub(super) [Fixed; 3]);
 
 impl PartSum {
-    /// The exact sum that is nearest towards zero, by channel.
+    /// Exact sum, each channel rounded towards zero.
     pub(super) fn new(sum: [f64; 3]) -> Self {
         Self(sum.map(Fixed::new))
     }
@@ -54,12 +56,12 @@ impl PartSum {
         Self([0, 1, 2].map(|c| self.0[c].plus(other.0[c])))
     }
 
-    /// The difference.
+    /// Difference of `self` and `other`.
     pub fn minus(self, other: Self) -> Self {
         Self([0, 1, 2].map(|c| self.0[c].minus(other.0[c])))
     }
 
-    /// Mean in channel `c` over so many samples; 0 before the first one.
+    /// Mean in channel `c` over `samples` samples; 0 before the first one.
     pub fn mean(self, c: usize, samples: u32) -> f64 {
         self.0[c].to_f64() / samples.max(1) as f64
     }

@@ -1,14 +1,17 @@
-//! Exact sums of parts: what a block of samples adds to each of them.
+//! Exact sums of parts: the term that a block of samples adds to each part.
 //!
-//! Each sample is rounded, and so are its classes: in f32 their sum differs from the sample by some units in the last place. The difference is put
-//! into the brightest class of a block, on the grid of the exact sums. Sums of all classes are thus those of the picture to the bit, and stay so
-//! over blocks, parts of a render and merging, as long as no sum leaves the range of [`Fixed`].
+//! Each sample and each of its classes is rounded. In f32 the sum of the classes therefore differs
+//! from the sample by some units in the last place. The difference is added to the brightest class
+//! of a block, on the grid of the exact sums. The sums of all classes are then bit-identical to the
+//! picture, and remain so over blocks, parts of a render and merging, unless a sum leaves the range
+//! of [`Fixed`].
 
 use super::fixed::Fixed;
 use super::part_sums::PartSum;
 use crate::light_paths::LightPaths;
 
-/// Terms that a block with the sums `classes` adds to the parts. `picture` is the block's sum of all light.
+/// Terms that a block with the sums `classes` adds to the parts. `picture` is the block's sum of
+/// all light.
 pub(super) fn terms(paths: &LightPaths, classes: &[[f64; 3]], picture: [f64; 3]) -> Vec<PartSum> {
     let mut terms = vec![PartSum::default(); paths.layers().len()];
     for c in 0..3 {
@@ -40,7 +43,7 @@ mod tests {
     use crate::light_paths::PathPart;
     use crate::math::hash::{GOLDEN_GAMMA, mix};
 
-    /// Terms of the parts add up to what the picture gets, to the bit, whatever rounding there was.
+    /// Terms of the parts add up to the block's sum exactly, for any rounding.
     #[test]
     fn terms_add_up_to_the_bit() {
         let mut parts = Vec::new();

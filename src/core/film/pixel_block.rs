@@ -1,39 +1,39 @@
-//! Sums of the samples of one pixel that one task takes: of all that the film sums.
+//! All sums of one pixel in one task.
 
 use super::{Block, FeatureBlock, FirstSurface, PartBlock};
 use crate::color::Spectrum;
 
-/// One sample of a pixel, as the film sums it.
+/// One sample of a pixel, as added to the film.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FilmSample<'a> {
     /// Weighted radiance.
     pub radiance: Spectrum,
-    /// First surface, if the camera ray meets one.
+    /// First surface, if the camera ray hits one.
     pub surface: Option<&'a FirstSurface>,
     /// Weighted share in which the sample sees the background.
     pub background: Spectrum,
-    /// Weighted radiance by part of the light, without the parts of light paths. Empty if the film
+    /// Weighted radiance by part of the light, without light path expressions. Empty if the film
     /// sums no parts.
     pub parts: &'a [Spectrum],
     /// Weighted radiance by class of light paths. Empty if the film separates no paths.
     pub classes: &'a [Spectrum],
 }
 
-/// Sums of the samples of one pixel that one task takes, of a [`BLOCK`](super::BLOCK) at most.
+/// Sums of the samples of one pixel in one task: at most [`BLOCK`](super::BLOCK) samples.
 #[derive(Clone, Debug)]
 pub struct PixelBlock {
     pub(super) light: Block,
     pub(super) features: Option<FeatureBlock>,
     pub(super) parts: PartBlock,
-    /// Light by class of paths.
+    /// Radiance by class of light paths.
     pub(super) classes: PartBlock,
-    /// Share in which the samples see the background.
+    /// Sum of the share of background that the samples see.
     pub(super) background: [f64; 3],
 }
 
 impl PixelBlock {
-    /// Empty sums of radiance, of features if `has_features`, of so many parts of the light, and of
-    /// so many classes of light paths.
+    /// Empty sums of radiance, of features if `has_features`, of `parts` parts of the light, and of
+    /// `classes` classes of light paths.
     pub(super) fn new(has_features: bool, parts: usize, classes: usize) -> Self {
         Self {
             light: Block::default(),
@@ -116,7 +116,7 @@ mod tests {
         block
     }
 
-    /// All sums of the pixel but for spreads, which depend on whole blocks.
+    /// All sums of the pixel except spreads, which depend on full blocks.
     fn sums(tile: &Tile) -> String {
         let pixel = UVec2::ZERO;
         let light = tile

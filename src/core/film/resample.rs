@@ -1,11 +1,13 @@
-//! Pictures in another size, channel by channel: smaller ones by averages over areas, larger ones by a smooth filter, both along rows and then columns.
+//! Resizing of pictures, channel by channel: averages over areas for smaller pictures, a smooth
+//! filter for larger ones. Both work along rows, then along columns.
 //!
-//! A larger picture is interpolated by the filter of Mitchell and Netravali (1988, "Reconstruction Filters in Computer Graphics") with B = C = 1/3. Its
-//! negative lobes would ring around lamps: values stay between the smallest and the largest one that the filter sees.
+//! Enlarging uses the filter of Mitchell and Netravali (1988, "Reconstruction Filters in Computer
+//! Graphics") with B = C = 1/3. Its negative lobes would ring around lamps, so values are clamped
+//! to the range of the values under the filter.
 
 use rayon::prelude::*;
 
-/// The values of a channel of `size` pixels in a picture of `new_size` pixels.
+/// Resizes a channel from `size` to `new_size` pixels.
 pub fn resample(values: &[f32], size: [usize; 2], new_size: [usize; 2]) -> Vec<f32> {
     let rows = Axis::new(size[0], new_size[0]).apply(values, size[0]);
     let turned = transposed(&rows, new_size[0]);
@@ -13,7 +15,7 @@ pub fn resample(values: &[f32], size: [usize; 2], new_size: [usize; 2]) -> Vec<f
     transposed(&columns, new_size[1])
 }
 
-/// The values of the nearest pixels, for numbers that have no mean, such as ids.
+/// Resizes a channel by the nearest pixel, for values that cannot be averaged, such as ids.
 pub fn resample_nearest(values: &[f32], size: [usize; 2], new_size: [usize; 2]) -> Vec<f32> {
     let source = |at: usize, axis: usize| {
         let place = (at as f64 + 0.5) * size[axis] as f64 / new_size[axis] as f64;
@@ -26,14 +28,14 @@ pub fn resample_nearest(values: &[f32], size: [usize; 2], new_size: [usize; 2]) 
     (0..new_size[0] * new_size[1]).map(pixel).collect()
 }
 
-/// Rows of `width` values as columns.
+/// Transposes rows of `width` values to columns.
 fn transposed(values: &[f32], width: usize) -> Vec<f32> {
     let height = values.len() / width.max(1);
     let value = |i: usize| values[i % height * width + i / height];
     (0..values.len()).map(value).collect()
 }
 
-/// Which values of a line each value of the new line is made of.
+/// Weights of the old values of a line for each new value.
 struct Axis {
     is_smaller: bool,
     /// First value and weights, which sum to 1.
@@ -41,7 +43,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// From lines of `from` values to lines of `to`.
+    /// Axis from lines of `from` values to lines of `to` values.
     fn new(from: usize, to: usize) -> Self {
         let step = from as f64 / to as f64;
         let is_smaller = to < from;
@@ -56,7 +58,7 @@ impl Axis {
         }
     }
 
-    /// The new lines.
+    /// Computes the new lines.
     fn apply(&self, values: &[f32], width: usize) -> Vec<f32> {
         let line = |line: &[f32]| -> Vec<f32> { self.taps.iter().map(|taps| self.value(line, taps)).collect() };
         values.par_chunks(width.max(1)).flat_map_iter(line).collect()
@@ -73,12 +75,12 @@ impl Axis {
         }
         let min = seen.clone().map(|(value, _)| *value).fold(f32::INFINITY, f32::min);
         let max = seen.map(|(value, _)| *value).fold(f32::NEG_INFINITY, f32::max);
-        // `max` and `min` let values that are not numbers pass, where `clamp` would panic.
+        // `max` and `min` accept NaN, where `clamp` would panic.
         sum.max(min).min(max)
     }
 }
 
-/// Shares of the values that a line has from `start` to `end`.
+/// Weights of the values between `start` and `end`.
 fn area(start: f64, end: f64, len: usize) -> (usize, Vec<f32>) {
     let first = (start as usize).min(len.saturating_sub(1));
     let last = (end.ceil() as usize).clamp(first + 1, len.max(first + 1));
@@ -87,7 +89,7 @@ fn area(start: f64, end: f64, len: usize) -> (usize, Vec<f32>) {
     (first, weights.collect())
 }
 
-/// Weights of the values around `place`; of a border those inside.
+/// Weights of the values around `place`. At a border, only values inside the line have weights.
 fn smooth(place: f64, len: usize) -> (usize, Vec<f32>) {
     let middle = place.floor() as i64;
     let first = (middle - 1).max(0) as usize;
@@ -97,7 +99,7 @@ fn smooth(place: f64, len: usize) -> (usize, Vec<f32>) {
     (first, weights.into_iter().map(|weight| (weight / sum) as f32).collect())
 }
 
-/// The filter at a distance of `x` values, without its scale (eq. 8 of the paper, B = C = 1/3).
+/// Filter at a distance of `x` values, without its scale (eq. 8 of the paper, B = C = 1/3).
 fn mitchell(x: f64) -> f64 {
     if x < 1.0 {
         (7.0 * x - 12.0) * x * x + 16.0 / 3.0

@@ -1,16 +1,17 @@
 /// Linear red, green and blue of each pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RgbImage {
-    /// Columns.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// `width · height` pixels.
     pub pixels: Vec<[f32; 3]>,
 }
 
 impl RgbImage {
-    /// The picture with squares of `factor` pixels a side averaged to one, each pixel as `seen` shows it. What is left over at the edges is cut off.
+    /// Averages squares of `factor` × `factor` pixels, after `seen` is applied to each value.
+    /// Pixels left over at the edges are cut off.
     pub fn averaged(&self, factor: usize, seen: impl Fn(f32) -> f32) -> Self {
         let (width, height) = (self.width / factor, self.height / factor);
         let pixel = |i: usize| {

@@ -1,42 +1,44 @@
-//! Pixels whose light is mostly that of one sample.
+//! Pixels whose light comes mostly from one sample.
 //!
-//! Where a Markov chain is stuck, it brings the light of a whole chain to one pixel. The mean of n iterations, one of which has all the light, has a
-//! standard error as large as itself. Such a pixel is found by its error and by its contrast to the pixels around it.
+//! A Markov chain that is stuck brings the light of a whole chain to one pixel. If one of n
+//! iterations has all the light, the mean's standard error is as large as the mean. Such a pixel is
+//! found by its error and by its contrast to the pixels around it.
 
 use super::{Accumulator, Film};
 use crate::math::UVec2;
 
-/// Minimum number of samples that tell errors.
+/// Minimum number of samples for an error estimate.
 const MIN_SAMPLES: u32 = 16;
-/// Minimum standard error of a spike, over its value.
+/// Minimum standard error of a spike, relative to its value.
 const MIN_ERROR: f64 = 0.5;
-/// Minimum value of a spike, over the median of the pixels around it and over the mean of the picture.
+/// Minimum value of a spike, relative to the median of the pixels around it and to the mean of the
+/// picture.
 const MIN_CONTRAST: f64 = 8.0;
-/// Distance of the farthest pixels around it, across and down.
+/// Maximum distance of the pixels around a spike, across and down.
 const REACH: u32 = 2;
 
-/// Pixels that stand out of those around them by light that one sample, or few, brought.
+/// Pixels that are brighter than their neighbours because of one or few samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spikes {
-    /// Number of such pixels.
+    /// Number of spikes.
     pub count: u64,
-    /// The brightest of them.
+    /// Brightest spike.
     pub brightest: UVec2,
-    /// Value of the brightest pixel, mean of its channels.
+    /// Value of the brightest spike, mean of its channels.
     pub value: f64,
-    /// Standard error of that.
+    /// Standard error of `value`.
     pub error: f64,
     /// Median of the pixels around it.
     pub around: f64,
 }
 
 impl Spikes {
-    /// Spikes of `film`; `None` where there are none, or too few samples to tell.
+    /// Spikes of `film`; `None` if there are none, or too few samples.
     pub fn of(film: &Film) -> Option<Self> {
         let mean = film.pixels().map(|(_, sums)| value(sums)).sum::<f64>() / film.crop().area() as f64;
         let mut found: Option<Self> = None;
         for (pixel, sums) in film.pixels() {
-            // The median is looked at last, for few pixels.
+            // The median is computed last, because few pixels need it.
             let (value, error) = (value(sums), error(sums));
             let is_noisy = sums.samples() >= MIN_SAMPLES && error >= MIN_ERROR * value;
             if !is_noisy || value <= MIN_CONTRAST * mean {
@@ -67,7 +69,7 @@ fn value(sums: &Accumulator) -> f64 {
     [0, 1, 2].map(|c| sums.mean(c)).iter().sum::<f64>() / 3.0
 }
 
-/// Standard error of [`value`], as of channels whose errors are in step.
+/// Standard error of [`value`], for perfectly correlated errors of the channels.
 fn error(sums: &Accumulator) -> f64 {
     [0, 1, 2].map(|c| sums.variance_of_mean(c).sqrt()).iter().sum::<f64>() / 3.0
 }
@@ -90,7 +92,7 @@ mod tests {
     use super::*;
     use crate::color::Spectrum;
 
-    /// Iterations of an even picture with noise, to which `extra` adds.
+    /// Iterations of a uniform picture with noise, plus `extra`.
     fn film(iterations: u32, extra: impl Fn(u32, UVec2) -> f32) -> Film {
         let size = UVec2::splat(20);
         let mut film = Film::new(size, Rect::full(size));
@@ -117,7 +119,7 @@ mod tests {
         );
     }
 
-    /// Neither noise, nor a bright lamp, nor a bright area, nor a picture of few samples has spikes.
+    /// Noise, a bright lamp, a bright area, or a picture of few samples is not a spike.
     #[test]
     fn bright_light_is_no_spike() {
         assert_eq!(Spikes::of(&film(64, |_, _| 0.0)), None);

@@ -1,10 +1,10 @@
-//! All sums of a film as named words of 32 bits: what checkpoints hold.
+//! All sums of a film as named words of 32 bits, for checkpoints.
 
 use super::fixed::Narrow;
 use super::{Accumulator, BackgroundSum, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;
 
-/// Sums by name: those of [`Fixed`], of [`Narrow`], and of floats.
+/// Names of sums: of [`Fixed`], of [`Narrow`], and of floats.
 const FIXED: [&str; 8] = [
     "sum.R",
     "sum.G",
@@ -17,20 +17,20 @@ const FIXED: [&str; 8] = [
 ];
 const NARROW: [&str; 6] = ["albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z"];
 const FLOATS: [&str; 3] = ["spread.R", "spread.G", "spread.B"];
-/// Counts.
+/// Names of counts.
 const COUNTS: [&str; 2] = ["surfaces", "samples"];
 
-// Where the words of each kind end
+// Ends of the words of each kind
 const FIXED_END: usize = FIXED.len() * Fixed::WORDS;
 const NARROW_END: usize = FIXED_END + NARROW.len() * Narrow::WORDS;
 const FLOATS_END: usize = NARROW_END + FLOATS.len() * 2;
 
-/// All that a pixel knows, as words of 32 bits: what checkpoints hold.
+/// State of a pixel as words of 32 bits, for checkpoints.
 impl Accumulator {
-    /// Words of a pixel.
+    /// Number of words of a pixel.
     pub const WORDS: usize = FLOATS_END + COUNTS.len();
 
-    /// A name for each word: that of what it is of, and its place there, the lowest word first.
+    /// Names of the words, such as `sum.R.0`: quantity, then index (lowest word first).
     pub fn word_names() -> Vec<String> {
         let parts = |names: &'static [&str], words: usize| {
             let words = move |name: &&str| (0..words).map(|i| format!("{name}.{i}")).collect::<Vec<_>>();
@@ -66,7 +66,7 @@ impl Accumulator {
         words
     }
 
-    /// What [`Accumulator::to_words`] gave.
+    /// Accumulator with the words of [`Accumulator::to_words`].
     pub fn from_words(words: &[u32; Self::WORDS]) -> Self {
         let fixed = |i: usize| Fixed::from_words(std::array::from_fn(|w| words[i * Fixed::WORDS + w]));
         let narrow = |i: usize| Narrow::from_words(std::array::from_fn(|w| words[FIXED_END + i * Narrow::WORDS + w]));
@@ -85,18 +85,18 @@ impl Accumulator {
     }
 }
 
-/// The words of a float, the lowest first.
+/// Words of a float, the lowest word first.
 fn words_of(float: f64) -> [u32; 2] {
     let bits = float.to_bits();
     [bits as u32, (bits >> 32) as u32]
 }
 
-/// The float of these words.
+/// Float with the words of [`words_of`].
 fn float_of([low, high]: [u32; 2]) -> f64 {
     f64::from_bits(u64::from(low) | u64::from(high) << 32)
 }
 
-/// Sums of [`FeatureSums`], by name.
+/// Names of the sums of [`FeatureSums`].
 const FEATURES: [&str; FeatureSums::SUMS] = [
     "P.X",
     "P.Y",
@@ -111,29 +111,29 @@ const FEATURES: [&str; FeatureSums::SUMS] = [
     "points.caustics",
     "points.gradient",
 ];
-/// Its coverages.
+/// Names of its coverages.
 const COVERAGES: [&str; 3] = ["objects", "parts", "materials"];
 
 /// Name of the sum of the share of the background.
 const BACKGROUND: &str = "background";
 
-/// Words of one part of the light.
+/// Number of words of one part of the light.
 const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 
-/// The words of all that a film knows of a pixel: its sums, what its tile was promised, and, if there are any, parts of the light and features.
+/// Layout of the words of a pixel: its sums, the sample target of its tile, and, if present, parts
+/// of the light and features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateLayout {
-    /// Parts of the light that are summed by themselves.
+    /// Number of separately summed parts of the light.
     parts: usize,
     /// True if the share of the background is summed.
     has_background: bool,
-    /// Maximum numbers of objects, of parts and of materials that a pixel names, if there are
-    /// features.
+    /// Maximum numbers of objects, parts and materials in a pixel; `None` without features.
     levels: Option<[usize; 3]>,
 }
 
 impl StateLayout {
-    /// One that has room for all of `film`.
+    /// Layout with room for every pixel of `film`.
     pub fn of_film(film: &Film) -> Self {
         let features = || film.crop().pixels().filter_map(|pixel| film.features(pixel));
         let max = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
@@ -146,7 +146,7 @@ impl StateLayout {
         }
     }
 
-    /// The one whose words have these names, in any order; `None` if there is none.
+    /// Layout whose words have these names, in any order; `None` if the names match no layout.
     pub fn of_names(names: &[String]) -> Option<Self> {
         let levels = COVERAGES.map(|kind| {
             let level = |i: &usize| names.contains(&format!("{kind}.{i}.id"));
@@ -163,7 +163,7 @@ impl StateLayout {
         (wanted.len() == names.len() && wanted.iter().all(|name| names.contains(name))).then_some(layout)
     }
 
-    /// Parts of the light that are summed by themselves.
+    /// Number of separately summed parts of the light.
     pub fn parts(&self) -> usize {
         self.parts
     }
@@ -173,12 +173,12 @@ impl StateLayout {
         self.has_background
     }
 
-    /// Whether there are features.
+    /// Returns true if there are features.
     pub fn has_features(&self) -> bool {
         self.levels.is_some()
     }
 
-    /// A name for each word.
+    /// Names of the words, in order.
     pub fn names(&self) -> Vec<String> {
         let mut names = Accumulator::word_names();
         names.push("target".into());
@@ -199,7 +199,8 @@ impl StateLayout {
         names
     }
 
-    /// Puts all words of `pixel` in `tile`, in the order of [`StateLayout::names`], behind what `words` has. The tile's film is the one that this is of.
+    /// Appends all words of `pixel` in `tile` to `words`, in the order of [`StateLayout::names`].
+    /// The tile's film must have this layout.
     pub fn append(&self, tile: &Tile, pixel: UVec2, words: &mut Vec<u32>) {
         debug_assert!(
             tile.parts() == self.parts
@@ -227,7 +228,7 @@ impl StateLayout {
         }
     }
 
-    /// Sets all that `words` say of `pixel` in `tile`, which has nothing yet.
+    /// Sets the state of `pixel` in `tile` from `words`. The tile must be empty.
     pub fn put(&self, tile: &mut Tile, pixel: UVec2, words: &[u32]) {
         let Some((own, [target, further @ ..])) = words.split_first_chunk::<{ Accumulator::WORDS }>() else {
             return;
@@ -300,7 +301,7 @@ mod tests {
         }
         let words = a.to_words();
         assert_eq!(Accumulator::from_words(&words), a);
-        // Each word has a name, and names are apart.
+        // Each word has a unique name.
         let names: HashSet<String> = Accumulator::word_names().into_iter().collect();
         assert_eq!((names.len(), words.len()), (Accumulator::WORDS, Accumulator::WORDS));
         assert!(names.contains("sum.G.3") && names.contains("spread.B.1") && names.contains("samples"));
@@ -344,7 +345,7 @@ mod tests {
         let names = layout.names();
         assert_eq!(StateLayout::of_names(&names), Some(layout));
         assert!(names.contains(&"light.1.B.3".to_string()) && layout.parts() == 2);
-        // A name that is missing is no layout.
+        // A list with a missing name is not a layout.
         assert_eq!(StateLayout::of_names(&names[1..]), None);
 
         let mut read = empty();

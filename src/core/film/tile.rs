@@ -1,4 +1,4 @@
-//! Rectangles of pixels, and tiles: the blocks of pixels to whose sums one task adds.
+//! Rectangles of pixels, and tiles: blocks of pixels to which one task adds samples.
 
 use super::path_terms::terms;
 use super::{Accumulator, BackgroundSum, Backing, FeatureSums, LightPaths, PartSum, PixelBlock};
@@ -36,17 +36,17 @@ impl Rect {
         self.size().x as u64 * self.size().y as u64
     }
 
-    /// Whether it holds at least a pixel and none outside an image of `resolution` pixels.
+    /// Returns true if the rectangle is not empty and inside an image of `resolution` pixels.
     pub fn is_inside(self, resolution: UVec2) -> bool {
         self.area() > 0 && self.max.cmple(resolution).all()
     }
 
-    /// Whether `pixel` is one of it.
+    /// Returns true if `pixel` is in the rectangle.
     pub fn contains(self, pixel: UVec2) -> bool {
         pixel.cmpge(self.min).all() && pixel.cmplt(self.max).all()
     }
 
-    /// What both have.
+    /// Pixels in both rectangles.
     pub fn intersection(self, other: Self) -> Self {
         Self {
             min: self.min.max(other.min),
@@ -63,39 +63,39 @@ impl Rect {
 /// Change of the sums of a pixel by samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// Adds the samples that come next.
+    /// Adds the next samples.
     Add,
     /// Adds one sample that is in no block.
     AddAlone,
-    /// Takes the samples out again that came last, part of a block.
+    /// Subtracts the last samples again, which are part of a block.
     TakeBack,
 }
 
-/// A block of pixels that one task works on at a time.
+/// A block of pixels for one task at a time.
 #[derive(Clone, Debug)]
 pub struct Tile {
     cell: Rect,
     bounds: Rect,
-    /// Index of the first sample that it takes.
+    /// Index of the first sample.
     first: u32,
-    /// Samples per pixel that it was promised.
+    /// Number of samples per pixel that are scheduled.
     target: u32,
     pixels: Vec<Accumulator>,
-    /// One a pixel, or none.
+    /// One per pixel; empty without features.
     features: Vec<FeatureSums>,
-    /// Parts of the light that are distinguished, and the sums of each, pixel by pixel.
+    /// Number of separate parts of the light. `part_sums` holds their sums, pixel by pixel.
     parts: usize,
     part_sums: Vec<PartSum>,
-    /// The classifier of paths, if the last parts are classes of paths.
+    /// Classifier of light paths, if the last parts are light path expressions.
     light_paths: Option<Arc<LightPaths>>,
-    /// Sums of the share in which samples see the background: one a pixel, or none.
+    /// Sums of the share of background that samples see: one per pixel; empty if not summed.
     background: Vec<BackgroundSum>,
-    /// The background that these samples see.
+    /// Background that the samples see.
     backing: Option<Backing>,
 }
 
 impl Tile {
-    /// The part of `cell` that is inside `crop`, for samples from `first` on.
+    /// Empty tile for the part of `cell` inside `crop`, for samples from `first` on.
     pub(super) fn new(cell: Rect, crop: Rect, first: u32) -> Self {
         let bounds = cell.intersection(crop);
         Self {
@@ -113,70 +113,70 @@ impl Tile {
         }
     }
 
-    /// The block of the full image that it is of; a crop leaves a part of it.
+    /// Block of the full image that contains the tile. A crop can cut off a part of it.
     pub fn cell(&self) -> Rect {
         self.cell
     }
 
-    /// Pixels of the tile in the image.
+    /// Pixels of the tile, in image coordinates.
     pub fn bounds(&self) -> Rect {
         self.bounds
     }
 
-    /// Each pixel's coordinates and sums, row by row.
+    /// Coordinates and sums of each pixel, row by row.
     pub fn iter(&self) -> impl Iterator<Item = (UVec2, &Accumulator)> {
         self.bounds.pixels().zip(&self.pixels)
     }
 
-    /// Sums the features of what is met, from now on.
+    /// Starts to sum features.
     pub(super) fn sum_features(&mut self) {
         self.features = vec![FeatureSums::default(); self.pixels.len()];
     }
 
-    /// Whether features are summed.
+    /// Returns true if features are summed.
     pub fn has_features(&self) -> bool {
         !self.features.is_empty()
     }
 
-    /// Sums of the features of `pixel`, if there are any.
+    /// Sums of the features of `pixel`, if they are summed.
     pub fn features(&self, pixel: UVec2) -> Option<&FeatureSums> {
         self.features.get(self.index(pixel)?)
     }
 
-    /// Sums of the features of `pixel`, to add to them.
+    /// Mutable [`Tile::features`].
     pub(super) fn features_mut(&mut self, pixel: UVec2) -> Option<&mut FeatureSums> {
         let index = self.index(pixel)?;
         self.features.get_mut(index)
     }
 
-    /// Sums so many parts of the light by themselves, from now on.
+    /// Starts to sum `parts` parts of the light.
     pub(super) fn sum_parts(&mut self, parts: usize) {
         self.parts = parts;
         self.part_sums = vec![PartSum::default(); parts * self.pixels.len()];
     }
 
-    /// Number of parts of the light that are summed by themselves.
+    /// Number of separately summed parts of the light.
     pub fn parts(&self) -> usize {
         self.parts
     }
 
-    /// Tells the paths of samples apart, from now on: their parts are the last ones.
+    /// Starts to separate light by paths. Their parts are the last parts.
     pub(super) fn tell_paths(&mut self, paths: Arc<LightPaths>) {
         self.light_paths = Some(paths);
     }
 
-    /// The classifier of paths, if there is one.
+    /// Classifier of light paths, if any.
     pub fn light_paths(&self) -> Option<&Arc<LightPaths>> {
         self.light_paths.as_ref()
     }
 
-    /// Number of parts before those of light paths.
+    /// Number of parts of the light before the parts of light path expressions.
     pub fn parts_before_paths(&self) -> usize {
         let of_paths = self.light_paths.as_ref().map_or(0, |paths| paths.layers().len());
         self.parts.saturating_sub(of_paths)
     }
 
-    /// Empty sums of one pixel, of all that the tile sums.
+    /// Empty block for one pixel, with all sums of the tile.
     pub fn block(&self) -> PixelBlock {
         let classes = self.light_paths.as_ref().map_or(0, |paths| paths.classes());
         PixelBlock::new(self.has_features(), self.parts_before_paths(), classes)
@@ -207,7 +207,7 @@ impl Tile {
         self.change_parts(pixel, samples, turn);
     }
 
-    /// Adds the sums that `other` has of `pixel`.
+    /// Adds the sums of `pixel` in `other`.
     pub(super) fn merge(&mut self, pixel: UVec2, other: &Self) {
         let (Some(index), Some(sums)) = (self.index(pixel), other.sums(pixel)) else {
             return;
@@ -239,13 +239,13 @@ impl Tile {
         }
     }
 
-    /// Sums of each part of the light at `pixel`; empty where there are none.
+    /// Sums of each part of the light at `pixel`; empty if there are none.
     pub fn part_sums(&self, pixel: UVec2) -> &[PartSum] {
         let range = self.part_range(pixel);
         self.part_sums.get(range).unwrap_or_default()
     }
 
-    /// Sums of each part of the light at `pixel`, to add to them.
+    /// Mutable [`Tile::part_sums`].
     pub(super) fn part_sums_mut(&mut self, pixel: UVec2) -> &mut [PartSum] {
         let range = self.part_range(pixel);
         self.part_sums.get_mut(range).unwrap_or_default()
@@ -256,55 +256,55 @@ impl Tile {
         self.index(pixel).map_or(0..0, |index| index * n..(index + 1) * n)
     }
 
-    /// Sums the share of the background `backing`, from now on.
+    /// Starts to sum the share of the background `backing`.
     pub(super) fn sum_background(&mut self, backing: Backing) {
         self.background = vec![BackgroundSum::default(); self.pixels.len()];
         self.backing = Some(backing);
     }
 
-    /// The background of which the share is summed, if it is.
+    /// Background whose share is summed, if any.
     pub fn backing(&self) -> Option<Backing> {
         self.backing
     }
 
-    /// Sum over the samples of `pixel` of the share in which each sees the background, if that is summed.
+    /// Sum over the samples of `pixel` of the share of background that each sees, if summed.
     pub fn background(&self, pixel: UVec2) -> Option<BackgroundSum> {
         self.background.get(self.index(pixel)?).copied()
     }
 
-    /// The sum of [`Tile::background`], to add to it.
+    /// Mutable sum of [`Tile::background`].
     pub(super) fn background_mut(&mut self, pixel: UVec2) -> Option<&mut BackgroundSum> {
         let index = self.index(pixel)?;
         self.background.get_mut(index)
     }
 
-    /// Samples that each pixel has.
+    /// Number of samples per pixel.
     pub fn samples(&self) -> u32 {
         self.pixels.first().map_or(0, Accumulator::samples)
     }
 
-    /// Index of the first sample that it takes.
+    /// Index of the first sample.
     pub fn first_sample(&self) -> u32 {
         self.first
     }
 
-    /// Index of the sample that it takes next.
+    /// Index of the next sample.
     pub fn next_sample(&self) -> u32 {
         self.first.saturating_add(self.samples())
     }
 
-    /// Samples per pixel that it gets before anything is decided anew.
+    /// Scheduled number of samples per pixel, before the next decision.
     pub fn target(&self) -> u32 {
         self.target
     }
 
-    /// Promises so many samples per pixel.
+    /// Sets the scheduled number of samples per pixel.
     pub fn set_target(&mut self, samples: u32) {
         self.target = samples;
     }
 
-    /// Mean over its pixels of [`Accumulator::squared_error`], and of that of a transparent background:
-    /// the error is then that of the picture over white.
+    /// Mean over the pixels of [`Accumulator::squared_error`]. With a transparent background, it
+    /// includes the background's error, and is the error of the picture over white.
     pub fn error(&self) -> f64 {
         let mut sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
         if self.backing == Some(Backing::Transparent) {
@@ -316,12 +316,12 @@ impl Tile {
         sum / self.pixels.len().max(1) as f64
     }
 
-    /// The sums of the pixel in this column and row of the image, if it is in the tile.
+    /// Sums of `pixel`, in image coordinates; `None` outside the tile.
     pub fn sums(&self, pixel: UVec2) -> Option<&Accumulator> {
         self.pixels.get(self.index(pixel)?)
     }
 
-    /// The sums of a pixel, to add samples to.
+    /// Mutable [`Tile::sums`].
     pub fn sums_mut(&mut self, pixel: UVec2) -> Option<&mut Accumulator> {
         let index = self.index(pixel)?;
         self.pixels.get_mut(index)

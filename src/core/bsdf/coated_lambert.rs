@@ -5,41 +5,45 @@ use crate::math::Vec3;
 use crate::sampling::warp::cosine_hemisphere_pdf;
 use std::f32::consts::PI;
 
-/// Ideal diffuse reflection below a coat: it gets what the coat, a [`super::RoughConductor`] without colour, does not
-/// reflect, on the way in and on the way out. Alike on both sides of the surface.
+/// Ideal diffuse reflection below a coat, a colourless [`super::RoughConductor`]. The base gets the
+/// light that the coat transmits, on the way in and on the way out. Symmetric on both sides of the
+/// surface.
 ///
-/// `f = albedo (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē))`, with the coat's albedo `E` towards a direction and its mean `Ē`
-/// (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling"):
-/// reciprocal, and of albedo 1 it reflects with the coat all light.
+/// `f = albedo (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē))`, with the coat's albedo `E` towards a
+/// direction and its mean `Ē` (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled
+/// Specular-Matte BRDF Model with Importance Sampling"). The lobe is reciprocal. With albedo 1,
+/// base and coat together reflect all light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatedLambert {
     albedo: Spectrum,
-    /// What the coat reflects along the normal.
+    /// Reflectance of the coat along the normal.
     f0: f32,
     roughness: f32,
-    /// What several reflections in the coat give of what a single one leaves behind.
+    /// Share of the light lost by single reflections in the coat that multiple reflections return.
     several: f32,
-    /// Share that passes the coat, on average.
+    /// Mean transmittance of the coat.
     passed: f32,
 }
 
 impl CoatedLambert {
-    /// Albedo, reflectance of the coat along the normal, roughness.
+    /// Albedo, reflectance of the coat along the normal, and roughness.
     pub(super) fn parameters(&self) -> (Spectrum, f32, f32) {
         (self.albedo, self.f0, self.roughness)
     }
 
-    /// `√α` of the coat.
+    /// Roughness `√α` of the coat.
     pub(super) fn roughness(&self) -> f32 {
         self.roughness
     }
 
-    /// Albedo; mean transmittance of the coat; 1, since there is a coat; its reflectance along the normal, and the share that several reflections give back.
+    /// Parameters for [`super::BsdfLanes`]: albedo; mean transmittance of the coat; 1, because
+    /// there is a coat; reflectance of the coat along the normal, and share that multiple
+    /// reflections return.
     pub(super) fn lane_parameters(&self) -> (Spectrum, f32, f32, [f32; 2]) {
         (self.albedo, self.passed, 1.0, [self.f0, self.several])
     }
 
-    /// Below a coat of slopes `alpha` that reflects `f0` along the normal, by Schlick's formula.
+    /// Lobe below a coat with slope `alpha` and Schlick's reflectance `f0` along the normal.
     pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
         let roughness = alpha.max(0.0).sqrt();
         let [missing, grazing] = ConductorTables::new(roughness)
@@ -56,7 +60,7 @@ impl CoatedLambert {
         }
     }
 
-    /// Terms of a direction: the energy that passes the coat.
+    /// Terms of a direction: the transmittance of the coat.
     #[inline(always)]
     pub(super) fn terms(&self, energy: &mut EnergyLookup) -> DirectionTerms {
         let ConductorEnergy { loss, grazing, .. } = energy.of(self.roughness);
@@ -66,7 +70,8 @@ impl CoatedLambert {
         }
     }
 
-    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, cosine-weighted as [`Lambert`](super::Lambert)'s, which draws `wi`.
+    /// Value of the lobe, sr⁻¹. And density of `wi` per solid angle, cosine-weighted: the direction
+    /// is sampled as in [`Lambert`](super::Lambert).
     #[inline(always)]
     pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) || self.albedo.is_black() {
@@ -76,20 +81,20 @@ impl CoatedLambert {
         (f, cosine_hemisphere_pdf(wi.z.abs()))
     }
 
-    /// Share that is scattered of uniform light.
+    /// Mean albedo under uniform light.
     pub(super) fn albedo(&self) -> Spectrum {
         self.albedo * self.passed
     }
 
-    /// Share that is scattered for `wo`.
+    /// Directional albedo towards `wo`.
     #[inline(always)]
     pub(super) fn albedo_towards(&self, terms: &DirectionTerms) -> Spectrum {
         self.albedo * terms.share
     }
 }
 
-/// What a coat lets pass of which single reflections leave `missing` behind, and reflect `grazing` where each is
-/// weighed by `(1 − cos)⁵`.
+/// Transmittance of a coat. Its single reflections lose the share `missing`. `grazing` is their
+/// albedo, weighted by `(1 − cos)⁵`.
 #[inline(always)]
 fn passed(f0: f32, several: f32, missing: f32, grazing: f32) -> f32 {
     1.0 - (f0 * (1.0 - missing - grazing) + grazing + several * missing)

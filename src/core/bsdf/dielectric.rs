@@ -2,34 +2,37 @@ use super::{BsdfSample, Scattering, TransportMode, fresnel, mirror_direction};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// A smooth boundary of a dielectric: reflects by Fresnel's equations, and refracts the rest by Snell's law.
+/// A smooth dielectric boundary: reflects by Fresnel's equations and refracts the rest by Snell's
+/// law.
 ///
-/// +z is the outside. Radiance that crosses the boundary changes with the square of the index (PBR4 §9.5.2).
+/// +z is the outside. Radiance that crosses the boundary changes with the square of the index (PBR4
+/// §9.5.2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric {
-    /// Factor of what is reflected.
+    /// Factor of the reflected light.
     pub reflectance: Spectrum,
-    /// Factor of what is refracted.
+    /// Factor of the refracted light.
     pub transmittance: Spectrum,
-    /// Index of refraction inside over the one outside.
+    /// Index of refraction inside, relative to the outside.
     pub ior: f32,
 }
 
 impl Dielectric {
-    /// Share of the flux of uniform light that is reflected or refracted to `wo`, by channel.
+    /// Directional albedo: share of the flux of uniform light that is reflected or refracted to
+    /// `wo`, by channel.
     pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         let eta = if wo.z > 0.0 { self.ior } else { 1.0 / self.ior };
         let (r, _) = fresnel::dielectric(wo.z.abs(), eta);
         self.reflectance * r + self.transmittance * (1.0 - r)
     }
 
-    /// The reflected and the refracted direction, each with its share of the flux as density.
+    /// Reflected and refracted direction, each with its share of the flux as density.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         let cos_o = wo.z.abs();
         if cos_o == 0.0 {
             return [None, None];
         }
-        // Index on the other side over the one on the side of wo
+        // Index on the other side, relative to the side of `wo`
         let eta = if wo.z > 0.0 { self.ior } else { 1.0 / self.ior };
         let (r, cos_t) = fresnel::dielectric(cos_o, eta);
         let f = self.reflectance * (r / cos_o);
@@ -38,7 +41,7 @@ impl Dielectric {
             return [Some(reflected), None];
         }
 
-        // Radiance is spread over, or gathered from, another solid angle; importance is not.
+        // Refraction changes the solid angle of radiance. Importance does not change.
         let scale = match mode {
             TransportMode::Radiance => 1.0 / (eta * eta),
             TransportMode::Importance => 1.0,

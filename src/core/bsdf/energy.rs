@@ -1,16 +1,20 @@
 //! Multiple-scattering compensation of rough lobes.
 //!
-//! Microfacet models of single scattering lose the light that other facets block: 69 % at roughness 1, along the normal. Lobes give it back in the
-//! reciprocal form of Kulla and Conty (2017, "Revisiting Physically Based Shading at Imageworks"). A division by the albedo would not be reciprocal.
-//! The form needs the missing share towards each direction, and its mean over the cosine.
+//! Microfacet models with single scattering lose the light that other facets block: 69 % at
+//! roughness 1, along the normal. Lobes return it in the reciprocal form of Kulla and Conty (2017,
+//! "Revisiting Physically Based Shading at Imageworks"). A division by the albedo would not be
+//! reciprocal. The form needs the energy loss towards each direction, and its cosine-weighted mean.
 //!
-//! Both are tabulated, by quadrature over the visible facets of the lobes themselves. Axes are `√cos θ`, the roughness `√α` and, for dielectrics, `(η
-//! − 1) / (η + 1)`: along them the shares are nearly straight. A row of one roughness and index is made when it is first asked for, within 2 ms for a
-//! metal and 20 ms for glass. A fitted polynomial would be faster, and could not be checked against the lobe that it stands for.
+//! Both are tabulated by quadrature over the visible facets of the lobes themselves. The axes are
+//! `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) / (η + 1)`: the values are nearly
+//! linear along them. A row for one roughness and index is computed on first use, within 2 ms for a
+//! metal and 20 ms for glass. A fitted polynomial would be faster, but could not be checked against
+//! its lobe.
 //!
-//! Light of multiple scattering is sampled as it is distributed: by the cosine alone, a sample at the horizon of a nearly smooth surface would weigh
-//! hundreds of times the mean. Anisotropic facets use the tables of the geometric mean of their two slopes. docs/benchmarks.md, "Energy of lobes",
-//! has what is left of the error.
+//! Light of multiple scattering is sampled in proportion to its distribution. With cosine sampling
+//! only, a sample at the horizon of a nearly smooth surface would weigh hundreds of times the mean.
+//! Anisotropic facets use the tables of the geometric mean of their two slopes. The remaining error
+//! is in docs/benchmarks.md, "Energy of lobes".
 
 use super::fresnel;
 use super::ggx::Ggx;
@@ -19,28 +23,30 @@ use std::array::from_fn;
 use std::f32::consts::FRAC_1_PI;
 use std::sync::OnceLock;
 
-/// Nodes along roughness and along the cosine.
+/// Number of nodes along roughness and along the cosine.
 pub(super) const NODES: usize = 32;
 
-/// Nodes along the index of refraction.
+/// Number of nodes along the index of refraction.
 const INDEX_NODES: usize = 65;
 
-/// Indices beyond this, and below its inverse, count as this.
+/// Maximum index of refraction; indices are clamped to it, and to its inverse.
 const LARGEST_ETA: f32 = 3.0;
 
-/// Points of the quadrature: facets' azimuths, and steps from those that reflect light back to those that graze it.
+/// Points of the quadrature: azimuths of the facets, and steps from facets that reflect light back
+/// to grazing facets.
 const POINTS: [usize; 2] = [32, 48];
 
-/// Mirror facets, by roughness: the share that is missing, and the one that leaves weighed by `(1 − cos)⁵` of the angle
-/// with the facet.
+/// Tables of mirror facets, by roughness: the energy loss, and the albedo weighted by `(1 − cos)⁵`
+/// of the angle with the facet.
 static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
-/// Facets that refract, by index and roughness: the share that is missing, and the share that single
-/// scattering reflects.
+/// Tables of refracting facets, by index and roughness: the energy loss, and the albedo of
+/// reflection by single scattering.
 static DIELECTRICS: [[OnceLock<[Row; 2]>; NODES]; INDEX_NODES] =
     [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
 
-/// Energy by the cosine of its direction, for one roughness: a blend of the rows of neighbouring nodes.
+/// Energy by the cosine of its direction, for one roughness: interpolated from the rows of
+/// neighbouring nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EnergyTable<const N: usize> {
     rows: [(&'static Row, f32); N],
@@ -49,25 +55,26 @@ pub(super) struct EnergyTable<const N: usize> {
 /// Energy tables of rough conductors with one roughness.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ConductorTables {
-    /// Place of the roughness among the nodes, in steps.
+    /// Position of the roughness among the nodes, in steps.
     place: f32,
 }
 
 /// Energy of rough conductors towards one direction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ConductorEnergy {
-    /// Share that single reflections lose.
+    /// Energy loss of single reflections.
     pub loss: f32,
-    /// Mean of that over the cosine of all directions.
+    /// Cosine-weighted mean of `loss` over all directions.
     pub mean_loss: f32,
-    /// Density with which [`EnergyTable::sample`] of the loss draws the direction, per solid angle.
+    /// Density of the direction in [`EnergyTable::sample`] of the loss, per solid angle.
     pub loss_pdf: f32,
-    /// Share that single reflections reflect, each weighed by Schlick's `(1 − cos)⁵` of the angle with the facet.
+    /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵` of the angle with the
+    /// facet.
     pub grazing: f32,
 }
 
 impl ConductorTables {
-    /// Tables for this roughness, `√α`.
+    /// Tables for the roughness `√α`.
     #[inline(always)]
     pub fn new(roughness: f32) -> Self {
         Self {
@@ -75,7 +82,8 @@ impl ConductorTables {
         }
     }
 
-    /// Energy that single reflections lose, and energy that they reflect, weighed by Schlick's `(1 − cos)⁵` of the angle with the facet.
+    /// Energy loss of single reflections, and their albedo weighted by Schlick's `(1 − cos)⁵` of
+    /// the angle with the facet.
     pub fn loss_and_grazing(&self) -> [EnergyTable<2>; 2] {
         let (node, t) = cell(self.place, NODES);
         let (lower, upper) = (mirror_rows(node), mirror_rows(node + 1));
@@ -84,13 +92,13 @@ impl ConductorTables {
         })
     }
 
-    /// Energy that single reflections lose.
+    /// Energy loss of single reflections.
     pub fn loss(&self) -> EnergyTable<2> {
         let [loss, _] = self.loss_and_grazing();
         loss
     }
 
-    /// All quantities towards a cosine, which share their place in the tables.
+    /// All quantities towards a direction with the cosine `cos`. They share one lookup position.
     #[inline(always)]
     pub fn towards(&self, cos: f32) -> ConductorEnergy {
         let rows = ConductorRows::of(*self);
@@ -105,19 +113,19 @@ impl ConductorTables {
     }
 }
 
-/// Rows of the tables of rough conductors with one roughness, where many directions are looked up.
+/// Rows of the tables of rough conductors with one roughness, for many lookups.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ConductorRows {
     lower: &'static [Row; 2],
     upper: &'static [Row; 2],
-    /// Weight of the upper ones.
+    /// Weight of `upper`.
     t: f32,
-    /// Mean over the cosine of the share that single reflections lose.
+    /// Cosine-weighted mean of the energy loss of single reflections.
     pub mean_loss: f32,
 }
 
 impl ConductorRows {
-    /// The rows of `tables`.
+    /// Rows of `tables`.
     #[inline(always)]
     pub fn of(tables: ConductorTables) -> Self {
         let (node, t) = cell(tables.place, NODES);
@@ -130,19 +138,20 @@ impl ConductorRows {
         }
     }
 
-    /// Share that single reflections lose, at a node of the cosine before the last and at the one behind it.
+    /// Energy loss of single reflections, at a node of the cosine before the last and at the next
+    /// node.
     #[inline(always)]
     pub fn loss(&self, node: usize) -> [f32; 2] {
         self.at(0, node)
     }
 
-    /// Share that single reflections reflect, each weighed by Schlick's `(1 − cos)⁵`, at the two nodes.
+    /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵`, at the two nodes.
     #[inline(always)]
     pub fn grazing(&self, node: usize) -> [f32; 2] {
         self.at(1, node)
     }
 
-    /// Mean of the loss between the two nodes, over that of all cosines.
+    /// Mean of the loss between the two nodes, relative to the mean over all cosines.
     #[inline(always)]
     pub fn loss_cell(&self, node: usize) -> f32 {
         self.blend(self.lower[0].cells[node], self.upper[0].cells[node]) / self.mean_loss
@@ -163,12 +172,14 @@ impl ConductorRows {
     }
 }
 
-/// Terms of a lobe that depend on one direction, `wo` or `wi`, alone; zero for kinds of lobes that have none.
+/// Terms of a lobe that depend on one direction only, `wo` or `wi`; zero for kinds of lobes without
+/// such terms.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DirectionTerms {
-    /// Rough lobes: energy towards the direction that single scattering loses. Coated lobes: energy that passes the coat.
+    /// Rough lobes: energy loss of single scattering towards the direction. Coated lobes:
+    /// transmittance of the coat.
     pub share: f32,
-    /// Rough lobes: density with which light of several scatterings is drawn.
+    /// Rough lobes: density of sampling the direction for multiple scattering.
     pub several_pdf: f32,
     /// Rough conductors: energy of the facets.
     pub energy: ConductorEnergy,
@@ -176,7 +187,8 @@ pub(super) struct DirectionTerms {
     pub stretched: f32,
 }
 
-/// The energy of rough conductors towards one direction that was looked up last: a coat and the base below it ask for the same.
+/// Cache of the last energy lookup of rough conductors towards one direction. A coat and the base
+/// below it need the same energy.
 #[derive(Debug)]
 pub(super) struct EnergyLookup {
     cos: f32,
@@ -184,7 +196,7 @@ pub(super) struct EnergyLookup {
 }
 
 impl EnergyLookup {
-    /// Towards the unit direction `w`.
+    /// Lookup towards the unit direction `w`.
     #[inline(always)]
     pub fn new(w: Vec3) -> Self {
         Self {
@@ -193,7 +205,7 @@ impl EnergyLookup {
         }
     }
 
-    /// The energy for this roughness, `√α`.
+    /// Energy for the roughness `√α`.
     #[inline(always)]
     pub fn of(&mut self, roughness: f32) -> ConductorEnergy {
         let tables = ConductorTables::new(roughness);
@@ -208,12 +220,14 @@ impl EnergyLookup {
     }
 }
 
-/// Energy that single scattering by a rough dielectric loses; the index beyond is `eta` times the one on the side of the incident light.
+/// Energy loss of single scattering by a rough dielectric. `eta` is the index beyond the surface,
+/// relative to the side of the incident light.
 pub(super) fn dielectric_loss(roughness: f32, eta: f32) -> EnergyTable<4> {
     dielectric_table(roughness, eta, 0)
 }
 
-/// Energy that single scattering by a rough dielectric reflects, with the index of [`dielectric_loss`].
+/// Albedo of reflection by single scattering by a rough dielectric, with the index of
+/// [`dielectric_loss`].
 pub(super) fn dielectric_reflected(roughness: f32, eta: f32) -> EnergyTable<4> {
     dielectric_table(roughness, eta, 1)
 }
@@ -233,21 +247,22 @@ fn dielectric_table(roughness: f32, eta: f32, kind: usize) -> EnergyTable<4> {
 }
 
 impl<const N: usize> EnergyTable<N> {
-    /// The share towards a cosine.
+    /// Energy towards a direction with the cosine `cos`.
     #[inline(always)]
     pub fn towards(&self, cos: f32) -> f32 {
         self.blend(|row| row.at(cos))
     }
 
-    /// Mean over the cosine, `2 ∫ x cos d cos`.
+    /// Cosine-weighted mean, `2 ∫ x cos d cos`.
     #[inline(always)]
     pub fn mean(&self) -> f32 {
         self.blend(|row| row.mean)
     }
 
-    /// Draws a direction on the upper hemisphere nearly in proportion to the energy, with density [`EnergyTable::pdf`].
+    /// Samples a direction on the upper hemisphere nearly in proportion to the energy, with density
+    /// [`EnergyTable::pdf`].
     pub fn sample(&self, u: Vec2) -> Vec3 {
-        // The cell that holds u, and the square of a cosine in it
+        // Cell that contains `u`, and the square of a cosine in the cell
         let mut rest = u.x * self.mean();
         let mut cos2 = 1.0;
         for cell in 0..NODES - 1 {
@@ -265,7 +280,8 @@ impl<const N: usize> EnergyTable<N> {
         Vec3::new(r * cos, r * sin, cos2.sqrt())
     }
 
-    /// Density of [`EnergyTable::sample`] per solid angle: the cosine's, times the mean share of the cell over that of all.
+    /// Density of [`EnergyTable::sample`] per solid angle: the cosine density times the mean of the
+    /// cell over the mean of all cells.
     #[inline(always)]
     pub fn pdf(&self, cos: f32) -> f32 {
         let (cell, _) = cell(place(cos.sqrt(), NODES), NODES);
@@ -278,8 +294,9 @@ impl<const N: usize> EnergyTable<N> {
     }
 }
 
-/// What comes out of several reflections in all, over what one has left behind: facets that reflect `f` on average
-/// leave `f² Ē (1 + f (1 − Ē) + …)`, where `1 − Ē` is missing.
+/// Energy returned by multiple reflections, relative to the energy loss of single reflections.
+/// Facets with mean reflectance `f` return `f² Ē (1 + f (1 − Ē) + …)`, where `1 − Ē` is the mean
+/// loss.
 pub(super) fn several_reflections(f: f32, mean_missing: f32) -> f32 {
     f * f * (1.0 - mean_missing) / (1.0 - f * mean_missing)
 }
@@ -313,18 +330,18 @@ fn dielectric_rows(index: usize, node: usize) -> &'static [Row; 2] {
     })
 }
 
-/// A quantity by cosine, of one roughness.
+/// Values of a quantity by cosine, for one roughness.
 #[derive(Debug)]
 pub(super) struct Row {
     nodes: [f32; NODES],
-    /// Means over the cosine between nodes.
+    /// Cosine-weighted means between neighbouring nodes.
     cells: [f32; NODES - 1],
-    /// Mean over the cosine of all.
+    /// Cosine-weighted mean over all directions.
     pub mean: f32,
 }
 
 impl Row {
-    /// Of the quantity that `value` gives for a cosine.
+    /// Row of the quantity that `value` returns for a cosine.
     pub fn of(value: impl Fn(f32) -> f32) -> Self {
         Self::new(from_fn(|node| value(coordinate(node, NODES).powi(2))))
     }
@@ -332,7 +349,8 @@ impl Row {
     fn new(nodes: [f32; NODES]) -> Self {
         let mut mean = 0.0;
         let cells = from_fn(|cell| {
-            // 4 ∫ x s³ ds of values that are linear in s = √cos, exactly: Gauss-Legendre with three points
+            // 4 ∫ x s³ ds of values that are linear in s = √cos, exactly: Gauss-Legendre with three
+            // points
             let half = 0.5 * 0.6f32.sqrt();
             let points = [(0.5 - half, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + half, 5.0 / 18.0)];
             let [lower, upper] = [cell, cell + 1].map(|node| coordinate(node, NODES));
@@ -346,7 +364,7 @@ impl Row {
         Self { nodes, cells, mean }
     }
 
-    /// The quantity at a cosine.
+    /// Quantity at a cosine.
     #[inline(always)]
     pub fn at(&self, cos: f32) -> f32 {
         let (node, t) = cell(place(cos.sqrt(), NODES), NODES);
@@ -354,24 +372,24 @@ impl Row {
     }
 }
 
-/// Where the `i`-th of `n` nodes lies in [0, 1].
+/// Coordinate of the `i`-th of `n` nodes in [0, 1].
 pub(super) fn coordinate(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
-// `powi` may be folded in another order by another build, which changes bits.
+// Builds may evaluate `powi` in different orders, which changes bits.
 fn fourth_power(x: f32) -> f32 {
     x * x * (x * x)
 }
 
-/// Place of `x`, clamped to [0, 1], between the first node and the last of `n`, in steps.
+/// Position of `x`, clamped to [0, 1], on an axis of `n` nodes, in steps.
 #[inline(always)]
 pub(super) fn place(x: f32, n: usize) -> f32 {
-    // Unlike `clamp`, this makes a number of NaN.
+    // Unlike `clamp`, this maps NaN to 0.
     if x > 0.0 { x.min(1.0) * (n - 1) as f32 } else { 0.0 }
 }
 
-/// The node before `place`, never the last of `n`, and how far `place` is on its way to the next.
+/// The node before `place`, at most `n - 2`, and the offset of `place` from it in steps.
 #[inline(always)]
 pub(super) fn cell(place: f32, n: usize) -> (usize, f32) {
     let node = (place as usize).min(n - 2);
@@ -382,12 +400,12 @@ fn index_coordinate(eta: f32) -> f32 {
     (eta - 1.0) / (eta + 1.0)
 }
 
-/// What a share leaves of 1. Lobes divide by it, so it is not less than the rounding of 1.
+/// Energy loss `1 - share`. Lobes divide by it, so it is at least the rounding of 1.
 fn missing(share: f64) -> f32 {
     ((1.0 - share) as f32).max(f32::EPSILON)
 }
 
-/// Share of what the facet `h` reflects that is not shadowed.
+/// Weight of a reflection on the facet `h`: the share that is not shadowed.
 fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
     let wi = 2.0 * cos * h - wo;
     if wi.z > 0.0 {
@@ -397,11 +415,11 @@ fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
     }
 }
 
-/// Means of `value`, of a direction, the facets, the normal of one and its cosine, over the facets that the direction
-/// sees; for each node of the cosine.
+/// Means of `value` over the facets visible from a direction, for each node of the cosine. `value`
+/// gets the direction, the facets, the normal of a facet, and its cosine with the direction.
 ///
-/// Half of the azimuths mirror the other half. Steps are short where facets graze: smooth surfaces have few of these,
-/// and they alone lose light.
+/// Half of the azimuths mirror the other half. Steps are short near grazing facets: smooth surfaces
+/// have few of them, and only they lose light.
 fn along_cosines<const K: usize>(
     roughness: f32,
     value: impl Fn(Vec3, Ggx, Vec3, f32) -> [f32; K],

@@ -1,7 +1,7 @@
-//! Scattering events, as light path expressions distinguish them (`light_paths`).
+//! Scattering events, as separated by light path expressions (`light_paths`).
 //!
-//! Smooth lobes cover each other: no direction belongs to one of them. An event is therefore split among the lobes by what each of them scatters, their
-//! share of the value of the BSDF.
+//! Smooth lobes overlap, so a direction does not belong to one lobe. An event is therefore split
+//! among the lobes, in proportion to their shares of the BSDF's value.
 
 use super::{Bsdf, Lobe, Scattering, same_hemisphere};
 use crate::color::Spectrum;
@@ -27,22 +27,22 @@ pub enum EventKind {
 /// Light that a surface scatters from one direction into another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ScatteringEvent {
-    /// By a delta lobe.
+    /// Scattering by a delta lobe.
     Specular {
-        /// Whether the light passes the surface.
+        /// True if the light passes the surface.
         is_transmitted: bool,
     },
-    /// By smooth lobes.
+    /// Scattering by smooth lobes.
     Smooth {
-        /// Whether the light passes the surface.
+        /// True if the light passes the surface.
         is_transmitted: bool,
-        /// Share of diffuse lobes, by channel, 0 to 1; glossy ones have the rest.
+        /// Share of diffuse lobes, by channel, 0 to 1; the rest is glossy.
         diffuse: Spectrum,
     },
 }
 
 impl ScatteringEvent {
-    /// Kinds of scattering, each with its share, by channel; the shares sum to 1.
+    /// Kinds of scattering, each with its share by channel. The shares sum to 1.
     pub fn shares(self) -> [(EventKind, Spectrum); 2] {
         use EventKind::*;
         match self {
@@ -69,7 +69,7 @@ impl ScatteringEvent {
 }
 
 impl Bsdf {
-    /// The event of light from `wi` that leaves to `wo`, by a delta lobe or by the smooth lobes.
+    /// Event of light from `wi` that leaves to `wo`, by a delta lobe or by the smooth lobes.
     pub fn event(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         let is_transmitted = !same_hemisphere(wo, wi);
         if is_delta {
@@ -82,11 +82,11 @@ impl Bsdf {
         }
     }
 
-    /// Share of diffuse lobes in [`Bsdf::eval`], by channel; 0 where that is 0.
+    /// Share of diffuse lobes in [`Bsdf::eval`], by channel; 0 if the value is 0.
     fn diffuse_share(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let is_diffuse = |lobe: &Lobe| lobe.scattering() == Scattering::Diffuse;
         let mut smooth = self.lobes().filter(|lobe| !lobe.is_delta()).map(is_diffuse);
-        // Most BSDFs need no evaluation.
+        // Most BSDFs have smooth lobes of one kind and need no evaluation.
         let Some(first) = smooth.next() else {
             return Spectrum::ZERO;
         };
@@ -149,7 +149,7 @@ mod tests {
             .iter()
             .fold(Spectrum::ZERO, |sum, (_, s)| sum + *s);
         assert_eq!(sum, Spectrum::ONE);
-        // Single lobes have all of it.
+        // A single lobe has the full share.
         let alone = |lobe| Bsdf::Single(lobe).event(wo, wi, false).shares()[0];
         assert_eq!(alone(lambert), (EventKind::DiffuseReflection, Spectrum::ONE));
         assert_eq!(alone(phong), (EventKind::DiffuseReflection, Spectrum::ZERO));

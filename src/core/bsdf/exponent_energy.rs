@@ -1,9 +1,9 @@
-//! Tables of the shares that lobes of an exponent reflect: Phong's and Blinn's.
+//! Tables of the directional albedos of lobes with an exponent: Phong's and Blinn's.
 //!
-//! Auxiliary channels need these shares; values and densities of the lobes do not. A row of one
-//! exponent is made by quadrature when it is first needed, within 1 ms. The axis of exponents `n` is
-//! `(2 / (n + 2))^¼`, the roughness of GGX facets about as wide; the axis of cosines is that of
-//! [`Row`]. The error of interpolation is below 0.004.
+//! Only auxiliary channels need these albedos; values and densities of the lobes do not. A row for
+//! one exponent is computed by quadrature on first use, within 1 ms. The axis of exponents `n` is
+//! `(2 / (n + 2))^¼`, the roughness of GGX facets of similar width. The axis of cosines is the axis
+//! of [`Row`]. The interpolation error is below 0.004.
 
 use super::energy::{NODES, Row, cell, coordinate, place};
 use super::mirror_direction;
@@ -11,38 +11,38 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::cosine_power_hemisphere;
 use std::sync::OnceLock;
 
-/// Points of the quadrature along each random number of a direction.
+/// Number of quadrature points along each random number of a direction.
 const POINTS: u32 = 48;
 
-/// Phong's lobe, by exponent: the reflected share.
+/// Directional albedo of Phong's lobe, by exponent.
 static PHONG: [OnceLock<Row>; NODES] = [const { OnceLock::new() }; NODES];
 
-/// Blinn's lobe of mirrors, by exponent: the reflected share, and the share weighed by `(1 − cos)⁵` of
-/// the angle with the facet.
+/// Blinn's lobe of mirrors, by exponent: the directional albedo, and the directional albedo
+/// weighted by `(1 − cos)⁵` of the angle with the facet.
 static BLINN: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
-/// Share of uniform light that Phong's lobe of this exponent and of reflectance 1 reflects towards a
-/// cosine.
+/// Directional albedo of Phong's lobe with reflectance 1, towards a direction with the cosine
+/// `cos`.
 pub(super) fn phong_reflected(exponent: f32, cos: f32) -> f32 {
     let (node, t) = nodes(exponent);
     let [lower, upper] = [node, node + 1].map(|node| phong_row(node).at(cos));
     lower + t * (upper - lower)
 }
 
-/// Share of uniform light that Blinn's grooves of mirrors reflect towards a cosine, and the share
-/// weighed by `(1 − cos)⁵` of the angle with the facet.
+/// Directional albedo of Blinn's grooves of mirrors towards a direction with the cosine `cos`, and
+/// the same weighted by `(1 − cos)⁵` of the angle with the facet.
 pub(super) fn blinn_reflected(exponent: f32, cos: f32) -> [f32; 2] {
     let (node, t) = nodes(exponent);
     let (lower, upper) = (blinn_rows(node), blinn_rows(node + 1));
     [0, 1].map(|kind| (1.0 - t) * lower[kind].at(cos) + t * upper[kind].at(cos))
 }
 
-/// The node before an exponent, and the distance to it in steps.
+/// Node before an exponent, and its distance in steps.
 fn nodes(exponent: f32) -> (usize, f32) {
     cell(place((2.0 / (exponent + 2.0)).sqrt().sqrt(), NODES), NODES)
 }
 
-/// Exponent of a node; `None` at the first one, which is a mirror.
+/// Exponent of a node; `None` for the first node, which is a mirror.
 fn exponent(node: usize) -> Option<f32> {
     let squared = coordinate(node, NODES) * coordinate(node, NODES);
     (node > 0).then(|| 2.0 / (squared * squared) - 2.0)
@@ -72,9 +72,9 @@ fn blinn_rows(node: usize) -> &'static [Row; 2] {
     })
 }
 
-/// Facets are drawn as Blinn's lobe draws them.
+/// Directional albedos by facets sampled as in Blinn's lobe.
 fn blinn_shares(n: f32, cos: f32) -> [f32; 2] {
-    // The limit at the horizon, where the weight is 0 / 0
+    // Limit at the horizon, where the weight is 0 / 0
     let wo = towards(cos.max(1e-4));
     mean(|u| {
         let wh = cosine_power_hemisphere(u, n + 1.0);

@@ -3,27 +3,27 @@
 use crate::color::Spectrum;
 use crate::math::{Vec3, encode_variants};
 
-/// Share of unpolarised light that a smooth boundary reflects.
+/// Reflectance of a smooth boundary for unpolarised light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Fresnel {
-    /// All of it, at every angle.
+    /// 1 at every angle.
     #[default]
     Full,
-    /// Between dielectrics.
+    /// Boundary between dielectrics.
     Dielectric {
-        /// Index of refraction behind the boundary over the one before it.
+        /// Index of refraction behind the boundary, relative to the front.
         eta: f32,
     },
-    /// Into a conductor.
+    /// Boundary of a conductor.
     Conductor {
         /// Index of refraction, for each channel.
         eta: [f32; 3],
         /// Extinction coefficient, for each channel.
         k: [f32; 3],
     },
-    /// By Schlick's formula, which has its colour along the normal and is white where light grazes (Schlick 1994).
+    /// Schlick's formula, `f0` along the normal and white at grazing angles (Schlick 1994).
     Schlick {
-        /// Share along the normal, for each channel.
+        /// Reflectance along the normal, for each channel.
         f0: [f32; 3],
     },
 }
@@ -36,7 +36,7 @@ encode_variants!(Fresnel {
 });
 
 impl Fresnel {
-    /// Reflected share at an angle of incidence whose cosine is `cos_i` ≥ 0.
+    /// Reflectance at an angle of incidence with the cosine `cos_i` ≥ 0.
     pub fn reflectance(&self, cos_i: f32) -> Spectrum {
         match *self {
             Self::Full => Spectrum::ONE,
@@ -51,8 +51,8 @@ impl Fresnel {
         }
     }
 
-    /// [`Fresnel::reflectance`] for auxiliary channels: conductors in f32, with an error below 10⁻³ in
-    /// a third of the time.
+    /// [`Fresnel::reflectance`] for auxiliary channels: conductors in f32, with an error below 10⁻³
+    /// in a third of the time.
     pub(super) fn fast_reflectance(&self, cos_i: f32) -> Spectrum {
         match *self {
             Self::Conductor { eta, k } => Spectrum::from([0, 1, 2].map(|c| fast_conductor(cos_i, eta[c], k[c]))),
@@ -60,11 +60,11 @@ impl Fresnel {
         }
     }
 
-    /// Share that facets reflect in all, of which mirrors would reflect `all`, and `grazing` if each
-    /// were weighed by Schlick's `(1 − cos)⁵`.
+    /// Directional albedo of facets. With mirror facets it would be `all`, and with Schlick's
+    /// weights `(1 − cos)⁵` `grazing`.
     ///
     /// Exact for Schlick's term, which is linear in `(1 − cos)⁵`. Other terms are nearly linear in
-    /// it, so they are evaluated at the angle that has its mean.
+    /// it, so they are evaluated at the angle with the mean weight.
     pub(super) fn mean_reflectance(&self, all: f32, grazing: f32) -> Spectrum {
         match *self {
             Self::Full => Spectrum::splat(all),
@@ -80,7 +80,7 @@ impl Fresnel {
         }
     }
 
-    /// What tells the colour of a surface: the mean of Schlick's formula, 1 for other terms.
+    /// Colour of the term for a surface's albedo: the mean of Schlick's formula, 1 for other terms.
     pub(super) fn tint(&self) -> Spectrum {
         match self {
             Self::Schlick { .. } => self.mean(),
@@ -88,13 +88,13 @@ impl Fresnel {
         }
     }
 
-    /// Mean share of light that comes evenly from a hemisphere, `2 ∫ F cos d cos`.
+    /// Cosine-weighted mean reflectance over a hemisphere, `2 ∫ F cos d cos`.
     pub(super) fn mean(&self) -> Spectrum {
         match *self {
             Self::Full => Spectrum::ONE,
-            // ∫ of the formula: a part 2 ∫ (1 − x)⁵ x dx = 1/21 of what is not f0
+            // Integral of the formula: `1 − f0` has the weight 2 ∫ (1 − x)⁵ x dx = 1/21
             Self::Schlick { f0 } => Spectrum::from(f0.map(|f0| (20.0 * f0 + 1.0) / 21.0)),
-            // Midpoints in cos²
+            // Midpoint rule in cos²
             Self::Dielectric { .. } | Self::Conductor { .. } => {
                 const POINTS: u32 = 64;
                 let cosines = (0..POINTS).map(|i| ((i as f32 + 0.5) / POINTS as f32).sqrt());
@@ -105,10 +105,11 @@ impl Fresnel {
     }
 }
 
-/// Reflected share and cosine of the refracted direction, for light that comes in at cosine `cos_i` ≥ 0 and meets a medium
-/// of relative index `eta` = η_t/η_i. Under total reflection the share is 1 and the cosine 0 (PBR4 eq. 9.6).
+/// Reflectance and cosine of the refracted direction, for light with the cosine of incidence
+/// `cos_i` ≥ 0 at a medium of relative index `eta` = η_t/η_i. Under total reflection, the
+/// reflectance is 1 and the cosine 0 (PBR4 eq. 9.6).
 pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
-    // No boundary at all: nothing is reflected, not even by rounding.
+    // Equal indices reflect exactly 0, without rounding.
     if eta == 1.0 {
         return (0.0, cos_i);
     }
@@ -124,15 +125,17 @@ pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
     (0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t)
 }
 
-/// The direction that the facet `h` refracts `w` to: `cos_i` and `cos_t` are the cosines with the normal on either
-/// side, and `eta` is the index on the far side over that on the side of `w`, as in [`dielectric`] (PBR4 eq. 9.5).
+/// Direction in which the facet `h` refracts `w`. `cos_i` and `cos_t` are the cosines with the
+/// normal on either side. `eta` is the index on the far side, relative to the side of `w`, as in
+/// [`dielectric`] (PBR4 eq. 9.5).
 pub fn refract(w: Vec3, h: Vec3, cos_i: f32, cos_t: f32, eta: f32) -> Vec3 {
     (cos_i / eta - cos_t) * h - w / eta
 }
 
-/// Reflected share at a conductor of complex index `eta + i k`, relative to the medium before it.
+/// Reflectance of a conductor of complex index `eta + i k`, relative to the medium in front of it.
 ///
-/// The exact solution in real arithmetic, f64 inside (Lagarde 2013, "Memo on Fresnel equations"; Born and Wolf, §14.2).
+/// The exact solution in real arithmetic, f64 inside (Lagarde 2013, "Memo on Fresnel equations";
+/// Born and Wolf, §14.2).
 pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let (cos_i, eta, k) = (cos_i.clamp(0.0, 1.0) as f64, eta as f64, k as f64);
     let (cos2, sin2) = (cos_i * cos_i, 1.0 - cos_i * cos_i);
@@ -177,14 +180,14 @@ mod tests {
         close(dielectric(1.0, 1.0 / 1.5).0, 0.04);
         close(dielectric(FRAC_1_SQRT_2, 1.5).0, 0.050_240);
         close(dielectric(0.0, 1.5).0, 1.0);
-        // From inside, 45° lies beyond the critical angle of 41.8°.
+        // From inside, 45° is beyond the critical angle of 41.8°.
         assert_eq!(dielectric(FRAC_1_SQRT_2, 1.0 / 1.5), (1.0, 0.0));
-        // Brewster's angle: half of what perpendicular polarisation reflects.
+        // Brewster's angle: half of the reflectance of perpendicular polarisation.
         let cos_brewster = 1.0 / (1.0f32 + 1.5 * 1.5).sqrt();
         let (r, cos_t) = dielectric(cos_brewster, 1.5);
         close(r, 0.5 * ((1.0 - 2.25f32) / (1.0 + 2.25)).powi(2));
         close(cos_t, (1.0 - cos_brewster * cos_brewster).sqrt());
-        // Nothing is reflected where nothing changes.
+        // Equal indices do not reflect.
         close(dielectric(0.3, 1.0).0, 0.0);
     }
 
@@ -267,11 +270,11 @@ mod tests {
             assert!((conductor(1.0, eta, k) - normal(eta, k)).abs() < 1e-6);
             assert!((conductor(0.0, eta, k) - 1.0).abs() < 1e-6);
         }
-        // Without absorption it is a dielectric.
+        // Without absorption, a conductor is a dielectric.
         for cos_i in [0.1, 0.5, 0.9] {
             assert!((conductor(cos_i, 1.5, 0.0) - dielectric(cos_i, 1.5).0).abs() < 1e-6);
         }
-        // And one that nothing sets apart from vacuum is not there.
+        // With the index of vacuum, a conductor does not reflect.
         assert!(conductor(0.5, 1.0, 0.0).abs() < 1e-6);
     }
 }

@@ -3,53 +3,55 @@
 use crate::math::{Vec2, Vec3, float::UNIT_ROUNDOFF, sin_cos_turns};
 use std::f32::consts::PI;
 
-/// The smallest `α` that keeps its shape in `f32`, 2⁻¹².
+/// Minimum `α` whose distribution is accurate in `f32`, 2⁻¹².
 ///
-/// The tangential part of a half vector is off by some 4 roundings of 2⁻²⁴. At a distance of `t α` from the normal, `D`
-/// falls as `(1 + t²)⁻²`, and changes by at most twice the error over `α`: 0.2 % here. What is smoother is a mirror to
-/// the eye.
+/// The tangential part of a half vector has an error of about 4 roundings of 2⁻²⁴. At a distance of
+/// `t α` from the normal, `D` falls as `(1 + t²)⁻²`, and changes by at most twice the error over
+/// `α`: 0.2 % here. Smoother surfaces look like mirrors.
 pub const MIN_ALPHA: f32 = 4096.0 * UNIT_ROUNDOFF;
 
-/// Microfacets whose normals are distributed after Trowbridge and Reitz (1975), known as GGX (Walter et al. 2007), with
-/// Smith's masking and shadowing (Heitz 2014, "Understanding the Masking-Shadowing Function in Microfacet-Based
-/// BRDFs").
+/// Microfacets with the distribution of normals of Trowbridge and Reitz (1975), known as GGX
+/// (Walter et al. 2007), with Smith's masking and shadowing (Heitz 2014, "Understanding the
+/// Masking-Shadowing Function in Microfacet-Based BRDFs").
 ///
-/// All is symmetric in z; functions of two directions take them on one side, unless they say otherwise.
+/// All functions are symmetric in z. Functions of two directions need both on one side, unless
+/// documented otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ggx {
-    /// Root-mean-square slopes, up to a factor, along x and y.
+    /// Root-mean-square slopes along x and y, up to a factor.
     alpha: Vec2,
 }
 
 impl Ggx {
-    /// Facets of slopes `αx` and `αy`, each moved into [[`MIN_ALPHA`], 1].
+    /// Facets with the slopes `αx` and `αy`, each clamped to [[`MIN_ALPHA`], 1].
     pub fn new(alpha: Vec2) -> Self {
-        // Unlike `clamp`, this makes a number of NaN.
+        // Unlike `clamp`, this maps NaN to `MIN_ALPHA`.
         let bounded = |a: f32| if a > MIN_ALPHA { a.min(1.0) } else { MIN_ALPHA };
         Self {
             alpha: Vec2::new(bounded(alpha.x), bounded(alpha.y)),
         }
     }
 
-    /// `αx` and `αy`.
+    /// Slopes `αx` and `αy`.
     pub fn slopes(&self) -> Vec2 {
         self.alpha
     }
 
-    /// Area of facets with normal `h`, per solid angle and area of the surface (Heitz 2014, eq. 85).
+    /// Area of facets with normal `h`, per solid angle and area of the surface (Heitz 2014, eq.
+    /// 85).
     ///
-    /// Unlike the form with `cos² (α² − 1) + 1`, this one subtracts nothing.
+    /// Unlike the form with `cos² (α² − 1) + 1`, this form has no subtraction.
     #[inline(always)]
     pub fn density(&self, h: Vec3) -> f32 {
-        // Multiplied through by the slopes, so that there is one division
+        // Multiplied by the slopes, so that one division is enough
         let area = self.alpha.x * self.alpha.y;
         let (x, y, z) = (h.x * self.alpha.y, h.y * self.alpha.x, h.z * area);
         let t = x * x + y * y + z * z;
         area * area * area / (PI * t * t)
     }
 
-    /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86): the length of `w` when the surface is stretched
-    /// until its facets are those of a sphere.
+    /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86): the length of `w` after the
+    /// surface is stretched until its facets have the distribution of a sphere.
     #[inline(always)]
     pub fn stretched(&self, w: Vec3) -> f32 {
         let (x, y) = (self.alpha.x * w.x, self.alpha.y * w.y);
@@ -63,58 +65,59 @@ impl Ggx {
         2.0 * z / (z + self.stretched(w))
     }
 
-    /// `D G₂ / (4 cos θi cos θo)` for the half vector `h`, with `G₂ = 1 / (1 + Λ(wo) + Λ(wi))`, which knows that both
-    /// directions see the same heights (Heitz 2014, eq. 99).
+    /// `D G₂ / (4 cos θi cos θo)` for the half vector `h`, with the height-correlated `G₂ = 1 / (1
+    /// + Λ(wo) + Λ(wi))` (Heitz 2014, eq. 99).
     #[inline(always)]
     pub fn reflection(&self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
         self.density(h) * self.shadowed_reflection(wo, wi, [self.stretched(wo), self.stretched(wi)])
     }
 
-    /// [`Ggx::reflection`] over `D`, where `stretched` has [`Ggx::stretched`] of both directions.
+    /// [`Ggx::reflection`] divided by `D`; `stretched` holds [`Ggx::stretched`] of both directions.
     #[inline(always)]
     pub fn shadowed_reflection(&self, wo: Vec3, wi: Vec3, stretched: [f32; 2]) -> f32 {
         let (zo, zi) = (wo.z.abs(), wi.z.abs());
         0.5 / (zi * stretched[0] + zo * stretched[1])
     }
 
-    /// `G₂ / G₁(wo)`: what becomes of a visible facet's reflection.
+    /// `G₂ / G₁(wo)`: weight of the reflection on a visible facet.
     pub fn reflection_weight(&self, wo: Vec3, wi: Vec3) -> f32 {
         let (zo, zi) = (wo.z.abs(), wi.z.abs());
         let ao = self.stretched(wo);
         zi * (zo + ao) / (zi * ao + zo * self.stretched(wi))
     }
 
-    /// Density of [`Ggx::sample_visible`] over `wo·h`: `G₁ D / cos θo`.
+    /// Density of [`Ggx::sample_visible`] divided by `wo·h`: `G₁ D / cos θo`.
     #[inline(always)]
     pub fn visible_density(&self, wo: Vec3, h: Vec3) -> f32 {
         self.density(h) * self.seen(wo, self.stretched(wo))
     }
 
-    /// [`Ggx::visible_density`] over `D`, where `stretched` is [`Ggx::stretched`] of `wo`.
+    /// [`Ggx::visible_density`] divided by `D`; `stretched` is [`Ggx::stretched`] of `wo`.
     #[inline(always)]
     pub fn seen(&self, wo: Vec3, stretched: f32) -> f32 {
         2.0 / (wo.z.abs() + stretched)
     }
 
-    /// Draws the normal of a facet that `wo` sees, on its side, with density `G₁ (wo·h) D / cos θo` per solid angle:
-    /// that of a cap of the sphere plus the viewer (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
-    /// Spherical Caps").
+    /// Samples the normal of a visible facet, on the side of `wo`, with density `G₁ (wo·h) D / cos
+    /// θo` per solid angle. The normal is the sum of a point on a spherical cap and the view
+    /// direction (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps").
     pub fn sample_visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let side = 1f32.copysign(wo.z);
         let stretch = Vec3::new(self.alpha.x, self.alpha.y, side);
         let w = (wo * stretch).normalize_or(Vec3::Z);
-        // Uniform on the part of the sphere that a mirror can reflect to
+        // Uniform on the part of the sphere to which a mirror can reflect
         let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
         let (sin, cos) = sin_cos_turns(u.x);
         let h = Vec3::new(r * cos, r * sin, z) + w;
-        // Rounding must not turn a facet over.
+        // Rounding must not flip a facet.
         let h = Vec3::new(h.x, h.y, h.z.max(0.0));
         (h * stretch).normalize_or(Vec3::new(0.0, 0.0, side))
     }
 
-    /// `√α` of the isotropic facets that are taken for these where energy is counted: that of the geometric mean of both
-    /// slopes. With it some energy stays lost, and where light grazes up to 3 % too much is given back.
+    /// Roughness `√α` of the isotropic facets that replace these facets in energy tables: `α` is
+    /// the geometric mean of both slopes. Some energy then stays lost, and up to 3 % too much is
+    /// returned at grazing angles.
     pub fn roughness(&self) -> f32 {
         if self.alpha.x == self.alpha.y {
             self.alpha.x.sqrt()
@@ -131,8 +134,8 @@ mod tests {
 
     const SLOPES: [[f32; 2]; 4] = [[0.1, 0.1], [1.0, 1.0], [0.1, 0.4], [0.9, 0.3]];
 
-    /// ∫ over the upper hemisphere by midpoints in azimuth and in `t`, with `tan θ = t / (1 − t)`: facets of little
-    /// slope are met, too.
+    /// ∫ over the upper hemisphere by midpoints in azimuth and in `t`, with `tan θ = t / (1 − t)`.
+    /// The points also cover facets of small slope.
     fn integral(f: impl Fn(Vec3) -> f64) -> f64 {
         const STEPS: usize = 800;
         let mut sum = 0.0;
@@ -160,10 +163,11 @@ mod tests {
     fn facets_cover_the_surface_and_what_is_seen_of_it() {
         for slopes in SLOPES {
             let facets = Ggx::new(slopes.into());
-            // The projections of all facets are the surface.
+            // The projected area of all facets is the area of the surface.
             let area = integral(|h| (facets.density(h) * h.z) as f64);
             assert!((area - 1.0).abs() < 1e-3, "{slopes:?}: {area}");
-            // The visible ones are what is seen: ∫ G₁ max(0, w·h) D dh = cos θ (Heitz 2014, eq. 14).
+            // The projected area of the visible facets is the area seen from `w`: ∫ G₁ max(0, w·h)
+            // D dh = cos θ (Heitz 2014, eq. 14).
             for w in directions() {
                 let seen = integral(|h| (facets.visible_density(w, h) * w.dot(h).max(0.0)) as f64);
                 assert!((seen - 1.0).abs() < 2e-3, "{slopes:?} {w}: {seen}");
@@ -177,7 +181,7 @@ mod tests {
         for slopes in SLOPES {
             let facets = Ggx::new(slopes.into());
             for w in directions() {
-                // Means of the normal and its square, from samples and by quadrature
+                // Means of the normal and of its square, from samples and by quadrature
                 let mut drawn = [0.0f64; 4];
                 for i in 0..GRID * GRID {
                     let u = Vec2::new((i % GRID) as f32 + 0.5, (i / GRID) as f32 + 0.5) / GRID as f32;

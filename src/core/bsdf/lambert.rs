@@ -4,7 +4,7 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 use std::f32::consts::FRAC_1_PI;
 
-/// Ideal diffuse reflection (Lambert): `f = albedo / π`, alike on both sides of the surface.
+/// Ideal diffuse reflection (Lambert): `f = albedo / π`, symmetric on both sides of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert {
     /// Reflected share of the incident flux, each channel in [0, 1].
@@ -21,7 +21,7 @@ impl Lambert {
         }
     }
 
-    /// Density of [`Lambert::sample`], cosine-weighted about the normal on the side of `wo`.
+    /// Density of [`Lambert::sample`], cosine-weighted around the normal on the side of `wo`.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         if same_hemisphere(wo, wi) && !self.albedo.is_black() {
             cosine_hemisphere_pdf(wi.z.abs())
@@ -36,13 +36,13 @@ impl Lambert {
         (self.eval(wo, wi), self.pdf(wo, wi))
     }
 
-    /// Draws `wi` on the side of `wo`, with a density in proportion to its cosine.
+    /// Samples `wi` on the side of `wo`, with a density proportional to its cosine.
     #[inline(always)]
     pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
         on_side_of(wo, cosine_hemisphere(u))
     }
 
-    /// Draws `wi` on the side of `wo`.
+    /// Samples `wi` on the side of `wo`.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
         if self.albedo.is_black() {
             return None;
@@ -53,7 +53,7 @@ impl Lambert {
             f: self.albedo * FRAC_1_PI,
             wi,
             pdf,
-            // The cosine and π cancel: whether a path goes on can be told at once.
+            // Cosine and π cancel, so that roulette can use the weight at once.
             weight: self.albedo,
             scattering: Scattering::Diffuse,
             eta: 1.0,

@@ -1,10 +1,13 @@
-//! BSDFs of sixteen vertices at once: arrays over which the compiler makes loops of vector instructions.
+//! BSDFs of sixteen vertices at once, as arrays whose loops the compiler vectorises.
 //!
-//! Path reuse evaluates a BSDF for each pair of a first vertex and an end, twice. Materials as exporters write them, a diffuse base under a coat of GGX
-//! facets or a metal, are evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no call; only the lookups of energies go
-//! lane by lane. The loops are compiled for AVX2 too, without FMA, so that all processors give the same bits. All other BSDFs, and vertices by themselves, are evaluated by [`super::BsdfView`], to whose values these are equal but for rounding.
+//! Path reuse evaluates a BSDF twice for each pair of a first vertex and an end. The usual
+//! materials of exporters have a diffuse base under a coat of GGX facets, or a metal. These BSDFs
+//! are evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no
+//! call; only the energy lookups run lane by lane. The loops are also compiled for AVX2, but
+//! without FMA, so that all processors return the same bits. Other BSDFs and single vertices are
+//! evaluated by [`super::BsdfView`]. Both return equal values up to rounding.
 
-// One index for all arrays of a loop, which is what the compiler makes vector instructions of
+// One index for all arrays of a loop, which the compiler needs to vectorise it
 #![allow(clippy::needless_range_loop)]
 
 use super::energy::{ConductorRows, ConductorTables, NODES};
@@ -23,15 +26,15 @@ pub struct ValueLanes {
     pdf: Lane,
 }
 
-/// BSDFs as the directions `wo` see them, one for each lane: a diffuse base, rough facets, or both.
+/// BSDFs for directions `wo`, one for each lane: a diffuse base, rough facets, or both.
 #[derive(Clone, Debug)]
 pub struct BsdfLanes {
     wo: Vec3Lanes,
     base: BaseLanes,
     facets: FacetLanes,
-    /// Probability of the base, and of the facets.
+    /// Probabilities of the base and of the facets.
     p: [Lane; 2],
-    /// Share of the light towards `wo` that passes the coat, and share that single reflections lose.
+    /// Transmittance of the coat towards `wo`. `loss` is the energy loss of single reflections.
     passed: Lane,
     loss: Lane,
     /// [`super::ggx::Ggx::stretched`] of `wo`.
@@ -41,21 +44,23 @@ pub struct BsdfLanes {
 /// Diffuse bases.
 #[derive(Clone, Debug)]
 struct BaseLanes {
-    /// Albedo over π, and over what passes the coat on average.
+    /// Albedo over π, divided by the mean transmittance of the coat.
     f: [Lane; 3],
     /// Mean of the channels of the albedo.
     albedo: Lane,
     /// 1 below a coat, else 0.
     is_coated: Lane,
-    /// Reflectance of the coat along the normal, and share of the energy lost by single reflections that several ones give back.
+    /// Reflectance of the coat along the normal, and share of the energy loss that multiple
+    /// reflections return.
     coat: [Lane; 2],
 }
 
-/// GGX facets that reflect by Schlick's formula.
+/// GGX facets with Schlick's reflectance.
 #[derive(Clone, Debug)]
 struct FacetLanes {
     alpha: [Lane; 2],
-    /// Factor of single reflections, reflectance along the normal, and what several reflections give.
+    /// Factor of single reflections. `f0` is the reflectance along the normal, and `several` the
+    /// factor of multiple reflections.
     reflectance: [Lane; 3],
     f0: [Lane; 3],
     several: [Lane; 3],
@@ -69,7 +74,7 @@ struct EnergyLanes {
     loss_pdf: Lane,
 }
 
-/// The parts of a BSDF that lanes can hold.
+/// Parts of a BSDF that lanes support.
 struct Parts<'a> {
     base: Option<Base<'a>>,
     /// Facets, and rows of the energy tables for their roughness.
@@ -82,7 +87,8 @@ enum Base<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// The parts of `bsdf`; `None` where it has others, or two of a kind, or a coat that is not the one over the base.
+    /// Parts of `bsdf`. `None` if it has other parts, two parts of one kind, or a coat that does
+    /// not match the coat of its base.
     fn of(bsdf: &'a Bsdf) -> Option<Self> {
         if matches!(bsdf, Bsdf::Layered(_)) {
             return None;
@@ -120,7 +126,7 @@ impl ValueLanes {
 }
 
 impl BsdfLanes {
-    /// Lanes of BSDFs that scatter nothing.
+    /// Lanes of black BSDFs.
     pub fn empty() -> Self {
         let facets = FacetLanes {
             alpha: [[1.0; LANES]; 2],
@@ -145,7 +151,7 @@ impl BsdfLanes {
         }
     }
 
-    /// Puts `bsdf` into all lanes, as the directions `wo` see it; false where lanes cannot hold it.
+    /// Sets `bsdf` and the directions `wo` in all lanes. Returns false if lanes do not support it.
     #[inline(never)]
     pub fn hold(&mut self, bsdf: &Bsdf, wo: &Vec3Lanes) -> bool {
         let Some(parts) = Parts::of(bsdf) else { return false };
@@ -157,7 +163,8 @@ impl BsdfLanes {
         true
     }
 
-    /// Puts BSDFs into lanes, each with the direction `wo` that sees it, and tells which lanes hold one: not all BSDFs can be held.
+    /// Sets a BSDF and a direction `wo` in each lane. The result is true for lanes whose BSDF is
+    /// supported.
     pub fn hold_each<'a>(&mut self, bsdfs: impl Iterator<Item = (usize, &'a Bsdf, Vec3)>) -> [bool; LANES] {
         let mut is_held = [false; LANES];
         for (lane, bsdf, wo) in bsdfs {
@@ -210,7 +217,7 @@ impl BsdfLanes {
     }
 }
 
-/// Computes what depends on `wo` alone.
+/// Computes the terms that depend on `wo` only.
 #[multiversion(targets("x86_64+avx2"))]
 fn see(lanes: &mut BsdfLanes) {
     let energy = lanes.facets.energy(&lanes.wo.z);
@@ -242,7 +249,7 @@ fn see(lanes: &mut BsdfLanes) {
     lanes.loss = energy.loss;
 }
 
-/// As [`BsdfLanes::eval_pdf`].
+/// Implementation of [`BsdfLanes::eval_pdf`].
 #[multiversion(targets("x86_64+avx2"))]
 fn eval_pdf(lanes: &BsdfLanes, wi: &Vec3Lanes) -> ValueLanes {
     let energy = lanes.facets.energy(&wi.z);
@@ -260,7 +267,7 @@ fn eval_pdf(lanes: &BsdfLanes, wi: &Vec3Lanes) -> ValueLanes {
         let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
         let (x, y, z) = (x * inverse, y * inverse, z * inverse);
         let cos = wo.x[i] * x + wo.y[i] * y + wo.z[i] * z;
-        // Facets: D, and what single reflections make of it
+        // Facets: D, and value and density of single reflections
         let (ax, ay) = (facets.alpha[0][i], facets.alpha[1][i]);
         let area = ax * ay;
         let (hx, hy, hz) = (x * ay, y * ax, z * area);
@@ -289,7 +296,7 @@ fn eval_pdf(lanes: &BsdfLanes, wi: &Vec3Lanes) -> ValueLanes {
 }
 
 impl BaseLanes {
-    /// Share of the light that passes the coat.
+    /// Transmittance of the coat.
     #[inline(always)]
     fn passed(&self, energy: &EnergyLanes) -> Lane {
         let mut passed = [0.0; LANES];
@@ -314,16 +321,16 @@ impl FacetLanes {
         stretched
     }
 
-    /// Energy towards directions of these cosines.
+    /// Energy towards directions with the cosines `z`.
     #[inline(always)]
     fn energy(&self, z: &Lane) -> EnergyLanes {
-        // Place among the nodes
+        // Position among the nodes
         let mut place = [0.0; LANES];
         for i in 0..LANES {
             let root = z[i].abs().sqrt();
             place[i] = if root < 1.0 { root } else { 1.0 } * (NODES - 1) as f32;
         }
-        // Values at the nodes before and behind, of the rows for smaller and greater roughness
+        // Values at the nodes before and after, from the rows of lower and higher roughness
         let mut loss = [[0.0; LANES]; 2];
         let mut grazing = [[0.0; LANES]; 2];
         let mut cells = [0.0; LANES];
@@ -397,7 +404,7 @@ mod tests {
         );
     }
 
-    /// Lanes and views give the same values, for directions on either side of the surface.
+    /// Lanes and views return the same values, for directions on both sides of the surface.
     #[test]
     fn lanes_are_views() {
         let bsdfs = materials().map(|material| material.bsdf());
@@ -408,7 +415,7 @@ mod tests {
             let mut wi = Vec3Lanes::splat(Vec3::Z);
             let towards = |i: usize| direction(7 * i + round) * Vec3::new(1.0, 1.0, side(i));
             (0..LANES).for_each(|i| wi.set(i, towards(i)));
-            // A BSDF for each lane
+            // A different BSDF in each lane
             let each = |i: usize| &bsdfs[(i + round) % bsdfs.len()];
             let is_held = lanes.hold_each((0..LANES).map(|i| (i, each(i), wo[i])));
             assert_eq!(is_held, [true; LANES]);
@@ -417,7 +424,7 @@ mod tests {
                 let expected = BsdfView::new(each(i), wo).eval_pdf(towards(i));
                 assert_same(values.get(i), expected, &format!("lane {i}, round {round}"));
             }
-            // One for all, in lanes that held others
+            // A single BSDF in all lanes, after lanes held other BSDFs
             let one = &bsdfs[round % bsdfs.len()];
             let mut views = Vec3Lanes::splat(Vec3::Z);
             (0..LANES).for_each(|i| views.set(i, wo[i]));
@@ -430,7 +437,7 @@ mod tests {
         }
     }
 
-    /// BSDFs with other lobes are refused.
+    /// BSDFs with other lobes are not supported.
     #[test]
     fn other_lobes_are_refused() {
         let glass = Material {

@@ -6,38 +6,38 @@ use super::{
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 
-/// One way in which a surface scatters.
+/// Lobe of a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobe {
     /// Ideal diffuse reflection.
     Lambert(Lambert),
     /// Ideal diffuse reflection below a coat.
     CoatedLambert(CoatedLambert),
-    /// Glossy reflection about the mirror direction.
+    /// Glossy reflection around the mirror direction.
     Phong(Phong),
     /// Glossy reflection by microfacets.
     Blinn(Blinn),
     /// Reflection by GGX microfacets.
     RoughConductor(RoughConductor),
-    /// Boundary of a refracting medium, of GGX microfacets.
+    /// Rough boundary of a refracting medium, with GGX microfacets.
     RoughDielectric(RoughDielectric),
     /// Reflection by upright fibres.
     Sheen(Sheen),
     /// Perfect mirror.
     Mirror(Mirror),
-    /// Boundary of a refracting medium.
+    /// Smooth boundary of a refracting medium.
     Dielectric(Dielectric),
-    /// Sheet that lets light pass straight on.
+    /// Sheet that transmits light without refraction.
     ThinDielectric(ThinDielectric),
 }
 
 impl Lobe {
-    /// Whether it scatters into single directions only, which `eval` and `pdf` cannot see.
+    /// Returns true if the lobe scatters into single directions only. `eval` and `pdf` are then 0.
     pub fn is_delta(&self) -> bool {
         matches!(self, Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_))
     }
 
-    /// How sharply it scatters.
+    /// Width of the lobe.
     pub(super) fn scattering(&self) -> Scattering {
         match self {
             Self::Lambert(_) | Self::CoatedLambert(_) => Scattering::Diffuse,
@@ -46,14 +46,17 @@ impl Lobe {
         }
     }
 
-    /// Whether the lobe is drawn from in parts, between which a number of its own chooses.
+    /// Returns true if sampling chooses between parts of the lobe, which takes an additional random
+    /// number.
     pub fn has_parts(&self) -> bool {
         matches!(self, Self::RoughConductor(_) | Self::RoughDielectric(_))
     }
 
-    /// Whether it scatters widely: what it makes of light from a direction varies little from one direction to another near it, so that a mean over
-    /// light from few directions is no noise. Facets count as wide from a roughness of 0.45 on (α = 0.2), the others where they are as wide as
-    /// such facets (n = 2 / α² − 2 about the half vector, a quarter of that about the mirror direction: Walter et al. 2007, §5.2).
+    /// Returns true if the lobe is wide: its value varies little between neighbouring directions,
+    /// so that a mean over light from few directions is not noisy. Facets are wide from a roughness
+    /// of 0.45 on (α = 0.2). Other lobes are wide if they have the width of such facets (n = 2 / α²
+    /// − 2 about the half vector, a quarter of it about the mirror direction: Walter et al. 2007,
+    /// §5.2).
     pub fn is_wide(&self) -> bool {
         const ROUGHNESS: f32 = 0.45;
         const EXPONENT: f32 = 48.0;
@@ -67,12 +70,12 @@ impl Lobe {
         }
     }
 
-    /// Value for the pair of directions, for radiance and cosine excluded, sr⁻¹; 0 for delta lobes.
+    /// Value for radiance, cosine excluded, sr⁻¹; 0 for delta lobes.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         self.eval_pdf(wo, wi).0
     }
 
-    /// Density with which [`Lobe::sample`] draws `wi`, per solid angle; 0 for delta lobes.
+    /// Density of `wi` in [`Lobe::sample`], per solid angle; 0 for delta lobes.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         self.eval_pdf(wo, wi).1
     }
@@ -82,18 +85,18 @@ impl Lobe {
         self.eval_pdf_with([&self.terms_of(wo), &self.terms_of(wi)], wo, wi)
     }
 
-    /// Draws `wi` for `wo`: `u_lobe` chooses a part, where there are several, `u` a direction. `None` where nothing is
-    /// scattered.
+    /// Samples `wi` for `wo`: `u_lobe` chooses a part of the lobe, if it has parts, and `u` a
+    /// direction. `None` if the lobe scatters no light.
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         if self.is_delta() {
-            // Of two single directions, the first by its share
+            // Chooses the first of two single directions with its share as probability
             let [first, second] = self.directions(wo, mode);
             return first.filter(|s| u.x < s.pdf).or(second);
         }
         let terms = self.terms_of(wo);
         let wi = self.sample_direction(&terms, wo, u_lobe, u)?;
         let (f, pdf) = self.eval_pdf_with([&terms, &self.terms_of(wi)], wo, wi);
-        // Only refraction is not the same both ways.
+        // Only refraction is not symmetric.
         let f = match (self, mode) {
             (Self::RoughDielectric(_), TransportMode::Importance) => self.eval(wi, wo),
             _ => f,
@@ -101,7 +104,8 @@ impl Lobe {
         self.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// Terms that depend on the direction `w` alone; `energy` is its lookup, which lobes of one BSDF share.
+    /// Terms that depend on the direction `w` only. The lobes of one BSDF share the lookup
+    /// `energy`.
     #[inline(always)]
     pub(super) fn terms(&self, energy: &mut EnergyLookup, w: Vec3) -> DirectionTerms {
         match self {
@@ -112,13 +116,14 @@ impl Lobe {
         }
     }
 
-    /// [`Lobe::terms`] of a lobe by itself.
+    /// [`Lobe::terms`] with a separate energy lookup.
     fn terms_of(&self, w: Vec3) -> DirectionTerms {
         self.terms(&mut EnergyLookup::new(w), w)
     }
 
-    /// [`Lobe::eval_pdf`] with the terms of `wo` and of `wi`. Most mixtures are coats over diffuse bases, and metals. Other lobes are kept out of line: inlined, their
-    /// terms would be computed before the loop over lobes, also for BSDFs without such lobes.
+    /// [`Lobe::eval_pdf`] with the terms of `wo` and of `wi`. Most mixtures are coats over diffuse
+    /// bases, and metals. Other lobes are not inlined: their terms would be computed before the
+    /// loop over lobes, even for BSDFs without these lobes.
     #[inline(always)]
     pub(super) fn eval_pdf_with(&self, [o, i]: [&DirectionTerms; 2], wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
@@ -133,7 +138,7 @@ impl Lobe {
         }
     }
 
-    /// The direction of [`Lobe::sample`], of a smooth lobe.
+    /// Direction of [`Lobe::sample`], for a smooth lobe.
     pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         match self {
             Self::Lambert(_) | Self::CoatedLambert(_) => Some(Lambert::sample_direction(wo, u)),
@@ -146,7 +151,8 @@ impl Lobe {
         }
     }
 
-    /// The direction `wi`, drawn by this lobe, with the value and the density of all that might have drawn it; `None` where it lies in the surface.
+    /// Sample with the direction `wi`, drawn by this lobe, and the value and density of all smooth
+    /// lobes. `None` if the direction lies in the surface.
     pub(super) fn smooth_sample(&self, f: Spectrum, wo: Vec3, wi: Vec3, pdf: f32) -> Option<BsdfSample> {
         let eta = match self {
             Self::RoughDielectric(lobe) if !same_hemisphere(wo, wi) => lobe.eta(wo),
@@ -156,7 +162,8 @@ impl Lobe {
         (pdf > 0.0 && pdf.is_finite()).then_some(sample)
     }
 
-    /// The single directions of a delta lobe, each with its share of the flux as density; none for others.
+    /// Single directions of a delta lobe, each with its share of the flux as density; `None` for
+    /// other lobes.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         match self {
             Self::Mirror(lobe) => lobe.directions(wo),
@@ -166,7 +173,7 @@ impl Lobe {
         }
     }
 
-    /// Largest share of the flux that it may scatter, by channel.
+    /// Maximum share of the flux that the lobe scatters, by channel.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,
@@ -182,8 +189,9 @@ impl Lobe {
         }
     }
 
-    /// Share of uniform light that the lobe scatters to `wo`, by channel, with the terms of `wo`.
-    /// Transmitted light counts by its flux: refraction changes radiance, but not this share.
+    /// Directional albedo: share of uniform light that the lobe scatters to `wo`, by channel, with
+    /// the terms of `wo`. Transmitted light counts by its flux: refraction changes radiance, but
+    /// not this share.
     pub(super) fn directional_albedo(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,
@@ -199,12 +207,13 @@ impl Lobe {
         }
     }
 
-    /// [`Lobe::directional_albedo`] of a lobe alone.
+    /// [`Lobe::directional_albedo`] without given terms.
     pub(super) fn directional_albedo_alone(&self, wo: Vec3) -> Spectrum {
         self.directional_albedo(&self.terms_of(wo), wo)
     }
 
-    /// Estimate of the share that is scattered for `wo`, by channel: lobes are chosen by it.
+    /// Estimate of the directional albedo towards `wo`, by channel. Lobes are chosen in proportion
+    /// to it.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
         self.albedo_with(&self.terms_of(wo), wo)
     }

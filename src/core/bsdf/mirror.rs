@@ -2,17 +2,18 @@ use super::{BsdfSample, Fresnel, Scattering, mirror_direction};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// Perfect specular reflection, alike on both sides of the surface; a smooth metal where a conductor's Fresnel term says so.
+/// Perfect specular reflection, symmetric on both sides of the surface. With a conductor's Fresnel
+/// term, a smooth metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
-    /// Factor of all that is reflected.
+    /// Factor of the reflected light.
     pub reflectance: Spectrum,
-    /// Reflected share by angle.
+    /// Fresnel reflectance by angle.
     pub fresnel: Fresnel,
 }
 
 impl Mirror {
-    /// The direction of the reflection.
+    /// Direction of the reflection.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         let f = self.reflectance * self.fresnel.reflectance(cos) / cos;

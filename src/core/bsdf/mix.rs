@@ -1,9 +1,10 @@
 use super::Lobe;
 
-/// The sum of up to three lobes: diffuse, glossy or mirror-like, and transmitting ([`BsdfView`](super::BsdfView) samples and evaluates it).
+/// Sum of up to three lobes: diffuse, glossy or mirror-like, and transmitting.
+/// [`BsdfView`](super::BsdfView) samples and evaluates it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
-    /// Smooth ones first.
+    /// Lobes, smooth lobes first.
     pub(super) lobes: [Option<Lobe>; 3],
 }
 

@@ -1,23 +1,30 @@
 //! Scattering at a surface, in its local frame.
 //!
-//! Conventions: `wo` points to the viewer and `wi` to the light, both unit and away from the surface; +z is the shading normal; `f` excludes the
-//! cosine; densities are per solid angle. A delta lobe scatters into single directions: there `f` is what makes `f |cos θi| / pdf` the weight of the
-//! direction, with the probability of choosing it as `pdf`. The value of a refracting lobe depends on what is transported: `eval` is that of
-//! radiance, and importance exchanges the directions, which is equivalent.
+//! Conventions: `wo` points to the viewer and `wi` to the light; both are unit vectors away from
+//! the surface. +z is the shading normal. `f` excludes the cosine. Densities are per solid angle. A
+//! delta lobe scatters into single directions: `pdf` is the probability of choosing the direction,
+//! and `f` is scaled so that `f |cos θi| / pdf` is the weight of the direction. The value of a
+//! refracting lobe depends on the transported quantity: `eval` is for radiance, and for importance
+//! the directions are exchanged, which is equivalent.
 //!
-//! A [`Bsdf`] is a closed enum: a single lobe, a [`Mix`] of up to three, or a [`Layered`] BSDF of up to five. All but the single matte lobe is kept
-//! out of line, so that it takes no registers from the common case. Vertices hold a reference to a BSDF and do not copy it, so its 336 bytes cost
-//! nothing. A [`Lobe`] stays at 64 bytes.
+//! A [`Bsdf`] is a closed enum: a single lobe, a [`Mix`] of up to three, or a [`Layered`] BSDF of
+//! up to five. Code for everything except the single matte lobe is kept out of line, so that it
+//! takes no registers from the common case. Vertices hold a reference to a BSDF and do not copy its
+//! 336 bytes. A [`Lobe`] stays at 64 bytes.
 //!
-//! A [`BsdfView`] is a BSDF of several lobes for one `wo`. Terms that depend on `wo` alone are computed once for all `wi` of a vertex. Value and density
-//! are computed together, because they share the half vector and the energy tables.
+//! A [`BsdfView`] is a BSDF of several lobes for one `wo`. Terms that depend on `wo` only are
+//! computed once for all `wi` of a vertex. Value and density are computed together, because they
+//! share the half vector and the energy tables.
 //!
-//! - A mixture chooses a lobe in proportion to its albedo, normalised; absorption is in the throughput, on which roulette acts. Choosing by the
-//!   albedo itself, and ending the path with the remainder, has the same mean but ends paths at the first vertex.
-//! - A rough lobe chooses between single and multiple scattering, and between reflection and refraction. That takes a random number of its own,
-//!   `u_lobe`, which a mixture has and hands on. Rough lobes are therefore always in a `Mix`, also a single one.
-//! - Delta lobes have one function, `directions`, that gives their one or two directions with shares of the flux. Sampling picks one of them, and
-//!   `whitted` follows all.
+//! - A mixture chooses a lobe in proportion to its normalised albedo. Absorption is in the
+//!   throughput, and roulette terminates paths by it. Choosing by the albedo itself and terminating
+//!   the path with the remaining probability has the same mean, but terminates paths at the first
+//!   vertex.
+//! - A rough lobe chooses between single and multiple scattering, and between reflection and
+//!   refraction. The choice needs an additional random number, `u_lobe`, which a mixture rescales
+//!   and passes on. Rough lobes are therefore always in a `Mix`, even a single one.
+//! - Delta lobes have one function, `directions`, that returns their one or two directions with
+//!   shares of the flux. Sampling chooses one of them; `whitted` follows all of them.
 
 mod blinn;
 mod coated_lambert;
@@ -72,36 +79,38 @@ pub enum TransportMode {
     Importance,
 }
 
-/// How sharply a lobe scatters.
+/// Width of a lobe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scattering {
-    /// Into all directions alike.
+    /// All directions alike.
     Diffuse,
-    /// Mostly into some.
+    /// Mostly some directions.
     Glossy,
-    /// Into a single one: a delta distribution.
+    /// Single directions: a delta distribution.
     Specular,
 }
 
-/// A direction drawn from a BSDF.
+/// A direction sampled from a BSDF.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
     /// Value of the BSDF for the pair of directions, cosine excluded, sr⁻¹.
     pub f: Spectrum,
-    /// Direction drawn, local frame.
+    /// Sampled direction, local frame.
     pub wi: Vec3,
-    /// Density of `wi` per solid angle; its probability for a delta lobe.
+    /// Density of `wi` per solid angle; for a delta lobe, its probability.
     pub pdf: f32,
-    /// Factor of the throughput, `f |cos θi| / pdf`: a field, because some lobes know it before they know the direction.
+    /// Factor of the throughput, `f |cos θi| / pdf`. It is a field because some lobes compute it
+    /// before the direction.
     pub weight: Spectrum,
     /// Scattering of the lobe that was sampled.
     pub scattering: Scattering,
-    /// Index of refraction beyond the surface over the one on the side of `wo` if the sample was refracted, else 1.
+    /// Index of refraction beyond the surface, relative to the side of `wo`, if the sample was
+    /// refracted; else 1.
     pub eta: f32,
 }
 
 impl BsdfSample {
-    /// A sample that stays in its medium.
+    /// Sample that stays in its medium.
     pub fn new(f: Spectrum, wi: Vec3, pdf: f32, scattering: Scattering) -> Self {
         Self {
             f,
@@ -113,12 +122,12 @@ impl BsdfSample {
         }
     }
 
-    /// The sample, refracted by the relative index `eta`.
+    /// The sample, refracted with the relative index `eta`.
     pub(super) fn with_eta(self, eta: f32) -> Self {
         Self { eta, ..self }
     }
 
-    /// Whether no other strategy can draw this direction, so that MIS has nothing to weigh.
+    /// Returns true if no other strategy can sample this direction, so that MIS does not apply.
     pub fn is_delta(&self) -> bool {
         self.scattering == Scattering::Specular
     }
@@ -127,21 +136,22 @@ impl BsdfSample {
 /// The scattering function at one surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
-    /// One lobe. If it has parts ([`Lobe::has_parts`]), [`Bsdf::sample`] needs its number `u_lobe` for them.
+    /// One lobe. If it has parts ([`Lobe::has_parts`]), [`Bsdf::sample`] needs the number `u_lobe`
+    /// for them.
     Single(Lobe),
     /// A sum of lobes.
     Mix(Mix),
-    /// One with layers over it.
+    /// Lobes under layers.
     Layered(Layered),
 }
 
 impl Bsdf {
-    /// The lobes it is made of, each as it is without what lies above it.
+    /// Lobes of the BSDF, without the effect of layers above them.
     pub fn lobes(&self) -> impl Iterator<Item = &Lobe> {
         self.places().map(|(_, lobe)| lobe)
     }
 
-    /// The lobes, each with its place among layers, if there are any.
+    /// Lobes, each with its place among layers, if there are any.
     #[inline(always)]
     pub(crate) fn places(&self) -> impl Iterator<Item = (usize, &Lobe)> {
         let (single, several): (_, &[Option<Lobe>]) = match self {
@@ -154,7 +164,7 @@ impl Bsdf {
         single.into_iter().chain(several)
     }
 
-    /// Probability with which [`Bsdf::sample`] chooses each of [`Bsdf::lobes`].
+    /// Probability of choosing each of [`Bsdf::lobes`] in [`Bsdf::sample`].
     pub fn lobe_probabilities(&self, wo: Vec3) -> Vec<f32> {
         match self {
             Self::Single(_) => vec![1.0],
@@ -162,7 +172,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether all its lobes are delta lobes: then light can be found by following them only.
+    /// Returns true if all lobes are delta lobes. Only BSDF sampling can then find light.
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
         match self {
@@ -176,24 +186,24 @@ impl Bsdf {
         self.lobes().all(Lobe::is_delta)
     }
 
-    /// Whether one of its lobes scatters widely ([`Lobe::is_wide`]).
+    /// Returns true if a lobe is wide ([`Lobe::is_wide`]).
     pub fn is_wide(&self) -> bool {
         self.lobes().any(Lobe::is_wide)
     }
 
-    /// Whether light may pass the surface other than by delta lobes.
+    /// Returns true if light can pass the surface by lobes other than delta lobes.
     #[inline(always)]
     pub fn is_transmitting(&self) -> bool {
         self.lobes().any(|lobe| matches!(lobe, Lobe::RoughDielectric(_)))
     }
 
-    /// Whether it scatters to all directions of a side alike.
+    /// Returns true if the BSDF is a single Lambert lobe.
     pub fn is_lambert(&self) -> bool {
         matches!(self, Self::Single(Lobe::Lambert(_)))
     }
 
-    /// Index of refraction beyond the surface over the one on the side of `wo`, where light passes it other than by delta
-    /// lobes.
+    /// Index of refraction beyond the surface, relative to the side of `wo`, if light can pass by
+    /// lobes other than delta lobes.
     pub fn glossy_eta(&self, wo: Vec3) -> Option<f32> {
         self.lobes().find_map(|lobe| match lobe {
             Lobe::RoughDielectric(lobe) => Some(lobe.eta(wo)),
@@ -201,8 +211,8 @@ impl Bsdf {
         })
     }
 
-    /// Value of the BSDF for radiance, cosine excluded, sr⁻¹; delta lobes count nothing. For importance the directions
-    /// are exchanged.
+    /// Value of the BSDF for radiance, cosine excluded, sr⁻¹, without delta lobes. For importance,
+    /// the directions are exchanged.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         match self {
@@ -211,7 +221,7 @@ impl Bsdf {
         }
     }
 
-    /// Density with which [`Bsdf::sample`] draws `wi`, per solid angle; delta lobes count nothing.
+    /// Density of `wi` in [`Bsdf::sample`], per solid angle, without delta lobes.
     #[inline(always)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         self.eval_pdf(wo, wi).1
@@ -226,7 +236,8 @@ impl Bsdf {
         }
     }
 
-    /// Draws `wi` for `wo`: `u_lobe` chooses a lobe, `u` a direction. `None` where nothing is scattered.
+    /// Samples `wi` for `wo`: `u_lobe` chooses a lobe, `u` a direction. `None` if the BSDF scatters
+    /// no light.
     #[inline(always)]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match self {
@@ -235,16 +246,16 @@ impl Bsdf {
         }
     }
 
-    // Matte surfaces are what most paths meet. What others need is kept out of line, so that it does not take registers and
-    // cache from them.
+    // Most paths hit matte surfaces. Code for other surfaces is kept out of line, so that it takes
+    // no registers and cache from them.
 
-    /// [`Bsdf::eval`] of BSDFs that are not matte. The value alone needs no lobe probabilities.
+    /// [`Bsdf::eval`] of BSDFs that are not matte. It needs no lobe probabilities.
     #[inline(never)]
     fn eval_any(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         self.lobe_values(wo, wi).fold(Spectrum::ZERO, |sum, (_, f)| sum + f)
     }
 
-    /// The lobes, each with its share of [`Bsdf::eval`].
+    /// Lobes, each with its part of [`Bsdf::eval`].
     #[inline(always)]
     pub fn lobe_values(&self, wo: Vec3, wi: Vec3) -> impl Iterator<Item = (&Lobe, Spectrum)> {
         let [o, i] = [wo, wi].map(|w| self.passed(w));
@@ -274,7 +285,8 @@ impl Bsdf {
         }
     }
 
-    /// Probability that [`Bsdf::sample`] chooses a lobe that is no delta lobe: it does for `u_lobe` below this.
+    /// Probability that [`Bsdf::sample`] chooses a smooth lobe: it does if `u_lobe` is below this
+    /// value.
     pub fn smooth_probability(&self, wo: Vec3) -> f32 {
         match self {
             Self::Single(lobe) => f32::from(u8::from(!lobe.is_delta())),
@@ -282,7 +294,7 @@ impl Bsdf {
         }
     }
 
-    /// Every single direction of the delta lobes, each with its share of the lobe's flux as density.
+    /// All single directions of the delta lobes, each with its share of the lobe's flux as density.
     pub fn delta_directions(&self, wo: Vec3, mode: TransportMode) -> impl Iterator<Item = BsdfSample> {
         self.places().flat_map(move |(place, lobe)| {
             let samples = lobe.directions(wo, mode).into_iter().flatten();
@@ -290,7 +302,7 @@ impl Bsdf {
         })
     }
 
-    /// Share of the light towards `w` that passes the layers above each lobe, if there are any.
+    /// Transmittance towards `w` of the layers above each lobe, if there are layers.
     #[inline(always)]
     fn passed(&self, w: Vec3) -> Option<[f32; 5]> {
         match self {
@@ -299,7 +311,7 @@ impl Bsdf {
         }
     }
 
-    /// `sample` of the lobe in `place`, less what the layers above it take.
+    /// `sample` of the lobe in `place`, times the transmittance of the layers above it.
     pub(crate) fn below_layers(&self, place: usize, lobe: &Lobe, wo: Vec3, sample: BsdfSample) -> BsdfSample {
         match self {
             Self::Single(_) | Self::Mix(_) => sample,
@@ -307,12 +319,12 @@ impl Bsdf {
         }
     }
 
-    /// Share of uniform light that the surface scatters to `wo`, by channel: the radiance of the
-    /// surface in a white furnace, and the albedo of auxiliary channels. Transmitted light counts
-    /// by its flux, so clear glass has 1.
+    /// Directional albedo: share of uniform light that the surface scatters to `wo`, by channel. It
+    /// is the radiance of the surface in a white furnace, and the albedo of auxiliary channels.
+    /// Transmitted light counts by its flux, so clear glass has albedo 1.
     ///
     /// The error is below 0.012, and below 0.025 under rough layers. Anisotropic facets lose up to
-    /// 0.08 of the light, which counts here.
+    /// 0.08 of the light, and the albedo includes this loss.
     #[inline(always)]
     pub fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         match self {
@@ -329,8 +341,8 @@ impl Bsdf {
         }
     }
 
-    /// Bound of the share of the light that is scattered, whatever the viewer's direction: metals
-    /// and dielectrics count without their Fresnel term.
+    /// Upper bound of the albedo over all view directions: metals and dielectrics count without
+    /// their Fresnel term.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Single(_) | Self::Mix(_) => self.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo()),
@@ -339,17 +351,17 @@ impl Bsdf {
     }
 }
 
-/// Whether both directions lie on the same side of the surface.
+/// Returns true if both directions lie on the same side of the surface.
 fn same_hemisphere(wo: Vec3, wi: Vec3) -> bool {
     wo.z * wi.z > 0.0
 }
 
-/// `wi` of the upper hemisphere, moved to the side of the surface on which `wo` lies.
+/// `wi` of the upper hemisphere, moved to the side of `wo`.
 fn on_side_of(wo: Vec3, wi: Vec3) -> Vec3 {
     Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
 }
 
-/// The facet normal that reflects `wi` to `wo`, and its cosine with both; `None` where no facet does.
+/// Facet normal that reflects `wi` to `wo`, and its cosine with both; `None` if there is none.
 fn half_vector(wo: Vec3, wi: Vec3) -> Option<(Vec3, f32)> {
     if !same_hemisphere(wo, wi) {
         return None;
@@ -359,7 +371,7 @@ fn half_vector(wo: Vec3, wi: Vec3) -> Option<(Vec3, f32)> {
     (cos_oh > 0.0).then_some((wh, cos_oh))
 }
 
-/// `wo` mirrored by the normal.
+/// `wo` mirrored on the normal.
 fn mirror_direction(wo: Vec3) -> Vec3 {
     Vec3::new(-wo.x, -wo.y, wo.z)
 }

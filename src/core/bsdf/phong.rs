@@ -5,19 +5,21 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{cosine_power_hemisphere, cosine_power_hemisphere_pdf};
 use std::f32::consts::PI;
 
-/// Modified Phong reflection, `f = ks (n + 2) / 2π · cosⁿ α` with `α` between `wi` and the mirror direction of `wo`, alike on
-/// both sides of the surface (Lafortune and Willems 1994).
+/// Modified Phong reflection, `f = ks (n + 2) / 2π · cosⁿ α` with `α` between `wi` and the mirror
+/// direction of `wo`. Symmetric on both sides of the surface (Lafortune and Willems 1994).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phong {
-    /// `ks`: the reflected share at normal incidence; less at others, where part of the lobe is below the horizon.
+    /// `ks`: the reflectance at normal incidence. At other angles the lobe is partly below the
+    /// horizon and reflects less.
     pub reflectance: Spectrum,
-    /// `n` ≥ 0.
+    /// Exponent `n` ≥ 0.
     pub exponent: f32,
 }
 
 impl Phong {
     // ANCHOR: phong
-    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, `(n + 1) / 2π · cosⁿ α` above the horizon.
+    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, `(n + 1) / 2π · cosⁿ α` above
+    /// the horizon.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
@@ -30,7 +32,7 @@ impl Phong {
         )
     }
 
-    /// Draws `wi` about the mirror direction; what falls below the horizon carries nothing.
+    /// Samples `wi` around the mirror direction. `None` if it lies below the horizon.
     pub(super) fn sample_direction(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         let about_mirror = Frame::from_z(mirror_direction(wo));
         let wi = about_mirror.to_world(cosine_power_hemisphere(u, self.exponent));
@@ -38,7 +40,7 @@ impl Phong {
     }
     // ANCHOR_END: phong
 
-    /// Share of uniform light that is reflected to `wo`, by channel.
+    /// Directional albedo: share of uniform light that is reflected to `wo`, by channel.
     pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         self.reflectance * phong_reflected(self.exponent, wo.z.abs())
     }

@@ -5,18 +5,19 @@ use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Reflection by GGX microfacets, alike on both sides of the surface (Walter et al. 2007; Heitz 2014): a rough metal,
-/// or the rough coat of something else.
+/// Reflection by GGX microfacets, symmetric on both sides of the surface (Walter et al. 2007; Heitz
+/// 2014): a rough metal or a rough coat.
 ///
-/// Light that is reflected several times between facets is added as a lobe of its own (Kulla and Conty 2017): a surface
-/// of reflectance 1 reflects all light.
+/// Multiple scattering between facets is added as a separate lobe (Kulla and Conty 2017): a surface
+/// with reflectance 1 reflects all light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughConductor {
     facets: Ggx,
-    /// Factor of all that is reflected.
+    /// Factor of the reflected light.
     reflectance: [f32; 3],
     fresnel: Fresnel,
-    /// What several reflections give, over the shares that single ones leave behind towards both directions.
+    /// Factor of multiple reflections, relative to the product of the energy losses of single
+    /// reflections towards both directions.
     several: [f32; 3],
 }
 
@@ -26,12 +27,13 @@ impl RoughConductor {
         (self.reflectance, self.fresnel)
     }
 
-    /// Whether it reflects by Schlick's formula.
+    /// Returns true if the Fresnel term is Schlick's formula.
     pub(super) fn is_schlick(&self) -> bool {
         matches!(self.fresnel, Fresnel::Schlick { .. })
     }
 
-    /// Slopes; and factor of single reflections, reflectance along the normal and what several reflections give, by channel.
+    /// Parameters for [`super::BsdfLanes`]: slopes; and by channel the factor of single
+    /// reflections, the reflectance along the normal and the factor of multiple reflections.
     pub(super) fn lane_parameters(&self) -> (Vec2, [[f32; 3]; 3]) {
         let f0 = match self.fresnel {
             Fresnel::Schlick { f0 } => f0,
@@ -40,13 +42,14 @@ impl RoughConductor {
         (self.facets.slopes(), [self.reflectance, f0, self.several])
     }
 
-    /// `√α` of its facets, the roughness of those that are alike along all tangents.
+    /// Roughness `√α` of the facets. For anisotropic facets, roughness of the isotropic facets with
+    /// the mean slope.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()
     }
 
-    /// Facets of slopes `αx` and `αy` (squares of what is called roughness), between [`super::MIN_ALPHA`] and 1, that
-    /// reflect `reflectance` times the share `fresnel`.
+    /// Lobe with facets of slopes `αx` and `αy` (squares of the roughness), between
+    /// [`super::MIN_ALPHA`] and 1. The facets reflect `reflectance` times `fresnel`.
     pub fn new(reflectance: Spectrum, alpha: Vec2, fresnel: Fresnel) -> Self {
         let facets = Ggx::new(alpha);
         let reflectance = reflectance.to_array();
@@ -60,20 +63,20 @@ impl RoughConductor {
         }
     }
 
-    /// A mixture of a metal of colour `base` and a dielectric that reflects `f0` along the normal, both by Schlick's
-    /// formula, in the shares `metallic` and the rest.
+    /// Mixture of a metal of colour `base` and a dielectric with reflectance `f0` along the normal,
+    /// both by Schlick's formula. `metallic` is the share of the metal.
     pub fn metallic(reflectance: Spectrum, alpha: Vec2, base: Spectrum, f0: f32, metallic: f32) -> Self {
         let mixed = |metal: Spectrum, rest: Spectrum| metal * metallic + rest * (1.0 - metallic);
         let of = |f0: Spectrum| Self::new(reflectance, alpha, Fresnel::Schlick { f0: f0.to_array() });
         let rest = Spectrum::splat(f0);
-        // One reflection is linear in the colour along the normal, several are not.
+        // Single reflection is linear in the colour along the normal, multiple reflection is not.
         Self {
             several: mixed(of(base).several.into(), of(rest).several.into()).to_array(),
             ..of(mixed(base, rest))
         }
     }
 
-    /// Terms of the direction `w`: energy, and the area that it sees of the facets.
+    /// Terms of the direction `w`: energy, and the projected area of the facets.
     #[inline(always)]
     pub(super) fn terms(&self, energy: &mut EnergyLookup, w: Vec3) -> DirectionTerms {
         let energy = energy.of(self.facets.roughness());
@@ -85,8 +88,9 @@ impl RoughConductor {
         }
     }
 
-    /// Value of the lobe, sr⁻¹, which is `D F G₂ / (4 cos θi cos θo)` and what several reflections add; and density of `wi` per solid angle, which is
-    /// `D G₁ / (4 cos θo)` and that of what several reflections add.
+    /// Value of the lobe, sr⁻¹: `D F G₂ / (4 cos θi cos θo)` plus multiple reflections. And density
+    /// of `wi` per solid angle: a mixture of `D G₁ / (4 cos θo)` and the density of multiple
+    /// reflections.
     #[inline(always)]
     pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
@@ -104,8 +108,8 @@ impl RoughConductor {
         (single + several, (1.0 - o.share) * single_pdf + o.share * i.several_pdf)
     }
 
-    /// Draws a visible facet and reflects `wo` by it, or takes a direction of several reflections, which `u_lobe`
-    /// chooses; what falls below the horizon carries nothing.
+    /// Samples a visible facet and reflects `wo` on it, or samples a direction of multiple
+    /// reflections; `u_lobe` chooses. `None` if the direction lies below the horizon.
     pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         let wi = if u_lobe < terms.share {
             let wi = ConductorTables::new(self.facets.roughness()).loss().sample(u);
@@ -117,12 +121,12 @@ impl RoughConductor {
         same_hemisphere(wo, wi).then_some(wi)
     }
 
-    /// Share that may be reflected, by channel.
+    /// Maximum reflected share, by channel.
     pub(super) fn albedo(&self) -> Spectrum {
         self.reflectance() * self.fresnel.tint()
     }
 
-    /// Share of uniform light that is reflected to `wo`, by channel.
+    /// Directional albedo: share of uniform light that is reflected to `wo`, by channel.
     pub(super) fn directional_albedo(&self, terms: &DirectionTerms) -> Spectrum {
         let missing = terms.share;
         let single = self.fresnel.mean_reflectance(1.0 - missing, terms.energy.grazing);
@@ -130,7 +134,8 @@ impl RoughConductor {
         self.reflectance() * single + several
     }
 
-    /// Share that is reflected for `wo`, by channel: exact for Schlick's term, an estimate for others.
+    /// Directional albedo towards `wo`, by channel: exact for Schlick's term, an estimate for other
+    /// terms.
     #[inline(always)]
     pub(super) fn albedo_towards(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         let (missing, grazing) = (terms.share, terms.energy.grazing);

@@ -5,31 +5,31 @@ use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// A boundary of a dielectric whose GGX microfacets reflect by Fresnel's equations and refract the rest by Snell's law
-/// (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces").
+/// A dielectric boundary whose GGX microfacets reflect by Fresnel's equations and refract the rest
+/// by Snell's law (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces").
 ///
-/// +z is the outside. Radiance that crosses the boundary changes with the square of the index. Light that one
-/// scattering leaves between facets is shared out to both sides (Kulla and Conty 2017): without absorption all of it
-/// goes on.
+/// +z is the outside. Radiance that crosses the boundary changes with the square of the index. The
+/// energy loss of single scattering is distributed to both sides (Kulla and Conty 2017): without
+/// absorption, all light leaves the boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
     facets: Ggx,
-    /// Factor of what is reflected.
+    /// Factor of the reflected light.
     reflectance: [f32; 3],
-    /// Factor of what is refracted.
+    /// Factor of the refracted light.
     transmittance: [f32; 3],
-    /// Index of refraction inside over the one outside.
+    /// Index of refraction inside, relative to the outside.
     ior: f32,
-    /// For light that comes from outside, and from inside.
+    /// Energy for light from outside, and from inside.
     sides: [EnergySide; 2],
 }
 
-/// What one scattering leaves behind of the light from one side.
+/// Energy loss of single scattering, for light from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct EnergySide {
-    /// Share of that light, on average.
+    /// Mean share of the light that is lost.
     missing: f32,
-    /// Share of it that returns to this side.
+    /// Share of the loss that returns to this side.
     reflected: f32,
 }
 
@@ -39,19 +39,21 @@ impl RoughDielectric {
         (self.reflectance, self.transmittance, self.ior)
     }
 
-    /// `√α` of its facets, the roughness of those that are alike along all tangents.
+    /// Roughness `√α` of the facets. For anisotropic facets, roughness of the isotropic facets with
+    /// the mean slope.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()
     }
 
-    /// Facets of slopes `αx` and `αy`, between [`super::MIN_ALPHA`] and 1; the index of refraction inside is `ior`
-    /// times that outside, and not 1: there is no half vector where nothing is bent.
+    /// Lobe with facets of slopes `αx` and `αy`, between [`super::MIN_ALPHA`] and 1. `ior` is the
+    /// index of refraction inside, relative to the outside. It must not be 1: without refraction
+    /// there is no half vector.
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
         let facets = Ggx::new(alpha);
         let missing = [ior, 1.0 / ior].map(|eta| dielectric_loss(facets.roughness(), eta).mean());
-        // Smooth boundaries let pass 1 − F into the denser medium, and (1 − F) / η² out of it: that is reciprocal. So is
-        // what passes of the missing light, if its share is in proportion to that and to what is missing on the other
-        // side.
+        // Smooth boundaries transmit 1 − F into the denser medium, and (1 − F) / η² out of it,
+        // which is reciprocal. The transmitted part of the lost light is reciprocal if its share is
+        // proportional to this transmittance and to the loss on the other side.
         let denser = ior.max(1.0 / ior);
         let entered = 1.0 - Fresnel::Dielectric { eta: denser }.mean().max_component();
         let left = entered / (denser * denser);
@@ -70,7 +72,7 @@ impl RoughDielectric {
         }
     }
 
-    /// Terms of the direction `w`: the energy that single scattering loses.
+    /// Terms of the direction `w`: the energy loss of single scattering.
     #[inline(never)]
     pub(super) fn terms(&self, w: Vec3) -> DirectionTerms {
         let loss = self.missing(w);
@@ -81,9 +83,10 @@ impl RoughDielectric {
         }
     }
 
-    /// Value of the lobe for radiance, sr⁻¹ (Walter et al. 2007, eq. 20 and 21), and what several scatterings add; for importance the directions are
-    /// exchanged. And density of `wi` per solid angle: that of visible facets by the Jacobian of the half vector (eq. 14 and 17), and of what
-    /// several scatterings add on both sides.
+    /// Value of the lobe for radiance, sr⁻¹ (Walter et al. 2007, eq. 20 and 21), plus multiple
+    /// scattering. For importance, the directions are exchanged. And density of `wi` per solid
+    /// angle: the density of visible facets times the Jacobian of the half vector (eq. 14 and 17),
+    /// mixed with the density of multiple scattering on both sides.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if wo.z == 0.0 || wi.z == 0.0 {
@@ -122,8 +125,8 @@ impl RoughDielectric {
         (f, (1.0 - missing_o) * single_pdf + several_pdf)
     }
 
-    /// Draws a visible facet, which reflects or refracts, or takes a direction of several scatterings; `u_lobe`
-    /// chooses.
+    /// Samples a visible facet, which reflects or refracts, or a direction of multiple scattering;
+    /// `u_lobe` chooses.
     pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         if wo.z == 0.0 {
             return None;
@@ -146,16 +149,17 @@ impl RoughDielectric {
         } else {
             fresnel::refract(wo, h, cos_o, cos_t, eta)
         };
-        // What a facet sends through the surface, or back, by the wrong side carries nothing.
+        // Reject directions that leave on the wrong side of the surface.
         (reflects == same_hemisphere(wo, wi)).then(|| wi.normalize())
     }
 
-    /// Factor of what passes, as of a smooth boundary.
+    /// Factor of the transmitted light, as for a smooth boundary.
     pub(super) fn albedo(&self) -> Spectrum {
         self.transmittance.into()
     }
 
-    /// Share of the flux of uniform light that is reflected or refracted to `wo`, by channel.
+    /// Directional albedo: share of the flux of uniform light that is reflected or refracted to
+    /// `wo`, by channel.
     pub(super) fn directional_albedo(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         let [here, _] = self.sides(wo);
         let missing = terms.share;
@@ -165,12 +169,12 @@ impl RoughDielectric {
         Spectrum::from(self.reflectance) * reflected + Spectrum::from(self.transmittance) * passed
     }
 
-    /// Index of refraction beyond the surface over the one on the side of `w`.
+    /// Index of refraction beyond the surface, relative to the side of `w`.
     pub(super) fn eta(&self, w: Vec3) -> f32 {
         if w.z > 0.0 { self.ior } else { 1.0 / self.ior }
     }
 
-    /// The side of `w`, and the other.
+    /// Energy of the side of `w`, and of the other side.
     fn sides(&self, w: Vec3) -> [EnergySide; 2] {
         let [outside, inside] = self.sides;
         if w.z > 0.0 {
@@ -180,7 +184,7 @@ impl RoughDielectric {
         }
     }
 
-    /// What one scattering leaves behind of the light from the side of `w`.
+    /// Table of the energy loss of single scattering, for light from the side of `w`.
     fn missing(&self, w: Vec3) -> EnergyTable<4> {
         dielectric_loss(self.facets.roughness(), self.eta(w))
     }
@@ -188,19 +192,20 @@ impl RoughDielectric {
 
 /// A facet that refracts one direction to another.
 struct Refraction {
-    /// Its normal, on the side of `wo`.
+    /// Normal of the facet, on the side of `wo`.
     h: Vec3,
     /// Cosines, ≥ 0, of `wo` and `wi` with the normal on their side.
     cos_o: f32,
     cos_i: f32,
-    /// Share that it refracts.
+    /// Transmittance of the facet, 1 minus its Fresnel reflectance.
     share: f32,
     /// `(wo·h + η wi·h)²`, the squared length of the half vector.
     squared: f32,
 }
 
 impl Refraction {
-    /// Where the index on the side of `wi` is `eta` times that on the side of `wo`; `None` where no facet does.
+    /// Facet that refracts between `wo` and `wi`. `eta` is the index on the side of `wi`, relative
+    /// to the side of `wo`. `None` if there is no such facet.
     fn new(wo: Vec3, wi: Vec3, eta: f32) -> Option<Self> {
         let sum = wo + eta * wi;
         let h = sum.try_normalize()?;

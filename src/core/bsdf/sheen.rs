@@ -6,25 +6,29 @@ use crate::sampling::warp::{UNIFORM_HEMISPHERE_PDF, uniform_hemisphere};
 use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::OnceLock;
 
-/// Light that upright fibres scatter, as those of cloth and dust: most where it grazes. Alike on both sides of the surface.
+/// Light scattered by upright fibres, as of cloth and dust, mostly at grazing angles. Symmetric on
+/// both sides of the surface.
 ///
-/// `f = color · D / (4 (cos θo + cos θi − cos θo cos θi))` with `D = (2 + 1/α) sin^(1/α) θh / 2π` (Estevez and Kulla 2017, "Production Friendly
-/// Microfacet Sheen BRDF", eq. 2; the denominator is that of Neubelt and Pettineo 2013, "Crafting a Next-Gen Material Pipeline for The Order:
-/// 1886"), of a fixed `α` = 1/4: of colour 1 it scatters 3 % along the normal and 96 % at the horizon.
+/// `f = color · D / (4 (cos θo + cos θi − cos θo cos θi))` with `D = (2 + 1/α) sin^(1/α) θh / 2π`
+/// (Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF", eq. 2; the denominator is
+/// from Neubelt and Pettineo 2013, "Crafting a Next-Gen Material Pipeline for The Order: 1886").
+/// `α` is fixed at 1/4: with colour 1 the lobe scatters 3 % along the normal and 96 % at the
+/// horizon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheen {
-    /// Factor of what is scattered, each channel in [0, 1].
+    /// Factor of the scattered light, each channel in [0, 1].
     pub color: Spectrum,
 }
 
-/// Share that a sheen of colour 1 scatters, by cosine.
+/// Directional albedo of a sheen of colour 1, by cosine.
 static ALBEDO: OnceLock<Row> = OnceLock::new();
 
-/// Points of the quadrature along cosine and half the azimuth.
+/// Number of quadrature points along the cosine and along half the azimuth.
 const POINTS: u32 = 128;
 
 impl Sheen {
-    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, uniform over the hemisphere of `wo`.
+    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, uniform over the hemisphere of
+    /// `wo`.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) || self.color.is_black() {
@@ -34,29 +38,29 @@ impl Sheen {
         (f, UNIFORM_HEMISPHERE_PDF)
     }
 
-    /// Draws `wi` on the side of `wo`. No weight is above 3/2 of the colour.
+    /// Samples `wi` on the side of `wo`. The weight is at most 3/2 of the colour.
     pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
         on_side_of(wo, uniform_hemisphere(u))
     }
 
-    /// Share that is scattered of uniform light.
+    /// Mean albedo under uniform light.
     pub(super) fn albedo(&self) -> Spectrum {
         self.color * albedo_row().mean
     }
 
-    /// Share that is scattered for `wo`.
+    /// Directional albedo towards `wo`.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
         self.color * albedo_row().at(wo.z.abs())
     }
 }
 
-/// The formula, of colour 1, for the half vector `h`.
+/// Value for colour 1 and the half vector `h`.
 fn value(cos_o: f32, cos_i: f32, h: Vec3) -> f32 {
     let sin2 = h.x * h.x + h.y * h.y;
     3.0 * FRAC_1_PI * sin2 * sin2 / (4.0 * (cos_o + cos_i - cos_o * cos_i))
 }
 
-/// By midpoints over the hemisphere, half of which mirrors the other half.
+/// Directional albedo by midpoints over half of the hemisphere, which mirrors the other half.
 fn albedo_row() -> &'static Row {
     ALBEDO.get_or_init(|| {
         Row::of(|cos_o| {
@@ -87,9 +91,10 @@ mod tests {
                 .albedo_towards(Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos))
                 .mean()
         };
-        // Along the normal: θh is half of θi, ∫ 2π (3/4π) sin⁴(θi/2) cos θi d cos θi = 3/8 ∫ (1 − x)² x dx = 1/32
+        // Along the normal: θh is half of θi, ∫ 2π (3/4π) sin⁴(θi/2) cos θi d cos θi = 3/8 ∫ (1 −
+        // x)² x dx = 1/32
         assert!((share(1.0) - 1.0 / 32.0).abs() < 1e-4, "{}", share(1.0));
-        // Midpoints in f64 of a finer grid, apart
+        // Reference values by midpoints in f64 on a finer grid
         for (cos, expected) in [(0.1, 0.639), (0.3, 0.381), (0.5, 0.230), (0.7, 0.128), (0.9, 0.058)] {
             assert!((share(cos) - expected).abs() < 2e-3, "{cos}: {}", share(cos));
         }

@@ -2,34 +2,36 @@ use super::{BsdfSample, Scattering, fresnel, mirror_direction};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// A sheet of a dielectric so thin that light leaves it straight on, after all reflections between its faces.
+/// A thin dielectric: light leaves in its original direction, after all reflections between the two
+/// faces.
 ///
-/// Each face reflects `R`, so the sheet reflects `R + (1 − R)² R / (1 − R²) = 2R / (1 + R)` (PBR3 §8.2.2). With an index of 1 it is
-/// a filter.
+/// Each face reflects `R`, so both reflect `R + (1 − R)² R / (1 − R²) = 2R / (1 + R)` (PBR3
+/// §8.2.2). With an index of 1, it is a filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric {
-    /// Factor of what is reflected.
+    /// Factor of the reflected light.
     pub reflectance: Spectrum,
-    /// Factor of what goes on.
+    /// Factor of the transmitted light.
     pub transmittance: Spectrum,
-    /// Index of refraction of the sheet.
+    /// Index of refraction inside.
     pub ior: f32,
 }
 
 impl ThinDielectric {
-    /// Share of the light that a sheet of the index `ior` reflects, all reflections between its faces included, for the cosine `cos` with its normal.
+    /// Reflectance at the cosine `cos` for the index `ior`, with all reflections between the faces.
     pub fn reflected_share(cos: f32, ior: f32) -> f32 {
         let (face, _) = fresnel::dielectric(cos, ior);
         2.0 * face / (1.0 + face)
     }
 
-    /// Share of uniform light that is reflected or passes on to `wo`, by channel.
+    /// Directional albedo: share of uniform light that is reflected or transmitted to `wo`, by
+    /// channel.
     pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         let r = Self::reflected_share(wo.z.abs(), self.ior);
         self.reflectance * r + self.transmittance * (1.0 - r)
     }
 
-    /// The reflected direction and the one straight on, each with its share of the flux as density.
+    /// Reflected and transmitted direction, each with its share of the flux as density.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         if cos == 0.0 {

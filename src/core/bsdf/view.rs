@@ -1,46 +1,50 @@
-//! BSDFs as one direction `wo` sees them.
+//! BSDFs for one direction `wo`.
 //!
-//! A vertex of a path evaluates its BSDF for several `wi`, each time with the same `wo`: for its light samples, for the direction it draws, and for the
-//! ends that other pixels share with it. A shared end evaluates its BSDF for several `wo`, each time with the same `wi`. Terms that depend on one of
-//! the two alone are computed once: for `wo` the probability of each lobe, for both the energy that single scattering loses and the shares that pass
-//! layers. Value and density are computed together, because they share the half vector and `D`.
+//! A path vertex evaluates its BSDF for several `wi` with the same `wo`: for its light samples, for
+//! the sampled direction, and for shared ends of other pixels. A shared end evaluates its BSDF for
+//! several `wo` with the same `wi`. Terms that depend on one direction only are computed once. For
+//! `wo` these include the probability of each lobe. For both directions they are the energy loss of
+//! single scattering and the transmittances of layers. Value and density are computed together,
+//! because they share the half vector and `D`.
 
 use super::energy::{DirectionTerms, EnergyLookup};
 use super::{Bsdf, BsdfSample, Lobe, TransportMode, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 
-/// Places of lobes in a BSDF.
+/// Number of places for lobes in a BSDF.
 const PLACES: usize = 5;
 
-/// A BSDF as one direction `wo` sees it.
+/// A BSDF for one direction `wo`.
 ///
-/// To sample it, one lobe is chosen with a probability proportional to its albedo. Smooth lobes cover each other, so the value and density of a direction
-/// are those of all of them; a delta lobe's directions are its own. Absorbed light lowers the throughput, on which roulette acts.
+/// Sampling chooses one lobe with a probability proportional to its albedo. Smooth lobes overlap,
+/// so the value and density of a direction are sums over all smooth lobes. Directions of a delta
+/// lobe belong to this lobe only. Absorbed light lowers the throughput, which roulette uses.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfView<'a> {
     bsdf: &'a Bsdf,
     wo: BsdfDirection,
-    /// Probability of choosing each of the lobes, each in its lobe's place.
+    /// Probability of choosing each lobe, by its place.
     p: [f32; PLACES],
 }
 
-/// A direction, with the terms of a BSDF that depend on it alone.
+/// A direction, with the terms of a BSDF that depend on it only.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfDirection {
-    /// The unit direction, local frame.
+    /// Unit direction, local frame.
     w: Vec3,
-    /// Terms of the lobes, each in its lobe's place.
+    /// Terms of the lobes, by their places.
     lobes: [DirectionTerms; PLACES],
-    /// Share of the light between this direction and each lobe that passes the layers above it.
+    /// Transmittance of the layers above each lobe, towards this direction.
     passed: [f32; PLACES],
 }
 
 impl BsdfDirection {
-    /// `w` for the lobes of `bsdf`.
+    /// Direction `w` for the lobes of `bsdf`.
     #[inline(always)]
     pub fn new(bsdf: &Bsdf, w: Vec3) -> Self {
-        // The terms are written in place: a move of the arrays is a call that copies them, which takes a few percent of a glossy sample.
+        // The terms are written in place: a move of the arrays is a call that copies them, which
+        // takes a few percent of a glossy sample.
         let mut direction = Self {
             w,
             lobes: [DirectionTerms::default(); PLACES],
@@ -55,7 +59,7 @@ impl BsdfDirection {
 }
 
 impl<'a> BsdfView<'a> {
-    /// `bsdf` as `wo` sees it.
+    /// View of `bsdf` for `wo`.
     #[inline(always)]
     pub fn new(bsdf: &'a Bsdf, wo: Vec3) -> Self {
         let mut view = Self {
@@ -74,13 +78,13 @@ impl<'a> BsdfView<'a> {
         view
     }
 
-    /// The lobes, each with its place.
+    /// Lobes, each with its place.
     #[inline(always)]
     fn lobes(&self) -> impl Iterator<Item = (usize, &'a Lobe)> {
         self.bsdf.places()
     }
 
-    /// Probability of choosing each of the lobes.
+    /// Probability of choosing each lobe.
     pub fn probabilities(&self) -> impl Iterator<Item = f32> {
         self.lobes().map(|(place, _)| self.p[place])
     }
@@ -91,7 +95,7 @@ impl<'a> BsdfView<'a> {
         let wo = self.wo.w;
         self.lobes().fold(Spectrum::ZERO, |sum, (place, lobe)| {
             sum + match self.bsdf {
-                // Light from inside leaves at a flatter angle, of which the layers pass less.
+                // Light from inside leaves at a flatter angle, where the layers transmit less.
                 Bsdf::Layered(layered) if wo.z < 0.0 && matches!(lobe, Lobe::Dielectric(_)) => {
                     layered.delta_albedo(place, lobe, wo)
                 }
@@ -100,7 +104,7 @@ impl<'a> BsdfView<'a> {
         })
     }
 
-    /// Probability that a smooth lobe is chosen.
+    /// Probability of choosing a smooth lobe.
     pub fn smooth_probability(&self) -> f32 {
         if !self.bsdf.lobes().any(Lobe::is_delta) {
             return 1.0;
@@ -123,7 +127,8 @@ impl<'a> BsdfView<'a> {
         self.eval_pdf_with(&BsdfDirection::new(self.bsdf, wi))
     }
 
-    /// [`BsdfView::eval_pdf`] of a direction whose terms are known: sums over the lobes, the density of each with its probability.
+    /// [`BsdfView::eval_pdf`] of a direction with known terms: sums over the lobes, each density
+    /// weighted by the probability of its lobe.
     #[inline(always)]
     pub fn eval_pdf_with(&self, wi: &BsdfDirection) -> (Spectrum, f32) {
         let (mut f, mut pdf) = (Spectrum::ZERO, 0.0);
@@ -139,7 +144,7 @@ impl<'a> BsdfView<'a> {
         (f, pdf)
     }
 
-    /// Draws `wi`, as [`Bsdf::sample`].
+    /// Samples `wi`, as [`Bsdf::sample`].
     #[inline(never)]
     pub fn sample(&self, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let wo = self.wo.w;
@@ -161,8 +166,8 @@ impl<'a> BsdfView<'a> {
         lobe.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// The lobe whose share of [0, 1) contains `u`, and the position of `u` in that share, a uniform number for the lobe's own choices. Smooth lobes come
-    /// first.
+    /// Lobe whose share of [0, 1) contains `u`, and the position of `u` in this share, a uniform
+    /// number for the lobe's choices. Smooth lobes come first.
     #[inline(always)]
     fn choose(&self, u: f32) -> Option<((usize, &'a Lobe), f32)> {
         let of_kind = |is_delta| self.lobes().filter(move |(_, lobe)| lobe.is_delta() == is_delta);

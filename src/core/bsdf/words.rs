@@ -1,4 +1,4 @@
-//! Lobes and Fresnel terms in the words that `explain` and `info` print.
+//! Text of lobes and Fresnel terms for `explain` and `info`.
 
 use super::{Bsdf, Fresnel, Lobe, TransportMode};
 use crate::color::Spectrum;
@@ -22,9 +22,10 @@ impl fmt::Display for Fresnel {
 }
 
 impl Bsdf {
-    /// Name of the lobe that has the largest share of the light from `wi`, among delta lobes or the others.
+    /// Name of the lobe with the largest share of the light from `wi`, among delta lobes or smooth
+    /// lobes.
     pub fn lobe_name(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> &'static str {
-        /// Roundings of a direction.
+        /// Maximum squared distance of equal directions, for rounding.
         const NEAR: f32 = 1e-6;
         let share = |(lobe, f): (&Lobe, Spectrum)| {
             if is_delta {
@@ -44,7 +45,7 @@ impl Bsdf {
 }
 
 impl Lobe {
-    /// The kind of lobe.
+    /// Name of the kind of lobe.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Lambert(_) => "Lambert",
@@ -60,7 +61,7 @@ impl Lobe {
         }
     }
 
-    /// The numbers of the lobe with their names.
+    /// Parameters of the lobe as text, with their names.
     pub fn parameters(&self) -> String {
         match self {
             Self::Lambert(lobe) => format!("albedo {}", rounded_list(&lobe.albedo.to_array())),
@@ -112,12 +113,12 @@ impl Lobe {
 }
 
 impl Lobe {
-    /// Whether a roughness is one of the numbers of the lobe.
+    /// Returns true if the lobe has a roughness.
     pub fn has_roughness(&self) -> bool {
         self.values().iter().any(|(name, _)| *name == "roughness")
     }
 
-    /// The numbers of the lobe by their names: one, or three for colours.
+    /// Parameters of the lobe by name: one number, or three for colours.
     pub fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
         let color = |name, value: [f32; 3]| (name, value.to_vec());
         let number = |name, value| (name, vec![value]);
@@ -174,7 +175,7 @@ impl Lobe {
 }
 
 impl Fresnel {
-    /// The numbers of the term by their names.
+    /// Parameters of the term by name.
     fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
         match self {
             Self::Full => Vec::new(),

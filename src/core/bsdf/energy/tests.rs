@@ -1,8 +1,8 @@
 use super::*;
 use std::f64::consts::PI;
 
-/// Shares that single reflections let out, all and weighed by `(1 − cos)⁵`: ∫ D G₂ / (4 cos θo) dωi in f64, over
-/// another grid than the table's and from other forms of `D` and `Λ`.
+/// Albedo of single reflections, unweighted and weighted by `(1 − cos)⁵`: ∫ D G₂ / (4 cos θo) dωi
+/// in f64. Uses a different grid from the table's and different forms of `D` and `Λ`.
 fn shares(cos_o: f64, alpha: f64) -> [f64; 2] {
     const STEPS: usize = 1000;
     let lambda = |cos: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 / (cos * cos) - 1.0)).sqrt() - 1.0);
@@ -13,7 +13,7 @@ fn shares(cos_o: f64, alpha: f64) -> [f64; 2] {
         let r = (1.0 - z * z).sqrt();
         for j in 0..STEPS {
             let phi = PI * (j as f64 + 0.5) / STEPS as f64;
-            // |wo + wi|² = 2 (1 + wo·wi), and the half angle's cosine follows from it
+            // |wo + wi|² = 2 (1 + wo·wi); the cosine of the half angle follows from it
             let length = (2.0 * (1.0 + sin_o * r * phi.cos() + cos_o * z)).sqrt();
             let (cos_h, cos_d) = ((cos_o + z) / length, 0.5 * length);
             let d = alpha * alpha / (PI * (cos_h * cos_h * (alpha * alpha - 1.0) + 1.0).powi(2));
@@ -36,12 +36,12 @@ fn tables_hold_what_quadrature_says() {
             assert!(error < 2e-3, "{cos} {roughness}: {table:?} {all} {grazed}");
         }
     }
-    // Facets of α = 1 seen along the normal: ∫ (1 − 2v) / (1 − v) dv from 0 to 1/2
+    // Facets of α = 1 along the normal: ∫ (1 − 2v) / (1 − v) dv from 0 to 1/2
     let along_normal = ConductorTables::new(1.0).loss().towards(1.0);
     assert!((along_normal - std::f32::consts::LN_2).abs() < 5e-4, "{along_normal}");
 }
 
-/// Mean over the cosine, by midpoints.
+/// Cosine-weighted mean by the midpoint rule.
 fn mean(value: impl Fn(f32) -> f32) -> f64 {
     const N: u32 = 20_000;
     let cosines = (0..N).map(|i| (i as f32 + 0.5) / N as f32);

@@ -1,14 +1,14 @@
 use crate::math::{DVec3, Ray};
 
-/// A mesh of the scene.
+/// Index of a mesh of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct GeomId(pub u32);
 
-/// A triangle of a mesh.
+/// Index of a triangle of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PrimId(pub u32);
 
-/// An instance of a mesh; [`InstanceId::NONE`] for geometry that stands in the scene itself.
+/// Index of an instance of a mesh; [`InstanceId::NONE`] for geometry that is not instanced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct InstanceId(pub u32);
 
@@ -17,7 +17,7 @@ impl InstanceId {
     pub const NONE: Self = Self(u32::MAX);
 }
 
-/// All that a backend may say of an intersection.
+/// Intersection of a ray with the scene, as returned by every backend.
 ///
 /// The point is `(1 − b1 − b2) p0 + b1 p1 + b2 p2` of the triangle's vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,23 +28,23 @@ pub struct Hit {
     pub b1: f32,
     /// Barycentric coordinate of the triangle's third vertex.
     pub b2: f32,
-    /// Triangle within its mesh.
+    /// Triangle in its mesh.
     pub prim: PrimId,
-    /// Mesh within the scene.
+    /// Mesh in the scene.
     pub geom: GeomId,
     /// Instance that was hit.
     pub inst: InstanceId,
 }
 
 impl Hit {
-    /// Whether `other` is a hit of the same triangle in the same instance.
+    /// Returns true if `other` hits the same triangle of the same instance.
     pub fn is_same_surface(&self, other: &Self) -> bool {
         (self.prim, self.geom, self.inst) == (other.prim, other.geom, other.inst)
     }
 }
 
-/// Ray parameter and barycentrics of the second and third corner where `ray` crosses the plane of a triangle, in f64 (Möller and Trumbore 1997); `None`
-/// where it runs in the plane.
+/// Ray parameter, and barycentrics of the second and third corner, at which `ray` crosses the plane
+/// of a triangle, in f64 (Möller and Trumbore 1997). `None` if the ray is parallel to the plane.
 pub fn crossing(ray: &Ray, [p0, p1, p2]: [DVec3; 3]) -> Option<(f64, f64, f64)> {
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let (e1, e2, s) = (p1 - p0, p2 - p0, origin - p0);

@@ -1,46 +1,55 @@
-//! Meshes, facets and surface points, also of curved surfaces whose vertex normals make the shading normal differ from the geometric one.
+//! Meshes, facets and surface points. On curved surfaces, vertex normals make the shading normal
+//! differ from the geometric normal.
 //!
 //! A difference between the two normals has three consequences:
 //!
-//! - A viewer may see the back of the shading normal on the front of the facet: black rims. `SurfacePoint::seen_from` bends the shading normal until
-//!   the mirror direction is outside (Keller et al. 2017).
-//! - Facets would cast shadows on each other where light grazes them, the shadow terminator. Rays beyond a facet's horizon start as far off it as the
-//!   curved surface is (Hanika 2021), as a height along the geometric normal for either side.
-//! - A direction may be in front of the surface by one normal and behind it by the other. It scatters as the shading normal says, and the ray starts
-//!   on that side: what is there, such as the wall itself, is in its way. Refusing such directions is the usual cure against leaks; it left whole
-//!   facets black at the terminator of a coarse sphere (`tests/it/materials/surfaces.rs`).
+//! - A viewer may see the back of the shading normal on the front of the facet: black rims.
+//!   `SurfacePoint::seen_from` bends the shading normal until the mirror direction is outside
+//!   (Keller et al. 2017).
+//! - Facets would cast shadows on each other at grazing angles, the shadow terminator. Rays beyond
+//!   a facet's horizon start at the height of the curved surface (Hanika 2021), along the geometric
+//!   normal on either side.
+//! - A direction may be in front of the surface by one normal and behind it by the other. It
+//!   scatters by the shading normal, and the ray starts on the side of the shading normal. Geometry
+//!   in its way, such as the wall itself, blocks it. The usual method against leaks rejects these
+//!   directions. It left whole facets black at the terminator of a coarse sphere
+//!   (`tests/it/materials/surfaces.rs`).
 //!
-//! Each triangle that stands in the world keeps its normal and its share of the ray offset, a `Facet` of 16 bytes. Together with the ray offset that
-//! emitting triangles keep for all their points, that saves 7 % of a render (docs/benchmarks.md, "Single steps").
+//! Each triangle in world space stores its normal and its part of the ray offset, a `Facet` of 16
+//! bytes. Emitting triangles store one ray offset for all their points. Together this saves 7 % of
+//! a render (docs/benchmarks.md, "Single steps").
 
 use super::{PrimId, UNNAMED};
 use crate::color::Spectrum;
 use crate::math::{Affine3A, Encode, Vec2, Vec3, Vec4, float::gamma};
 use half::f16;
 
-/// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
+/// Indexed triangles, counter-clockwise seen from the front. They are in world space, or in the
+/// object space of instances.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions.
     pub positions: Vec<Vec3>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Unit shading normal of each vertex; empty where the mesh is flat.
+    /// Unit shading normal of each vertex; empty if the mesh is flat.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates of each vertex, v upwards; empty where there are none.
+    /// Texture coordinates of each vertex, v upwards; empty if there are none.
     pub uvs: Vec<Vec2>,
-    /// Colour of each vertex, linear Rec.709 from 0 to 1, by which the diffuse or base colour of the
-    /// material is multiplied; empty if there are none.
+    /// Colour of each vertex, linear Rec.709 from 0 to 1. It multiplies the diffuse or base colour
+    /// of the material. Empty if there are none.
     pub colors: Vec<[f16; 3]>,
-    /// Opacity of each vertex, 0 to 1, by which that of the material is multiplied; empty if there are
-    /// none.
+    /// Opacity of each vertex, 0 to 1. It multiplies the opacity of the material. Empty if there
+    /// are none.
     pub alphas: Vec<f16>,
-    /// Where vertices are at time 1, to which they go straight; empty where the mesh keeps its shape.
+    /// Vertex positions at time 1, with linear motion from time 0; empty if the mesh does not
+    /// deform.
     pub positions_close: Vec<Vec3>,
-    /// Shading normals at time 1; empty where there are none, or where the mesh keeps its shape.
+    /// Shading normals at time 1; empty if there are none, or if the mesh does not deform.
     pub normals_close: Vec<Vec3>,
-    /// Part of each triangle, by its number in the scene's [`PartNames`](super::PartNames); a
-    /// single number if all have the same part, and empty if none has a name. It decides no pixel.
+    /// Part of each triangle, by its number in the scene's [`PartNames`](super::PartNames). A
+    /// single number if all triangles have the same part, and empty if no part has a name. Parts do
+    /// not affect the picture.
     pub parts: Vec<u32>,
 }
 
@@ -68,16 +77,16 @@ impl Encode for Mesh {
     }
 }
 
-/// A point on a surface, with all that shading needs of the geometry.
+/// A point on a surface, with all geometry that shading needs.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
     /// Position in world space.
     pub p: Vec3,
-    /// When that is so.
+    /// Time of this position.
     pub time: f32,
-    /// Ray offset along the normal from `p`: a bound on rounding errors.
+    /// Ray offset from `p` along the normal: a bound on rounding errors.
     pub ray_offset: f32,
-    /// Height of the curved surface that the triangle stands for, before and behind it; rays that
+    /// Height of the curved surface over the triangle, on the front and on the back. Rays that
     /// leave beyond the facet's horizon add it to `ray_offset`.
     pub curvature_offset: [f32; 2],
     /// Unit geometric normal, by the winding.
@@ -92,11 +101,11 @@ impl Mesh {
         self.triangles[prim.0 as usize].map(|i| self.positions[i as usize])
     }
 
-    /// The mesh in another place. Mirroring transforms swap the winding, so that the front stays the
-    /// front.
+    /// The mesh under a transform. Mirroring transforms swap the winding, so that the front stays
+    /// the front.
     pub fn transformed(&self, transform: Affine3A) -> Self {
         let is_mirrored = transform.matrix3.determinant() < 0.0;
-        // Normals are planes: they go by the inverse transpose.
+        // Normals transform by the inverse transpose.
         let of_normals = transform.matrix3.inverse().transpose();
         let point = |&p: &Vec3| transform.transform_point3a(p);
         let normal = |&n: &Vec3| (of_normals * n).normalize_or(n);
@@ -117,7 +126,7 @@ impl Mesh {
         }
     }
 
-    /// Whether its vertices move.
+    /// Returns true if the vertices move.
     pub fn deforms(&self) -> bool {
         !self.positions_close.is_empty()
     }
@@ -132,12 +141,13 @@ impl Mesh {
         }
     }
 
-    /// Corners of triangle `prim` of a mesh that deforms, at time 1.
+    /// Corners at time 1 of triangle `prim` of a mesh that deforms.
     pub fn corners_at_close(&self, prim: PrimId) -> [Vec3; 3] {
         self.triangles[prim.0 as usize].map(|i| self.positions_close[i as usize])
     }
 
-    /// Unit shading normals at the corners of triangle `prim` at `time`; `None` where the mesh is flat.
+    /// Unit shading normals at the corners of triangle `prim` at `time`; `None` if the mesh is
+    /// flat.
     pub fn normals_at(&self, prim: PrimId, time: f32) -> Option<[Vec3; 3]> {
         let normal = |i: u32| {
             let open = *self.normals.get(i as usize)?;
@@ -148,8 +158,8 @@ impl Mesh {
         Some([normal(a)?, normal(b)?, normal(c)?])
     }
 
-    /// Unit tangents of triangle `prim` along which u and v grow, where its corners are at these points; `None` where it has no texture coordinates or
-    /// they do not span it.
+    /// Unit tangents along u and v of triangle `prim` with these corners. `None` if it has no
+    /// texture coordinates, or if they do not span it.
     pub fn tangents(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> Option<[Vec3; 2]> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
         let ([e1, e2], [d1, d2]) = ([p1 - p0, p2 - p0], [t1 - t0, t2 - t0]);
@@ -160,8 +170,8 @@ impl Mesh {
         Some([du, dv])
     }
 
-    /// Lengths in texture coordinates over lengths in space, by the areas of triangle `prim` where its corners are at these points; 0 where it
-    /// has no texture coordinates.
+    /// Length in texture coordinates per length in space, from the areas of triangle `prim` with
+    /// these corners; 0 if it has no texture coordinates.
     pub fn uv_per_length(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> f32 {
         let Some([t0, t1, t2]) = self.corner_uvs(prim) else {
             return 0.0;
@@ -170,7 +180,7 @@ impl Mesh {
         if ratio.is_finite() { ratio.sqrt() } else { 0.0 }
     }
 
-    /// Bytes of the arrays.
+    /// Bytes of all arrays.
     pub fn bytes(&self) -> usize {
         size_of_val(self.positions.as_slice())
             + size_of_val(self.triangles.as_slice())
@@ -189,7 +199,7 @@ impl Mesh {
         part.copied().unwrap_or(UNNAMED)
     }
 
-    /// Gives the triangles these parts, one for each.
+    /// Sets the part of each triangle.
     pub fn set_parts(&mut self, parts: Vec<u32>) {
         self.parts = match parts.as_slice() {
             [first, others @ ..] if others.iter().all(|part| part == first) => {
@@ -199,17 +209,18 @@ impl Mesh {
         };
     }
 
-    /// What all points of triangle `prim` share.
+    /// Facet of triangle `prim`, which all its points share.
     pub fn facet(&self, prim: PrimId) -> Facet {
         Facet::new(self.corners(prim))
     }
 
-    /// The point of triangle `prim` at barycentric coordinates `b1`, `b2` of its second and third corner.
+    /// Point of triangle `prim` at the barycentric coordinates `b1`, `b2` of its second and third
+    /// corner.
     pub fn surface_point(&self, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
         self.surface_point_on(self.facet(prim), prim, b1, b2)
     }
 
-    /// [`Self::surface_point`] with the triangle's facet at hand.
+    /// [`Self::surface_point`] with the triangle's facet.
     #[inline(always)]
     pub fn surface_point_on(&self, facet: Facet, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
         let corners = self.corners(prim);
@@ -221,13 +232,13 @@ impl Mesh {
         point.curved(corners, normals, [1.0 - b1 - b2, b1, b2])
     }
 
-    /// Texture coordinates of that point; `None` where the mesh has none.
+    /// Texture coordinates at barycentric coordinates `b1`, `b2`; `None` if the mesh has none.
     pub fn uv(&self, prim: PrimId, b1: f32, b2: f32) -> Option<Vec2> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
         Some((1.0 - b1 - b2) * t0 + b1 * t1 + b2 * t2)
     }
 
-    /// Colour of that point, between those of the corners; 1 if the mesh has no colours.
+    /// Interpolated colour at barycentric coordinates `b1`, `b2`; 1 if the mesh has no colours.
     pub fn color(&self, prim: PrimId, b1: f32, b2: f32) -> Spectrum {
         if self.colors.is_empty() {
             return Spectrum::ONE;
@@ -239,7 +250,7 @@ impl Mesh {
         a * (1.0 - b1 - b2) + b * b1 + c * b2
     }
 
-    /// Opacity of that point, between those of the corners; 1 if the mesh has none.
+    /// Interpolated opacity at barycentric coordinates `b1`, `b2`; 1 if the mesh has no opacities.
     pub fn alpha(&self, prim: PrimId, b1: f32, b2: f32) -> f32 {
         if self.alphas.is_empty() {
             return 1.0;
@@ -248,7 +259,7 @@ impl Mesh {
         (1.0 - b1 - b2) * a + b1 * b + b2 * c
     }
 
-    /// Opacities of the corners of triangle `prim`; 1 if the mesh has none.
+    /// Opacities of the corners of triangle `prim`; 1 if the mesh has no opacities.
     pub fn corner_alphas(&self, prim: PrimId) -> [f32; 3] {
         let alpha = |i: u32| self.alphas.get(i as usize).map_or(1.0, |alpha| alpha.to_f32());
         self.triangles[prim.0 as usize].map(alpha)
@@ -279,17 +290,18 @@ pub fn retain_triangles(triangles: &mut Vec<[u32; 3]>, parts: &mut Vec<u32>, mut
     parts.truncate(kept);
 }
 
-/// What all points of a triangle share.
+/// Unit geometric normal and ray offset of a triangle, which all its points share.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet(Vec4);
 
 impl Facet {
     /// Facet of the triangle with these corners.
     ///
-    /// An intersector that tests the triangle later subtracts the ray's origin from the corners and rounds edges as long as the
-    /// triangle: some roundings of its longest edge E move its plane, the more so the narrower it is, by E² over twice
-    /// the area. This does not vanish on a plane through the origin, where an intersector would find the surface again.
-    /// Slivers are given no more than half their width, lest rays skip what is beside them.
+    /// An intersector later subtracts the ray's origin from the corners, and rounds edges as long
+    /// as the triangle. Some roundings of the longest edge E move the plane, by up to E² over twice
+    /// the area; narrow triangles move most. This error does not vanish on a plane through the
+    /// origin, where an intersector would hit the surface again. For slivers the offset is at most
+    /// half their width, so that rays do not skip geometry beside them.
     pub fn new([p0, p1, p2]: [Vec3; 3]) -> Self {
         let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
         let longest = [p1 - p0, p2 - p1, p0 - p2]
@@ -308,7 +320,7 @@ impl Facet {
         Vec3::from_vec4(self.0)
     }
 
-    /// Bound on the distance from the plane at which an intersector finds the triangle.
+    /// Bound on the distance between the plane and a hit of an intersector.
     #[inline(always)]
     fn ray_offset(self) -> f32 {
         self.0.w
@@ -316,11 +328,12 @@ impl Facet {
 }
 
 impl SurfacePoint {
-    /// The point at barycentric coordinates `b1`, `b2` of a flat triangle.
+    /// Point at barycentric coordinates `b1`, `b2` of a flat triangle.
     ///
-    /// Rounding puts `p` into a box around the true point; its half-width is `γ₇ Σ |bᵢ pᵢ|` (PBR4 eq. 6.25) and two more
-    /// roundings for the move off the surface. A plane of normal `n` clears it by the half-width's `|n|`-weighted sum, to which
-    /// the facet's own ray offset is added.
+    /// Rounding puts `p` into a box around the true point. The half-width of the box is `γ₇ Σ |bᵢ
+    /// pᵢ|` (PBR4 eq. 6.25), plus two more roundings for the move off the surface. The offset along
+    /// the normal `n` that leaves the box is the `|n|`-weighted sum of the half-widths. The facet's
+    /// ray offset is added to it.
     #[inline(always)]
     pub fn new([p0, p1, p2]: [Vec3; 3], facet: Facet, b1: f32, b2: f32) -> Self {
         let (t0, t1, t2) = ((1.0 - b1 - b2) * p0, b1 * p1, b2 * p2);
@@ -329,7 +342,7 @@ impl SurfacePoint {
         Self {
             p: t0 + t1 + t2,
             time: 0.0,
-            // The components of a unit vector sum to √3 at most.
+            // The components of a unit vector sum to at most √3.
             ray_offset: gamma(9) * ng.abs().dot(magnitude) + facet.ray_offset(),
             curvature_offset: [0.0; 2],
             ng,
@@ -337,17 +350,19 @@ impl SurfacePoint {
         }
     }
 
-    /// The point as one of the curved surface of which the triangle is a facet, with these unit normals at its corners and weights `b`.
+    /// The point on a curved surface, of which the triangle is a facet with the unit normals
+    /// `normals` at its corners. `b` are the weights of the corners.
     ///
-    /// The shading normal is interpolated. Rays start off the facet as far as the curved surface is from it, where it bulges to their side:
-    /// else the facets' edges would show where light grazes them (Hanika 2021, "Hacking the Shadow Terminator", eq. 1: the point is
-    /// projected onto the planes at the corners, those that lie before it, and the projections are interpolated).
+    /// The shading normal is interpolated. Rays start at the height of the curved surface over the
+    /// facet, if it bulges to their side: otherwise the facets' edges would be visible at grazing
+    /// angles (Hanika 2021, "Hacking the Shadow Terminator", eq. 1: the point is projected onto the
+    /// planes at the corners in front of it, and the projections are interpolated).
     #[inline(never)]
     pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;
         let mut curvature_offset = [0.0; 2];
         for i in 0..3 {
-            // A vertex normal may be on the other side of the winding.
+            // Flip vertex normals that are on the other side of the winding.
             let n = normals[i] * 1f32.copysign(normals[i].dot(self.ng));
             ns += b[i] * n;
             let height = (corners[i] - self.p).dot(n);
@@ -360,9 +375,10 @@ impl SurfacePoint {
         }
     }
 
-    /// The point with the shading normal of a bump or normal map: a vector in the frame of two unit tangents and the present normal.
+    /// The point with the shading normal `bumped` of a bump or normal map, a vector in the frame of
+    /// two unit tangents and the present shading normal.
     pub fn with_bumps(self, [du, dv]: [Vec3; 2], bumped: Vec3) -> Self {
-        // On the surface that the shading normal stands for
+        // Tangent to the surface of the shading normal
         let onto = |t: Vec3| (t - self.ns * t.dot(self.ns)).try_normalize().unwrap_or(Vec3::ZERO);
         let n = bumped.x * onto(du) + bumped.y * onto(dv) + bumped.z * self.ns;
         let ns = n.try_normalize().filter(|n| n.dot(self.ng) > 0.0);
@@ -372,30 +388,34 @@ impl SurfacePoint {
         }
     }
 
-    /// Whether the shading normal is another one than the geometric one.
+    /// Returns true if the shading normal differs from the geometric normal.
     pub fn is_curved(&self) -> bool {
         self.ns != self.ng
     }
 
-    /// What the value of a BSDF is multiplied by along a path that starts at a light, comes from the unit direction `wo` and goes on in `wi`:
-    /// `|wo·ns| |wi·ng| / (|wo·ng| |wi·ns|)`. With a shading normal of its own a BSDF is not symmetric, and without this such paths would show another
-    /// surface than those from the camera do (Veach 1997, §5.3). 0 where a direction lies in the surface.
+    /// Correction of a BSDF's value along a path from a light, which arrives from the unit
+    /// direction `wo` and continues in `wi`: `|wo·ns| |wi·ng| / (|wo·ng| |wi·ns|)`. If the shading
+    /// normal differs from the geometric normal, a BSDF is not symmetric. Without the factor, paths
+    /// from lights would show another surface than paths from the camera (Veach 1997, §5.3). 0 if a
+    /// direction lies in the surface.
     pub fn adjoint_factor(&self, wo: Vec3, wi: Vec3) -> f32 {
         let [o, i] = [wo, wi].map(|w| w.dot(self.ns).abs() / w.dot(self.ng).abs());
         let factor = o / i;
         if factor.is_finite() { factor } else { 0.0 }
     }
 
-    /// Whether [`SurfacePoint::seen_from`] bends the shading normal for the unit direction `wo` to the viewer.
+    /// Returns true if [`SurfacePoint::seen_from`] bends the shading normal for the unit direction
+    /// `wo` to the viewer.
     pub fn bends_for(&self, wo: Vec3) -> bool {
-        // The mirror image's height, seen from the side of wo
+        // Height of the mirror direction, on the side of `wo`
         let height = (2.0 * wo.dot(self.ns) * self.ns - wo).dot(self.ng);
         height * 1f32.copysign(wo.dot(self.ng)) < MIN_HEIGHT
     }
 
-    /// The point with the shading normal bent, as little as it takes, so that the unit direction `wo` to the viewer and its mirror image are on
-    /// the outside of the facet: else there were black rims (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering
-    /// System", appendix A.3: the mirror image is moved to the horizon).
+    /// The point with the shading normal bent by the minimum amount that puts the mirror direction
+    /// of `wo`, the unit direction to the viewer, outside the facet. Otherwise there are black rims
+    /// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", appendix
+    /// A.3: the mirror direction is moved to the horizon).
     pub fn seen_from(self, wo: Vec3) -> Self {
         if !self.bends_for(wo) {
             return self;
@@ -412,19 +432,20 @@ impl SurfacePoint {
     }
 }
 
-/// Sine of the angle above a facet at which mirror images are kept: enough for the roundings of a few unit vectors.
+/// Minimum sine of the angle between mirror directions and the facet: enough for the roundings of a
+/// few unit vectors.
 const MIN_HEIGHT: f32 = 1e-4;
 
-/// The triangle's corners at `time`, where they go from `open` at time 0 straight to `close` at time 1.
+/// Corners at `time` of a triangle that moves linearly from `open` at time 0 to `close` at time 1.
 pub fn corners_at(open: [Vec3; 3], close: [Vec3; 3], time: f32) -> [Vec3; 3] {
     [0, 1, 2].map(|i| (1.0 - time) * open[i] + time * close[i])
 }
 
-/// Unit normal of the triangle by its winding; zero only where the triangle has no area at all.
+/// Unit normal of the triangle by its winding; zero only if the triangle has no area.
 pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {
     let n = (p1 - p0).cross(p2 - p0);
     let squared = n.length_squared();
-    // Away from the ends of f32's range the product keeps its precision; elsewhere f64 does.
+    // The product is accurate except near the ends of f32's range, where f64 is used.
     if (1e-30..1e30).contains(&squared) {
         n * (1.0 / squared.sqrt())
     } else {
@@ -433,7 +454,7 @@ pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {
     }
 }
 
-/// Area of the triangle, in f64 so that tiny and huge ones keep theirs.
+/// Area of the triangle, in f64 so that tiny and huge triangles are accurate.
 pub fn triangle_area(p0: Vec3, p1: Vec3, p2: Vec3) -> f64 {
     let [p0, p1, p2] = [p0, p1, p2].map(Vec3::as_dvec3);
     0.5 * (p1 - p0).cross(p2 - p0).length()

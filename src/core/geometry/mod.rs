@@ -1,8 +1,8 @@
-//! Triangles: mesh arrays, names of parts, typed ids, hits, surface points and the ray origins that
-//! leave them; surfaces that a mesh is the control mesh of.
+//! Triangles: mesh arrays, names of parts, typed ids, hits, surface points and ray origins;
+//! subdivision surfaces of control meshes.
 //!
-//! Independent of materials and ray-tracing backends: hits of any backend are turned into points and normals here,
-//! so backends cannot disagree on them.
+//! Independent of materials and ray-tracing backends: points and normals are computed here from the
+//! hits of any backend, so backends cannot disagree on them.
 
 mod hit;
 mod mesh;

@@ -3,11 +3,11 @@ use crate::math::hash::mix;
 use hashbrown::HashTable;
 use std::borrow::Cow;
 
-/// Part of triangles that have no name.
+/// Part of triangles without a name.
 pub const UNNAMED: u32 = 0;
 
-/// Names of parts, each part once: the name of an object, and that of its groups. A file may have
-/// as many parts as triangles, so all names are in one text, and the hash table has indices alone.
+/// Unique names of parts: the name of an object, and the names of its groups. A file may have as
+/// many parts as triangles, so all names are in one text, and the hash table holds indices only.
 ///
 /// Parts are numbered from 1. [`UNNAMED`] is the part without names.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +22,7 @@ pub struct PartNames {
 /// A part in the hash table.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
-    /// Hash of its names: names of other parts are seldom compared.
+    /// Hash of its names, so that names of different parts are rarely compared.
     hash: u32,
     part: u32,
 }
@@ -35,14 +35,14 @@ struct End {
 }
 
 impl PartNames {
-    /// The part of these names, which is added if it is new. If the text would be longer than 4
-    /// GiB, the part is [`UNNAMED`].
+    /// Part with these names, which is added if it is new. [`UNNAMED`] if the text would be longer
+    /// than 4 GiB.
     pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
         if object.is_empty() && groups.is_empty() {
             return UNNAMED;
         }
         if self.table.len() < self.ends.len() {
-            // The table was freed
+            // The table was freed.
             self.fill_table();
         }
         let hash = hash(object, groups);
@@ -67,7 +67,7 @@ impl PartNames {
         part
     }
 
-    /// Adds the parts of `other`. Returns the new number of each, [`UNNAMED`] first.
+    /// Adds the parts of `other`. Returns their new numbers, starting with [`UNNAMED`].
     pub fn append(&mut self, other: &Self) -> Vec<u32> {
         let parts = other
             .parts()
@@ -75,7 +75,7 @@ impl PartNames {
         std::iter::once(UNNAMED).chain(parts).collect()
     }
 
-    /// Makes room for `count` new parts.
+    /// Reserves memory for `count` new parts.
     pub fn reserve(&mut self, count: usize) {
         self.table.reserve(count, |slot| spread(slot.hash));
     }
@@ -97,7 +97,7 @@ impl PartNames {
         self.ends.is_empty()
     }
 
-    /// The parts with names, in the order in which they were added.
+    /// Parts with names, in the order of addition.
     pub fn parts(&self) -> impl Iterator<Item = u32> + use<> {
         1..=self.ends.len() as u32
     }
@@ -108,13 +108,13 @@ impl PartNames {
         self.text(self.end(part.saturating_sub(1)).groups, end.object)
     }
 
-    /// Names of the groups of a part, as the file has them: one, or several between blanks.
+    /// Names of the groups of a part, as in the file: one name, or several separated by blanks.
     pub fn groups(&self, part: u32) -> &str {
         let end = self.end(part);
         self.text(end.object, end.groups)
     }
 
-    /// The name of a part: that of its object or of its groups, or `OBJECT/GROUPS` if these differ.
+    /// Name of a part: the name of its object or of its groups, or `OBJECT/GROUPS` if these differ.
     /// Empty for [`UNNAMED`].
     pub fn name(&self, part: u32) -> Cow<'_, str> {
         match (self.object(part), self.groups(part)) {
@@ -125,7 +125,8 @@ impl PartNames {
         }
     }
 
-    /// Returns true if `glob` matches the name of the part, its object, its groups, or one of them.
+    /// Returns true if `glob` matches the name of the part, its object, its groups, or one of its
+    /// groups.
     pub fn fits(&self, part: u32, glob: &Glob) -> bool {
         let groups = self.groups(part);
         let names = [&*self.name(part), self.object(part), groups];
@@ -133,7 +134,7 @@ impl PartNames {
         names.any(|name| !name.is_empty() && glob.matches(name))
     }
 
-    /// Bytes of the names.
+    /// Bytes of the names and their table.
     pub fn bytes(&self) -> usize {
         self.text.len() + size_of_val(self.ends.as_slice()) + self.table.allocation_size()
     }
@@ -161,12 +162,12 @@ impl PartNames {
     }
 }
 
-/// The bits of `hash` in all places that the table looks at.
+/// Copies the bits of `hash` to all positions that the table uses.
 fn spread(hash: u32) -> u64 {
     u64::from(hash) << 32 | u64::from(hash)
 }
 
-/// A hash of the names of a part.
+/// Hash of the names of a part.
 fn hash(object: &str, groups: &str) -> u32 {
     let words = [object, groups].into_iter().flat_map(|name| {
         name.as_bytes().chunks(8).map(|chunk| {
@@ -203,7 +204,7 @@ mod tests {
             let part = names.find_or_add(&object, &groups);
             assert_eq!((names.object(part), names.groups(part)), (&*object, &*groups));
         }
-        // Of the objects of one name, those without groups are one part.
+        // Objects of one name without groups are one part.
         assert_eq!((names.len(), count), (count, 666 + 70));
 
         let mut other = PartNames::default();
@@ -215,7 +216,7 @@ mod tests {
         assert_eq!(names.name(numbers[known as usize]), "o1/g1 x");
     }
 
-    /// The border between both names counts.
+    /// The border between both names is significant.
     #[test]
     fn names_are_not_joined() {
         let mut names = PartNames::default();

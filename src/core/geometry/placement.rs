@@ -1,27 +1,32 @@
 //! Placements of prototypes (instances) and their motion.
 //!
-//! Meshes stand in the world or belong to a prototype, which instances place: one level, as Embree's libraries are built. Meshes in the world have
-//! their facets ready. A triangle that is placed or moves is made anew at each hit (`PlacedTriangle`), so that 10⁸ triangles of copies need no
-//! memory.
+//! Meshes are in world space or belong to a prototype, which instances place. There is one level of
+//! instances, as supported by builds of Embree. Meshes in world space have precomputed facets. A
+//! placed or moving triangle is transformed at each hit (`PlacedTriangle`), so that 10⁸ triangles
+//! of copies need no memory.
 //!
-//! Rays keep their parameter in the space of a prototype. The transform loses digits, by some roundings of |M| |M⁻¹| (|p| + |t|), so rays start
-//! further off where an instance is far from the origin. By the same bound, points keep off the edges of their triangle (`PlacedTriangle::point`): nearer,
-//! roundings may put the start of a ray behind the neighbour, and paths leak (docs/benchmarks.md, "Leaks in instances").
+//! Rays keep their parameter in the space of a prototype. The transform loses accuracy, by some
+//! roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger if an instance is far from the
+//! origin. By the same bound, points keep a distance from the edges of their triangle
+//! (`PlacedTriangle::point`). Nearer to an edge, rounding could put the start of a ray behind the
+//! neighbour, and paths would leak (docs/benchmarks.md, "Leaks in instances").
 //!
-//! A moving placement is a list of matrices with linear motion in between, because that is what Embree interpolates. Backends and shading see the
-//! same motion; rotations are cut finely enough when they are read. Time is a field of `Ray` and of `SurfacePoint`.
+//! A moving placement is a list of matrices with linear interpolation, because Embree interpolates
+//! matrices linearly. Backends and shading use the same motion; rotations are divided into enough
+//! steps when they are read. Time is a field of `Ray` and of `SurfacePoint`.
 
 use super::SurfacePoint;
 use super::mesh::Facet;
 use crate::math::{Affine3A, Bounds3, Encode, Mat3A, Vec3, float::gamma};
 use std::sync::Arc;
 
-/// Where an instance stands in the world, which may change between the times 0 and 1.
+/// Transform of an instance, which may change between the times 0 and 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Placement {
-    /// It stays there.
+    /// Constant transform.
     Still(Affine3A),
-    /// It passes these, two at least, at equal intervals from time 0 to time 1. In between, each element of the matrix changes linearly.
+    /// At least two transforms, at equal intervals from time 0 to time 1. In between, each element
+    /// of the matrix changes linearly.
     Moving(Arc<[Affine3A]>),
 }
 
@@ -41,7 +46,7 @@ impl Encode for Placement {
 }
 
 impl Placement {
-    /// Maximum number of steps that a motion may have; Embree takes no more.
+    /// Maximum number of steps of a motion, a limit of Embree.
     pub const MAX_STEPS: usize = 129;
 
     /// Transform at `time` in [0, 1].
@@ -57,7 +62,7 @@ impl Placement {
         }
     }
 
-    /// All that it passes.
+    /// Transforms at all steps.
     pub fn steps(&self) -> &[Affine3A] {
         match self {
             Self::Still(placement) => std::slice::from_ref(placement),
@@ -65,14 +70,14 @@ impl Placement {
         }
     }
 
-    /// Whether it changes.
+    /// Returns true if the placement moves.
     pub fn is_moving(&self) -> bool {
         matches!(self, Self::Moving(_))
     }
 
-    /// A box in the world around what is in `bounds` at any time, roundings included.
+    /// Bounding box in world space of everything in `bounds` at any time, including rounding.
     pub fn bounds(&self, bounds: Bounds3) -> Bounds3 {
-        // A point moves on straight lines between its places at the steps.
+        // A point moves linearly between its positions at the steps.
         let mut all = Bounds3::EMPTY;
         if bounds.is_empty() {
             return all;
@@ -89,7 +94,7 @@ impl Placement {
     }
 }
 
-/// Element by element.
+/// Linear interpolation of each element.
 fn lerp(a: &Affine3A, b: &Affine3A, t: f32) -> Affine3A {
     Affine3A {
         matrix3: a.matrix3 * (1.0 - t) + b.matrix3 * t,
@@ -97,31 +102,34 @@ fn lerp(a: &Affine3A, b: &Affine3A, t: f32) -> Affine3A {
     }
 }
 
-/// Half-width of a box around the world point `p` in which an intersector may find a point placed by `m`.
+/// Half-width of a box around the world point `p` that contains every hit of an intersector at a
+/// point placed by `m`.
 ///
-/// It moves the ray into the space of the mesh, `M⁻¹ (o − t)`; in f32 that point, and the inverse itself, are off by some roundings of
-/// `|M⁻¹| (|o| + |t|)`, which is `|M| |M⁻¹| (|o| + |t|)` in the world (Higham 2002, §3.5, componentwise).
+/// An intersector transforms the ray into the space of the mesh, `M⁻¹ (o − t)`. In f32, this point
+/// and the inverse have an error of some roundings of `|M⁻¹| (|o| + |t|)`, which is `|M| |M⁻¹| (|o|
+/// + |t|)` in the world (Higham 2002, §3.5, componentwise).
 pub fn rounding(m: &Affine3A, p: Vec3) -> Vec3 {
     let abs = |m: Mat3A| Mat3A::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
     let inverse = abs(m.matrix3.inverse());
     gamma(16) * (abs(m.matrix3) * (inverse * (p.abs() + m.translation.abs())))
 }
 
-/// A triangle in its place in the world at some time. Corners run counter-clockwise seen from the front, mirrored or not.
+/// A triangle in world space at some time. Corners run counter-clockwise seen from the front, even
+/// if mirrored.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedTriangle {
     /// Corners in world space.
     pub corners: [Vec3; 3],
-    /// Unit shading normals there, if there are any.
+    /// Unit shading normals at the corners, if any.
     normals: Option<[Vec3; 3]>,
-    /// Where it is, if it has been moved there.
+    /// Transform of its instance, if it is placed.
     placement: Option<Affine3A>,
-    /// Whether the second and the third corner have changed places.
+    /// True if the second and the third corner are swapped.
     is_mirrored: bool,
 }
 
 impl PlacedTriangle {
-    /// The triangle of these corners and normals, as the mesh has them at that time.
+    /// Triangle from the mesh's corners and normals at the time of `placement`.
     pub fn new(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, placement: Option<Affine3A>) -> Self {
         let Some(m) = placement else {
             return Self {
@@ -131,7 +139,7 @@ impl PlacedTriangle {
                 is_mirrored: false,
             };
         };
-        // Normals are planes: they go by the inverse transpose.
+        // Normals transform by the inverse transpose.
         let of_normals = m.matrix3.inverse().transpose();
         let mut placed = Self {
             corners: corners.map(|p| m.transform_point3a(p)),
@@ -139,7 +147,7 @@ impl PlacedTriangle {
             placement,
             is_mirrored: m.matrix3.determinant() < 0.0,
         };
-        // The front stays the front.
+        // Keep the front on the front.
         if placed.is_mirrored {
             placed.corners.swap(1, 2);
             if let Some(normals) = &mut placed.normals {
@@ -149,21 +157,22 @@ impl PlacedTriangle {
         placed
     }
 
-    /// Whether the second and the third corner have changed places.
+    /// Returns true if the second and the third corner are swapped.
     pub fn is_mirrored(&self) -> bool {
         self.is_mirrored
     }
 
-    /// The point at barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
+    /// Point at the barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
     ///
-    /// Where an instance places the triangle, the point keeps off its edges by as much as an intersector may be wrong: nearer to an edge, rays could start behind the
-    /// triangle beyond it.
+    /// If an instance places the triangle, the point keeps a distance from its edges, the bound on
+    /// the error of an intersector. Nearer to an edge, rays could start behind the neighbouring
+    /// triangle.
     pub fn point(&self, b1: f32, b2: f32) -> SurfacePoint {
         let (b1, b2) = if self.is_mirrored { (b2, b1) } else { (b1, b2) };
         let mut b = [1.0 - b1 - b2, b1, b2];
         let facet = Facet::new(self.corners);
         let mut point = SurfacePoint::new(self.corners, facet, b1, b2);
-        // Corners may have been interpolated in time, by our roundings or by an intersector's.
+        // Corners may have been interpolated in time, here or in an intersector.
         let mut error = gamma(4) * point.p.abs();
         if let Some(m) = &self.placement {
             error += rounding(m, point.p);
@@ -177,18 +186,19 @@ impl PlacedTriangle {
         }
     }
 
-    /// Bound on the distance at which an intersector finds its points.
+    /// Bound on the distance between the triangle and a hit of an intersector.
     pub fn rounding(&self) -> f32 {
         let of = |p: Vec3| gamma(4) * p.abs() + self.placement.map_or(Vec3::ZERO, |m| rounding(&m, p));
         self.corners.map(|p| of(p).length()).into_iter().fold(0.0, f32::max)
     }
 }
 
-/// The weights `b` of a triangle's corners, changed as little as it takes for their point to be at least `distance` from each edge; where the triangle is too narrow for that, as far
-/// from them as it can be without a longer way than four times `distance`.
+/// Weights of a triangle's corners, moved from `b` by the minimum amount that puts their point at
+/// least `distance` from each edge. If the triangle is too narrow, the point moves away from the
+/// edges by at most four times `distance`.
 fn inside([p0, p1, p2]: [Vec3; 3], b: [f32; 3], distance: f32) -> [f32; 3] {
     let twice_area = (p1 - p0).cross(p2 - p0).length();
-    // A weight is the distance from the edge opposite to the corner, over the corner's.
+    // A weight is the distance from the opposite edge, relative to the height of the corner.
     let lowest = [p2 - p1, p0 - p2, p1 - p0].map(|edge| (distance * edge.length() / twice_area).min(1.0 / 3.0));
     if (0..3).all(|i| b[i] >= lowest[i]) || !lowest.iter().all(|w| w.is_finite()) {
         return b;
@@ -226,7 +236,7 @@ mod tests {
             let moved = p.distance(b[1] * Vec3::X + b[2] * Vec3::Y);
             assert!(moved < 0.06, "{b:?}: {inner:?}");
         }
-        // Along a sliver they stay where they are, or nearly.
+        // Along a sliver, points move by little.
         let sliver = [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-3, 0.0)];
         let p = inside(sliver, [0.9, 0.1, 0.0], 0.01);
         let x = p[1] + 0.5 * p[2];

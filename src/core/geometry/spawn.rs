@@ -1,24 +1,28 @@
-//! Ray origins off a surface, by bounds on rounding errors and not by a fixed epsilon.
+//! Ray origins off a surface, by bounds on rounding errors instead of a fixed epsilon.
 //!
-//! Intersectors report barycentrics, and points are interpolated from the mesh's own corners. A new ray starts off the surface by the point's ray
-//! offset along the normal, on the side to which it goes. With γₙ the bound on n roundings, the offset is the sum of two parts:
+//! Intersectors return barycentrics, and points are interpolated from the mesh's own corners. A new
+//! ray starts off the surface, by the point's ray offset along the normal, on the side to which it
+//! points. With γₙ the bound on n roundings, the offset is the sum of two parts:
 //!
-//! - γ₉ · |n| · Σ |bᵢ pᵢ|: the error of the interpolation and of the move itself, as the plane of normal n sees them.
-//! - γ₆ times the largest coordinate difference between the first corner and the others, since an intersector rounds edges as long as that. Where the
-//!   longest edge over the width is more than 1, the part is multiplied by that, up to half the width: rounding tilts slivers. This part is kept with
-//!   each triangle's normal.
+//! - γ₉ · |n| · Σ |bᵢ pᵢ|: the error of the interpolation and of the move itself, along the normal
+//!   n.
+//! - γ₆ times the maximum coordinate difference between the first corner and the others, because an
+//!   intersector rounds edges of this length. If the longest edge over the width is more than 1,
+//!   the part is multiplied by this ratio, up to half the width: rounding tilts slivers. This part
+//!   is stored with each triangle's normal.
 //!
-//! The second part is needed on planes through the origin, where the first one vanishes: an intersector that includes t = 0 finds the surface again
-//! from a start on the plane itself.
+//! The second part is needed on planes through the origin, where the first part vanishes. An
+//! intersector that includes t = 0 would hit the surface again from a start on the plane itself.
 //!
-//! A triangle that stands for a curved surface has a second offset, the height of that surface
-//! (`SurfacePoint::curvature_offset`). Only directions that the two normals put on different sides
-//! need it: they pass beyond the facet's horizon, which the curved surface does not reach. For all
-//! other directions no neighbouring facet of a convex surface is in the way, and points of a ray are
-//! those of the mesh, to rounding, for every method. `integrator/world.rs` keeps the raised start out
-//! of other objects.
+//! A triangle of a curved surface has a second offset, the height of the surface over it
+//! (`SurfacePoint::curvature_offset`). Only directions on different sides of the two normals need
+//! it: they pass beyond the facet's horizon, which the curved surface does not reach. In other
+//! directions, no neighbouring facet of a convex surface is in the way. The points of a ray are
+//! then points of the mesh, up to rounding, for every method. `integrator/world.rs` keeps the
+//! raised start out of other objects.
 //!
-//! A shadow ray has the whole way as its direction and ends at t = 1 − γ₁₆. The light's point is moved off its own surface by the same rule.
+//! A shadow ray has the full distance as its direction, and ends at t = 1 − γ₁₆. The light's point
+//! is moved off its surface by the same rule.
 
 use super::SurfacePoint;
 use crate::math::{Ray, Vec3, float::gamma};
@@ -26,14 +30,14 @@ use crate::math::{Ray, Vec3, float::gamma};
 /// A side of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// That of the geometric normal.
+    /// Side of the geometric normal.
     Front,
-    /// The other one.
+    /// Opposite side.
     Back,
 }
 
 impl Side {
-    /// The side on which a direction of this `z` in a frame about a normal is.
+    /// Side of a direction with this `z`, in a frame around a normal.
     #[inline(always)]
     pub fn of(z: f32) -> Self {
         if z < 0.0 { Self::Back } else { Self::Front }
@@ -42,20 +46,20 @@ impl Side {
 
 impl SurfacePoint {
     /// Returns true if the unit direction `w` is on the same side by the shading normal and by the
-    /// geometric normal. If not, `w` points beyond the horizon of one of the two: light from there is
-    /// found by paths from the camera alone, since a path from a light hits the other side.
+    /// geometric normal. If not, `w` points beyond the horizon of one of the two. Light from there
+    /// is found only by paths from the camera, because a path from a light hits the other side.
     #[inline(always)]
     pub fn sides_agree(&self, w: Vec3) -> bool {
         Side::of(w.dot(self.ns)) == Side::of(w.dot(self.ng))
     }
 
-    /// Returns true if the unit direction `w` points to `side` by the geometric normal too.
+    /// Returns true if the unit direction `w` points to `side` by the geometric normal.
     #[inline(always)]
     pub fn is_above(&self, side: Side, w: Vec3) -> bool {
         Side::of(w.dot(self.ng)) == side
     }
 
-    /// Height of the curved surface over the facet, on `side`: 0 if the triangle is flat.
+    /// Height of the curved surface over the facet, on `side`; 0 if the triangle is flat.
     #[inline(always)]
     pub fn height(&self, side: Side) -> f32 {
         match side {
@@ -64,7 +68,7 @@ impl SurfacePoint {
         }
     }
 
-    /// The point raised by `height` above its ray offset, on `side`.
+    /// Point raised by the ray offset plus `height`, on `side`.
     #[inline(always)]
     pub fn raised(&self, side: Side, height: f32) -> Vec3 {
         match side {
@@ -76,8 +80,8 @@ impl SurfacePoint {
 
 /// Moves a point off its surface along the normal, to one side, just beyond its rounding error.
 ///
-/// A ray that starts there, to that side, cannot meet the surface it left, and skips nothing wider than the rounding error
-/// (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
+/// A ray from there to that side cannot hit its own surface, and skips nothing wider than the
+/// rounding error (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
 #[inline(always)]
 pub fn offset_to(s: &SurfacePoint, side: Side) -> Vec3 {
     s.raised(side, 0.0)
@@ -88,23 +92,24 @@ pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
     offset_to(s, Side::of(w.dot(s.ng)))
 }
 
-/// The ray that leaves the surface at `s` in direction `w`.
+/// Ray from the surface at `s` in direction `w`.
 pub fn ray_towards(s: &SurfacePoint, w: Vec3) -> Ray {
     Ray::new(offset_origin(s, w), w).when(s.time)
 }
 
-/// The segment from the surface at `s` to the point `target`, which it does not reach.
+/// Segment from the surface at `s` to the point `target`, which it does not reach.
 ///
-/// `target` lies off its own surface already where it has one ([`offset_origin`]).
+/// If `target` is on a surface, it must already be off that surface ([`offset_origin`]).
 pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
     segment(offset_origin(s, target - s.p), target).when(s.time)
 }
 
-/// The segment from `origin` to the point `target`, which it does not reach, at time 0.
+/// Segment from `origin` to the point `target`, which it does not reach, at time 0.
 #[inline(always)]
 pub fn segment(origin: Vec3, target: Vec3) -> Ray {
     Ray {
-        // An intersector's t is off by a few roundings of the whole length: that much is left out.
+        // An intersector's t has an error of a few roundings of the full length, so the segment
+        // ends this much before `target`.
         t_max: 1.0 - gamma(16),
         ..Ray::new(origin, target - origin)
     }
@@ -130,7 +135,7 @@ mod tests {
         assert_eq!(s.ng, Vec3::X);
         let right = offset_origin(&s, Vec3::new(0.1, 5.0, 0.0)).x - 1e3;
         let left = 1e3 - offset_origin(&s, Vec3::new(-0.1, 5.0, 0.0)).x;
-        // Up to the rounding of the sum, half a unit in the last place of 1000.
+        // Up to the rounding of the sum, half a unit in the last place of 1000
         for distance in [left, right] {
             assert!(
                 (distance - s.ray_offset).abs() <= 3.1e-5 && distance > 0.0,
@@ -138,7 +143,7 @@ mod tests {
                 s.ray_offset
             );
         }
-        // On a plane through the origin too.
+        // Plane through the origin
         let flat = Mesh {
             positions: vec![Vec3::ZERO, Vec3::Z, Vec3::X],
             triangles: vec![[0, 1, 2]],

@@ -1,7 +1,7 @@
-//! Where vertices come to lie after infinitely many steps, and the normals there.
+//! Positions of vertices on the limit surface, after infinitely many steps, and their normals.
 //!
-//! Catmull and Clark: Halstead, Kass and DeRose 1993, appendix A. Loop: Hoppe et al. 1994, appendix.
-//! Creases: Biermann, Levin and Zorin 2000, appendix A.
+//! Catmull and Clark: Halstead, Kass and DeRose 1993, appendix A. Loop: Hoppe et al. 1994,
+//! appendix. Creases: Biermann, Levin and Zorin 2000, appendix A.
 
 use super::refine::{Around, loop_factor, sums_of_neighbours};
 use super::topology::{NONE, Scheme, Topology};
@@ -51,8 +51,8 @@ struct Fan {
     is_closed: bool,
 }
 
-/// Normals of the limit surface, and the index of that of each corner. A vertex has one normal for
-/// each fan of faces between sharp edges; the first one has the index of the vertex.
+/// Normals of the limit surface, and the index of the normal of each corner. A vertex has one
+/// normal for each fan of faces between sharp edges. The first normal has the index of the vertex.
 pub(super) fn normals(
     topology: &Topology,
     scheme: Scheme,
@@ -85,7 +85,7 @@ pub(super) fn normals(
 }
 
 impl Fan {
-    /// Collects the fan of a corner, at a vertex of `count` corners. Fans of faces with repeated
+    /// Collects the fan of `corner`, at a vertex with `count` corners. Fans of faces with repeated
     /// vertices may have no end.
     fn follow(&mut self, topology: &Topology, positions: &[DVec3], corner: u32, count: u32) {
         self.corners.clear();
@@ -130,7 +130,7 @@ impl Fan {
             [DVec3::ZERO; 2]
         };
         let normal = t1.normalize_or_zero().cross(t2.normalize_or_zero());
-        // Tangents on a line have no normal
+        // Collinear tangents have no normal
         if normal.length_squared() > 1e-16 {
             normal.normalize_or_zero()
         } else {
@@ -138,7 +138,7 @@ impl Fan {
         }
     }
 
-    /// Tangents at a smooth vertex with `n` edges, the second to the left of the first.
+    /// Tangents at a smooth vertex with `n` edges. The second is to the left of the first.
     fn tangents(&self, scheme: Scheme, n: usize) -> [DVec3; 2] {
         let angle = TAU / n as f64;
         let factor = match scheme {
@@ -159,8 +159,8 @@ impl Fan {
         tangents
     }
 
-    /// Tangent at a crease or boundary, to the left of its direction towards the first edge, of a fan
-    /// of `k` faces.
+    /// Tangent across a crease or boundary of a fan of `k` faces. It points to the left of the
+    /// direction towards the first edge.
     fn across(&self, scheme: Scheme, p: DVec3, k: usize) -> DVec3 {
         let (first, last) = (self.edges[0], self.edges[k]);
         let angle = PI / k as f64;
@@ -186,7 +186,7 @@ impl Fan {
         }
     }
 
-    /// Mean of the normals of the faces, weighted by angle and lengths of edges.
+    /// Mean of the normals of the faces, weighted by angle and edge lengths.
     fn mean_normal(&self, p: DVec3) -> DVec3 {
         let next = |i: usize| self.edges.get(i + 1).unwrap_or(&self.edges[0]);
         let facets = (0..self.corners.len()).map(|i| (self.edges[i] - p).cross(*next(i) - p));

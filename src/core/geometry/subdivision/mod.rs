@@ -1,20 +1,18 @@
-//! Subdivision surfaces: the smooth surface of which a mesh of polygons is the control mesh.
+//! Subdivision surfaces: the smooth surface of a control mesh of polygons.
 //!
-//! `topology` divides faces, `refine` places vertices, `limit` moves them onto the limit surface
-//! and gives them its normals. The result is triangles, so all backends see the same surface. Steps
-//! are uniform, thus without cracks, and positions go by their indices in the file whatever seams
-//! texture coordinates have.
+//! `topology` divides faces, `refine` computes vertex positions, and `limit` moves them onto the
+//! limit surface and computes normals. The result is triangles, so all backends have the same
+//! surface. Steps are uniform, so there are no cracks. Positions are connected by their indices in
+//! the file, independent of seams in texture coordinates.
 //!
-//! - Faces of triangles alone are subdivided by Loop's scheme, all others by that of Catmull and
-//!   Clark.
-//! - Boundaries are smooth curves, and vertices of a single face keep their place, as in
+//! - Meshes of triangles only use Loop's scheme, all other meshes the scheme of Catmull and Clark.
+//! - Boundaries are smooth curves, and vertices of a single face keep their position, as in
 //!   OpenSubdiv's `EDGE_AND_CORNER`.
-//! - Edges of three faces or more, and between faces that disagree which side is the front, stay
-//!   sharp.
-//! - Texture coordinates are smooth inside of their islands and straight along their boundaries.
-//!   Colours are means of their neighbours.
-//! - Vertices at one place are joined if that closes boundaries and makes no edge of three faces:
-//!   many programs write a vertex for each normal and texture coordinate.
+//! - Edges of three or more faces stay sharp, and edges between faces of opposite orientation.
+//! - Texture coordinates are smooth inside their islands and linear along their boundaries. Colours
+//!   are means of their neighbours.
+//! - Vertices at one position are joined if this closes boundaries and creates no edge of three
+//!   faces: many programs write a vertex for each normal and texture coordinate.
 
 mod limit;
 mod refine;
@@ -29,13 +27,13 @@ use std::collections::HashMap;
 pub use topology::{Irregular, Scheme};
 use topology::{NONE, Topology};
 
-/// Maximum number of steps: a face becomes 4¹² faces.
+/// Maximum number of steps: a face then becomes 4¹² faces.
 pub const MAX_STEPS: u32 = 12;
 
-/// Faces of polygons, by the indices of their vertices.
+/// Polygons, by the indices of their vertices.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ControlMesh<'a> {
-    /// Vertices.
+    /// Vertex positions.
     pub positions: &'a [Vec3],
     /// Texture coordinates.
     pub uvs: &'a [Vec2],
@@ -43,21 +41,23 @@ pub struct ControlMesh<'a> {
     pub colors: &'a [[f32; 4]],
     /// Number of corners of each face, at least 3.
     pub sizes: &'a [u32],
-    /// Position of each corner.
+    /// Position index of each corner.
     pub corners: &'a [u32],
-    /// Texture coordinate of each corner, out of range for none; empty if no corner has any.
+    /// Index of the texture coordinates of each corner, out of range for none; empty if no corner
+    /// has any.
     pub uv_corners: &'a [u32],
-    /// Angle between faces in degrees above which their edge stays sharp, and between sharp edges
-    /// above which their vertex keeps its place.
+    /// Angle in degrees. Edges between faces at a larger angle stay sharp. Vertices between sharp
+    /// edges at a larger angle keep their position.
     pub crease_angle: Option<f32>,
 }
 
-/// Triangles of a subdivided mesh. A face of the control mesh became a run of them, in its order.
+/// Triangles of a subdivided mesh. Each face of the control mesh is a consecutive range of them, in
+/// order.
 #[derive(Clone, Debug, Default)]
 pub struct Subdivided {
     /// Vertices on the limit surface.
     pub positions: Vec<Vec3>,
-    /// Unit normals of the limit surface; zero if it has none.
+    /// Unit normals of the limit surface; zero if undefined.
     pub normals: Vec<Vec3>,
     /// Texture coordinates.
     pub uvs: Vec<Vec2>,
@@ -65,21 +65,22 @@ pub struct Subdivided {
     pub colors: Vec<[f32; 4]>,
     /// Indices of the positions of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Indices of its texture coordinates, out of range for none; empty if no corner has any.
+    /// Indices of the texture coordinates of each triangle, out of range for none; empty if no
+    /// corner has any.
     pub uv_triangles: Vec<[u32; 3]>,
-    /// Indices of its normals.
+    /// Indices of the normals of each triangle.
     pub normal_triangles: Vec<[u32; 3]>,
     /// Edges without a smooth surface.
     pub irregular: Irregular,
 }
 
 impl ControlMesh<'_> {
-    /// Scheme by which the mesh is subdivided.
+    /// Subdivision scheme of the mesh.
     pub fn scheme(&self) -> Scheme {
         Scheme::of(self.sizes)
     }
 
-    /// Number of triangles that a face of so many corners becomes after `steps`.
+    /// Number of triangles of a face of `size` corners after `steps`.
     pub fn triangles_of_face(scheme: Scheme, size: u32, steps: u32) -> u64 {
         let size = u64::from(size);
         match (scheme, steps) {
@@ -99,10 +100,10 @@ impl ControlMesh<'_> {
         of_faces.sum()
     }
 
-    /// About how many bytes subdividing and its result take at most.
+    /// Upper estimate of the bytes of subdividing and its result.
     pub fn bytes(&self, steps: u32) -> u64 {
         let per_triangle = match self.scheme() {
-            // Measured: see the test of memory
+            // Measured in the test of memory
             Scheme::CatmullClark => 150,
             Scheme::Loop => 170,
         };
@@ -111,13 +112,13 @@ impl ControlMesh<'_> {
         self.triangles(steps) * (per_triangle + of_uvs + of_colors)
     }
 
-    /// Returns true if indices of `steps` fit in 32 bits.
+    /// Returns true if the indices of `steps` fit in 32 bits.
     pub fn fits_indices(&self, steps: u32) -> bool {
         // A step makes up to 6 entries for each triangle
         steps <= MAX_STEPS && self.triangles(steps).saturating_mul(6) < u64::from(u32::MAX)
     }
 
-    /// Subdivides the mesh in `steps` steps, 1 or more.
+    /// Subdivides the mesh in `steps` steps, at least 1.
     pub fn subdivided(&self, steps: u32) -> Subdivided {
         let scheme = self.scheme();
         let corners = self.joined_corners();
@@ -166,7 +167,7 @@ impl ControlMesh<'_> {
         subdivided
     }
 
-    /// Positions of corners, of which equal ones are one if that makes a better surface.
+    /// Position indices of corners. Equal positions are joined if this improves the surface.
     fn joined_corners(&self) -> Vec<u32> {
         let own = self.corners.to_vec();
         let mut first: HashMap<[u32; 3], u32> = HashMap::with_capacity(self.positions.len());
@@ -193,7 +194,7 @@ impl ControlMesh<'_> {
         }
     }
 
-    /// Makes the edges sharp at which faces meet at more than the angle.
+    /// Makes edges sharp whose faces meet at an angle above `crease_angle`.
     fn make_creases(&self, topology: &mut Topology) {
         let Some(degrees) = self.crease_angle else { return };
         let min_cosine = f64::from(degrees).to_radians().cos();
@@ -216,7 +217,8 @@ impl ControlMesh<'_> {
                 *sharpness = f32::INFINITY;
             }
         }
-        // Sharp edges that turn: the sum of their directions away from the vertex is 0 if they do not
+        // Sharp edges that turn: the sum of their directions away from the vertex is 0 if they do
+        // not turn
         let mut sums = vec![(0, DVec3::ZERO); self.positions.len()];
         let sharp = (0..)
             .zip(&topology.sharpness)
@@ -229,34 +231,34 @@ impl ControlMesh<'_> {
                 sums[vertex].1 += direction;
             }
         }
-        // Of unit vectors that turn by θ the sum has the square 2 − 2 cos θ
+        // The sum of unit vectors that turn by θ has the square 2 − 2 cos θ
         let max_square = 2.0 - 2.0 * min_cosine;
         let turns = |&(count, sum): &(u32, DVec3)| count == 2 && sum.length_squared() > max_square;
         topology.pinned = sums.iter().map(turns).collect();
     }
 }
 
-/// Texture coordinates with the faces that they make.
+/// Texture coordinates and the faces of their islands.
 struct UvMesh {
     topology: Topology,
     values: Vec<DVec2>,
 }
 
 impl UvMesh {
-    /// Texture coordinates of a mesh whose positions have a `topology`; `None` without any.
+    /// Texture coordinates of a mesh whose positions have a `topology`; `None` if it has none.
     fn new(mesh: &ControlMesh, topology: &Topology) -> Option<Self> {
         if mesh.uv_corners.is_empty() {
             return None;
         }
         let count = mesh.uvs.len() as u32;
-        // Corners without any share one, which no triangle gets
+        // Corners without texture coordinates share one entry, which no triangle gets
         let corners = mesh.uv_corners.iter().map(|&uv| uv.min(count)).collect();
         let (mut uvs, _) = Topology::new(mesh.sizes, corners, count + 1);
         for (corners, sharpness) in uvs.edge_corners.iter_mut().zip(&mut uvs.sharpness) {
             let [first, second] = *corners;
             let of_positions = topology.edges[first as usize];
             *sharpness = sharpness.max(topology.sharpness[of_positions as usize]);
-            // Islands of several faces may lie over each other
+            // Islands of several faces may overlap
             if second != NONE && topology.edges[second as usize] != of_positions {
                 *sharpness = f32::INFINITY;
                 corners[1] = NONE;
@@ -273,7 +275,8 @@ impl UvMesh {
         self.topology = self.topology.refined(scheme);
     }
 
-    /// Index of each corner, [`NONE`] in faces some of whose corners had none.
+    /// Index of each corner. [`NONE`] for all corners of a face if a corner has no texture
+    /// coordinates.
     fn corners(&self, mesh: &ControlMesh, scheme: Scheme, steps: u32) -> Vec<u32> {
         let mut corners = self.topology.vertices.clone();
         let count = mesh.uvs.len() as u32;
@@ -295,7 +298,7 @@ impl UvMesh {
 }
 
 /// Triangles of the faces whose corners have these indices. Quads are cut from the vertex of the
-/// control mesh's side, the same way in every mesh with these faces.
+/// control mesh, identically in every mesh with these faces.
 fn triangles(corners: &[u32], scheme: Scheme) -> Vec<[u32; 3]> {
     match scheme {
         Scheme::CatmullClark => (corners.chunks_exact(4))

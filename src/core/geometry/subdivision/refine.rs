@@ -8,7 +8,8 @@ use crate::math::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::ops::{Add, AddAssign, Mul};
 
-/// What vertices have, in 64 bits: roundings of many steps stay below those of 32-bit positions.
+/// Value at a vertex, in 64 bits: roundings of many steps stay below the rounding of 32-bit
+/// positions.
 pub(super) trait VertexValue:
     Copy + Default + Send + Sync + Add<Output = Self> + AddAssign + Mul<f64, Output = Self>
 {
@@ -17,18 +18,18 @@ pub(super) trait VertexValue:
 impl VertexValue for DVec2 {}
 impl VertexValue for DVec3 {}
 
-/// How values follow from those before.
+/// Rule for the values of the next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
-    /// Smooth surfaces, whose boundaries are smooth curves.
+    /// Smooth surfaces, with smooth curves at boundaries.
     Surface,
-    /// Smooth inside, straight along boundaries: texture coordinates.
+    /// Smooth inside, linear along boundaries: for texture coordinates.
     Inside,
-    /// Means of neighbours: colours.
+    /// Means of neighbours: for colours.
     Linear,
 }
 
-/// What surrounds a vertex.
+/// Numbers of edges and faces around a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Around {
     /// Number of edges.
@@ -39,24 +40,24 @@ pub(super) struct Around {
     pub sharp: u32,
     /// Sum of their sharpness.
     pub sharpness: f32,
-    /// True if the vertex was chosen to keep its place.
+    /// True if the vertex keeps its position by the crease angle.
     pub is_pinned: bool,
 }
 
 impl Around {
-    /// True if the vertex keeps its place: no curve goes through it, or a single face has it as its
-    /// corner.
+    /// Returns true if the vertex keeps its position: it ends sharp curves, or is the corner of a
+    /// single face.
     pub fn is_corner(&self) -> bool {
         self.is_pinned || self.sharp > 2 || self.sharp == 2 && self.corners == 1
     }
 
-    /// True if a sharp curve goes through the vertex.
+    /// Returns true if a sharp curve passes through the vertex.
     pub fn is_crease(&self) -> bool {
         self.sharp == 2 && !self.is_corner()
     }
 }
 
-/// What surrounds each vertex.
+/// Edges and faces around each vertex.
 pub(super) fn around_vertices(topology: &Topology) -> Vec<Around> {
     let mut around = vec![Around::default(); topology.vertex_count as usize];
     for (around, &is_pinned) in around.iter_mut().zip(&topology.pinned) {
@@ -76,8 +77,8 @@ pub(super) fn around_vertices(topology: &Topology) -> Vec<Around> {
     around
 }
 
-/// Sums of the values at the other ends of the edges of each vertex: of all edges, and of sharp ones,
-/// which are empty if no edge is sharp.
+/// Sums of the values of the neighbours of each vertex: over all edges, and over sharp edges. The
+/// second is empty if no edge is sharp.
 pub(super) fn sums_of_neighbours<V: VertexValue>(topology: &Topology, values: &[V]) -> [Vec<V>; 2] {
     let mut of_all = vec![V::default(); values.len()];
     let has_sharp = topology.sharpness.par_iter().any(|&sharpness| sharpness > 0.0);
@@ -94,7 +95,8 @@ pub(super) fn sums_of_neighbours<V: VertexValue>(topology: &Topology, values: &[
     [of_all, of_sharp]
 }
 
-/// Loop's factor of each neighbour in the new place of a vertex with so many edges (Warren 1995).
+/// Loop's weight of each neighbour in the new position of a vertex with `edges` edges (Warren
+/// 1995).
 pub(super) fn loop_factor(edges: u32) -> f64 {
     if edges == 3 {
         3.0 / 16.0

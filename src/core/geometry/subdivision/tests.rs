@@ -73,7 +73,8 @@ fn euler_characteristic(triangles: &[[u32; 3]]) -> i64 {
     vertices.len() as i64 - edges.len() as i64 + triangles.len() as i64
 }
 
-/// Returns true if each side of a triangle is that of exactly one other, in the other direction.
+/// Returns true if each side of a triangle is a side of exactly one other triangle, in the opposite
+/// direction.
 fn is_closed(triangles: &[[u32; 3]]) -> bool {
     let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut sides: Vec<[u32; 2]> = sides.collect();
@@ -82,8 +83,8 @@ fn is_closed(triangles: &[[u32; 3]]) -> bool {
     is_once && sides.iter().all(|&[a, b]| sides.binary_search(&[b, a]).is_ok())
 }
 
-/// The limit of a cube at its corners, edges and faces, by hand: a step, then the masks of the limit
-/// (Halstead et al. 1993). Further steps must not move it.
+/// The limit of a cube at its corners, edges and faces, by hand: a step, then the masks of the
+/// limit (Halstead et al. 1993). Further steps must not move it.
 #[test]
 fn cube_goes_to_its_closed_forms() {
     let positions = cube_corners();
@@ -106,13 +107,13 @@ fn cube_goes_to_its_closed_forms() {
             let normal = fine.normals[place.unwrap()];
             assert!(normal.distance(expected.normalize()) < 1e-6, "{normal} at {expected}");
         };
-        // A step puts corners at 5/9 of three axes, edges at 3/4 of two, faces at 1 of one. Then the
-        // masks of valence 3, (9 v + 4 Σe + Σf)/24, and of valence 4, (16 v + 4 Σe + Σf)/36:
+        // A step puts corners at 5/9 on three axes, edges at 3/4 on two, faces at 1 on one. Then
+        // the masks of valence 3, (9 v + 4 Σe + Σf)/24, and of valence 4, (16 v + 4 Σe + Σf)/36:
         let (c, e, f) = (5.0 / 9.0, 0.75, 1.0);
         // Corner: edges are (e, e, 0) in three orders, faces (f, 0, 0)
         let corner = (9.0 * c + 4.0 * 2.0 * e + f) / 24.0;
-        // Edge (e, e, 0): neighbours are corners (c, c, ±c), faces (f, 0, 0) and (0, f, 0); diagonals
-        // are edges (e, 0, ±e) and (0, e, ±e)
+        // Edge (e, e, 0): neighbours are corners (c, c, ±c), faces (f, 0, 0) and (0, f, 0);
+        // diagonals are edges (e, 0, ±e) and (0, e, ±e)
         let edge = (16.0 * e + 4.0 * (2.0 * c + f) + 2.0 * e) / 36.0;
         // Face (f, 0, 0): neighbours are four edges at e, diagonals four corners at c
         let face = (16.0 * f + 4.0 * 4.0 * e + 4.0 * c) / 36.0;
@@ -122,7 +123,7 @@ fn cube_goes_to_its_closed_forms() {
     }
 }
 
-/// By Loop's scheme the vertices of an icosahedron go to a sphere whose radius is known.
+/// With Loop's scheme, the vertices of an icosahedron converge to a sphere of known radius.
 #[test]
 fn icosahedron_goes_to_its_closed_form() {
     let (positions, corners) = icosahedron();
@@ -138,8 +139,8 @@ fn icosahedron_goes_to_its_closed_form() {
     assert_eq!(fine.triangles.len() as u64, mesh.triangles(3));
     assert_eq!(euler_characteristic(&fine.triangles), 2);
     assert!(is_closed(&fine.triangles));
-    // Valence 5, β = 3/40: limit (1 − 5χ) v + χ Σe with χ = 1/(5 + 3/(8 β)) = 1/10; the neighbours of
-    // an icosahedron's vertex v sum to √5 v.
+    // Valence 5, β = 3/40: limit (1 − 5χ) v + χ Σe with χ = 1/(5 + 3/(8 β)) = 1/10; the neighbours
+    // of an icosahedron's vertex v sum to √5 v.
     let factor = 0.5 + 5f32.sqrt() / 10.0;
     for (p, (limit, normal)) in positions.iter().zip(fine.positions.iter().zip(&fine.normals)) {
         assert!(limit.distance(*p * factor) < 1e-6);
@@ -155,7 +156,7 @@ fn planes_stay_planes() {
             positions: &positions,
             sizes: &sizes,
             corners: &corners,
-            // Two corners of the square have two triangles
+            // Two corners of the square have two triangles each
             crease_angle: Some(30.0).filter(|_| !is_quads),
             ..ControlMesh::default()
         };
@@ -167,7 +168,7 @@ fn planes_stay_planes() {
         for n in &fine.normals {
             assert!(n.distance(normal) < 1e-6, "{n}");
         }
-        // The four corners stay, and the boundary is straight.
+        // The four corners keep their positions, and the boundary is straight.
         for corner in [0, 4, 20, 24] {
             assert_eq!(fine.positions[corner], positions[corner]);
         }
@@ -183,7 +184,7 @@ fn planes_stay_planes() {
     }
 }
 
-/// A mesh of quads, a triangle and a pentagon keeps its characteristic.
+/// A mesh of quads, a triangle and a pentagon keeps its Euler characteristic.
 #[test]
 fn polygons_of_any_size_become_quads() {
     let positions: Vec<Vec3> = (0..5)
@@ -203,7 +204,7 @@ fn polygons_of_any_size_become_quads() {
     assert_eq!(fine.triangles.len(), 20 * 8);
     assert_eq!(euler_characteristic(&fine.triangles), 2);
     assert!(is_closed(&fine.triangles));
-    // Facets lie as normals say
+    // Facets agree with normals
     for (triangle, normals) in fine.triangles.iter().zip(&fine.normal_triangles) {
         let [a, b, c] = triangle.map(|i| fine.positions[i as usize]);
         let facet = (b - a).cross(c - a).normalize();
@@ -213,7 +214,7 @@ fn polygons_of_any_size_become_quads() {
     }
 }
 
-/// Sharp edges of a cube keep it a cube, with three normals at each corner.
+/// With sharp edges, a cube stays a cube, with three normals at each corner.
 #[test]
 fn creases_by_angle_stay() {
     let positions = cube_corners();
@@ -230,7 +231,7 @@ fn creases_by_angle_stay() {
         let [a, b, c] = triangle.map(|i| fine.positions[i as usize]);
         let facet = (b - a).cross(c - a).normalize();
         assert!(normals.iter().all(|&i| fine.normals[i as usize].distance(facet) < 1e-6));
-        // All lie on the cube, in a regular grid
+        // All points lie on the cube, in a regular grid
         for p in [a, b, c] {
             assert_eq!(p.abs().max_element(), 1.0);
             assert_eq!((p * 4.0).fract(), Vec3::ZERO);
@@ -238,7 +239,7 @@ fn creases_by_angle_stay() {
     }
 }
 
-/// An edge of three faces stays straight, and is counted.
+/// An edge of three faces stays straight, and is counted as irregular.
 #[test]
 fn edges_that_are_not_manifold_stay_sharp() {
     let positions = [
@@ -277,7 +278,7 @@ fn edges_that_are_not_manifold_stay_sharp() {
     assert_eq!(mesh.subdivided(1).irregular.flipped, 1);
 }
 
-/// Seams of texture coordinates move no position, and islands keep their boundaries.
+/// Seams of texture coordinates do not move positions, and islands keep their boundaries.
 #[test]
 fn seams_of_uvs_move_nothing() {
     let positions = cube_corners();
@@ -309,7 +310,7 @@ fn seams_of_uvs_move_nothing() {
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
         assert!(face.iter().all(|t| area(t) > 0.0));
     }
-    // A face without any has none after all steps.
+    // A face without texture coordinates has none after all steps.
     let mut some = uv_corners.clone();
     some[5] = u32::MAX;
     let fine = ControlMesh {
@@ -324,7 +325,7 @@ fn seams_of_uvs_move_nothing() {
     }
 }
 
-/// A vertex for each corner, as programs write them, makes the same surface.
+/// A mesh with a separate vertex for each corner, as many programs write it, has the same surface.
 #[test]
 fn vertices_at_one_place_are_joined() {
     let positions = cube_corners();
@@ -344,7 +345,7 @@ fn vertices_at_one_place_are_joined() {
             .take(24)
             .all(|p| p.max_element() < 1.0 || split.contains(p))
     );
-    // Two sheets back to back stay apart: joined, their edges would have four faces.
+    // Two sheets back to back are not joined: their joined edges would have four faces.
     let (sheet, sizes, corners) = plane(2, true);
     let two: Vec<Vec3> = sheet.iter().chain(&sheet).copied().collect();
     let back: Vec<u32> = corners.iter().rev().map(|i| i + 9).collect();
@@ -360,7 +361,7 @@ fn vertices_at_one_place_are_joined() {
     assert_eq!(euler_characteristic(&fine.triangles), 2);
 }
 
-/// Colours are means, and no number leaves their range.
+/// Colours are means, and stay in the range of the input.
 #[test]
 fn colors_are_means() {
     let positions = cube_corners();

@@ -1,15 +1,15 @@
-//! Faces, edges and corners of a mesh, and how a step of subdivision divides them.
+//! Faces, edges and corners of a mesh, and their division in a subdivision step.
 //!
-//! A corner is a place in the list of the faces' vertices, and stands for the edge from there to
-//! the next corner of its face too. A step numbers what it makes by what it divides, so edges are
-//! searched once, in the control mesh.
+//! A corner is an index into the list of the faces' vertices. It also represents the edge from its
+//! vertex to the next corner of its face. A step numbers new elements by the elements that it
+//! divides, so edges are searched only once, in the control mesh.
 
 use rayon::prelude::*;
 
 /// Index of a missing element.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// How a mesh is subdivided.
+/// Subdivision scheme of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
     /// Faces of any number of corners become quads (Catmull and Clark 1978).
@@ -19,7 +19,7 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// The scheme of a mesh whose faces have these numbers of corners: Loop for triangles alone.
+    /// Scheme of a mesh whose faces have these numbers of corners: Loop if all faces are triangles.
     pub fn of(sizes: &[u32]) -> Self {
         if sizes.iter().all(|&size| size == 3) {
             Self::Loop
@@ -29,12 +29,12 @@ impl Scheme {
     }
 }
 
-/// Corners of faces.
+/// Ranges of corners of the faces.
 #[derive(Clone, Debug)]
 pub(super) enum Faces {
-    /// First corner of each face, and the number of all corners; the face of each corner.
+    /// First corner of each face, then the number of all corners; and the face of each corner.
     Any { starts: Vec<u32>, of_corners: Vec<u32> },
-    /// All faces have this number of corners.
+    /// Number of corners of every face.
     Uniform(u32),
 }
 
@@ -44,29 +44,29 @@ pub(super) struct Topology {
     pub faces: Faces,
     /// Vertex of each corner.
     pub vertices: Vec<u32>,
-    /// Edge from each corner to the next one of its face.
+    /// Edge from each corner to the next corner of its face.
     pub edges: Vec<u32>,
-    /// Corners from which each edge starts, in both directions; the second is [`NONE`] at a boundary
-    /// and if the edge is not manifold.
+    /// Corners from which each edge starts, in both directions. The second is [`NONE`] at a
+    /// boundary, or if the edge is not manifold.
     pub edge_corners: Vec<[u32; 2]>,
-    /// Sharpness of each edge: 0 is smooth, infinite stays sharp.
+    /// Sharpness of each edge: 0 is smooth; an infinite value stays sharp.
     pub sharpness: Vec<f32>,
     pub vertex_count: u32,
-    /// Vertices of the control mesh that keep their places; empty if none are chosen.
+    /// True for vertices of the control mesh that keep their position; empty if there are none.
     pub pinned: Vec<bool>,
 }
 
-/// Edges that have no smooth surface.
+/// Numbers of edges without a smooth surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Irregular {
-    /// Edges of three faces or more.
+    /// Edges of three or more faces.
     pub non_manifold: u64,
-    /// Edges whose two faces disagree which side is the front.
+    /// Edges between two faces of opposite orientation.
     pub flipped: u64,
 }
 
 impl Topology {
-    /// The control mesh of faces of these `sizes`, with the number of vertices.
+    /// Control mesh of faces with these `sizes`. `vertices` is the vertex of each corner.
     pub fn new(sizes: &[u32], vertices: Vec<u32>, vertex_count: u32) -> (Self, Irregular) {
         let faces = match sizes {
             [first, others @ ..] if others.iter().all(|size| size == first) => Faces::Uniform(*first),
@@ -154,7 +154,7 @@ impl Topology {
         }
     }
 
-    /// The next corner of the same face.
+    /// Next corner of the same face.
     pub fn next(&self, corner: u32) -> u32 {
         let corners = self.corners(self.face(corner));
         if corner + 1 == corners.end {
@@ -164,7 +164,7 @@ impl Topology {
         }
     }
 
-    /// The corner before of the same face.
+    /// Previous corner of the same face.
     pub fn previous(&self, corner: u32) -> u32 {
         let corners = self.corners(self.face(corner));
         if corner == corners.start {
@@ -179,7 +179,7 @@ impl Topology {
         self.vertices[corner as usize]
     }
 
-    /// Vertices from which and to which the edge of a corner goes.
+    /// Start and end vertex of the edge of a corner.
     fn ends_of(&self, corner: u32) -> [u32; 2] {
         [corner, self.next(corner)].map(|corner| self.vertex(corner))
     }
@@ -189,19 +189,19 @@ impl Topology {
         self.ends_of(self.edge_corners[edge as usize][0])
     }
 
-    /// The corner at the same vertex behind the edge of `corner`, clockwise; `None` if the edge is
-    /// sharp.
+    /// Next corner at the same vertex in clockwise order, across the edge of `corner`; `None` if
+    /// the edge is sharp.
     pub fn clockwise(&self, corner: u32) -> Option<u32> {
         self.twin(corner).map(|twin| self.next(twin))
     }
 
-    /// The corner at the same vertex before the edge that ends in `corner`, counter-clockwise; `None`
-    /// if the edge is sharp.
+    /// Next corner at the same vertex in counter-clockwise order, across the edge that ends in
+    /// `corner`; `None` if the edge is sharp.
     pub fn counter_clockwise(&self, corner: u32) -> Option<u32> {
         self.twin(self.previous(corner))
     }
 
-    /// The corner from which the smooth edge of `corner` goes in the other direction.
+    /// Corner of the same edge in the other direction; `None` if the edge is sharp.
     fn twin(&self, corner: u32) -> Option<u32> {
         let edge = self.edges[corner as usize] as usize;
         let [first, second] = self.edge_corners[edge];
@@ -209,14 +209,14 @@ impl Topology {
         Some(twin).filter(|&twin| twin != NONE && self.sharpness[edge] == 0.0)
     }
 
-    /// The half of an edge at the vertex of `corner`.
+    /// Half of an edge at the vertex of `corner`.
     fn half_at(&self, edge: u32, corner: u32) -> u32 {
         let [first, _] = self.ends(edge);
         2 * edge + u32::from(first != self.vertex(corner))
     }
 
-    /// The mesh after a step. Vertices are those of this mesh, then one for each edge, then, with
-    /// [`Scheme::CatmullClark`], one for each face.
+    /// Mesh after a step. Its vertices are the vertices of this mesh, then one for each edge, then,
+    /// with [`Scheme::CatmullClark`], one for each face.
     pub fn refined(&self, scheme: Scheme) -> Self {
         let corners = self.vertices.len() as u32;
         let edge_count = self.edge_corners.len() as u32;
@@ -227,7 +227,7 @@ impl Topology {
             Scheme::CatmullClark => 4,
             Scheme::Loop => 3,
         };
-        // The first corner of the face that a step puts at a corner
+        // First corner of the new face at a corner
         let child = |corner: u32| match scheme {
             Scheme::CatmullClark => 4 * corner,
             Scheme::Loop => 3 * (corner / 3 * 4 + corner % 3),

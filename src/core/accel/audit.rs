@@ -1,8 +1,10 @@
-//! Audits: a second backend checks a share of the rays of a render (`embrasure audit`, `render --audit-rays`).
+//! Audits: a second backend checks a share of the rays of a render (`embrasure audit`, `render
+//! --audit-rays`).
 //!
-//! Rays are chosen by a hash of their bits, so the report does not depend on threads. The audited backend is called as without an audit, packets as
-//! packets, so that an audited picture has the same bits. Brute force is asked for a share of these rays that is inverse to the number of triangles,
-//! and for each disagreement in the report; it says which backend is wrong.
+//! Rays are chosen by a hash of their bits, so the report does not depend on threads. The audited
+//! backend is called as in a normal render, packets as packets, so that an audited picture has the
+//! same bits. Brute force traces a share of these rays, inverse to the number of triangles, and
+//! each reported disagreement; its answer identifies the wrong backend.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, judge};
@@ -12,57 +14,60 @@ use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::scene::Scene;
 use std::sync::{Mutex, PoisonError};
 
-/// Triangles against which brute force tests the rays that are checked, on average: about as much work as the rest of a check.
+/// Average number of triangles that brute force tests per checked ray: about as much work as the
+/// rest of a check.
 const BRUTE_TESTS: f64 = 256.0;
 
-/// A backend whose answers are checked, for a share of the rays, against those of another one and against exact arithmetic.
+/// A backend whose answers are checked, for a share of the rays, against a second backend and exact
+/// arithmetic.
 ///
-/// The first backend is asked as in a render: packets are traced as packets. Each ray of a packet is checked by itself. Which rays are checked
-/// depends on their bits alone, so that any number of threads checks the same ones.
+/// The first backend is called as in a render: packets are traced as packets. Each ray of a packet
+/// is checked separately. The choice of rays depends on their bits only, so that any number of
+/// threads checks the same rays.
 pub struct Auditor<'a> {
     scene: &'a Scene,
     accels: [&'a dyn Accel; 2],
     brute: BruteForce<'a>,
-    /// A ray is checked where its hash is less.
+    /// A ray is checked if its hash is below this threshold.
     threshold: u64,
-    /// Brute force is asked too where it is less than this.
+    /// Brute force also traces a ray if its hash is below this threshold.
     brute_threshold: u64,
     findings: Mutex<Findings>,
 }
 
-/// What an audit has found.
+/// Results of an audit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Findings {
-    /// Rays whose closest hit was checked.
+    /// Number of rays whose closest hit was checked.
     pub closest: u64,
-    /// Rays whose occlusion was checked.
+    /// Number of rays whose occlusion was checked.
     pub occlusion: u64,
-    /// Disagreements by cause, in the order of [`Cause::ALL`].
+    /// Number of disagreements by cause, in the order of [`Cause::ALL`].
     pub causes: [u64; Cause::COUNT],
-    /// Some of them, the same ones in whichever order they were found.
+    /// At most 100 of the disagreements, independent of the order in which they were found.
     pub disagreements: Vec<Disagreement>,
 }
 
 impl Findings {
-    /// Maximum number of disagreements that are kept.
+    /// Maximum length of `disagreements`.
     const KEPT: usize = 100;
 
-    /// Rays that were checked.
+    /// Number of checked rays.
     pub fn rays(&self) -> u64 {
         self.closest + self.occlusion
     }
 
-    /// Disagreements in all.
+    /// Total number of disagreements.
     pub fn count(&self) -> u64 {
         self.causes.iter().sum()
     }
 
-    /// Disagreements of this cause.
+    /// Number of disagreements with this cause.
     pub fn caused_by(&self, cause: Cause) -> u64 {
         self.causes[cause as usize]
     }
 
-    /// Disagreements in which a backend is wrong.
+    /// Number of disagreements in which a backend is wrong.
     pub fn faults(&self) -> u64 {
         let faults = Cause::ALL.into_iter().filter(|cause| cause.is_fault());
         faults.map(|cause| self.caused_by(cause)).sum()
@@ -76,15 +81,16 @@ impl Findings {
     }
 }
 
-/// Unexplained ones first.
+/// Sort key: unexplained disagreements first.
 fn order(d: &Disagreement) -> (std::cmp::Reverse<Cause>, u64) {
     (std::cmp::Reverse(d.cause), hash(&d.query))
 }
 
 impl<'a> Auditor<'a> {
-    /// Lets the first backend answer, and the second one be asked too for a `share` in [0, 1] of the rays.
+    /// Auditor that returns the hits of the first backend, and checks a `share` in [0, 1] of the
+    /// rays with the second.
     pub fn new(scene: &'a Scene, accels: [&'a dyn Accel; 2], share: f64) -> Self {
-        // The cast saturates: all rays for a share of 1.
+        // The cast saturates: a share of 1 selects all rays.
         let threshold = |share: f64| (share * 2f64.powi(64)) as u64;
         let triangles = scene.placed_triangle_count().max(1) as f64;
         Self {
@@ -97,12 +103,12 @@ impl<'a> Auditor<'a> {
         }
     }
 
-    /// Findings so far.
+    /// Current findings.
     pub fn findings(&self) -> Findings {
         self.findings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Checks what the first backend answered, if the ray is among those that are checked.
+    /// Checks the answer of the first backend, if the ray is selected.
     fn check(&self, query: Query, answer: Answer, is_packet: bool) {
         let hash = hash(&query);
         if hash >= self.threshold {
@@ -127,7 +133,7 @@ impl<'a> Auditor<'a> {
         }
     }
 
-    /// What both backends missed in the same way.
+    /// Disagreement with brute force, if both backends missed the same surface.
     fn common_fault(&self, query: &Query, answers: [Answer; 2]) -> Option<Disagreement> {
         let exact = query.ask(&self.brute);
         let distance = |answer: &Answer| answer.hit().map_or(f32::INFINITY, |hit| hit.t);
@@ -176,7 +182,7 @@ impl Accel for Auditor<'_> {
     }
 }
 
-/// A number that looks random, from the bits of the query.
+/// Hash of the query's bits.
 fn hash(query: &Query) -> u64 {
     let words = query.ray.bits().into_iter().chain([query.kind as u32]);
     words.fold(0, |h, word| mix(h ^ word as u64).wrapping_add(GOLDEN_GAMMA))
@@ -191,7 +197,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::SceneBuilder;
 
-    /// Wrong in one way.
+    /// Backend whose hits are changed by `change`.
     struct Broken<'a> {
         right: &'a BruteForce<'a>,
         change: fn(Hit) -> Option<Hit>,
@@ -224,7 +230,7 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// Checks `rays` against a backend that is wrong by `change`.
+    /// Checks `rays` against a backend with hits changed by `change`.
     fn audit(rays: &[Ray], share: f64, change: fn(Hit) -> Option<Hit>) -> Findings {
         let scene = triangle();
         let right = BruteForce::new(&scene);
@@ -245,14 +251,14 @@ mod tests {
     fn wrong_backends_are_found() {
         let inside = [down(0.2, 0.3), down(5.0, 0.3)];
         assert_eq!(audit(&inside, 1.0, Some).count(), 0);
-        // Hits that are not there, for the closest one and occlusion
+        // Missing hits, for the closest hit and for occlusion
         let blind = audit(&inside, 1.0, |_| None);
         assert_eq!(
             (blind.rays(), blind.count(), blind.caused_by(Cause::Unexplained)),
             (4, 2, 2)
         );
         assert_eq!(blind.disagreements.len(), 2);
-        // Distances off by more than roundings, and by less
+        // Distance errors above and below the rounding bound
         let off = audit(&inside, 1.0, |hit| {
             Some(Hit {
                 t: hit.t * 1.001,
@@ -289,7 +295,7 @@ mod tests {
         assert_eq!(cause(down(0.2, 0.3)), Cause::Unexplained);
     }
 
-    /// A square of two triangles, and another one behind it.
+    /// A square of two triangles, and a second square behind it.
     fn squares() -> Scene {
         let mut builder = SceneBuilder::new();
         let material = builder.add_material(Material::default()).unwrap();
@@ -303,7 +309,8 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// Findings of a backend whose hits are wrong by `change`, by the closest hit of one ray, and which of both backends is held to be wrong.
+    /// Findings for the closest hit of one ray in a backend with hits changed by `change`, and the
+    /// two `wrong` flags of the backends.
     fn judged(ray: Ray, change: fn(Hit) -> Option<Hit>) -> Option<(Cause, [bool; 2])> {
         let scene = squares();
         let right = BruteForce::new(&scene);
@@ -347,7 +354,7 @@ mod tests {
 
     #[test]
     fn leaks_are_told_from_rims() {
-        // Through the edge that both triangles share, and beside the square
+        // Through the shared edge of both triangles, and beside the square
         let diagonal = down(0.25, 0.25 + 1e-9);
         let behind = |hit: Hit| {
             Some(Hit {
@@ -361,7 +368,7 @@ mod tests {
             assert_eq!(judged(down(0.5, 1e-9), miss), Some((Cause::Edge, [false; 2])));
             assert_eq!(judged(down(0.6, 0.3), miss), Some((Cause::Unexplained, [false, true])));
         }
-        // Whichever of both triangles an edge is given to is right.
+        // On an edge, a hit of either triangle is right.
         let other = |hit: Hit| {
             let (b1, b2) = if hit.prim == PrimId(0) {
                 (0.25, 0.0)
@@ -378,7 +385,7 @@ mod tests {
         assert_eq!(judged(down(0.25, 0.25), other), None);
     }
 
-    /// What brute force alone finds: two backends that are wrong in the same way.
+    /// Faults that only brute force finds: both backends are wrong in the same way.
     #[test]
     fn what_both_backends_miss_is_found() {
         let scene = squares();
@@ -403,7 +410,7 @@ mod tests {
         let material = builder.add_material(Material::default()).unwrap();
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            // Equal ones would count once.
+            // Two equal triangles would count as one.
             triangles: vec![[0, 1, 2], [0, 2, 1]],
             ..Mesh::default()
         };
@@ -429,7 +436,7 @@ mod tests {
         assert_eq!(findings.faults(), 0);
     }
 
-    /// A backend whose packets report no hits.
+    /// A backend whose packets have no hits.
     struct BlindPackets<'a>(&'a BruteForce<'a>);
 
     impl Accel for BlindPackets<'_> {
@@ -463,20 +470,20 @@ mod tests {
         let (mut hits, mut occluded) = ([right.intersect(&rays[0]); 3], [true; 3]);
         auditor.intersect_coherent(&rays, &mut hits);
         auditor.occluded_coherent(&rays, &mut occluded);
-        // What the backend says goes on unchanged, and each ray is checked.
+        // The answers of the backend are returned unchanged, and each ray is checked.
         assert_eq!((hits, occluded), ([None; 3], [false; 3]));
         let findings = auditor.findings();
         assert_eq!((findings.closest, findings.occlusion), (3, 3));
         assert_eq!(findings.caused_by(Cause::Unexplained), 4);
         assert!(findings.disagreements.iter().all(|found| found.is_packet));
-        // Single rays of the same backend are right.
+        // Single rays of the same backend have correct hits.
         let auditor = Auditor::new(&scene, [&blind, &right], 1.0);
         for ray in &rays {
             auditor.intersect(ray);
         }
         assert_eq!(auditor.findings().count(), 0);
 
-        // A recorder too asks as it is asked.
+        // A recorder also forwards packets as packets.
         let recorder = super::super::Recorder::new(&blind);
         recorder.intersect_coherent(&rays, &mut hits);
         recorder.intersect(&rays[0]);

@@ -1,20 +1,21 @@
-//! Brute force: every triangle against every ray, in f64. It is slow, simple enough to be right, and the oracle for the other backends.
+//! Brute force: tests every triangle against every ray, in f64. It is slow, but simple enough to be
+//! the reference for the other backends.
 
 use super::{Accel, BackendInfo};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, crossing};
 use crate::math::{DAffine3, DVec3, Ray, Vec3};
 use crate::scene::Scene;
 
-/// The name users type.
+/// Name that users type.
 pub const NAME: &str = "brute";
 
-/// The triangles of a scene, where the scene has them.
+/// Triangles of a borrowed scene.
 #[derive(Clone, Copy, Debug)]
 pub struct BruteForce<'a> {
     scene: &'a Scene,
 }
 
-/// Where the instance is at `time`, in f64.
+/// Transform of the instance at `time`, in f64.
 fn placed(placement: &Placement, time: f64) -> DAffine3 {
     let steps = placement.steps();
     let Some(last) = steps.len().checked_sub(2) else {
@@ -31,7 +32,7 @@ fn placed(placement: &Placement, time: f64) -> DAffine3 {
 }
 
 impl<'a> BruteForce<'a> {
-    /// Over all triangles of `scene`.
+    /// Brute force over all triangles of `scene`.
     pub fn new(scene: &'a Scene) -> Self {
         Self { scene }
     }
@@ -62,7 +63,8 @@ impl<'a> BruteForce<'a> {
     }
 }
 
-/// Corners of triangle `prim` at `time` in the world, `placement` being where its instance is then.
+/// World-space corners of triangle `prim` at `time`. `placement` is the transform of its instance
+/// at `time`.
 fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>) -> [DVec3; 3] {
     let mut corners = mesh.corners(prim).map(Vec3::as_dvec3);
     if mesh.deforms() {
@@ -76,11 +78,12 @@ fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>
     }
 }
 
-/// Ray parameter and barycentrics of a hit, by f64. Edges belong to the triangle.
+/// Ray parameter and barycentrics of a hit, in f64. Edges belong to the triangle.
 fn intersect_triangle(ray: &Ray, corners: [DVec3; 3]) -> Option<(f32, f32, f32)> {
     let (t, b1, b2) = crossing(ray, corners)?;
     let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;
-    // As the caller gets it: a ray that goes on from a hit must not find it again by the digits that rounding took.
+    // Test the rounded `t` that the caller gets: a ray that continues from a hit must not find it
+    // again because of rounding.
     let t = t as f32;
     let in_range = t > ray.t_min && t < ray.t_max;
     (inside && in_range).then_some((t, b1 as f32, b2 as f32))

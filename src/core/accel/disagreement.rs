@@ -1,13 +1,15 @@
-//! When the answers of two backends agree, and why they may differ.
+//! Agreement of the answers of two backends, and causes of disagreements.
 //!
-//! Distances may differ by a bound on their roundings, derived from the triangle, the ray and the placement (`Crossing`). Each hit must also be where
-//! its ray crosses the triangle that it names, computed in f64: ids and barycentrics are checked without a second opinion, and an error that both
-//! backends make is found.
+//! Distances may differ by a bound on their rounding, derived from the triangle, the ray and the
+//! placement (`Crossing`). Each hit must also be at the crossing of its ray and its triangle,
+//! computed in f64. This checks ids and barycentrics without a second backend, and finds errors
+//! that both backends share.
 //!
-//! A hit that only one backend has is explained if the ray passes the boundary edge of a surface, runs in its plane, or crosses at an end of its
-//! interval, nearer than roundings can tell, or if two surfaces lie in each other. Where the ray passes an edge, eight rays beside it are traced. If
-//! they meet a surface about as near on all sides, the edge is no boundary, and the ray has leaked. Anything else is a defect, and
-//! `tests/it/rays/backends.rs` allows none.
+//! A hit in only one backend is explained by rounding in four cases: the ray passes the boundary
+//! edge of a surface; it is parallel to the surface; it crosses at an end of its interval; or two
+//! surfaces coincide. If the ray passes an edge, eight rays beside it are traced. If all of them
+//! hit a surface at a similar distance, the edge is not a boundary, and the ray has leaked. All
+//! other differences are defects, and `tests/it/rays/backends.rs` allows none.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, Query};
@@ -17,33 +19,34 @@ use crate::math::{DVec3, Frame, Ray, Vec3};
 use crate::scene::Scene;
 use std::f32::consts::TAU;
 
-/// Answers of two backends to one query that are further apart than rounding makes them.
+/// Answers of two backends to one query that differ by more than rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement {
     /// The query.
     pub query: Query,
-    /// Whether the first backend traced the ray in a packet.
+    /// True if the first backend traced the ray in a packet.
     pub is_packet: bool,
-    /// What each backend said.
+    /// Answer of each backend.
     pub answers: [Answer; 2],
-    /// Why.
+    /// Cause of the difference.
     pub cause: Cause,
 }
 
-/// Why answers to one query differ, or why one of them cannot be right.
+/// Cause of a difference between two answers, or of a wrong answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Cause {
-    /// The ray passes the rim of a surface nearer than roundings can tell.
+    /// The ray passes the boundary of a surface within the rounding error.
     Edge,
-    /// The ray runs so nearly in the plane of the triangle that roundings decide whether it crosses it.
+    /// The ray is nearly parallel to the triangle: rounding decides if it crosses the plane.
     Grazing,
-    /// The crossing is nearer to an end of the ray's interval than roundings can tell.
+    /// The crossing is within the rounding error of an end of the ray's interval.
     Interval,
-    /// Two surfaces lie in each other: roundings decide which is hit.
+    /// Two surfaces coincide: rounding decides which is hit.
     Coincident,
-    /// The ray slipped through an edge that triangles share, or past a corner: the surface goes on all around.
+    /// The ray passed through a shared edge of triangles, or past a corner: the surface continues
+    /// on all sides.
     Leak,
-    /// None of these: one of the backends is wrong.
+    /// No other cause applies: one of the backends is wrong.
     Unexplained,
 }
 
@@ -61,7 +64,7 @@ impl Cause {
         Self::Unexplained,
     ];
 
-    /// Name that users read.
+    /// Name for users.
     pub fn name(self) -> &'static str {
         match self {
             Self::Edge => "edge",
@@ -73,19 +76,20 @@ impl Cause {
         }
     }
 
-    /// Whether an answer is wrong. The other causes leave more than one answer that roundings allow.
+    /// Returns true if an answer is wrong. For other causes, rounding allows more than one answer.
     pub fn is_fault(self) -> bool {
         matches!(self, Self::Leak | Self::Unexplained)
     }
 }
 
 impl Disagreement {
-    /// Whether each of the two answers is wrong, judged by `brute` where it is given. Neither is where roundings explain the difference.
+    /// Returns for each answer true if it is wrong. `brute` is the reference, if given. Both are
+    /// false if rounding explains the difference.
     pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
         let ray = &self.query.ray;
         let exact = brute.map(|brute| self.query.ask(brute));
         let truth = match self.cause {
-            // The surface is there, though exact arithmetic may slip through an edge too.
+            // The surface exists, even if exact arithmetic passes through an edge too.
             Cause::Leak => self
                 .answers
                 .into_iter()
@@ -99,7 +103,7 @@ impl Disagreement {
     }
 }
 
-/// Smaller for hits that are nearer, and for rays that are occluded.
+/// Sort key: smaller for nearer hits, and for occluded rays.
 fn nearness(answer: &Answer) -> f32 {
     match answer {
         Answer::Closest(hit) => hit.map_or(f32::INFINITY, |hit| hit.t),
@@ -107,7 +111,7 @@ fn nearness(answer: &Answer) -> f32 {
     }
 }
 
-/// Whether two answers to one query say the same but for roundings, and no hit is where the triangle that it names is not.
+/// Returns true if both answers agree within rounding error and each hit lies on its triangle.
 fn agree(scene: &Scene, ray: &Ray, answers: [Answer; 2]) -> bool {
     match answers.map(|answer| answer.hit().map(|hit| Crossing::new(scene, ray, &hit))) {
         [Some(a), Some(b)] => a.is_right() && b.is_right() && a.is_as_far_as(&b),
@@ -115,15 +119,16 @@ fn agree(scene: &Scene, ray: &Ray, answers: [Answer; 2]) -> bool {
     }
 }
 
-/// Asks both backends, and says how they disagree, if they do.
+/// Traces the query in both backends. Returns their disagreement, if any.
 pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<Disagreement> {
     judge(scene, accels, query, accels.map(|accel| query.ask(accel)))
 }
 
-/// Says how the answers that `accels` gave disagree, if they do.
+/// Returns the disagreement between the answers of `accels`, if any.
 ///
-/// Each hit must be where its ray crosses the triangle that it names, by f64. Both must hit or both miss, at distances that differ by no more than
-/// [`Crossing::t_error`] of both hits. Which triangle that is matters unless the ray passes an edge, which neighbours share.
+/// Each hit must be at the crossing of its ray and its triangle, computed in f64. Both backends
+/// must hit or miss. Their distances may differ by the sum of [`Crossing::t_error`] of both hits.
+/// The triangles must be equal, unless the ray passes an edge, which neighbours share.
 pub(super) fn judge(
     scene: &Scene,
     accels: [&dyn Accel; 2],
@@ -145,7 +150,7 @@ pub(super) fn judge(
             }
             Cause::Coincident
         }
-        // The further hit says that the nearer one was missed.
+        // The backend with the farther hit missed the nearer one.
         [Some(a), Some(b)] if a.t < b.t => missed(accels[0], &a),
         [Some(_), Some(b)] => missed(accels[1], &b),
         [Some(a), None] => missed(accels[0], &a),
@@ -167,38 +172,41 @@ pub(super) fn judge(
     })
 }
 
-/// A ray and a triangle that it is said to hit, in f64.
+/// A ray and the triangle of its hit, in f64.
 ///
-/// Bounds on what intersectors in f32 make of it follow from these magnitudes: the distance R from the origin to the furthest
-/// corner, the longest edge E, the unnormalised normal N, the direction d, and the unit roundoff u. Corners relative to the
-/// origin are off by u R. Edge functions (Plücker's as Embree has them, or sheared ones of Woop et al. 2013) are volumes
-/// of the direction and two corners whose distance from the ray is at most E: some tens of roundings of R E |d| at most. The
-/// distance is a quotient by N·d in which an error of a corner or of the normal counts by at most E, since the crossing is no
-/// further than that from any corner: some tens of roundings of R E² / |N·d|. Both are taken as 32 here;
-/// `tests/it/rays/backends.rs` prints how much of that is used, and of the bound on barycentrics that follows from them.
+/// Bounds on the errors of f32 intersectors follow from these magnitudes: the distance R from the
+/// origin to the farthest corner, the longest edge E, the unnormalised normal N, the direction d,
+/// and the unit roundoff u. Corners relative to the origin have an error of u R. Edge functions
+/// (Plücker's as in Embree, or sheared as in Woop et al. 2013) are volumes of the direction and two
+/// corners whose distance from the ray is at most E. Their error is at most some tens of roundings
+/// of R E |d|. The distance is a quotient by N·d. An error of a corner or of the normal is
+/// multiplied by at most E, because the crossing is no farther than E from any corner. The error is
+/// some tens of roundings of R E² / |N·d|. Both factors are taken as 32 here;
+/// `tests/it/rays/backends.rs` prints the largest observed fraction of these bounds, and of the
+/// resulting bound on barycentrics.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     ray: Ray,
     triangle: (InstanceId, GeomId, PrimId),
-    /// As the hit has it.
+    /// Ray parameter of the hit.
     t: f64,
-    /// As the hit has them.
+    /// Barycentrics of the hit.
     barycentrics: [f64; 2],
-    /// Relative to the origin of the ray.
+    /// Corners relative to the origin of the ray.
     corners: [DVec3; 3],
-    /// R E.
+    /// Product R E.
     scale: f64,
-    /// E.
+    /// Longest edge E.
     edge: f64,
-    /// N.
+    /// Unnormalised normal N.
     normal: DVec3,
-    /// N·d.
+    /// Product N·d.
     determinant: f64,
     /// Bound on the displacement of the triangle by its motion or placement.
     displacement: f64,
 }
 
-/// Roundings that the bounds allow.
+/// Error bound of 32 roundings.
 const ROUNDINGS: f64 = 32.0 * UNIT_ROUNDOFF as f64;
 
 impl Crossing {
@@ -213,7 +221,7 @@ impl Crossing {
             .into_iter()
             .fold(0.0, f64::max);
         let reach = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
-        // Where the ray is moved into the space of the mesh, or the corners to a time, that rounds too.
+        // Transforming the ray into the space of the mesh, or the corners to a time, also rounds.
         let size = placed.iter().fold(ray.origin.abs(), |size, p| size.max(p.abs()));
         let placement = scene.instance(hit.inst).map(|i| i.placement.at(ray.time));
         let displacement = match placement {
@@ -235,28 +243,29 @@ impl Crossing {
         }
     }
 
-    /// Largest error of a hit's distance, in lengths of the ray's direction.
+    /// Maximum error of a hit's distance, in lengths of the ray's direction.
     pub fn t_error(&self) -> f64 {
         (ROUNDINGS * self.scale * self.edge + self.displacement * self.normal.length()) / self.determinant.abs()
     }
 
-    /// Largest error of an edge function.
+    /// Maximum error of an edge function.
     fn volume_error(&self) -> f64 {
         (ROUNDINGS * self.scale + self.displacement * self.edge) * self.ray.direction.as_dvec3().length()
     }
 
-    /// Edge functions of the three edges, opposite to the corners: they sum to the determinant.
+    /// Edge functions of the edges opposite to each corner. Their sum is the determinant.
     fn volumes(&self) -> [f64; 3] {
         let [p0, p1, p2] = self.corners;
         [p1.cross(p2), p2.cross(p0), p0.cross(p1)].map(|n| n.dot(self.ray.direction.as_dvec3()))
     }
 
-    /// Largest error of a hit's barycentrics: quotients of two edge functions, or sums of them, that are at most 1.
+    /// Maximum error of a hit's barycentrics: quotients of two edge functions, or sums of such
+    /// quotients, that are at most 1.
     pub fn barycentric_error(&self) -> f64 {
         4.0 * self.volume_error() / self.determinant.abs() + ROUNDINGS
     }
 
-    /// Distance of the hit's parameters from those of the crossing by f64.
+    /// Errors of the hit's distance and barycentrics, against the crossing in f64.
     pub fn errors(&self) -> (f64, f64) {
         let [_, b1, b2] = self.volumes().map(|volume| volume / self.determinant);
         let t = self.normal.dot(self.corners[0]) / self.determinant;
@@ -264,7 +273,7 @@ impl Crossing {
         ((self.t - t).abs(), (d1 - b1).abs().max((d2 - b2).abs()))
     }
 
-    /// Whether the hit is where the ray crosses the triangle, within the ray's interval.
+    /// Returns true if the hit is at the crossing of ray and triangle, within the ray's interval.
     fn is_right(&self) -> bool {
         let [b1, b2] = self.barycentrics;
         let is_inside = b1.min(b2).min(1.0 - b1 - b2) >= -ROUNDINGS;
@@ -274,17 +283,17 @@ impl Crossing {
         is_inside && is_in_range && (is_there || self.is_grazing())
     }
 
-    /// Whether both hits are at one distance but for roundings.
+    /// Returns true if both hits have the same distance up to rounding.
     fn is_as_far_as(&self, other: &Self) -> bool {
         (self.t - other.t).abs() <= self.t_error() + other.t_error()
     }
 
-    /// Whether roundings decide if the ray crosses the plane of the triangle.
+    /// Returns true if rounding decides whether the ray crosses the triangle's plane.
     fn is_grazing(&self) -> bool {
         self.determinant.abs() <= self.volume_error()
     }
 
-    /// Why another intersector may miss the triangle.
+    /// Cause for which another intersector may miss the triangle.
     fn cause(&self) -> Cause {
         let near = |end: f32| (self.t - end as f64).abs() <= self.t_error();
         if self.is_grazing() {
@@ -298,13 +307,14 @@ impl Crossing {
         }
     }
 
-    /// Whether the surface goes on all around: eight rays beside this one, further off than roundings, meet something about as near or nearer.
+    /// Returns true if the surface continues on all sides: eight rays beside this ray, farther off
+    /// than rounding, hit something at a similar or smaller distance.
     fn goes_on(&self, accel: &dyn Accel) -> bool {
         let ray = &self.ray;
         let length = ray.direction.length();
         let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;
         let offset = 4.0 * roundings as f32 + gamma(8) * ray.origin.abs().max_element();
-        // Surfaces that are steeper than this count as rims.
+        // Steeper surfaces count as boundaries.
         let furthest = self.t as f32 + 64.0 * offset / length;
         let frame = Frame::from_z(ray.direction / length);
         (0..8).all(|i| {

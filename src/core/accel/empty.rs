@@ -1,10 +1,10 @@
-//! The backend of a world without surfaces: no ray hits anything.
+//! Backend of a world without surfaces: no ray hits anything.
 
 use super::{Accel, BackendInfo};
 use crate::geometry::Hit;
 use crate::math::Ray;
 
-/// No surfaces.
+/// A world without surfaces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Empty;
 

@@ -1,7 +1,8 @@
-//! Ray queries: the trait [`Accel`], its backends (`embree`, `bvh`, `brute`), and their cross-checks (`audit`, `disagreement`).
+//! Ray queries: the trait [`Accel`], its backends (`embree`, `bvh`, `brute`), and their
+//! cross-checks (`audit`, `disagreement`).
 //!
-//! A query finds the closest hit, or any hit, in the open interval of a ray. A backend reports ids, the ray parameter and barycentrics alone;
-//! `geometry` makes points and normals of them.
+//! A query finds the closest hit, or any hit, in the open interval of a ray. A backend returns only
+//! ids, the ray parameter and barycentrics; `geometry` computes points and normals.
 
 mod audit;
 pub mod brute;
@@ -26,12 +27,12 @@ use crate::math::Ray;
 
 /// An acceleration structure: committed, immutable, built once and shared by all threads.
 pub trait Accel: Send + Sync {
-    /// The closest hit in the ray's open interval.
+    /// Closest hit in the ray's open interval.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// The closest hits of rays that start and go nearly alike: a backend may trace them together.
+    /// Closest hits of rays with similar origins and directions. A backend may trace them together.
     ///
-    /// `hits` is as long as `rays`. Which of two triangles is hit where they meet may be another one than by
+    /// `hits` is as long as `rays`. On the border of two triangles, the hit may differ from
     /// [`Accel::intersect`].
     fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (ray, hit) in rays.iter().zip(hits) {
@@ -39,10 +40,10 @@ pub trait Accel: Send + Sync {
         }
     }
 
-    /// Whether anything is hit in the ray's open interval.
+    /// Returns true if there is a hit in the ray's open interval.
     fn occluded(&self, ray: &Ray) -> bool;
 
-    /// Whether anything is hit, for rays that start and go nearly alike: a backend may trace them together.
+    /// Occlusion of rays with similar origins and directions. A backend may trace them together.
     ///
     /// `occluded` is as long as `rays`.
     fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {
@@ -51,21 +52,22 @@ pub trait Accel: Send + Sync {
         }
     }
 
-    /// Number of `queries` that hit something: a loop that is compiled for the backend itself, so that measurements of it have no calls through a table.
+    /// Number of `queries` with a hit. The loop is compiled for the backend, so that measurements
+    /// have no dynamic calls.
     fn count_hits(&self, queries: &[Query]) -> usize {
         queries.iter().filter(|query| query.ask(self).is_hit()).count()
     }
 
-    /// Which backend this is, and what it uses.
+    /// Name, version and instruction set of the backend.
     fn info(&self) -> BackendInfo;
 
-    /// Bytes the structure takes, as far as the backend tells.
+    /// Bytes of the structure, as far as known to the backend.
     fn bytes(&self) -> u64;
 }
 
-/// How ray-tracing code reaches a backend.
+/// Dispatch of ray-tracing code to a backend.
 pub trait Dispatch: Accel {
-    /// Whether each query is a call through a table: code that is compiled for the backend itself gains nothing then.
+    /// True if each query is a dynamic call. Code compiled for the backend then has no advantage.
     const IS_DYNAMIC: bool;
 }
 
@@ -103,13 +105,13 @@ impl Accel for &dyn Accel {
     }
 }
 
-/// Describes a backend to users.
+/// Description of a backend for users.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackendInfo {
-    /// The name users type.
+    /// Name that users type.
     pub name: &'static str,
-    /// Version of the library behind it.
+    /// Version of the library.
     pub version: String,
-    /// Instruction set it runs on.
+    /// Instruction set in use.
     pub isa: &'static str,
 }

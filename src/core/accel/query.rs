@@ -2,10 +2,10 @@ use super::Accel;
 use crate::geometry::Hit;
 use crate::math::Ray;
 
-/// A question to a backend.
+/// A query to a backend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query {
-    /// The segment in question.
+    /// Ray segment of the query.
     pub ray: Ray,
     /// Kind of the query.
     pub kind: QueryKind,
@@ -14,23 +14,23 @@ pub struct Query {
 /// Kind of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QueryKind {
-    /// The closest hit.
+    /// Closest hit.
     Closest,
-    /// Whether there is any hit.
+    /// True if there is any hit.
     Occlusion,
 }
 
-/// What a backend says to a [`Query`] of the same kind.
+/// Answer of a backend to a [`Query`] of the same kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
-    /// The closest hit, if there is one.
+    /// Closest hit, if any.
     Closest(Option<Hit>),
-    /// Whether there is any hit.
+    /// True if there is any hit.
     Occlusion(bool),
 }
 
 impl Query {
-    /// Asks for the closest hit of `ray`.
+    /// Query for the closest hit of `ray`.
     pub fn closest(ray: &Ray) -> Self {
         Self {
             ray: *ray,
@@ -38,7 +38,7 @@ impl Query {
         }
     }
 
-    /// Asks whether `ray` hits anything.
+    /// Query for any hit of `ray`.
     pub fn occlusion(ray: &Ray) -> Self {
         Self {
             ray: *ray,
@@ -46,7 +46,7 @@ impl Query {
         }
     }
 
-    /// Asks `accel`.
+    /// Traces the query with `accel`.
     #[inline(always)]
     pub fn ask(&self, accel: &(impl Accel + ?Sized)) -> Answer {
         match self.kind {
@@ -57,7 +57,7 @@ impl Query {
 }
 
 impl Answer {
-    /// The closest hit, if that was asked for and there is one.
+    /// Closest hit, if the query was for one and there is one.
     #[inline(always)]
     pub fn hit(&self) -> Option<Hit> {
         match self {
@@ -66,7 +66,7 @@ impl Answer {
         }
     }
 
-    /// Whether anything was hit.
+    /// Returns true if there is a hit.
     #[inline(always)]
     pub fn is_hit(&self) -> bool {
         match self {

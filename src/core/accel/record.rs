@@ -1,11 +1,12 @@
-//! Recorded queries of a backend. Packets stay together. `--pixel` prints a record, and `embrasure bench` traces it again.
+//! Recorded queries of a backend. Packets stay together. `--pixel` prints a record, and `embrasure
+//! bench` traces it again.
 
 use super::{Accel, Answer, BackendInfo, Query};
 use crate::geometry::Hit;
 use crate::math::Ray;
 use std::sync::{Mutex, PoisonError};
 
-/// A backend that notes what it is asked and what it answers. Rays that are traced together stay together.
+/// A backend that records its queries and answers. Rays that are traced together stay together.
 #[derive(Debug)]
 pub struct Recorder<'a, A> {
     accel: &'a A,
@@ -13,7 +14,7 @@ pub struct Recorder<'a, A> {
 }
 
 impl<'a, A: Accel> Recorder<'a, A> {
-    /// Lets `accel` answer.
+    /// Recorder of the queries to `accel`.
     pub fn new(accel: &'a A) -> Self {
         Self {
             accel,
@@ -21,7 +22,8 @@ impl<'a, A: Accel> Recorder<'a, A> {
         }
     }
 
-    /// All since the last time, in the order of asking where one thread asked; rays that were traced together one after the other.
+    /// Returns and clears all records. With one thread, they are in the order of the queries. Rays
+    /// that were traced together are consecutive.
     pub fn take(&self) -> Vec<(Query, Answer)> {
         std::mem::take(&mut *self.notes.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -1,13 +1,15 @@
-//! The backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces the rays.
+//! The backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces rays.
 //!
-//! obvhs's own traversals clamp a direction's reciprocal at a fixed epsilon and, in the wide variant, start at a fixed distance, which misses scenes
-//! of 10⁻⁸ units. Their box tests round to both sides, which leaks at edges. Here the binary hierarchy (PLOC with reinsertion) is widened to four
-//! boxes a node (`wide`). Boxes are tested conservatively (Ize 2013) and triangles watertightly (`watertight`; Woop et al. 2013). Both use f32. Edge
-//! functions that vanish, and the distance of a hit, use f64: the errors of f32 let a ray find the sliver again that it had left.
+//! obvhs's own traversals clamp the reciprocal of a direction at a fixed epsilon. Its wide variant
+//! also starts at a fixed distance, which misses scenes of 10⁻⁸ units. Its box tests round to both
+//! sides, which leaks at edges. This module converts the binary hierarchy (PLOC with reinsertion)
+//! to four boxes per node (`wide`). Box tests are conservative (Ize 2013) and triangle tests
+//! watertight (`watertight`; Woop et al. 2013). Both use f32. Edge functions that vanish, and the
+//! distance of a hit, use f64: with f32 errors a ray could hit a sliver again that it left.
 //!
-//! Instances have a tree of their own, and so have triangles that move; boxes hold all positions over time. obvhs's CWBVH is not used. It has
-//! quantised boxes of eight children; what it gains over a binary hierarchy, four float boxes a node gain too (docs/benchmarks.md, "Choice
-//! of BVH").
+//! Instances have a separate tree, and so have moving triangles; boxes bound all positions over
+//! time. obvhs's CWBVH is not used. It has nodes with eight quantised boxes; four float boxes per
+//! node have the same gain over a binary hierarchy (docs/benchmarks.md, "Choice of BVH").
 
 mod tree;
 mod watertight;
@@ -21,13 +23,13 @@ use std::ops::Range;
 use tree::{Leaf, Tree};
 use watertight::{MovingTriangleLeaf, Sheared, TriangleLeaf};
 
-/// The name users type.
+/// Name that users type.
 pub const NAME: &str = "obvhs";
-/// Version of the crate that builds the hierarchy, as Cargo.toml asks for it.
+/// Version of the crate that builds the hierarchy, as in Cargo.toml.
 pub const VERSION: &str = "0.4";
 
-/// Hierarchies of axis-parallel boxes: one over the triangles that stand in the world, one over the instances, and one over the triangles of
-/// each prototype, in its own space.
+/// Hierarchies of axis-aligned boxes: one over the triangles in world space, one over the
+/// instances, and one over the triangles of each prototype, in its own space.
 pub struct BvhAccel {
     standing: Shapes,
     prototypes: Vec<Shapes>,
@@ -35,19 +37,19 @@ pub struct BvhAccel {
     placements: Vec<Placement>,
 }
 
-/// Triangles that share a space, those that move in it apart from the others.
+/// Triangles in one space, with moving triangles in a separate tree.
 struct Shapes {
     still: Tree<TriangleLeaf>,
     moving: Tree<MovingTriangleLeaf>,
 }
 
-/// A prototype in its place.
+/// An instance of a prototype.
 #[derive(Clone, Copy)]
 struct InstanceLeaf {
     id: u32,
     prototype: u32,
     bounds: Bounds3,
-    /// From the world to the prototype, where it does not move.
+    /// Transform from the world to the prototype; `None` if the instance moves.
     inverse: Option<Affine3A>,
 }
 
@@ -89,7 +91,7 @@ impl BvhAccel {
         }
     }
 
-    /// `ray` in the space of the instance's prototype; its parameter stays.
+    /// `ray` in the space of the instance's prototype, with an unchanged parameter.
     fn in_prototype(&self, instance: &InstanceLeaf, ray: &Ray, t_max: f32) -> Ray {
         let placement = || self.placements[instance.id as usize].at(ray.time).inverse();
         let inverse = instance.inverse.unwrap_or_else(placement);
@@ -122,7 +124,7 @@ impl Shapes {
         }
     }
 
-    /// The closest hit before `t_max`, which becomes that of the hit.
+    /// Closest hit before `t_max`, which is set to the distance of the hit.
     #[inline(always)]
     fn intersect(&self, ray: &Ray, t_max: &mut f32) -> Option<Hit> {
         let sheared = Sheared::new(ray);
@@ -147,7 +149,7 @@ impl Shapes {
         closest
     }
 
-    /// Whether anything is hit before `t_max`.
+    /// Returns true if there is a hit before `t_max`.
     #[inline(always)]
     fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
         let sheared = Sheared::new(ray);

@@ -1,4 +1,4 @@
-//! A hierarchy of boxes over leaves of any type: building by obvhs, and traversal.
+//! A hierarchy of boxes over leaves of any type: construction by obvhs, and traversal.
 
 use super::wide::{Child, Node, Slabs, widen};
 use crate::math::{Bounds3, Ray};
@@ -8,17 +8,17 @@ use obvhs::{Boundable, BvhBuildParams};
 use rayon::slice::ParallelSliceMut;
 use std::time::Duration;
 
-/// What leaves of a hierarchy hold.
+/// A leaf of a hierarchy.
 pub(super) trait Leaf: Copy + Send + Sync {
-    /// A box around it at all times.
+    /// Bounding box over all times.
     fn bounds(&self) -> Bounds3;
 }
 
-/// A hierarchy of axis-parallel boxes.
+/// A hierarchy of axis-aligned boxes.
 pub(super) struct Tree<L> {
-    /// The root first.
+    /// Nodes; the root is first.
     nodes: Vec<Node>,
-    /// In the order of the leaves.
+    /// Items in the order of the leaves.
     leaves: Vec<L>,
 }
 
@@ -31,20 +31,20 @@ impl<L: Leaf> Tree<L> {
                 leaves: Vec::new(),
             };
         }
-        // obvhs joins the nearest boxes, and of boxes that are all alike two at a time, in a hierarchy as deep as they are many. So
-        // it gets each box once.
+        // obvhs joins the nearest boxes. It joins equal boxes two at a time, in a hierarchy as deep
+        // as their number. So it gets each different box once.
         let mut items = items.to_vec();
         items.par_sort_by_cached_key(|item| bits(item.bounds()));
         let alike: Vec<&[L]> = items.chunk_by(|a, b| bits(a.bounds()) == bits(b.bounds())).collect();
         let boxes: Vec<Item> = alike.iter().map(|items| Item(items[0].bounds())).collect();
-        // Splitting large triangles beforehand costs rays more than it saves them (docs/benchmarks.md).
+        // Splitting large triangles first costs rays more than it saves (docs/benchmarks.md).
         let parameters = BvhBuildParams {
             pre_split: false,
             ..BvhBuildParams::slow_build()
         };
         let bvh = build_bvh2(&boxes, parameters, &mut Duration::default());
         let mut leaves = Vec::with_capacity(items.len());
-        // Where the items of each box start
+        // Start of the items of each box
         let mut starts = vec![0];
         for &i in &bvh.primitive_indices {
             leaves.extend_from_slice(alike[i as usize]);
@@ -61,8 +61,9 @@ impl<L: Leaf> Tree<L> {
         (size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())) as u64
     }
 
-    /// Walks the boxes that `ray` meets before `t_max`, nearer ones first, and gives what they hold to `visit`, which lowers `t_max` to that of a
-    /// hit. Ends early, with true, once `visit` returns true.
+    /// Visits the leaves in boxes that `ray` hits before `t_max`, nearer boxes first. `visit`
+    /// lowers `t_max` to the distance of a hit. Stops and returns true as soon as `visit` returns
+    /// true.
     #[inline(always)]
     pub fn walk(&self, ray: &Ray, t_max: &mut f32, mut visit: impl FnMut(&L, &mut f32) -> bool) -> bool {
         if self.nodes.is_empty() {
@@ -74,7 +75,7 @@ impl<L: Leaf> Tree<L> {
         while let Some((child, t)) = next {
             let first = child.first as usize;
             if t > *t_max {
-                // Something nearer has been found since the box was put aside.
+                // A nearer hit was found after the box was pushed.
             } else if child.count > 0 {
                 for leaf in &self.leaves[first..first + child.count as usize] {
                     if visit(leaf, t_max) {
@@ -98,12 +99,12 @@ impl<L: Leaf> Tree<L> {
     }
 }
 
-/// Equal for boxes that are the same.
+/// Equal for equal boxes.
 fn bits(bounds: Bounds3) -> [[u32; 3]; 2] {
     [bounds.min, bounds.max].map(|corner| corner.to_array().map(f32::to_bits))
 }
 
-/// A box as obvhs wants it.
+/// A box as input for obvhs.
 struct Item(Bounds3);
 
 impl Boundable for Item {
@@ -112,11 +113,11 @@ impl Boundable for Item {
     }
 }
 
-/// Boxes put aside, each with where the ray enters it.
+/// Stack of boxes, each with the ray parameter of its entry.
 struct Stack {
     items: [(Child, f32); Self::NEAR],
     len: usize,
-    /// What does not fit, in hierarchies that are deeper than most.
+    /// Overflow of `items`, for unusually deep hierarchies.
     deep: Vec<(Child, f32)>,
 }
 
@@ -135,7 +136,7 @@ impl Stack {
         self.len
     }
 
-    /// Puts `item` among those from `bottom` on, which stay in order: the nearest is the last.
+    /// Inserts `item` into the sorted items from `bottom` on; the nearest is last.
     #[inline(always)]
     fn push_in_order(&mut self, bottom: usize, item: (Child, f32)) {
         if self.len == Self::NEAR {

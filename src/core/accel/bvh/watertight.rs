@@ -4,7 +4,8 @@ use super::tree::Leaf;
 use crate::geometry::{GeomId, PrimId, corners_at};
 use crate::math::{Bounds3, DVec3, Ray, Vec3, Vec3Swizzles, float::gamma};
 
-/// A triangle of the scene, turned for SIMD: along each axis the coordinates of its three corners.
+/// A triangle of the scene, transposed for SIMD: the coordinates of its three corners along each
+/// axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriangleLeaf {
     coordinates: [Vec3; 3],
@@ -33,7 +34,7 @@ impl Leaf for TriangleLeaf {
     }
 }
 
-/// A triangle whose corners move straight on from time 0 to time 1.
+/// A triangle whose corners move linearly from time 0 to time 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MovingTriangleLeaf {
     open: TriangleLeaf,
@@ -45,7 +46,7 @@ impl MovingTriangleLeaf {
         Self { open, close }
     }
 
-    /// The triangle at `time`.
+    /// Triangle at `time`.
     pub fn at(&self, time: f32) -> TriangleLeaf {
         let corners = corners_at(self.open.corners(), self.close, time);
         TriangleLeaf::new(corners, self.open.geom, self.open.prim)
@@ -54,15 +55,15 @@ impl MovingTriangleLeaf {
 
 impl Leaf for MovingTriangleLeaf {
     fn bounds(&self) -> Bounds3 {
-        // Interpolation may round to the outside of both ends.
+        // Interpolation may round to values outside both ends.
         let error = |p: Vec3| gamma(4) * p.abs();
         let ends = self.open.corners().into_iter().chain(self.close);
         ends.flat_map(|p| [p - error(p), p + error(p)]).collect()
     }
 }
 
-/// A ray prepared for triangles: axes permuted and sheared so that it runs along +z (Woop, Benthin and Wald 2013, "Watertight
-/// Ray/Triangle Intersection").
+/// A ray prepared for triangles: axes permuted and sheared so that it points along +z (Woop,
+/// Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
 pub(super) struct Sheared {
     origin: Vec3,
     direction: Vec3,
@@ -75,7 +76,7 @@ impl Sheared {
         let d = ray.direction;
         let z = (0..3).fold(0, |best, axis| if d[axis].abs() > d[best].abs() { axis } else { best });
         let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        // The winding is kept.
+        // Keep the winding.
         if d[z] < 0.0 {
             (x, y) = (y, x);
         }
@@ -87,15 +88,16 @@ impl Sheared {
         }
     }
 
-    /// Ray parameter and barycentrics of the second and third corner, for a hit inside `(t_min, t_max)`. Edges belong to the
-    /// triangle, and neighbours agree on them.
+    /// Ray parameter and barycentrics of the second and third corner, for a hit in `(t_min,
+    /// t_max)`. Edges belong to the triangle. Neighbouring triangles have consistent results on
+    /// shared edges.
     #[inline(always)]
     pub fn intersect(&self, triangle: &TriangleLeaf, t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
-        // Where the corners are, seen along the ray
+        // Corners relative to the ray, after the shear
         let [x, y, z] = self.axes.map(|axis| triangle.coordinates[axis] - self.origin[axis]);
         let (x, y) = (x - self.shear[0] * z, y - self.shear[1] * z);
 
-        // Edge functions; where one is 0 in f32, its sign is found in f64.
+        // Edge functions. If one is 0 in f32, its sign is computed in f64.
         let mut edges = x.zxy() * y.yzx() - y.zxy() * x.yzx();
         if edges.cmpeq(Vec3::ZERO).any() {
             let (x, y) = (x.as_dvec3(), y.as_dvec3());
@@ -113,8 +115,9 @@ impl Sheared {
         (t > t_min && t < t_max).then_some((t, edges.y * inverse, edges.z * inverse))
     }
 
-    /// Where the ray crosses the plane of the triangle, in f64: a ray that leaves a sliver would find it again by the errors of
-    /// f32, which the length of the sliver over its width makes larger than any ray offset.
+    /// Ray parameter of the crossing with the triangle's plane, in f64. With f32 errors, a ray that
+    /// leaves a sliver would hit it again: the ratio of length to width makes the errors larger
+    /// than any ray offset.
     fn distance(&self, triangle: &TriangleLeaf) -> f32 {
         let [a, b, c] = triangle.corners().map(Vec3::as_dvec3);
         let normal: DVec3 = (b - a).cross(c - a);

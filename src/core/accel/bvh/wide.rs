@@ -1,21 +1,21 @@
-//! Nodes of four boxes, made from a binary hierarchy, and the test of a ray against the boxes.
+//! Nodes of four boxes, converted from a binary hierarchy, and the ray-box test.
 
 use crate::math::{Ray, Vec3, Vec4, float::gamma};
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 
-/// Children of a node.
+/// Number of children of a node.
 pub(super) const WIDTH: usize = 4;
 
-/// Four boxes, coordinate by coordinate, and what is in them. Two cache lines.
+/// Four boxes, stored by coordinate, and their contents. Two cache lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// Lower and upper ends along x, y and z; an empty place has its ends the wrong way round.
+    /// Lower and upper ends along x, y and z; an empty place has inverted ends.
     bounds: [[Vec4; 3]; 2],
     /// Content of each box.
     pub children: [Child; WIDTH],
 }
 
-/// Content of a box: the node `first`, or from `first` on so many triangles.
+/// Content of a box: the node `first`, or `count` items from `first` on.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Child {
     pub first: u32,
@@ -40,14 +40,15 @@ impl Node {
     }
 }
 
-/// Makes a hierarchy of four children a node from a binary one: a node takes in the children of its largest children, until
-/// it is full. The root comes first. What the binary one calls its primitive `i` are those from `starts[i]` to `starts[i + 1]`.
+/// Converts a binary hierarchy to four children per node. A node is replaced by its children,
+/// largest surface first, until four boxes are reached. The root is first. Primitive `i` of the
+/// binary hierarchy stands for the items from `starts[i]` to `starts[i + 1]`.
 pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
     let Some(root) = binary.nodes.first() else {
         return Vec::new();
     };
     let mut nodes = vec![Node::EMPTY];
-    // Binary nodes whose children are still to be put into a wide one
+    // Binary nodes whose children are not yet in a wide node
     let mut open = vec![(root, 0)];
     while let Some((node, index)) = open.pop() {
         let mut members = vec![node];
@@ -84,7 +85,7 @@ fn children<'a>(binary: &'a Bvh2, node: &Bvh2Node) -> [&'a Bvh2Node; 2] {
     [&binary.nodes[first], &binary.nodes[first + 1]]
 }
 
-/// The inner node of the largest surface.
+/// Index of the inner node with the largest surface.
 fn largest_inner(members: &[&Bvh2Node]) -> Option<usize> {
     let area = |i: &usize| members[*i].aabb().half_area();
     let inner = (0..members.len()).filter(|&i| !members[i].is_leaf());
@@ -95,14 +96,14 @@ fn largest_inner(members: &[&Bvh2Node]) -> Option<usize> {
 pub(super) struct Slabs {
     origin: [Vec4; 3],
     inverse: [Vec4; 3],
-    /// By axis, which end of a box the ray meets first: 0 the lower one.
+    /// Index of the nearer end of a box along each axis: 0 is the lower end.
     near: [usize; 3],
     t_min: f32,
 }
 
 impl Slabs {
     pub fn new(ray: &Ray) -> Self {
-        // A component of 0 becomes the smallest there is, so that no product is NaN.
+        // A component of 0 becomes the smallest positive float, so that no product is NaN.
         let smallest = Vec3::splat(f32::MIN_POSITIVE).copysign(ray.direction);
         let is_small = ray.direction.abs().cmplt(Vec3::splat(f32::MIN_POSITIVE));
         let inverse = Vec3::select(is_small, smallest, ray.direction).recip().to_array();
@@ -114,9 +115,10 @@ impl Slabs {
         }
     }
 
-    /// Where the ray enters each box, and which of them it meets before `t_max`, as bits.
+    /// Ray parameters of the entry into each box, and a bit mask of the boxes hit before `t_max`.
     ///
-    /// The far end is moved out by the error bound of both (Ize 2013, "Robust BVH Ray Traversal"; PBR4 §6.8.2).
+    /// The far end is increased by the error bound of both (Ize 2013, "Robust BVH Ray Traversal";
+    /// PBR4 §6.8.2).
     #[inline(always)]
     pub fn meet(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
         let t = |end: usize, axis: usize| (node.bounds[end][axis] - self.origin[axis]) * self.inverse[axis];

@@ -6,7 +6,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicI64, Ordering};
 use thiserror::Error;
 
-/// Why Embree could not do something.
+/// Error of Embree.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EmbreeError {
     /// A call reported an error.
@@ -17,7 +17,7 @@ pub enum EmbreeError {
         /// Embree's error code in words.
         reason: &'static str,
     },
-    /// The library that was loaded does not fit the headers this program was built with.
+    /// The loaded library does not match the headers of this build.
     #[error(
         "Embree {found} was loaded, but this program was built for {wanted} or a later {}.x\n  \
          help: install that version, or rebuild against the one that is installed",
@@ -29,7 +29,7 @@ pub enum EmbreeError {
         /// Version of the headers.
         wanted: String,
     },
-    /// The library that was loaded was built with other options than its headers say.
+    /// The build options of the loaded library differ from its headers.
     #[error(
         "Embree {version} {problem}\n  help: install a library with {RTC_MAX_INSTANCE_LEVEL_COUNT} level of instances and without backface culling, or \
          rebuild against the headers of this one"
@@ -37,36 +37,41 @@ pub enum EmbreeError {
     Misfit {
         /// Version of the library.
         version: String,
-        /// What it does otherwise.
+        /// Difference between library and headers.
         problem: &'static str,
     },
 }
 
-/// An Embree device: its threads, and the count of bytes that scenes on it take.
+/// An Embree device with its threads, and a counter of the memory of its scenes in bytes.
 #[derive(Debug)]
 pub struct Device {
     handle: RTCDevice,
-    /// Bytes allocated; boxed, because Embree keeps its address.
+    /// Allocated bytes. Boxed, because Embree stores the address.
     bytes: Box<AtomicI64>,
 }
 
-// SAFETY: Embree's API reference ("Embree API": "the Embree API is thread-safe" for distinct objects, with reference
-// counts and the error state of a device handled atomically and per thread) lets handles be used from any thread.
+// SAFETY: Embree's API reference ("Embree API": "the Embree API is thread-safe" for distinct
+// objects, with reference counts and the error state of a device handled atomically and per thread)
+// lets handles be used from any thread.
 unsafe impl Send for Device {}
-// SAFETY: as above; `&Device` gives access to queries of properties and errors only, which may run concurrently.
+// SAFETY: as above; `&Device` gives access to queries of properties and errors only, which may run
+// concurrently.
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// Instruction sets that a device can be told to use.
+    /// Instruction sets that a device can be configured for.
     pub const ISAS: [&str; 3] = ["sse2", "avx2", "avx512"];
 
-    /// A device by Embree's text of its configuration, of a library of the headers' version. It has not been tried out yet.
+    /// Untested device with Embree's configuration string `config`. The library's version must
+    /// match the headers.
     pub(super) fn configured(config: &str) -> Result<Self, EmbreeError> {
         let config = CString::new(config).unwrap_or_default();
-        // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and returns null on failure.
+        // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and
+        // returns null on failure.
         let handle = unsafe { rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {
-            // SAFETY: a null device is allowed here: it asks for the error of this thread's failed rtcNewDevice.
+            // SAFETY: a null device is allowed here: it asks for the error of this thread's failed
+            // rtcNewDevice.
             let code = unsafe { rtcGetDeviceError(ptr::null_mut()) };
             return Err(EmbreeError::Call {
                 doing: "creating a device",
@@ -81,16 +86,17 @@ impl Device {
         Ok(device)
     }
 
-    /// Counts from now on what the scenes of this device take.
+    /// Starts to count the memory of this device's scenes.
     pub(super) fn watch_memory(&self) -> Result<(), EmbreeError> {
         let user = ptr::from_ref::<AtomicI64>(&self.bytes).cast_mut().cast::<c_void>();
-        // SAFETY: the handle is a live device. `user` stays valid until Drop has unregistered the callback, because the
-        // box lives as long as the device does.
+        // SAFETY: the handle is a live device. `user` stays valid until Drop has unregistered the
+        // callback, because the box lives as long as the device does.
         unsafe { rtcSetDeviceMemoryMonitorFunction(self.handle, Some(count_bytes), user) };
         self.check("watching memory")
     }
 
-    /// The library must be of the headers' major version and not older: structures and constants are then the same.
+    /// Checks that the library has the headers' major version and is not older: structures and
+    /// constants are then identical.
     fn check_version(&self) -> Result<(), EmbreeError> {
         let found = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION) as u32;
         let major = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MAJOR) as u32;
@@ -104,7 +110,8 @@ impl Device {
     }
 
     pub(super) fn property(&self, property: RTCDeviceProperty) -> isize {
-        // SAFETY: the handle is a live device; a property that this library does not know sets an error and returns 0.
+        // SAFETY: the handle is a live device; a property that this library does not know sets an
+        // error and returns 0.
         unsafe { rtcGetDeviceProperty(self.handle, property) }
     }
 
@@ -119,7 +126,7 @@ impl Device {
         format!("{major}.{minor}.{patch}")
     }
 
-    /// Instruction set in use, from the widest ray packet that is native to it.
+    /// Instruction set in use, from the widest natively supported ray packet.
     pub fn isa(&self) -> &'static str {
         if self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 {
             "avx512"
@@ -132,7 +139,7 @@ impl Device {
         }
     }
 
-    /// Bytes that the scenes of this device take.
+    /// Bytes used by the scenes of this device.
     pub fn bytes(&self) -> u64 {
         self.bytes.load(Ordering::Relaxed).max(0) as u64
     }
@@ -141,7 +148,7 @@ impl Device {
         self.handle
     }
 
-    /// Turns this thread's first error since the last check into a `Result`.
+    /// Returns this thread's first error since the last check.
     pub(super) fn check(&self, doing: &'static str) -> Result<(), EmbreeError> {
         // SAFETY: the handle is a live device; the call reads and clears the error of this thread.
         let code = unsafe { rtcGetDeviceError(self.handle) };
@@ -157,8 +164,8 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: the handle is a live device and is not used again. The callback goes first, so that nothing that is
-        // released later can reach the counter.
+        // SAFETY: the handle is a live device and is not used again. The callback goes first, so
+        // that nothing that is released later can reach the counter.
         unsafe {
             rtcSetDeviceMemoryMonitorFunction(self.handle, None, ptr::null_mut());
             rtcReleaseDevice(self.handle);
@@ -166,12 +173,14 @@ impl Drop for Device {
     }
 }
 
-/// Embree's memory monitor: adds what is allocated (`bytes > 0`) or freed, and lets every allocation pass.
+/// Embree's memory monitor: counts allocated (`bytes > 0`) or freed bytes. It allows every
+/// allocation.
 ///
 /// # Safety
 /// `user` is the address of an `AtomicI64` that outlives the registration.
 unsafe extern "C" fn count_bytes(user: *mut c_void, bytes: isize, _post: bool) -> bool {
-    // SAFETY: Device::watch_memory registered the address of its own counter, and Device::drop unregisters it first.
+    // SAFETY: Device::watch_memory registered the address of its own counter, and Device::drop
+    // unregisters it first.
     let counter = unsafe { &*user.cast::<AtomicI64>() };
     counter.fetch_add(bytes as i64, Ordering::Relaxed);
     true

@@ -1,4 +1,5 @@
-//! Embree's scenes and geometries as owned references, and how meshes and instances become a part of a scene.
+//! Owned references to Embree's scenes and geometries, and functions that attach meshes and
+//! instances to a scene.
 
 use super::device::{Device, EmbreeError};
 use crate::geometry::{Mesh, Placement};
@@ -9,8 +10,9 @@ use embree4_sys::*;
 #[derive(Debug)]
 pub(super) struct SceneHandle(RTCScene);
 
-// SAFETY: after its commit a scene is only read. Embree's documentation of rtcCommitScene and rtcIntersect1 says that
-// queries on a committed scene may run in parallel from many threads; reference counts are atomic.
+// SAFETY: after its commit a scene is only read. Embree's documentation of rtcCommitScene and
+// rtcIntersect1 says that queries on a committed scene may run in parallel from many threads;
+// reference counts are atomic.
 unsafe impl Send for SceneHandle {}
 // SAFETY: as above.
 unsafe impl Sync for SceneHandle {}
@@ -35,14 +37,14 @@ impl SceneHandle {
         Ok(handle)
     }
 
-    /// Builds the hierarchy over what has been attached.
+    /// Builds the hierarchy over all attached geometries.
     pub(super) fn commit(&self, device: &Device) -> Result<(), EmbreeError> {
         // SAFETY: the scene is live, and no other thread knows it yet.
         unsafe { rtcCommitScene(self.0) };
         device.check("building the acceleration structure")
     }
 
-    /// Handle for queries, once the scene is committed.
+    /// Handle for queries, after the scene is committed.
     #[inline(always)]
     pub(super) fn raw(&self) -> RTCScene {
         self.0
@@ -61,15 +63,17 @@ struct GeometryHandle(RTCGeometry);
 
 impl Drop for GeometryHandle {
     fn drop(&mut self) {
-        // SAFETY: gives back the one reference that rtcNewGeometry gave; a scene it is attached to holds its own.
+        // SAFETY: gives back the one reference that rtcNewGeometry gave; a scene it is attached to
+        // holds its own.
         unsafe { rtcReleaseGeometry(self.0) }
     }
 }
 
-/// Makes a geometry of `mesh` and attaches it to `scene`.
+/// Attaches a geometry with the arrays of `mesh` to `scene`.
 ///
 /// # Safety
-/// The arrays of `mesh` stay where and as they are for as long as `scene` exists, and `id` is free in it.
+/// The arrays of `mesh` stay where and as they are for as long as `scene` exists, and `id` is free
+/// in it.
 pub(super) unsafe fn attach_mesh(
     device: &Device,
     scene: &SceneHandle,
@@ -85,10 +89,11 @@ pub(super) unsafe fn attach_mesh(
         RTCBufferType::RTC_BUFFER_TYPE_INDEX,
     );
     let (float3, uint3) = (RTCFormat::RTC_FORMAT_FLOAT3, RTCFormat::RTC_FORMAT_UINT3);
-    // SAFETY: Vec3 begins with three floats and has 16 bytes, [u32; 3] is three integers; the caller keeps the arrays.
+    // SAFETY: Vec3 begins with three floats and has 16 bytes, [u32; 3] is three integers; the
+    // caller keeps the arrays.
     unsafe {
         if mesh.deforms() {
-            // Vertex buffers have a slot for each time step, to be there before they are set.
+            // The time step count sets the number of vertex buffer slots, so it must come first.
             rtcSetGeometryTimeStepCount(geometry.0, 2);
             share_buffer::<Vec3>(device, &geometry, (vertex, 1), float3, &mesh.positions_close)?;
         }
@@ -98,7 +103,8 @@ pub(super) unsafe fn attach_mesh(
     attach(device, scene, id, &geometry)
 }
 
-/// Attaches an instance of `prototype`, which has been committed, to `scene`, where `id` is free.
+/// Attaches an instance of `prototype`, which must be committed, to `scene`. `id` must be free in
+/// it.
 pub(super) fn attach_instance(
     device: &Device,
     scene: &SceneHandle,
@@ -111,8 +117,9 @@ pub(super) fn attach_instance(
     let geometry = GeometryHandle(geometry);
     device.check("creating an instance")?;
     let steps = placement.steps();
-    // SAFETY: both are live, and of the same device; Embree's rtcSetGeometryInstancedScene keeps a reference to the scene.
-    // The builder allows no more steps than Embree, so that they fit 32 bits.
+    // SAFETY: both are live, and of the same device; Embree's rtcSetGeometryInstancedScene keeps a
+    // reference to the scene. The builder allows no more steps than Embree, so that they fit 32
+    // bits.
     unsafe {
         rtcSetGeometryInstancedScene(geometry.0, prototype.0);
         rtcSetGeometryTimeStepCount(geometry.0, steps.len() as u32);
@@ -120,17 +127,18 @@ pub(super) fn attach_instance(
     for (step, placement) in (0..).zip(steps) {
         let columns = placement.to_cols_array();
         let format = RTCFormat::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
-        // SAFETY: the geometry is live and has this step. The pointer is to twelve floats, column by column, as the format
-        // says; Embree copies them.
+        // SAFETY: the geometry is live and has this step. The pointer is to twelve floats, column
+        // by column, as the format says; Embree copies them.
         unsafe { rtcSetGeometryTransform(geometry.0, step, format, columns.as_ptr().cast()) };
     }
     device.check("placing an instance")?;
     attach(device, scene, id, &geometry)
 }
 
-/// Commits `geometry` and attaches it to `scene`, where `id` is free.
+/// Commits `geometry` and attaches it to `scene`, in which `id` must be free.
 fn attach(device: &Device, scene: &SceneHandle, id: u32, geometry: &GeometryHandle) -> Result<(), EmbreeError> {
-    // SAFETY: geometry and scene are live and known to this thread alone. Embree reports an id that is not free as an error.
+    // SAFETY: geometry and scene are live and known to this thread alone. Embree reports an id that
+    // is not free as an error.
     unsafe {
         rtcCommitGeometry(geometry.0);
         rtcAttachGeometryByID(scene.0, geometry.0, id);
@@ -138,11 +146,11 @@ fn attach(device: &Device, scene: &SceneHandle, id: u32, geometry: &GeometryHand
     device.check("attaching a geometry")
 }
 
-/// Lets `geometry` read `items` where they are, as its buffer of a kind and in a slot of it.
+/// Shares `items` with `geometry` as its buffer `kind` in `slot`, without a copy.
 ///
 /// # Safety
-/// `T` begins with what `format` says, and takes 16 bytes where Embree loads it as a vertex. `items` stays where and as it is
-/// for as long as the geometry is part of a scene.
+/// `T` begins with what `format` says, and takes 16 bytes where Embree loads it as a vertex.
+/// `items` stays where and as it is for as long as the geometry is part of a scene.
 unsafe fn share_buffer<T>(
     device: &Device,
     geometry: &GeometryHandle,
@@ -150,8 +158,9 @@ unsafe fn share_buffer<T>(
     format: RTCFormat,
     items: &[T],
 ) -> Result<(), EmbreeError> {
-    // SAFETY: the geometry is live. Embree asks for a pointer and a stride that are multiples of 4, for items that stay
-    // while they are in use, and for a last vertex that can be loaded by 16 bytes; it only reads.
+    // SAFETY: the geometry is live. Embree asks for a pointer and a stride that are multiples of 4,
+    // for items that stay while they are in use, and for a last vertex that can be loaded by 16
+    // bytes; it only reads.
     unsafe {
         rtcSetSharedGeometryBuffer(
             geometry.0,
@@ -167,5 +176,5 @@ unsafe fn share_buffer<T>(
     device.check("sharing a buffer")
 }
 
-// What attach takes for granted.
+// Assumption of [`attach_mesh`]
 const _: () = assert!(size_of::<Vec3>() == 16 && size_of::<[u32; 3]>() == 12);

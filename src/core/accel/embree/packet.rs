@@ -1,5 +1,5 @@
-//! Packets of up to sixteen rays by one Embree call, for camera rays and for shadow rays towards one point. Other rays are incoherent, and packets
-//! gain nothing for them.
+//! Packets of up to sixteen rays in one Embree call, for camera rays and for shadow rays towards
+//! one point. Other rays are incoherent, and packets are not faster for them.
 
 use super::EmbreeAccel;
 use super::ray::interval;
@@ -8,12 +8,12 @@ use crate::math::Ray;
 use embree4_sys::*;
 use std::ptr;
 
-/// Rays that are traced together.
+/// Maximum number of rays in a packet.
 const WIDTH: usize = 16;
-/// Fewer are faster one by one.
+/// Minimum number of rays in a packet: fewer rays are faster one by one.
 const FEWEST: usize = 4;
 
-/// The closest hits of `rays`, sixteen at a time where there are as many.
+/// Closest hits of `rays`, in packets of up to sixteen.
 pub(super) fn intersect_coherent(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>]) {
     for (rays, hits) in rays.chunks(WIDTH).zip(hits.chunks_mut(WIDTH)) {
         if rays.len() >= FEWEST {
@@ -26,7 +26,7 @@ pub(super) fn intersect_coherent(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [
     }
 }
 
-/// Whether anything is on the way of `rays`, sixteen at a time where there are as many.
+/// Occlusion of `rays`, in packets of up to sixteen.
 pub(super) fn occluded_coherent(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
     for (rays, occluded) in rays.chunks(WIDTH).zip(occluded.chunks_mut(WIDTH)) {
         if rays.len() >= FEWEST {
@@ -39,10 +39,10 @@ pub(super) fn occluded_coherent(accel: &EmbreeAccel, rays: &[Ray], occluded: &mu
     }
 }
 
-/// Traces up to sixteen rays by one call.
+/// Closest hits of at most sixteen rays, in one call.
 fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    // SAFETY: RTCRayHit16 is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only some
-    // builds of Embree have.
+    // SAFETY: RTCRayHit16 is a C structure of numbers, and all zeros is a value of it. Zeroing
+    // covers fields that only some builds of Embree have.
     let mut query: RTCRayHit16 = unsafe { std::mem::zeroed() };
     query.hit.geomID = [RTC_INVALID_GEOMETRY_ID; WIDTH];
     let valid = fill(&mut query.ray, rays);
@@ -53,9 +53,10 @@ fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>])
         filter: None,
         intersect: None,
     };
-    // SAFETY: the scene is live and committed. `valid` holds sixteen integers aligned to 64 bytes, as Embree asks; `query` is of
-    // the layout and alignment that the headers give, and this thread's own. The arguments are what Embree's
-    // rtcInitIntersectArguments sets, with another ray flag, and are only read.
+    // SAFETY: the scene is live and committed. `valid` holds sixteen integers aligned to 64 bytes,
+    // as Embree asks; `query` is of the layout and alignment that the headers give, and this
+    // thread's own. The arguments are what Embree's rtcInitIntersectArguments sets, with another
+    // ray flag, and are only read.
     unsafe { rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
     for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate().take(WIDTH) {
         *hit = (query.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID).then(|| {
@@ -74,7 +75,7 @@ fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>])
     }
 }
 
-/// Asks for up to sixteen rays by one call.
+/// Occlusion of at most sixteen rays, in one call.
 fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
     // SAFETY: RTCRay16 is a C structure of numbers, and all zeros is a value of it.
     let mut query: RTCRay16 = unsafe { std::mem::zeroed() };
@@ -89,15 +90,16 @@ fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
     // SAFETY: as for rtcIntersect16, with an RTCRay16 and what rtcInitOccludedArguments sets.
     unsafe { rtcOccluded16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
     for (lane, occluded) in occluded.iter_mut().enumerate().take(WIDTH) {
-        // Embree sets tfar to minus infinity where something was hit.
+        // Embree sets tfar to minus infinity for occluded rays.
         *occluded = query.tfar[lane] == f32::NEG_INFINITY;
     }
 }
 
-/// Puts `rays`, sixteen at most, into `packet`: all masks, no ids and no flags.
+/// Fills `packet` with at most sixteen `rays`: all masks, no ids and no flags. Returns the valid
+/// lanes.
 #[inline(always)]
 fn fill(packet: &mut RTCRay16, rays: &[Ray]) -> Lanes {
-    // Lanes whose validity is 0 are left alone.
+    // Embree ignores lanes with validity 0.
     let mut valid = Lanes([0; WIDTH]);
     for (lane, ray) in rays.iter().enumerate().take(WIDTH) {
         valid.0[lane] = -1;
@@ -111,6 +113,6 @@ fn fill(packet: &mut RTCRay16, rays: &[Ray]) -> Lanes {
     valid
 }
 
-/// Which lanes of a packet hold rays.
+/// Validity of the lanes of a packet: −1 if valid, else 0.
 #[repr(C, align(64))]
 struct Lanes([i32; WIDTH]);

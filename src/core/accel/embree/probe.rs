@@ -1,7 +1,8 @@
-//! New devices, and a trial of the loaded library on each: does it behave as its headers say?
+//! Construction of devices, with a test that the loaded library matches its headers.
 //!
-//! The version says neither how many levels of instances a library has, on which the length of a hit depends, nor whether it culls backfaces. Three
-//! rays at a triangle and a copy of it, with guards behind the hit, show both. A library that answers otherwise than its headers say is refused.
+//! The version contains neither the number of instance levels, which sets the size of a hit, nor
+//! the option for backface culling. Three rays at a triangle and a copy of it, with guard words
+//! behind the hit, detect both. A library that does not match its headers is rejected.
 
 use super::device::{Device, EmbreeError};
 use super::handles::{SceneHandle, attach_instance, attach_mesh};
@@ -10,25 +11,25 @@ use crate::math::{Affine3A, Vec3};
 use embree4_sys::*;
 use std::ptr;
 
-/// What a library without a fault does not touch.
+/// Guard words, which a matching library does not change.
 const GUARD: [u32; 64] = [0xA5A5_A5A5; 64];
 
-/// A query, and what lies behind it: a library whose hits are longer writes there.
+/// A query, followed by guard words: a library with longer hits overwrites them.
 #[repr(C, align(16))]
 struct Guarded {
     query: RTCRayHit,
     guard: [u32; 64],
 }
 
-/// A ray at height ±2 above or below a point of a triangle.
+/// A test ray that starts at height 2 above or below a point of a triangle.
 struct Trial {
     x: f32,
     is_behind: bool,
-    /// The instance that is to be hit.
+    /// Expected instance.
     inst: u32,
 }
 
-/// The triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and a copy of it 4 further along x.
+/// Triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and a copy of it at x + 4.
 const TRIALS: [Trial; 3] = [
     Trial {
         x: 0.25,
@@ -51,12 +52,13 @@ const TRIALS: [Trial; 3] = [
 const INSTANCE: u32 = 1;
 
 impl Device {
-    /// A device that builds with `threads` threads and uses the widest instructions of the processor.
+    /// Device that builds with `threads` threads and uses the widest instructions of the processor.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
         Self::tried(&format!("threads={threads}"))
     }
 
-    /// A device with `threads` threads and the instruction set `isa`, one of [`Device::ISAS`]: an error where the processor or the library does not have it.
+    /// Device with `threads` threads and the instruction set `isa`, one of [`Device::ISAS`].
+    /// Returns an error if the processor or the library does not support it.
     pub fn with_isa(threads: usize, isa: &str) -> Result<Self, EmbreeError> {
         Self::tried(&format!("threads={threads},isa={isa}"))
     }
@@ -69,7 +71,7 @@ impl Device {
     }
 }
 
-/// Tries `device` out, which takes some microseconds.
+/// Tests `device`, which takes some microseconds.
 fn check(device: &Device) -> Result<(), EmbreeError> {
     let misfit = |problem| EmbreeError::Misfit {
         version: device.version(),
@@ -88,7 +90,8 @@ fn check(device: &Device) -> Result<(), EmbreeError> {
     };
     let [prototype, scene] = [SceneHandle::new(device, false)?, SceneHandle::new(device, false)?];
     for scene in [&prototype, &scene] {
-        // SAFETY: the mesh stays as it is until the end of this function, where both scenes end before it.
+        // SAFETY: the mesh stays as it is until the end of this function, where both scenes end
+        // before it.
         unsafe { attach_mesh(device, scene, 0, &mesh)? };
     }
     prototype.commit(device)?;
@@ -100,8 +103,9 @@ fn check(device: &Device) -> Result<(), EmbreeError> {
             query: trial.query(),
             guard: GUARD,
         };
-        // SAFETY: the scene is live and committed. The query is of the layout and alignment that the headers give, and null arguments mean the defaults.
-        // Where the library's own layout is longer, it writes into the guard, which is part of the same object.
+        // SAFETY: the scene is live and committed. The query is of the layout and alignment that
+        // the headers give, and null arguments mean the defaults. Where the library's own layout is
+        // longer, it writes into the guard, which is part of the same object.
         unsafe { rtcIntersect1(scene.raw(), &mut answer.query, ptr::null_mut()) };
         trial.judge(&answer).map_err(misfit)?;
     }
@@ -121,14 +125,14 @@ impl Trial {
         query.ray.dir_z = -side;
         query.ray.tfar = f32::INFINITY;
         query.ray.mask = u32::MAX;
-        // Ids that no hit has
+        // Ids that differ from every hit
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.primID = 7;
         query.hit.instID.fill(7);
         query
     }
 
-    /// Fault of the library that gave this answer, if it has one.
+    /// Fault of the library with this answer, if any.
     fn judge(&self, answer: &Guarded) -> Result<(), &'static str> {
         let RTCRayHit { ray, hit } = &answer.query;
         let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
@@ -148,7 +152,7 @@ impl Trial {
 mod tests {
     use super::*;
 
-    /// What a library without a fault answers.
+    /// Answer of a library without a fault.
     fn right(trial: &Trial) -> Guarded {
         let mut query = trial.query();
         query.ray.tfar = 2.0;

@@ -1,4 +1,4 @@
-//! The backend: queries of single rays, and packets of them.
+//! The backend: queries of single rays and of packets.
 
 use super::EmbreeAccel;
 use super::packet;
@@ -16,16 +16,16 @@ impl Dispatch for EmbreeAccel<'_> {
 impl Accel for EmbreeAccel<'_> {
     #[inline(always)]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        // SAFETY: RTCHit is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only
-        // some builds of Embree have.
+        // SAFETY: RTCHit is a C structure of numbers, and all zeros is a value of it. Zeroing
+        // covers fields that only some builds of Embree have.
         let mut hit: RTCHit = unsafe { std::mem::zeroed() };
         hit.geomID = RTC_INVALID_GEOMETRY_ID;
         let mut query = RTCRayHit {
             ray: to_embree(ray),
             hit,
         };
-        // SAFETY: the scene is live and committed. `query` is of the layout the headers give, aligned to 16 bytes by its
-        // type, and this thread's own. Null arguments mean the defaults.
+        // SAFETY: the scene is live and committed. `query` is of the layout the headers give,
+        // aligned to 16 bytes by its type, and this thread's own. Null arguments mean the defaults.
         unsafe { rtcIntersect1(self.handle(), &mut query, ptr::null_mut()) };
         if query.hit.geomID == RTC_INVALID_GEOMETRY_ID {
             return None;
@@ -56,7 +56,7 @@ impl Accel for EmbreeAccel<'_> {
         let mut query = to_embree(ray);
         // SAFETY: as for rtcIntersect1, with an RTCRay.
         unsafe { rtcOccluded1(self.handle(), &mut query, ptr::null_mut()) };
-        // Embree sets tfar to minus infinity where something was hit.
+        // Embree sets tfar to minus infinity for occluded rays.
         query.tfar == f32::NEG_INFINITY
     }
 

@@ -1,11 +1,11 @@
-//! Embree as a C program would call it, to measure the wrapper against.
+//! Plain calls of Embree as in a C program, to measure the overhead of the wrapper.
 
 use super::EmbreeAccel;
 use crate::math::Ray;
 use embree4_sys::*;
 use std::ptr;
 
-/// A ray, field by field.
+/// Embree ray, filled field by field.
 fn raw_ray(ray: &Ray) -> RTCRay {
     RTCRay {
         org_x: ray.origin.x,

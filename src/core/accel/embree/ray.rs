@@ -1,12 +1,12 @@
-//! Rays as Embree takes them.
+//! Conversion of rays to Embree's format.
 
 use crate::math::{Ray, Vec4};
 use embree4_sys::*;
 
-/// The words of an `RTCRay`, sixteen bytes at a time.
+/// Words of an `RTCRay`, sixteen bytes each.
 ///
-/// Embree loads a ray in 16-byte words. Stored in such words, it is forwarded from the store buffer; field by field it
-/// would have to reach the cache first, at every query.
+/// Embree loads a ray in 16-byte words. Stored in equal words, it is forwarded from the store
+/// buffer. Stored field by field, it would have to reach the cache first, at every query.
 #[repr(C, align(16))]
 struct RayWords {
     origin_tnear: Vec4,
@@ -16,18 +16,19 @@ struct RayWords {
 
 const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 
-/// Embree's interval for the ray's open one. Embree's holds its ends: they move in by one float. A surface on which a ray starts, at t = 0, is not in the interval
-/// either.
+/// Embree's closed interval for the ray's open interval: both ends move inwards by one float. A
+/// surface at the start of a ray, at t = 0, is also excluded.
 #[inline(always)]
 pub(super) fn interval(ray: &Ray) -> (f32, f32) {
     const ABOVE_ZERO: f32 = f32::from_bits(f32::MIN_POSITIVE.to_bits() - 1);
-    // Of positive floats the next one has the next bits; that before infinity is the largest.
+    // Adding 1 to the bits of a positive float gives the next float; the float before infinity is
+    // the largest.
     let near = f32::from_bits(ray.t_min.max(ABOVE_ZERO).to_bits() + 1);
     let far = f32::from_bits(ray.t_max.max(f32::MIN_POSITIVE).to_bits() - 1);
     (near, far)
 }
 
-/// An Embree ray for `ray`: all masks, no id and no flags.
+/// Embree ray for `ray`: all masks, no id and no flags.
 #[inline(always)]
 pub(super) fn to_embree(ray: &Ray) -> RTCRay {
     let (near, far) = interval(ray);
@@ -36,7 +37,7 @@ pub(super) fn to_embree(ray: &Ray) -> RTCRay {
         direction_time: ray.direction.extend(ray.time),
         tfar_mask_id_flags: Vec4::new(far, f32::from_bits(u32::MAX), 0.0, 0.0),
     };
-    // SAFETY: both types are twelve 4-byte words in the order that embree4-sys asserts for RTCRay, of the same size and
-    // alignment, and every bit pattern is a value of their fields.
+    // SAFETY: both types are twelve 4-byte words in the order that embree4-sys asserts for RTCRay,
+    // of the same size and alignment, and every bit pattern is a value of their fields.
     unsafe { std::mem::transmute::<RayWords, RTCRay>(words) }
 }

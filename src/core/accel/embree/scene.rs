@@ -7,35 +7,37 @@ use embree4_sys::*;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A committed Embree scene of all meshes and instances, with robust intersections and a high-quality build. Embree reads vertices
-/// and indices where the scene has them, so the scene is borrowed, or its meshes are kept.
+/// A committed Embree scene of all meshes and instances, with robust intersections and a
+/// high-quality build. Embree reads vertices and indices from the arrays of the scene, so the scene
+/// is borrowed, or its meshes are shared.
 ///
-/// Geometries of Embree's scene have the ids of the meshes that stand in the world, and after those come the instances. Those of
-/// a prototype's scene count from its first mesh on.
+/// In Embree's scene, the ids of the meshes in world space come first, then the ids of the
+/// instances. Ids in a prototype's scene count from its first mesh.
 #[derive(Debug)]
 pub struct EmbreeAccel<'a> {
-    // Before the device: fields are dropped in order, and a scene goes before its device.
+    // Before the device: fields are dropped in order, and a scene must be dropped before its
+    // device.
     scene: SceneHandle,
     device: Device,
-    /// Number of meshes that stand in the world.
+    /// Number of meshes in world space.
     standing: u32,
-    /// The first mesh of each instance.
+    /// First mesh of each instance.
     first_meshes: Vec<u32>,
-    /// What Embree reads.
+    /// Arrays that Embree reads.
     meshes: Meshes<'a>,
 }
 
-/// The arrays that Embree reads.
+/// Arrays that Embree reads.
 #[derive(Debug)]
 enum Meshes<'a> {
-    /// Those of a scene that is borrowed.
+    /// Arrays of a borrowed scene.
     Of(&'a Scene),
-    /// Those of a scene that outlives the borrow: all meshes, and where the instances are.
+    /// Shared meshes and placements, which outlive the borrow of the scene.
     Kept(Arc<Vec<Mesh>>, Vec<Placement>),
 }
 
 impl Meshes<'_> {
-    /// The corners of the triangle that was hit, where they are at `time`.
+    /// Corners at `time` of the triangle that was hit.
     fn corners(&self, hit: &Hit, time: f32) -> [Vec3; 3] {
         match self {
             Self::Of(scene) => scene.corners(hit, time),
@@ -51,7 +53,8 @@ impl Meshes<'_> {
 }
 
 impl EmbreeAccel<'static> {
-    /// Builds over the meshes of `scene`, with `threads` threads, and keeps these meshes: the scene may be changed in all else meanwhile.
+    /// Builds over the meshes of `scene` with `threads` threads, and shares these meshes. All other
+    /// parts of the scene may change meanwhile.
     pub(crate) fn kept(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
         let placements = scene.instances().iter().map(|i| i.placement.clone()).collect();
         let meshes = scene.shared_meshes();
@@ -60,7 +63,7 @@ impl EmbreeAccel<'static> {
 }
 
 impl<'a> EmbreeAccel<'a> {
-    /// Builds over the meshes of `scene`, with `threads` threads.
+    /// Builds over the meshes of `scene` with `threads` threads.
     pub fn new(scene: &'a Scene, threads: usize) -> Result<Self, EmbreeError> {
         Self::on(Device::new(threads)?, scene)
     }
@@ -70,18 +73,20 @@ impl<'a> EmbreeAccel<'a> {
         Self::over(device, scene, Meshes::Of(scene))
     }
 
-    /// Builds over `meshes`, which are those of `scene`.
+    /// Builds over `meshes`, the meshes of `scene`.
     fn over(device: Device, scene: &Scene, meshes: Meshes<'a>) -> Result<Self, EmbreeError> {
         let attach_all = |handle: &SceneHandle, meshes: Range<u32>| {
             for (id, geom) in meshes.enumerate() {
-                // SAFETY: `meshes` are those of `scene`, borrowed for 'a or counted, which no Embree scene made here outlives: `Self`
-                // holds the only handle to the one that refers to all others, and `meshes`. A shared borrow keeps them as they are, and
-                // so does the count: a scene changes meshes through `Arc::make_mut` alone, which copies what is shared.
+                // SAFETY: `meshes` are those of `scene`, borrowed for 'a or counted, which no
+                // Embree scene made here outlives: `Self` holds the only handle to the one that
+                // refers to all others, and `meshes`. A shared borrow keeps them as they are, and
+                // so does the count: a scene changes meshes through `Arc::make_mut` alone, which
+                // copies what is shared.
                 unsafe { attach_mesh(&device, handle, id as u32, scene.mesh(GeomId(geom)))? };
             }
             Ok(())
         };
-        // Prototypes are scenes of their own, which the instances then refer to.
+        // Prototypes are separate scenes, which instances refer to.
         let mut prototypes = Vec::with_capacity(scene.prototypes().len());
         for meshes in scene.prototypes() {
             let prototype = SceneHandle::new(&device, scene.is_compact())?;
@@ -107,7 +112,7 @@ impl<'a> EmbreeAccel<'a> {
         })
     }
 
-    /// Mesh and instance of a hit by the ids that Embree gives them.
+    /// Mesh and instance of a hit with Embree's ids.
     #[inline(always)]
     pub(super) fn ids(&self, geom: u32, inst: u32) -> (GeomId, InstanceId) {
         if inst == RTC_INVALID_GEOMETRY_ID {
@@ -117,8 +122,8 @@ impl<'a> EmbreeAccel<'a> {
         (GeomId(self.first_meshes[inst as usize] + geom), InstanceId(inst))
     }
 
-    /// Barycentrics of `hit` that can be believed. Where the triangle is tiny as its ray sees it, of 10⁻¹⁸ square units, Embree's are both 0
-    /// (`min_rcp_input` in its sources).
+    /// Corrected barycentrics of `hit`. If the projected triangle is tiny (10⁻¹⁸ square units),
+    /// Embree's barycentrics are both 0 (`min_rcp_input` in its sources).
     #[inline(always)]
     pub(super) fn barycentrics(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
         if hit.b1 == 0.0 && hit.b2 == 0.0 {
@@ -146,7 +151,7 @@ impl<'a> EmbreeAccel<'a> {
         self.scene.raw()
     }
 
-    /// The device of that scene.
+    /// Device of the scene.
     pub(super) fn device(&self) -> &Device {
         &self.device
     }

@@ -27,7 +27,7 @@ pub enum Lobe {
     Mirror(Mirror),
     /// Smooth boundary of a refracting medium.
     Dielectric(Dielectric),
-    /// Sheet that transmits light without refraction.
+    /// Thin dielectric that transmits light without refraction.
     ThinDielectric(ThinDielectric),
 }
 

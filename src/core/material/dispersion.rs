@@ -1,23 +1,24 @@
-//! Glass whose index of refraction depends on the wavelength.
+//! Glass with an index of refraction that depends on the wavelength.
 //!
-//! The index is Cauchy's `A + B / λ²`. A and B follow from the index at 587.56 nm (d), which is the material's own, and from the Abbe number `(n_d − 1) /
-//! (n_F − n_C)`, for which F is 486.13 and C 656.27 nm.
+//! The index is Cauchy's `A + B / λ²`. A and B follow from the material's index at 587.56 nm (d)
+//! and from the Abbe number `(n_d − 1) / (n_F − n_C)`, with F at 486.13 nm and C at 656.27 nm.
 
 use super::Material;
 use crate::bsdf::{Bsdf, Dielectric, Lobe};
 
-/// Lines of Fraunhofer, nanometres.
+/// Fraunhofer lines in nanometres.
 const F: f32 = 486.13;
 const D: f32 = 587.56;
 const C: f32 = 656.27;
 
 impl Material {
-    /// Whether the surface refracts each wavelength by an index of its own: it is smooth glass, the same all over and nothing else, and has an Abbe number.
+    /// Returns true if the index of refraction depends on the wavelength: the material is uniform
+    /// smooth glass without other lobes, and has an Abbe number.
     pub fn is_dispersive(&self) -> bool {
         self.abbe.is_some() && !self.maps.varies_bsdf() && matches!(self.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))
     }
 
-    /// Index of refraction for a wavelength in vacuum, in nanometres.
+    /// Index of refraction at a vacuum wavelength in nanometres.
     pub fn ior_at(&self, nanometers: f32) -> f32 {
         let Some(abbe) = self.abbe else {
             return self.ior;
@@ -27,7 +28,8 @@ impl Material {
         self.ior + b * (inverse_square(nanometers) - inverse_square(D))
     }
 
-    /// What `bsdf`, the material's own, is for a wavelength in vacuum, in nanometres; `None` where that makes no difference.
+    /// The material's `bsdf` at a vacuum wavelength in nanometres; `None` if it does not depend on
+    /// the wavelength.
     pub fn dispersed(&self, bsdf: &Bsdf, nanometers: f32) -> Option<Bsdf> {
         match bsdf {
             Bsdf::Single(Lobe::Dielectric(glass)) if self.abbe.is_some() && !self.maps.varies_bsdf() => {
@@ -44,7 +46,7 @@ mod tests {
     use super::*;
     use crate::color::Spectrum;
 
-    /// The indices of Schott's N-BK7 and N-SF11, as their data sheets have them.
+    /// Indices of Schott's N-BK7 and N-SF11, from their data sheets.
     #[test]
     fn indices_are_those_of_data_sheets() {
         for (ior, abbe, lines) in [
@@ -69,7 +71,8 @@ mod tests {
             assert!((glass.ior_at(D) - ior).abs() < 1e-6);
             assert!((glass.ior_at(F) - glass.ior_at(C) - (ior - 1.0) / abbe).abs() < 1e-6);
             for (nanometers, expected) in lines {
-                // Two terms are right to 0.005 of the index at the violet end of dense flint, and far better elsewhere.
+                // Two terms have an error below 0.005 at the violet end of dense flint, and far
+                // less elsewhere.
                 let index = glass.ior_at(nanometers);
                 assert!(
                     (index - expected).abs() < 0.005,

@@ -4,7 +4,7 @@ use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, encode_fields};
 use crate::texture::{Mapping, Texture, TextureId};
 
-/// A texture, and how it lies on a surface.
+/// A texture and its mapping on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Map {
     /// Id of the texture.
@@ -13,7 +13,8 @@ pub struct Map {
     pub mapping: Mapping,
 }
 
-/// The textures of a material; each multiplies the constant of its name, and bump and normal maps turn the shading normal.
+/// Textures of a material. Each texture multiplies the constant of the same name; bump and normal
+/// maps change the shading normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Texture of the diffuse reflectance.
@@ -30,9 +31,10 @@ pub struct Maps {
     pub metallic: Option<Map>,
     /// Texture of the opacity.
     pub opacity: Option<Map>,
-    /// Heights, in widths of a texel of the finest level.
+    /// Texture of heights, in texel widths of the finest level.
     pub bump: Option<Map>,
-    /// Normals in the frame of the texture coordinates, each component c as (c + 1)/2; counts before `bump`.
+    /// Texture of normals in the frame of the texture coordinates, each component c as (c + 1)/2.
+    /// It takes precedence over `bump`.
     pub normal: Option<Map>,
     /// True if colours of vertices multiply the diffuse reflectance.
     pub vertex_color: bool,
@@ -55,18 +57,18 @@ encode_fields!(Maps {
     vertex_alpha,
 });
 
-/// Where textures are looked up.
+/// Surface point at which textures are looked up.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot<'a> {
     /// The scene's textures, by [`TextureId`].
     pub textures: &'a [Texture],
     /// Texture coordinates of the surface.
     pub uv: Vec2,
-    /// Width of what the viewer sees as one point, in units of them.
+    /// Width of the ray's footprint, in units of the texture coordinates.
     pub footprint: f32,
-    /// Colour of the vertices there.
+    /// Interpolated colour of the vertices.
     pub color: Spectrum,
-    /// Opacity of the vertices there.
+    /// Interpolated opacity of the vertices.
     pub alpha: f32,
 }
 
@@ -123,7 +125,7 @@ impl Maps {
         ]
     }
 
-    /// Value of each texture at a spot, by its key in scene files: one number or three.
+    /// Value of each texture at `spot`, by its key in scene files: one number or three.
     pub fn texels(&self, spot: &Spot) -> Vec<(&'static str, Vec<f32>)> {
         let texel = |(key, map): (&'static str, Option<Map>)| {
             let map = map?;
@@ -142,7 +144,7 @@ impl Maps {
         texels.chain(color).chain(alpha).collect()
     }
 
-    /// Whether the BSDF varies over the surface.
+    /// Returns true if the BSDF varies over the surface.
     pub fn varies_bsdf(&self) -> bool {
         let maps = [
             self.diffuse,
@@ -159,33 +161,34 @@ impl Maps {
         self.vertex_alpha || self.opacity.is_some()
     }
 
-    /// Whether a map changes the shading normal.
+    /// Returns true if a map changes the shading normal.
     pub fn has_bumps(&self) -> bool {
         self.bump.is_some() || self.normal.is_some()
     }
 
-    /// The direction of the shading normal in the frame of two tangents, along which u and v grow, and of the normal itself; not a unit vector.
+    /// Direction of the shading normal in the frame of two tangents, along u and v, and of the
+    /// unchanged normal. Not a unit vector.
     pub fn bumped_normal(&self, spot: &Spot) -> Vec3 {
         if let Some(map) = &self.normal {
             let n = map.normal(spot);
-            // What points into the surface is no normal.
+            // Normals that point into the surface are invalid.
             return Vec3::new(n.x, n.y, n.z.max(1e-3));
         }
         let Some(map) = &self.bump else { return Vec3::Z };
-        // Heights count in texels, so that a picture is as rough on a large wall as on a small one (Blinn 1978, "Simulation of Wrinkled Surfaces",
-        // leaves their unit open, and so does MTL).
+        // Heights are in texels, so that a picture is equally rough on large and small walls (Blinn
+        // 1978, "Simulation of Wrinkled Surfaces", leaves their unit open, and so does MTL).
         let texture = map.texture(spot);
         let (width, height) = texture.size();
         let texels = Vec2::new(width as f32, height as f32) * map.mapping.scale.abs();
         let slope = map.mapping.gradient(texture, spot.uv, spot.footprint) / texels;
-        // A scale of 0 shows one texel everywhere, which is flat.
+        // With a scale of 0, the texture is constant, so the slope is 0.
         let slope = if slope.is_finite() { slope } else { Vec2::ZERO };
         Vec3::new(-slope.x, -slope.y, 1.0)
     }
 }
 
 impl Material {
-    /// The BSDF at a spot of a surface that varies.
+    /// BSDF at `spot`, for materials that vary.
     pub fn bsdf_at(&self, spot: &Spot) -> Bsdf {
         let maps = &self.maps;
         let color = |factor: Spectrum, map: &Option<Map>| map.map_or(factor, |map| factor * map.color(spot));
@@ -204,12 +207,12 @@ impl Material {
             },
             ..*self
         };
-        // Textures may hold more than what a surface can scatter.
+        // Textures may contain values above the physical limit.
         here.scale_to_one();
         here.bsdf()
     }
 
-    /// Opacity at a spot.
+    /// Opacity at `spot`.
     pub fn opacity_at(&self, spot: &Spot) -> f32 {
         let share = self.maps.opacity.map_or(1.0, |map| map.value(spot));
         (self.opacity * share * spot.alpha).clamp(0.0, 1.0)

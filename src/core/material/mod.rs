@@ -1,12 +1,15 @@
-//! Materials: what a user says of a surface, and the BSDF that follows.
+//! Materials: the user's parameters of a surface, and the resulting BSDF.
 //!
-//! A [`Material`] holds the user's parameters. `Material::bsdf` makes lobes of its constants once, when the scene is frozen, and vertices refer to
-//! that BSDF: building or copying it at every hit cost 5 % of a render. Where textures vary a material (`maps`), `Material::bsdf_at` makes another
-//! BSDF for the spot. The integrator lends a slot (`BsdfSlot`) for the lifetime of the vertex. The slot holds that BSDF and its view, so that nothing is allocated.
+//! A [`Material`] holds the user's parameters. `Material::bsdf` computes lobes from its constants
+//! once, when the scene is frozen, and vertices refer to this BSDF: building or copying it at every
+//! hit cost 5 % of a render. If textures vary a material (`maps`), `Material::bsdf_at` builds a
+//! BSDF for the point. The integrator provides a slot (`BsdfSlot`) for the lifetime of the vertex.
+//! The slot holds the BSDF and its view, so that nothing is allocated.
 //!
-//! A shape whose normal and material are the same all over is marked plain when the scene is frozen, and takes a shorter path through
-//! `World::vertex`. Anisotropic materials need a tangent, which is that of growing u, triangle by triangle; `Scene::frame` computes it for these
-//! materials alone, and their surfaces are not plain.
+//! A shape with constant normal and material is marked plain when the scene is frozen, and takes a
+//! shorter path through `World::vertex`. Anisotropic materials need a tangent, the direction of u
+//! of each triangle. `Scene::frame` computes it for these materials only, and their surfaces are
+//! not plain.
 
 mod dispersion;
 mod maps;
@@ -28,13 +31,13 @@ use quantities::{NOT_NEGATIVE, POSITIVE, SHARE, quantities};
 use std::cell::OnceCell;
 use std::fmt;
 
-/// A material of the scene.
+/// Index of a material of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MaterialId(pub u32);
 
 quantities! {
-    /// What a surface is made of: any mixture of diffuse reflection, glossy or mirror reflection, and transmission.
-    /// All colours are linear Rec.709.
+    /// Material of a surface: any mixture of diffuse reflection, glossy or mirror reflection, and
+    /// transmission. All colours are linear Rec.709.
     pub struct Material {
         /// Name, from MTL or the scene file.
         name: String = String::new();
@@ -42,57 +45,58 @@ quantities! {
         diffuse: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
         /// `ks`: factor of the glossy or mirror reflection.
         specular: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
-        /// How `specular` reflects.
+        /// Shape of the reflection of `specular`.
         gloss: Gloss = Gloss::Phong(1.0);
-        /// Roughness of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission: the root
-        /// of the facets' `α`. 0 is smooth.
+        /// Roughness of [`Gloss::Ggx`], [`Gloss::Metallic`] and of transmission into a body: the
+        /// square root of the facets' `α`. 0 is smooth.
         roughness: f32 = 0.0, in SHARE;
-        /// Elongation of highlights: the roughness along the tangent, over that across it, is the
-        /// inverse root of `1 − 0.9 anisotropy` (Burley 2012, "Physically Based Shading at Disney").
+        /// Elongation of highlights. The roughness along the tangent, divided by the roughness
+        /// across it, is the inverse square root of `1 − 0.9 anisotropy` (Burley 2012, "Physically
+        /// Based Shading at Disney").
         anisotropy: f32 = 0.0, in SHARE;
-        /// Angle from ∂p/∂u to the tangent about the normal, degrees.
+        /// Angle from ∂p/∂u to the tangent around the normal, in degrees.
         anisotropy_rotation: f32 = 0.0, in Range::Any;
         /// Factor of the reflection of a layer of index 1.5 over all other lobes.
         clearcoat: f32 = 0.0, in SHARE;
-        /// Roughness of that layer.
+        /// Roughness of the clear coat.
         clearcoat_roughness: f32 = 0.0, in SHARE;
         /// Factor of the light scattered by fibres between coat and base.
         sheen: Spectrum = Spectrum::ZERO, in SHARE;
         /// `kt`: factor of the transmitted light.
         transmission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
-        /// Index of refraction behind the surface, over that before it.
+        /// Index of refraction behind the surface, relative to the front.
         ior: f32 = 1.5, in POSITIVE;
-        /// Abbe number of a body: how little the index, which is that at 587.56 nm, depends on the
-        /// wavelength. `None` without dispersion.
+        /// Abbe number of a body: a high number means that the index, given at 587.56 nm, depends
+        /// little on the wavelength. `None` without dispersion.
         abbe: Option<f32> = None, in Range::AtLeast(5.0);
-        /// Absorption coefficient inside a body that light enters here, per scene unit.
+        /// Absorption coefficient inside the body behind the surface, per scene unit.
         absorption: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
-        /// True for a thin dielectric, which light leaves straight on, instead of the boundary of
-        /// a body.
+        /// True for a thin dielectric, which transmits light without refraction, instead of the
+        /// boundary of a body.
         thin: bool = false;
-        /// Emitted radiance on the front side, W·sr⁻¹·m⁻². A texture replaces black, and multiplies
-        /// any other colour.
+        /// Emitted radiance on the front side, W·sr⁻¹·m⁻². A texture multiplies it; with a black
+        /// constant, the texture is used alone.
         emission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
         /// Opacity.
         opacity: f32 = 1.0, in SHARE;
-        /// False for a surface that rays from the camera pass, as if it were not there.
+        /// False for a surface that camera rays pass without a hit.
         camera_visible: bool = true;
-        /// False for a surface that only rays from the camera meet.
+        /// False for a surface that only camera rays hit.
         light_visible: bool = true;
-        /// What varies over the surface.
+        /// Textures that vary the material over the surface.
         maps: Maps = Maps::default();
     }
 }
 
-/// What a clear coat, of index 1.5, reflects along the normal.
+/// Reflectance of a clear coat of index 1.5 along the normal.
 const COAT_F0: f32 = 0.04;
 
-/// Holds the parts of a BSDF that belong to one vertex, for the lifetime of the vertex.
+/// Storage for the parts of a BSDF that belong to one vertex.
 #[derive(Default)]
 pub struct BsdfSlot<'v> {
-    /// The BSDF of a surface that varies.
+    /// BSDF of a material that varies.
     pub bsdf: OnceCell<Bsdf>,
-    /// A BSDF of several lobes as the viewer sees it.
+    /// View of a BSDF of several lobes for the direction to the viewer.
     pub view: OnceCell<BsdfView<'v>>,
 }
 
@@ -106,20 +110,20 @@ impl BsdfSlot<'_> {
     }
 }
 
-/// The shape of a specular reflection.
+/// Shape of a specular reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gloss {
-    /// Modified Phong lobe of this exponent.
+    /// Modified Phong lobe with this exponent.
     Phong(f32),
-    /// Blinn's microfacets of this exponent, which reflect by a Fresnel term.
+    /// Blinn's microfacets with this exponent and a Fresnel term.
     Blinn(f32, Fresnel),
-    /// GGX microfacets of the material's roughness, which reflect by a Fresnel term.
+    /// GGX microfacets with the material's roughness and a Fresnel term.
     Ggx(Fresnel),
-    /// The share of metal in a surface of the metallic-roughness model (glTF 2.0, appendix B): GGX microfacets of the
-    /// material's roughness, which metal gives the base colour and the rest the reflection of its index, over a diffuse
-    /// base where it is no metal.
+    /// Metallic-roughness model (glTF 2.0, appendix B) with this share of metal: GGX microfacets
+    /// with the material's roughness. Metal reflects with the base colour; the rest reflects by its
+    /// index, over a diffuse base.
     Metallic(f32),
-    /// A perfect mirror that reflects by a Fresnel term.
+    /// Perfect mirror with a Fresnel term.
     Mirror(Fresnel),
 }
 
@@ -150,7 +154,7 @@ encode_variants!(Gloss {
 });
 
 impl Gloss {
-    /// The Fresnel term of its facets or mirror.
+    /// Fresnel term of the facets or the mirror.
     pub fn fresnel(self) -> Fresnel {
         match self {
             Self::Blinn(_, fresnel) | Self::Ggx(fresnel) | Self::Mirror(fresnel) => fresnel,
@@ -160,8 +164,8 @@ impl Gloss {
 }
 
 impl Material {
-    /// A surface of the metallic-roughness model, whose index of refraction is 1.5 where it is no metal. `metallic` and
-    /// `roughness` lie in [0, 1].
+    /// Material of the metallic-roughness model. The index of refraction of the dielectric part is
+    /// 1.5. `metallic` and `roughness` are in [0, 1].
     pub fn metallic_roughness(base: Spectrum, metallic: f32, roughness: f32) -> Self {
         Self {
             diffuse: base,
@@ -172,7 +176,8 @@ impl Material {
         }
     }
 
-    /// Radiance of the front side, or what its texture is multiplied by: a texture without a constant is not multiplied.
+    /// Radiance of the front side, or the factor of its texture. The factor of a texture without a
+    /// constant is 1.
     pub fn emission_factor(&self) -> Spectrum {
         match self.maps.emission {
             Some(_) if self.emission.is_black() => Spectrum::ONE,
@@ -180,7 +185,8 @@ impl Material {
         }
     }
 
-    /// The most that is scattered of any channel's light. A coat and the base below it share what there is.
+    /// Maximum over the channels of the scattered share of light. With [`Gloss::Metallic`], a coat
+    /// and the base below it share the light.
     pub fn scattered(&self) -> f32 {
         let reflected = match self.gloss {
             Gloss::Metallic(_) => self.diffuse.max(self.specular),
@@ -189,7 +195,7 @@ impl Material {
         (reflected + self.transmission).max_component()
     }
 
-    /// Divides all lobes by their sum, where it is above 1.
+    /// Divides all lobes by their sum, if it is above 1.
     pub(crate) fn scale_to_one(&mut self) {
         let scattered = self.scattered();
         if scattered > 1.0 {
@@ -199,12 +205,12 @@ impl Material {
         }
     }
 
-    /// Returns true if light passes the surface, or comes from it.
+    /// Returns true if the surface transmits or emits light.
     pub fn emits_or_transmits(&self) -> bool {
         self.opacity < 1.0 || !self.transmission.is_black() || !self.emission.is_black()
     }
 
-    /// The BSDF of a surface that is the same all over.
+    /// BSDF of a uniform surface.
     pub fn bsdf(&self) -> Bsdf {
         let lobes = self.base_lobes();
         if self.clearcoat > 0.0 || !self.sheen.is_black() {
@@ -220,7 +226,7 @@ impl Material {
         }
     }
 
-    /// The lobes below sheen and coat: diffuse, glossy or mirror-like, transmitting.
+    /// Lobes below sheen and coat: diffuse, glossy or mirror-like, transmitting.
     fn base_lobes(&self) -> [Option<Lobe>; 3] {
         let present = |weight: Spectrum| !weight.is_black();
         [
@@ -230,12 +236,12 @@ impl Material {
         ]
     }
 
-    /// Whether a lobe has the material's `roughness`.
+    /// Returns true if a lobe uses the material's `roughness`.
     pub fn uses_roughness(&self) -> bool {
         self.base_lobes().iter().flatten().any(Lobe::has_roughness)
     }
 
-    /// The share that is no metal reflects diffusely.
+    /// Only the dielectric part reflects diffusely.
     fn diffuse_reflectance(&self) -> Spectrum {
         match self.gloss {
             Gloss::Metallic(metallic) => self.diffuse * (1.0 - metallic),
@@ -263,7 +269,7 @@ impl Material {
                 fresnel,
             }),
             Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
-            // Facets too smooth for their formulas are a mirror.
+            // Facets below the limit of their formulas are a mirror.
             Gloss::Ggx(fresnel) if self.alpha() < MIN_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
             Gloss::Ggx(fresnel) => Lobe::RoughConductor(RoughConductor::new(reflectance, alpha, fresnel)),
             Gloss::Metallic(metallic) if self.alpha() < MIN_ALPHA => {
@@ -305,12 +311,12 @@ impl Material {
         self.alpha() * Vec2::new(1.0 / aspect, aspect)
     }
 
-    /// Whether it matters how the surface is turned about its normal.
+    /// Returns true if the orientation of the surface around its normal matters.
     pub fn is_anisotropic(&self) -> bool {
         self.anisotropy > 0.0
     }
 
-    /// Absorption coefficient of the body behind the surface, if there is one.
+    /// Absorption coefficient of the body behind the surface; zero if there is none.
     pub fn absorption_of_body(&self) -> Spectrum {
         if self.thin || self.transmission.is_black() {
             Spectrum::ZERO
@@ -319,16 +325,17 @@ impl Material {
         }
     }
 
-    /// What a dielectric of this index reflects along the normal.
+    /// Reflectance along the normal of a dielectric with this index.
     fn f0(&self) -> f32 {
         ((self.ior - 1.0) / (self.ior + 1.0)).powi(2)
     }
 
-    /// Reflects without colour, as dielectrics do, within the energy that the mixture gives to transmission.
+    /// Lobe with a colourless reflection, as of dielectrics, within the energy of the mixture's
+    /// transmission.
     fn transmission_lobe(&self) -> Lobe {
         let (reflectance, transmittance) = (Spectrum::splat(self.transmission.max_component()), self.transmission);
         let ior = self.ior;
-        // Refraction spreads less than the facets where the index hardly changes.
+        // If the index changes little, refraction spreads light less than the facets.
         let spread = self.alpha() * (ior - 1.0).abs().min(1.0);
         if self.thin {
             Lobe::ThinDielectric(ThinDielectric {

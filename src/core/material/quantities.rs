@@ -1,24 +1,24 @@
-//! The quantities of a material by the keys that set them in scene files, each with its range.
+//! Quantities of a material, by their keys in scene files, each with its range.
 
 use super::{Gloss, Material};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::parameter::Range;
 
-/// A share.
+/// Range of a share.
 pub(super) const SHARE: Range<f32> = Range::FromTo(0.0, 1.0);
-/// Most factors.
+/// Range of most factors.
 pub(super) const NOT_NEGATIVE: Range<f32> = Range::AtLeast(0.0);
-/// Indices of refraction.
+/// Range of indices of refraction.
 pub(super) const POSITIVE: Range<f32> = Range::Above(0.0);
 
 /// A quantity of materials.
 pub struct Quantity {
     /// Key in scene files.
     pub key: &'static str,
-    /// Range of each of its numbers.
+    /// Range of each number.
     pub range: Range<f32>,
-    /// Its numbers; none if the material does not have it.
+    /// Numbers of the quantity; empty if the material does not have it.
     pub numbers: fn(&Material) -> Vec<f32>,
 }
 
@@ -29,7 +29,7 @@ impl Quantity {
     }
 }
 
-/// The range of the numbers of the key `key` of a material in a scene file.
+/// Range of the numbers of a material's key `key` in scene files.
 pub fn range_of(key: &str) -> Range<f32> {
     let mut quantities = Quantity::all();
     quantities
@@ -37,7 +37,7 @@ pub fn range_of(key: &str) -> Range<f32> {
         .map_or(Range::Any, |quantity| quantity.range)
 }
 
-/// Quantities of the model of reflection.
+/// Quantities of the reflection model.
 const OF_GLOSS: &[Quantity] = &[
     Quantity {
         key: "exponent",
@@ -82,7 +82,7 @@ const OF_GLOSS: &[Quantity] = &[
     },
 ];
 
-/// A field with numbers.
+/// A field that consists of numbers.
 pub(super) trait Numbers {
     fn numbers(&self) -> Vec<f32>;
 }
@@ -119,7 +119,7 @@ macro_rules! quantities {
         $crate::math::encode_fields!($material { $($field),+ });
 
         impl Default for $material {
-            /// A black surface.
+            /// Black surface.
             fn default() -> Self {
                 Self {
                     $($field: $default,)+

@@ -1,35 +1,40 @@
-//! Surfaces that light passes straight on: thin glass and coloured filters.
+//! Surfaces that transmit light without refraction: thin glass and coloured filters.
 //!
-//! A ray that meets such a surface either stops there or goes on as if nothing were there, by chance, as with alpha; `integrator/opacity.rs` has the walk.
-//! Light samples pass by the mean of that chance. What is scattered before and behind the surface therefore knows nothing of it: MIS, connections,
-//! photons and shared paths hold as they are.
+//! A ray that hits such a surface stops there or passes, by a random choice, as with alpha;
+//! `integrator/opacity.rs` traces these rays. Light samples are multiplied by the mean of this
+//! choice. Scattering before and behind the surface therefore does not depend on it: MIS,
+//! connections, photons and path reuse need no changes.
 //!
-//! The chance must be the same from both ends of a path, or estimators that trace from lights would differ from those that trace from the camera. Two
-//! kinds of surface have such a chance:
+//! The probability must be the same from both ends of a path. Otherwise, estimators that trace from
+//! lights would differ from estimators that trace from the camera. Two kinds of surface have such a
+//! probability:
 //!
-//! - a thin dielectric and nothing else. It stops the share `r = 2R / (1 + R)` that it reflects, which is the same for both directions of a mirror;
-//! - a filter, which is a thin dielectric of index 1 beside lobes that reflect. It stops a share that is the same for all directions.
+//! - a thin dielectric without other lobes. It stops the share `r = 2R / (1 + R)`, its reflectance,
+//!   which is the same for both directions of a mirror;
+//! - a filter, which is a thin dielectric of index 1 with additional reflecting lobes. It stops the
+//!   same share for all directions.
 //!
-//! A thin dielectric of another index that also has diffuse or glossy lobes, a coat or a texture has no such chance. Rays are scattered by it, and
-//! shadow rays stop there.
+//! A thin dielectric of another index that also has diffuse or glossy lobes, a coat or a texture
+//! has no such probability. It scatters rays, and shadow rays stop there.
 
 use super::Material;
 use crate::bsdf::{Bsdf, Fresnel, Lobe, Mirror, ThinDielectric};
 use crate::color::Spectrum;
 
-/// How light passes a surface straight on.
+/// Transmission of a surface without refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinSurface {
-    /// Factor of the light that passes.
+    /// Factor of the transmitted light.
     pub tint: Spectrum,
-    /// Probability with which a ray passes that is not reflected by the index of refraction; below 1 where other lobes take the rest.
+    /// Probability of passing for rays that the interfaces do not reflect; below 1 if there are
+    /// other lobes.
     share: f32,
     ior: f32,
 }
 
 impl ThinSurface {
-    /// Probability with which a ray passes whose direction has this cosine with the shading normal. Light that passes has this times `tint` of
-    /// what it had.
+    /// Probability of passing for a ray with this cosine to the shading normal. Light that passes
+    /// is multiplied by this probability and by `tint`.
     pub fn pass_probability(&self, cos: f32) -> f32 {
         if self.ior == 1.0 {
             self.share
@@ -38,18 +43,20 @@ impl ThinSurface {
         }
     }
 
-    /// Probability with which a filter stops a ray; the same for all directions. 1 where nothing but a mirror stops rays.
+    /// Probability that a filter stops a ray, the same for all directions; 1 if only a mirror stops
+    /// rays.
     pub fn scattered_share(&self) -> f32 {
         if self.share < 1.0 { 1.0 - self.share } else { 1.0 }
     }
 }
 
 impl Material {
-    /// How light passes the surface straight on; `None` where it does not, or where that varies over the surface.
+    /// Transmission of the surface without refraction. `None` if there is none, or if it varies
+    /// over the surface.
     pub fn thin_surface(&self) -> Option<ThinSurface> {
         let varies = self.maps.varies_bsdf() || self.maps.has_bumps();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
-        // Light is sampled on all of a lamp, as if rays always met it.
+        // All of a lamp is sampled, which assumes that rays always hit it.
         let emits = !self.emission_factor().is_black();
         if !self.thin || self.transmission.is_black() || varies || has_layers || emits {
             return None;
@@ -71,7 +78,7 @@ impl Material {
         })
     }
 
-    /// The BSDF for rays that have not passed, if the material has a [`ThinSurface`].
+    /// BSDF for rays that do not pass, if the material has a [`ThinSurface`].
     pub fn stopped_bsdf(&self) -> Option<Bsdf> {
         let surface = self.thin_surface()?;
         if surface.share == 1.0 {
@@ -85,7 +92,7 @@ impl Material {
         Some(rest.bsdf())
     }
 
-    /// The material without what passes.
+    /// The material without its transmission.
     fn opaque_part(&self) -> Self {
         Self {
             name: String::new(),
@@ -110,7 +117,7 @@ mod tests {
         }
     }
 
-    /// A ray that passes and one that is stopped and reflected are the two directions of the lobe, with their shares.
+    /// Passing and reflection have the directions and shares of the lobe.
     #[test]
     fn chance_and_mirror_are_the_thin_dielectric() {
         let glass = thin(Spectrum::rgb(0.9, 0.8, 0.5), 1.5);

@@ -5,12 +5,13 @@ use super::{Bounds3, Frame, Vec2, Vec3, float::gamma};
 pub struct Ball {
     /// Centre.
     pub center: Vec3,
-    /// Radius, scene units.
+    /// Radius in scene units.
     pub radius: f32,
 }
 
 impl Ball {
-    /// Around a box, by more than what rounds when points of its surface are computed; one of radius 1 where the box has no extent.
+    /// Ball around a box, larger by the rounding error of points on its surface. The radius is 1 if
+    /// the box has no extent.
     pub fn around(bounds: Bounds3) -> Self {
         let (center, radius) = (bounds.center(), bounds.radius());
         let rounding = gamma(16) * (center.length() + radius);
@@ -20,14 +21,15 @@ impl Ball {
         }
     }
 
-    /// The point at `disk`, in the unit disk, of the disk of the ball's radius that touches it where light of the unit direction `w` comes from: such
-    /// light has passed the disk if it meets the ball.
+    /// Point on a disk of the ball's radius that touches the ball and faces light travelling in the
+    /// unit direction `w`. `disk` is the point in the unit disk. Light in this direction that hits
+    /// the ball has passed the disk.
     pub fn before(&self, w: Vec3, disk: Vec2) -> Vec3 {
         let across = Frame::from_z(w).to_world(Vec3::new(disk.x, disk.y, 0.0));
         self.center + self.radius * (across - w)
     }
 
-    /// Area of that disk.
+    /// Area of the disk of [`Ball::before`].
     pub fn disk_area(&self) -> f32 {
         std::f32::consts::PI * self.radius * self.radius
     }
@@ -37,7 +39,8 @@ impl Ball {
 mod tests {
     use super::*;
 
-    /// Every corner of a box, wherever it is, lies behind the disk for light of any direction, and within reach of it.
+    /// For light from any direction, every corner of a box lies behind the disk and within its
+    /// radius.
     #[test]
     fn boxes_lie_behind_the_disk() {
         for (place, size) in [(0.0, 1.0), (1e4, 1.0), (-3e6, 2.0), (1e-9, 1e-12), (9e17, 1e17)] {

@@ -10,24 +10,24 @@ pub struct Bounds3 {
 }
 
 impl Bounds3 {
-    /// The box that holds nothing; the identity of [`Bounds3::extend`].
+    /// Empty box; the identity of [`Bounds3::extend`].
     pub const EMPTY: Self = Self {
         min: Vec3::INFINITY,
         max: Vec3::NEG_INFINITY,
     };
 
-    /// Grows the box so that it holds `p`.
+    /// Grows the box to include `p`.
     pub fn extend(&mut self, p: Vec3) {
         self.min = self.min.min(p);
         self.max = self.max.max(p);
     }
 
-    /// Whether no point was ever added.
+    /// Returns true if the box contains no point.
     pub fn is_empty(&self) -> bool {
         self.min.cmpgt(self.max).any()
     }
 
-    /// Centre of the box; the origin for an empty one.
+    /// Centre of the box; the origin for an empty box.
     pub fn center(&self) -> Vec3 {
         if self.is_empty() {
             Vec3::ZERO
@@ -37,7 +37,7 @@ impl Bounds3 {
         }
     }
 
-    /// Corners; bit `axis` of their index says on which side they are.
+    /// Corners; bit `axis` of the index selects the lower (0) or upper (1) side.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             let [x, y, z] = [0, 1, 2].map(|axis| {
@@ -51,7 +51,7 @@ impl Bounds3 {
         })
     }
 
-    /// Radius of the sphere around [`Bounds3::center`] that holds the box; 0 for an empty one.
+    /// Radius of the sphere around [`Bounds3::center`] that contains the box; 0 for an empty box.
     pub fn radius(&self) -> f32 {
         if self.is_empty() {
             0.0

@@ -1,14 +1,15 @@
-//! Values as bytes that are the same on every machine: what hashes are taken of.
+//! Machine-independent bytes of values, as input for hashes.
 
 use super::{Affine3A, DVec3, Quat, UVec2, Vec2, Vec3};
 use std::ops::Range;
 
-/// A value that hashes cover.
+/// A value that hashes include.
 ///
-/// Values that differ in anything that a render depends on have different bytes, also where several follow each other: what has a varying
-/// length begins with it, and what has variants with a number for the variant. Floats are encoded by their bits, so that NaN is equal to NaN.
+/// Values that differ in anything that affects a render have different bytes, even in a sequence of
+/// values: values of variable length begin with their length, and enums with the number of the
+/// variant. Floats are encoded by their bits, so that NaN is equal to NaN.
 pub trait Encode {
-    /// Gives the value's bytes to `sink`, part by part.
+    /// Passes the value's bytes to `sink`, part by part.
     fn encode(&self, sink: &mut dyn FnMut(&[u8]));
 
     /// All bytes of a small value.
@@ -19,7 +20,8 @@ pub trait Encode {
     }
 }
 
-/// Implements [`Encode`] for a struct by its fields, one after the other. All fields must be listed: a new one that is forgotten does not compile.
+/// Implements [`Encode`] for a struct by encoding its fields in order. All fields must be listed: a
+/// missing field does not compile.
 #[macro_export]
 macro_rules! encode_fields {
     ($type:ident { $($field:ident),+ $(,)? }) => {
@@ -33,7 +35,8 @@ macro_rules! encode_fields {
 }
 pub use encode_fields;
 
-/// Implements [`Encode`] for an enum by a number for each variant and the variant's fields. All of both must be listed.
+/// Implements [`Encode`] for an enum by a number for each variant, followed by the variant's
+/// fields. All variants and fields must be listed.
 macro_rules! encode_variants {
     ($type:ident { $($tag:literal => $variant:ident $(($($item:ident),+))? $({ $($field:ident),+ })?),+ $(,)? }) => {
         impl $crate::math::Encode for $type {

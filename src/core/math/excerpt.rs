@@ -1,13 +1,13 @@
-//! Text of input files as errors quote it.
+//! Quotes from input files in error messages.
 
 use std::borrow::Cow;
 
-/// Maximum number of characters that an error quotes of a file.
+/// Maximum number of characters in a quote of text.
 const MAX_CHARS: usize = 40;
 
-/// Text of an input file as an error may quote it: 40 characters at most, without control characters.
+/// Quote of text from an input file: at most 40 characters, without control characters.
 ///
-/// A scene may name any file that the user can read. Errors then must not print the file.
+/// A scene may name any file that the user can read, so errors must not print the whole file.
 pub fn excerpt(text: &str) -> Cow<'_, str> {
     let end = text.char_indices().nth(MAX_CHARS);
     if end.is_none() && !text.contains(char::is_control) {
@@ -20,13 +20,12 @@ pub fn excerpt(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// Maximum number of characters that an error quotes of a name, and how many of them come from its
-/// end.
+/// Maximum number of characters in a quote of a name, and the number of characters from its end.
 const MAX_NAME_CHARS: usize = 120;
 const NAME_END: usize = 50;
 
-/// A name in an input file, of a material or of a part, as an error may quote it: a longer one than
-/// 120 characters lacks its middle, since long names often differ at their ends alone.
+/// Quote of a name from an input file, of a material or a part. Above 120 characters, the middle is
+/// left out, because long names often differ only at their ends.
 pub fn excerpt_of_name(text: &str) -> Cow<'_, str> {
     let count = text.chars().count();
     if count <= MAX_NAME_CHARS && !text.contains(char::is_control) {
@@ -40,10 +39,10 @@ pub fn excerpt_of_name(text: &str) -> Cow<'_, str> {
     Cow::Owned(start.chain(['…']).chain(end).collect())
 }
 
-/// Maximum number of characters that an error quotes of a file name in a file.
+/// Maximum number of characters in a quote of a file name.
 const MAX_PATH_CHARS: usize = 120;
 
-/// A file name in an input file as an error may quote it: its last 120 characters at most.
+/// Quote of a file name from an input file: at most its last 120 characters.
 pub fn excerpt_of_path(text: &str) -> Cow<'_, str> {
     let count = text.chars().count();
     if count <= MAX_PATH_CHARS && !text.contains(char::is_control) {

@@ -1,12 +1,12 @@
 //! Limits of `f32`, and bounds on rounding errors (Higham 2002, ch. 3; in rendering: PBR4 §6.8).
 
-/// Largest relative error of one correctly rounded `f32` operation, 2⁻²⁴.
+/// Maximum relative error of one correctly rounded `f32` operation, 2⁻²⁴.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
-/// The largest `f32` below 1, 1 − 2⁻²⁴: what random numbers in [0, 1) may round to.
+/// Largest `f32` below 1, 1 − 2⁻²⁴: the maximum of random numbers in [0, 1).
 pub const ALMOST_ONE: f32 = 1.0 - UNIT_ROUNDOFF;
 
-/// `γₙ = n u / (1 − n u)`: bounds the relative error of `n` chained roundings.
+/// `γₙ = n u / (1 − n u)`: bound on the relative error of `n` chained roundings.
 pub const fn gamma(n: u32) -> f32 {
     let nu = n as f32 * UNIT_ROUNDOFF;
     nu / (1.0 - nu)

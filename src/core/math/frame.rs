@@ -9,7 +9,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Frame around the unit vector `z` (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+    /// Frame around the unit vector `z` (Duff et al. 2017, "Building an Orthonormal Basis,
+    /// Revisited").
     pub fn from_z(z: Vec3) -> Self {
         let sign = 1f32.copysign(z.z);
         let a = -1.0 / (sign + z.z);
@@ -21,8 +22,8 @@ impl Frame {
         }
     }
 
-    /// Frame around the unit vector `z` whose local +x is as near to `x` as can be, turned by `angle` radians about `z`; `None` where `x` is along
-    /// `z`.
+    /// Frame around the unit vector `z` whose local +x is as near to `x` as possible, then rotated
+    /// by `angle` radians around `z`. `None` if `x` is parallel to `z`.
     pub fn from_zx(z: Vec3, x: Vec3, angle: f32) -> Option<Self> {
         let x = (x - z * x.dot(z)).try_normalize()?;
         let y = z.cross(x);
@@ -94,10 +95,10 @@ mod tests {
         let z = Vec3::new(0.3, -0.2, 0.9).normalize();
         let along = Vec3::new(1.0, 2.0, -0.5);
         let f = Frame::from_zx(z, along, 0.0).unwrap();
-        // All of the tangent lies along x and z.
+        // The tangent lies entirely in the plane of x and z.
         assert!(f.to_local(along).y.abs() < 1e-6 && f.to_local(along).x > 0.0);
         assert!(f.x.cross(f.y).distance(z) < 1e-6 && f.x.is_normalized());
-        // A quarter of a turn takes x to y.
+        // A quarter turn maps x to y.
         let turned = Frame::from_zx(z, along, std::f32::consts::FRAC_PI_2).unwrap();
         assert!(turned.x.distance(f.y) < 1e-6 && turned.y.distance(-f.x) < 1e-6);
         assert!(Frame::from_zx(Vec3::Z, Vec3::NEG_Z, 1.0).is_none());

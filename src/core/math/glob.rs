@@ -1,6 +1,8 @@
-//! Patterns of names of materials and parts. The crate `glob` reads `[` as the start of a class, but names of materials contain brackets.
+//! Patterns for names of materials and parts. The crate `glob` reads `[` as the start of a class,
+//! but names of materials contain brackets.
 
-/// A pattern of names: `*` stands for any characters, `?` for one, and `\` takes the character after it as it is.
+/// A pattern for names: `*` matches any characters, `?` one character, and `\` escapes the next
+/// character.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Glob(Vec<Part>);
 
@@ -12,7 +14,7 @@ enum Part {
 }
 
 impl Glob {
-    /// Reads a pattern. A `\` at the end stands for itself.
+    /// Parses a pattern. A `\` at the end is literal.
     pub fn new(pattern: &str) -> Self {
         let mut parts = Vec::new();
         let mut chars = pattern.chars();
@@ -27,16 +29,17 @@ impl Glob {
         Self(parts)
     }
 
-    /// The pattern that matches `name` alone.
+    /// Pattern that matches only `name`.
     pub fn exact(name: &str) -> Self {
         Self(name.chars().map(Part::Char).collect())
     }
 
-    /// Whether the whole of `name` matches.
+    /// Returns true if all of `name` matches.
     pub fn matches(&self, name: &str) -> bool {
         let name: Vec<char> = name.chars().collect();
         let (mut part, mut at) = (0, 0);
-        // The last `*`, and how far in the name it reaches: where the rest does not match, it takes one character more.
+        // Last `*`, and the end of its match. If the rest does not match, this match grows by one
+        // character.
         let mut star: Option<(usize, usize)> = None;
         while at < name.len() {
             match self.0.get(part) {
@@ -58,12 +61,12 @@ impl Glob {
         self.0[part..].iter().all(|part| *part == Part::Any)
     }
 
-    /// Whether the pattern matches one name alone, which is [`Glob::literal`].
+    /// Returns true if the pattern has no wildcards. It then matches only [`Glob::literal`].
     pub fn is_exact(&self) -> bool {
         self.0.iter().all(|part| matches!(part, Part::Char(_)))
     }
 
-    /// The pattern without its wildcards: what is looked for among names that it does not match.
+    /// The pattern without its wildcards, to search for similar names.
     pub fn literal(&self) -> String {
         let chars = self.0.iter().filter_map(|part| match part {
             Part::Char(c) => Some(*c),
@@ -72,8 +75,8 @@ impl Glob {
         chars.collect()
     }
 
-    /// The pattern as text; the `copy`-th spelling of it, where several entries of a table are to match the same names: characters that mean themselves may
-    /// have a `\` before them.
+    /// Pattern as text. `copy` selects one of several equivalent spellings, for tables with several
+    /// entries of the same names: literal characters may be escaped by `\`.
     pub fn text(&self, copy: usize) -> String {
         let mut left = copy;
         let mut text = String::new();
@@ -93,7 +96,7 @@ impl Glob {
                 }
             }
         }
-        // Of a pattern of wildcards alone: a run of `*` matches as one does.
+        // If the pattern has only wildcards, repeat `*`, which matches the same names.
         if left > 0 {
             text.push_str(&"*".repeat(if self.0.contains(&Part::Any) { left } else { 0 }));
         }
@@ -123,7 +126,8 @@ mod tests {
             assert!(!no.iter().any(|name| glob.matches(name)), "{pattern}");
         }
         assert!(Glob::exact("a*").matches("a*") && !Glob::exact("a*").matches("ab"));
-        // Long names take no more than their length times that of the pattern.
+        // The time for a long name is at most proportional to its length times the pattern's
+        // length.
         assert!(!Glob::new(&"*a".repeat(100)).matches(&"b".repeat(10_000)));
     }
 

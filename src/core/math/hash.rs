@@ -1,6 +1,6 @@
 //! SplitMix64 (Steele, Lea and Flood 2014), whose output function is a hash.
 
-/// SplitMix64's increment: 2⁶⁴ over the golden ratio, made odd.
+/// SplitMix64's increment: 2⁶⁴ divided by the golden ratio, made odd.
 pub const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// SplitMix64's output function: a bijection on 64 bits (variant 13 of Stafford's search).
@@ -10,12 +10,12 @@ pub fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The top 24 bits as a multiple of 2⁻²⁴ in [0, 1): every such value is exact in f32.
+/// Top 24 bits as a multiple of 2⁻²⁴ in [0, 1): all these values are exact in f32.
 pub fn unit_f32(bits: u64) -> f32 {
     (bits >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
 }
 
-/// The top 53 bits as a multiple of 2⁻⁵³ in [0, 1): every such value is exact in f64.
+/// Top 53 bits as a multiple of 2⁻⁵³ in [0, 1): all these values are exact in f64.
 pub fn unit_f64(bits: u64) -> f64 {
     (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }

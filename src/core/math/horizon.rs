@@ -2,9 +2,10 @@ use super::{DVec3, Quat, Vec3};
 
 /// Directions by azimuth and elevation above a horizontal plane.
 ///
-/// With +y up, azimuth 0 is +z, where a camera without rotation stands, and azimuths grow towards +x: counter-clockwise seen from above. Another up axis
-/// turns all of it the shortest way from +y, which keeps what lies across both axes: with +z up, azimuth 0 is −y, and +x stays at 90°. With −y up it turns
-/// about +x.
+/// With +y up, azimuth 0 is +z, the position of a camera without rotation, and azimuths grow
+/// towards +x: counter-clockwise seen from above. For another up axis, the frame is rotated from +y
+/// by the smallest rotation, which keeps directions perpendicular to both axes: with +z up, azimuth
+/// 0 is −y, and +x stays at 90°. With −y up, the rotation is around +x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
     up: Vec3,
@@ -12,9 +13,9 @@ pub struct Horizon {
 }
 
 impl Horizon {
-    /// Above the plane whose normal is the unit vector `up`.
+    /// Horizon of the plane with the unit normal `up`.
     pub fn new(up: Vec3) -> Self {
-        // The half-way vector of +y and `up` gives the shortest rotation; its length vanishes for −y.
+        // The half vector of +y and `up` gives the smallest rotation; its length vanishes for −y.
         let half = DVec3::Y + up.as_dvec3().normalize();
         let rotation = if half.length_squared() > 1e-10 {
             let half = half.normalize();
@@ -26,13 +27,13 @@ impl Horizon {
         Self { up, rotation }
     }
 
-    /// The unit vector that points up.
+    /// Unit vector that points up.
     pub fn up(&self) -> Vec3 {
         self.up
     }
 
-    /// Up in the image of a camera that is seen along `back`, a unit vector: [`Horizon::up`]; where the camera looks straight up or down, azimuth 0 is
-    /// at the bottom.
+    /// Up direction in the image of a camera with the unit vector `back` towards its back:
+    /// [`Horizon::up`]. If the camera points straight up or down, azimuth 0 is at the bottom.
     pub fn image_up(&self, back: Vec3) -> Vec3 {
         let height = back.dot(self.up);
         if height.abs() > 0.999 {
@@ -42,22 +43,22 @@ impl Horizon {
         }
     }
 
-    /// Coordinates of the point `p` along azimuth 90°, up and azimuth 0.
+    /// Coordinates of the point `p`: along azimuth 90°, up, and along azimuth 0.
     pub fn coordinates(&self, p: Vec3) -> Vec3 {
         self.rotation.inverse() * p
     }
 
-    /// The point of these [`Horizon::coordinates`].
+    /// Point with these [`Horizon::coordinates`].
     pub fn point(&self, coordinates: Vec3) -> Vec3 {
         self.rotation * coordinates
     }
 
-    /// Rotation from the frame in which +y is up to the world.
+    /// Rotation from the frame with +y up to the world.
     pub fn rotation(&self) -> Quat {
         self.rotation
     }
 
-    /// The unit vector at `azimuth` and `elevation`, degrees.
+    /// Unit vector at `azimuth` and `elevation`, in degrees.
     pub fn direction(&self, azimuth: f32, elevation: f32) -> Vec3 {
         let (sin_azimuth, cos_azimuth) = f64::from(azimuth).to_radians().sin_cos();
         let (sin, cos) = f64::from(elevation).to_radians().sin_cos();
@@ -65,7 +66,8 @@ impl Horizon {
         (self.rotation * Vec3::from(w)).normalize()
     }
 
-    /// Azimuth of a direction of any length, degrees from −180 to 180; `None` where it is vertical or no direction.
+    /// Azimuth of a direction of any length, in degrees from −180 to 180; `None` if it is vertical
+    /// or zero.
     pub fn azimuth(&self, direction: Vec3) -> Option<f32> {
         let w = self.rotation.inverse() * direction.try_normalize()?;
         (w.x.hypot(w.z) > 1e-4).then(|| w.x.atan2(w.z).to_degrees())
@@ -95,7 +97,7 @@ mod tests {
         at(Vec3::NEG_Y, 0.0, 0.0, Vec3::NEG_Z);
         at(Vec3::NEG_Y, 90.0, 0.0, Vec3::X);
         at(Vec3::NEG_Y, 0.0, 90.0, Vec3::NEG_Y);
-        // Near the exception too
+        // Close to the exception
         let up = Vec3::new(1e-3, -1.0, 0.0).normalize();
         at(up, 0.0, 90.0, up);
     }

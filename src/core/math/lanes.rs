@@ -1,6 +1,6 @@
-//! Sixteen numbers or vectors at once: arrays over which the compiler makes loops of vector instructions.
+//! Sixteen numbers or vectors at once, as arrays whose loops the compiler vectorises.
 
-// One index for all arrays of a loop, which is what the compiler makes vector instructions of
+// One index for all arrays of a loop, which the compiler needs to vectorise it
 #![allow(clippy::needless_range_loop)]
 
 use super::Vec3;
@@ -28,7 +28,7 @@ impl Vec3Lanes {
         z: [0.0; LANES],
     };
 
-    /// One vector in all lanes.
+    /// Vector `v` in all lanes.
     #[inline(always)]
     pub fn splat(v: Vec3) -> Self {
         Self {
@@ -38,7 +38,7 @@ impl Vec3Lanes {
         }
     }
 
-    /// The vector in a lane below [`LANES`].
+    /// Vector of a lane below [`LANES`].
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Vec3 {
         Vec3::new(self.x[lane], self.y[lane], self.z[lane])
@@ -52,7 +52,7 @@ impl Vec3Lanes {
         self.z[lane] = v.z;
     }
 
-    /// Dot products, lane by lane, rounded as those of single vectors.
+    /// Dot products by lane, with the same rounding as single vectors.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> Lane {
         let mut dot = [0.0; LANES];
@@ -62,7 +62,7 @@ impl Vec3Lanes {
         dot
     }
 
-    /// The vectors from `self` to the point `p`.
+    /// Vectors from `self` to the point `p`.
     #[inline(always)]
     pub fn to(&self, p: Vec3) -> Self {
         let mut d = *self;
@@ -74,7 +74,7 @@ impl Vec3Lanes {
         d
     }
 
-    /// The opposite vectors.
+    /// Opposite vectors.
     #[inline(always)]
     pub fn reversed(mut self) -> Self {
         self.scale(&[-1.0; LANES]);
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use crate::math::Frame;
 
-    /// Each lane has the bits that a vector by itself would have.
+    /// Lanes and single vectors have the same bits.
     #[test]
     fn lanes_are_rounded_as_vectors() {
         let number = |k: usize| (k as f32 * 0.618_034).fract() * 2.0 - 1.0;

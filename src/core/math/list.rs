@@ -1,22 +1,23 @@
-/// Numbers as people write them, between brackets: `[1, 0.5, NaN]`.
+/// Numbers in brackets, in their shortest form: `[1, 0.5, NaN]`.
 pub fn list(values: &[f32]) -> String {
     let values: Vec<String> = values.iter().map(f32::to_string).collect();
     format!("[{}]", values.join(", "))
 }
 
-/// A number as people write it: six significant digits, without zeros at the end. The `f32` nearest to 0.04 is `0.04`, and 1 is `1`.
+/// Number with six significant digits, without trailing zeros. The `f32` nearest to 0.04 is `0.04`,
+/// and 1 is `1`.
 pub fn rounded(value: f64) -> String {
     significant(value, 6)
 }
 
-/// A number with at most so many significant digits, without an exponent and without zeros at its end.
+/// Number with at most `digits` significant digits, without an exponent and without trailing zeros.
 pub fn significant(value: f64, digits: usize) -> String {
     let after_first = digits.saturating_sub(1);
     let decimal = format!("{value:.after_first$e}");
     decimal.parse().unwrap_or(value).to_string()
 }
 
-/// [`list`] of numbers as [`rounded`] writes them.
+/// [`list`] of numbers formatted by [`rounded`].
 pub fn rounded_list(values: &[f32]) -> String {
     let values: Vec<String> = values.iter().map(|value| rounded((*value).into())).collect();
     format!("[{}]", values.join(", "))

@@ -1,11 +1,12 @@
 use super::Vec3;
 
-/// A ray segment: the points `origin + t · direction` with `t` in the open interval `(t_min, t_max)`.
+/// A ray segment: the points `origin + t · direction` with `t` in the open interval `(t_min,
+/// t_max)`.
 ///
-/// `direction` need not be a unit vector; `t` counts in its lengths.
+/// `direction` need not be a unit vector; `t` is in lengths of `direction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where the ray starts, in world space.
+    /// Start of the ray in world space.
     pub origin: Vec3,
     /// Direction, in world space.
     pub direction: Vec3,
@@ -13,14 +14,14 @@ pub struct Ray {
     pub t_min: f32,
     /// Upper end of the open interval of `t`, possibly infinite.
     pub t_max: f32,
-    /// Time, from 0 to 1, at which the ray meets moving objects.
+    /// Time, from 0 to 1, which sets the positions of moving objects.
     pub time: f32,
-    /// The body that the ray starts in, where light is absorbed: a number by which the scene knows it, 0 outside.
+    /// Number in the scene of the absorbing body in which the ray starts; 0 outside.
     pub body: u32,
 }
 
 impl Ray {
-    /// The unbounded ray from `origin` along `direction`, at time 0.
+    /// Unbounded ray from `origin` along `direction`, at time 0.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self {
             origin,
@@ -38,24 +39,25 @@ impl Ray {
         Self { time, ..self }
     }
 
-    /// The ray from within a body.
+    /// The ray from inside a body.
     #[inline(always)]
     pub fn within(self, body: u32) -> Self {
         Self { body, ..self }
     }
 
-    /// The point at `t`.
+    /// Point at `t`.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction
     }
 
-    /// The bits of origin, direction, `t_min`, `t_max` and time: a ray that is written down must come back as it was. What it meets depends on nothing else.
+    /// Bits of origin, direction, `t_min`, `t_max` and time, to store a ray exactly. Its hits
+    /// depend on nothing else.
     pub fn bits(&self) -> [u32; 9] {
         let ([a, b, c], [d, e, f]) = (self.origin.to_array(), self.direction.to_array());
         [a, b, c, d, e, f, self.t_min, self.t_max, self.time].map(f32::to_bits)
     }
 
-    /// The ray whose [`Ray::bits`] these are.
+    /// Ray with these [`Ray::bits`].
     pub fn from_bits(bits: [u32; 9]) -> Self {
         let [a, b, c, d, e, f, t_min, t_max, time] = bits.map(f32::from_bits);
         Self {

@@ -1,7 +1,7 @@
 //! Sine, cosine and arc tangent of `f32` by Taylor series over short intervals.
 //!
-//! The series are bit-identical on all machines; the last bits of the system's mathematical library are not. The series also avoid branches, which the processor
-//! cannot predict for random angles.
+//! The series are bit-identical on all machines; the last bits of the system's mathematical library
+//! are not. The series also avoid branches, which the processor cannot predict for random angles.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_8, PI};
 
@@ -14,16 +14,17 @@ pub fn sin_cos_eighth_turn(x: f32) -> (f32, f32) {
     (sin, cos)
 }
 
-/// Sine and cosine of the angle that is `turns` full turns, at most 10⁶; errors are below 1.5e-7.
+/// Sine and cosine of an angle of `turns` full turns, at most 10⁶. The error is below 1.5e-7.
 #[inline(always)]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
-    /// A number to which only whole ones can be added.
+    /// Large enough that sums with it are whole numbers.
     const WHOLE: f32 = 12_582_912.0;
-    // The nearest quarter, in the lowest bits, and the rest of the angle, which is exact as a share of a quarter
+    // The nearest quarter turn, in the lowest bits, and the rest of the angle, which is exact as a
+    // fraction of a quarter turn
     let quarters = 4.0 * turns;
     let shifted = quarters + WHOLE;
     let (sin, cos) = sin_cos_eighth_turn(FRAC_PI_2 * (quarters - (shifted - WHOLE)));
-    // A quarter of a turn maps (cos, sin) to (−sin, cos).
+    // A quarter turn maps (cos, sin) to (−sin, cos).
     let quarter = shifted.to_bits();
     let (sin, cos) = (sin.to_bits(), cos.to_bits());
     let swapped = (sin ^ cos) & (quarter & 1).wrapping_neg();
@@ -32,22 +33,22 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     (f32::from_bits(sin), f32::from_bits(cos))
 }
 
-/// Angle of the point `(x, y)` from the x axis, in [−π, π], as `f32::atan2` gives it for finite numbers; errors are below 4e-7, and below 2e-7 of angles under π/8.
-/// The angle of the origin is 0.
+/// Angle of the point `(x, y)` from the x axis, in [−π, π], as in `f32::atan2` for finite numbers.
+/// The error is below 4e-7, and below 2e-7 for angles under π/8. The angle of the origin is 0.
 #[inline(always)]
 pub fn atan2(y: f32, x: f32) -> f32 {
     /// Tangents of π/16, π/8 and 3π/16.
     const TAN: [f32; 3] = [0.198_912_37, 0.414_213_57, 0.668_178_6];
     let (across, along) = (y.abs(), x.abs());
     let (less, more) = (across.min(along), across.max(along));
-    // Turned back by the nearest eighth of π, the angle is at most π/16.
+    // Rotated back by the nearest eighth of π, the angle is at most π/16.
     let eighths = usize::from(less > TAN[0] * more) + usize::from(less > TAN[2] * more);
     let tan = [0.0, TAN[1], 1.0][eighths];
     let t = (less - tan * more) / (more + tan * less).max(f32::MIN_POSITIVE);
     let t2 = t * t;
     let series = 1.0 + t2 * (-1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (-1.0 / 7.0 + t2 * (1.0 / 9.0))));
     let angle = t * series + FRAC_PI_8 * eighths as f32;
-    // Mirror the angle if it is past an eighth of a turn, then if it is past a quarter.
+    // Mirror the angle if it is past an eighth of a turn, then if it is past a quarter turn.
     let mirrored = |angle: f32, is_past: bool, whole: f32| {
         let sign = u32::from(is_past) << 31;
         [0.0, whole][usize::from(is_past)] + f32::from_bits(angle.to_bits() ^ sign)

@@ -1,17 +1,18 @@
-//! Colours that stand for numbers, as 8-bit sRGB.
+//! Colour maps for numbers, in 8-bit sRGB.
 
-/// The colour map `magma` of Nathaniel Smith and Stéfan van der Walt (2015, matplotlib, CC0), every eighth entry of it: even steps of
-/// lightness from black over purple and orange to a pale yellow.
+/// The colour map `magma` of Nathaniel Smith and Stéfan van der Walt (2015, matplotlib, CC0), every
+/// eighth entry: even steps of lightness from black over purple and orange to pale yellow.
 const MAGMA: [u32; 33] = [
     0x000004, 0x030311, 0x0a0822, 0x130d33, 0x1d1146, 0x28115a, 0x36106a, 0x430f76, 0x50127c, 0x5d177f, 0x691c81,
     0x762181, 0x822681, 0x8f2a81, 0x9c2e7f, 0xa9327d, 0xb63779, 0xc33b75, 0xcf4170, 0xdb486a, 0xe65163, 0xee5c5e,
     0xf5695c, 0xf9785d, 0xfb8761, 0xfd9668, 0xfea571, 0xfeb47b, 0xfec387, 0xfed194, 0xfde0a2, 0xfceeb0, 0xfcfdbf,
 ];
 
-/// Ends and middle of the map of Moreland 2009, "Diverging Color Maps for Scientific Visualization".
+/// Ends and middle of the map of Moreland 2009, "Diverging Color Maps for Scientific
+/// Visualization".
 const COOL_TO_WARM: [u32; 3] = [0x3b4cc0, 0xdddddd, 0xb40426];
 
-/// Magma's colour for `share`, 0 to 1.
+/// Colour of magma at `share`, 0 to 1.
 pub fn magma(share: f32) -> [u8; 3] {
     between(&MAGMA, share)
 }
@@ -21,7 +22,7 @@ pub fn diverging(value: f32) -> [u8; 3] {
     between(&COOL_TO_WARM, 0.5 + 0.5 * value)
 }
 
-/// The colour at `share` of the way along `colors`; NaN is at its start.
+/// Colour at the fraction `share` of `colors`; NaN gives the first colour.
 fn between(colors: &[u32], share: f32) -> [u8; 3] {
     let place = f32::max(share, 0.0).min(1.0) * colors.len().saturating_sub(1) as f32;
     let (first, rest) = (place as usize, place.fract());

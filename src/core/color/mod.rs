@@ -1,4 +1,4 @@
-//! Colour along paths, and its edge towards displays.
+//! Colour along paths, and its conversion for displays.
 
 pub mod false_color;
 mod spectrum;

@@ -7,9 +7,9 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 pub struct Spectrum(Vec3A);
 
 impl Spectrum {
-    /// No light.
+    /// Black.
     pub const ZERO: Self = Self(Vec3A::ZERO);
-    /// One in every channel.
+    /// White: 1 in every channel.
     pub const ONE: Self = Self(Vec3A::ONE);
 
     /// Spectrum of linear Rec.709 red, green and blue.
@@ -17,7 +17,7 @@ impl Spectrum {
         Self(Vec3A::new(r, g, b))
     }
 
-    /// One value in all channels.
+    /// Spectrum with `value` in all channels.
     pub const fn splat(value: f32) -> Self {
         Self(Vec3A::splat(value))
     }
@@ -27,12 +27,12 @@ impl Spectrum {
         self.0.to_array()
     }
 
-    /// The larger of both, channel by channel.
+    /// Maximum of both, by channel.
     pub fn max(self, other: Self) -> Self {
         Self(self.0.max(other.0))
     }
 
-    /// The largest channel.
+    /// Maximum over the channels.
     pub fn max_component(self) -> f32 {
         self.0.max_element()
     }
@@ -47,12 +47,12 @@ impl Spectrum {
         self.0.dot(Vec3A::new(0.2126, 0.7152, 0.0722))
     }
 
-    /// Whether every channel is exactly zero.
+    /// Returns true if every channel is exactly zero.
     pub fn is_black(self) -> bool {
         self.0 == Vec3A::ZERO
     }
 
-    /// Whether no channel is NaN, infinite or negative.
+    /// Returns true if no channel is NaN, infinite or negative.
     pub fn is_valid(self) -> bool {
         self.0.is_finite() && self.0.min_element() >= 0.0
     }

@@ -1,4 +1,4 @@
-//! The sRGB transfer curve (IEC 61966-2-1): the edge between linear light and 8-bit display values.
+//! The sRGB transfer curve (IEC 61966-2-1) between linear light and 8-bit display values.
 
 /// Linear [0, 1] to sRGB-encoded [0, 1]; values outside are clamped, NaN becomes 0.
 pub fn encode(linear: f32) -> f32 {
@@ -39,7 +39,7 @@ mod tests {
         // 18 % grey and half intensity, the textbook pair.
         assert_eq!(encode_u8(0.18), 118);
         assert_eq!(encode_u8(0.5), 188);
-        // The two branches meet.
+        // Both branches agree at their border.
         assert!((encode(0.003_130_8) - encode(0.003_130_9)).abs() < 1e-5);
     }
 

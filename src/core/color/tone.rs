@@ -1,34 +1,35 @@
-//! Tone curves: from linear light without an upper end to what a display shows.
+//! Tone curves: from unbounded linear light to display values.
 //!
-//! The one without a name of its own, `srgb`, changes nothing that a display can show and clips the rest. The others bend the bright end
-//! so that highlights keep their shape, and none of them is more than a picture's look: figures are to be taken from linear values.
+//! The curve `srgb` keeps the values that a display can show and clips the rest. The other curves
+//! compress highlights so that they keep their shape. All curves only change the look of a picture;
+//! measure in linear values.
 
 use super::{Spectrum, srgb};
 use std::fmt;
 
-/// How linear light becomes the 8-bit values of a picture for display.
+/// Conversion of linear light to 8-bit values of a picture for display.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
-    /// Exposure that is applied before the curve.
+    /// Exposure before the curve.
     pub exposure: Exposure,
-    /// What bends it into the display's range.
+    /// Curve that maps light to the display's range.
     pub curve: Curve,
 }
 
 /// Exposure of a picture for display.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// Stops by which the picture is brightened; each doubles it.
+    /// Number of stops; each stop doubles the light.
     Stops(f32),
-    /// Metered in the picture itself (`film/metering.rs`).
+    /// Metered in the picture (`film/metering.rs`).
     Auto,
-    /// Suits the light of the studio, shifted by what is metered by one stop at most: black and
-    /// white subjects stay black and white.
+    /// Exposure of the studio's light, shifted by metering by at most one stop: black and white
+    /// subjects stay black and white.
     Studio,
 }
 
 impl Exposure {
-    /// The stops; `None` for an exposure that is yet to be metered.
+    /// Number of stops; `None` before metering.
     pub fn stops(self) -> Option<f32> {
         match self {
             Self::Stops(stops) => Some(stops),
@@ -38,7 +39,7 @@ impl Exposure {
 }
 
 impl Default for Exposure {
-    /// The picture as it is.
+    /// Exposure of 0 stops.
     fn default() -> Self {
         Self::Stops(0.0)
     }
@@ -54,27 +55,29 @@ impl fmt::Display for Exposure {
     }
 }
 
-/// The curve of a [`Tone`].
+/// Curve of a [`Tone`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Curve {
     /// Clips to [0, 1].
     #[default]
     Srgb,
-    /// Luminance `L` becomes `L / (1 + L)`, and colours keep their ratios until they clip (Reinhard, Stark, Shirley and Ferwerda 2002,
-    /// "Photographic Tone Reproduction for Digital Images", eq. 3).
+    /// Luminance `L` becomes `L / (1 + L)`, and colours keep their ratios until they clip
+    /// (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital
+    /// Images", eq. 3).
     Reinhard,
-    /// [`narkowicz`] of each channel: like ACES, but neither its colours nor quite its curve.
+    /// [`narkowicz`] of each channel: similar to ACES, but without its colours and with a slightly
+    /// different curve.
     AcesNarkowicz,
-    /// A fit, by Stephen Hill, of ACES's reference rendering transform and its output transform for sRGB displays, colours included
-    /// (published in Matt Pettineo's BakingLab, `ACES.hlsl`).
+    /// Stephen Hill's fit of ACES's reference rendering transform and its output transform for sRGB
+    /// displays, including colours (published in Matt Pettineo's BakingLab, `ACES.hlsl`).
     AcesHill,
     /// Troy Sobotka's AgX (github.com/sobotka/AgX) without a look.
     Agx,
 }
 
 impl Curve {
-    /// All curves by their names.
+    /// Names of all curves.
     pub const NAMES: &[(&str, Self)] = &[
         ("srgb", Self::Srgb),
         ("reinhard", Self::Reinhard),
@@ -83,7 +86,7 @@ impl Curve {
         ("agx", Self::Agx),
     ];
 
-    /// Linear Rec.709 to values for an sRGB display, encoded, [0, 1].
+    /// Encodes linear Rec.709 for an sRGB display, in [0, 1].
     pub(crate) fn encode(self, rgb: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Srgb => rgb.map(srgb::encode),
@@ -99,7 +102,7 @@ impl Curve {
 }
 
 impl fmt::Display for Tone {
-    /// As flags say it, `tone=NAME exposure=STOPS`.
+    /// Format of flags, `tone=NAME exposure=STOPS`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = Curve::NAMES.iter().find(|(_, curve)| *curve == self.curve);
         write!(
@@ -111,34 +114,36 @@ impl fmt::Display for Tone {
     }
 }
 
-/// Stops that an exposure may be of zero: within them no light of a scene leaves the range of numbers.
+/// Maximum absolute exposure in stops: within it, no light of a scene leaves the range of numbers.
 pub const MAX_EXPOSURE: f32 = 64.0;
 
 impl Tone {
-    /// Linear Rec.709 to the nearest 8-bit codes of an sRGB display. What is negative or NaN counts as black. An exposure that is yet to be metered
-    /// counts as 0 stops.
+    /// Converts linear Rec.709 to the nearest 8-bit codes of an sRGB display. Negative values and
+    /// NaN become black. An exposure that is not yet metered counts as 0 stops.
     pub fn encode_u8(&self, rgb: [f32; 3]) -> [u8; 3] {
         self.encode(rgb).map(|v| (v * 255.0).round() as u8)
     }
 
-    /// Values for an sRGB display, encoded, [0, 1], of which [`Tone::encode_u8`] gives the codes.
+    /// Encoded values for an sRGB display, in [0, 1], before [`Tone::encode_u8`] rounds them.
     pub(crate) fn encode(&self, rgb: [f32; 3]) -> [f32; 3] {
         let stops = self.exposure.stops().unwrap_or(0.0);
         let gain = stops.clamp(-MAX_EXPOSURE, MAX_EXPOSURE).exp2();
-        // `max` maps NaN to 0; squares of what is left are finite.
+        // `max` maps NaN to 0; squares of the result are finite.
         self.curve.encode(rgb.map(|v| f32::max(v * gain, 0.0).min(1e18)))
     }
 }
 
-/// A fit of ACES's rendering of one channel of an sRGB display, linear to linear, 0 to 0 and without end to 1.03: `(x (2.51 x + 0.03)) /
-/// (x (2.43 x + 0.59) + 0.14)`. Its `x` is 0.6 times what ACES is given (Krzysztof Narkowicz 2016, "ACES Filmic Tone Mapping Curve").
+/// A fit of ACES's rendering of one channel of an sRGB display, linear to linear, from 0 to 0 and
+/// from infinity to 1.03: `(x (2.51 x + 0.03)) / (x (2.43 x + 0.59) + 0.14)`. Its `x` is 0.6 times
+/// the input of ACES (Krzysztof Narkowicz 2016, "ACES Filmic Tone Mapping Curve").
 pub fn narkowicz(x: f32) -> f32 {
     (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// Hill's fit, linear to linear; a little below 0 for black.
+/// Hill's fit, linear to linear; slightly below 0 for black.
 fn hill(rgb: [f32; 3]) -> [f32; 3] {
-    // Rec.709 to ACES's working space with the desaturation of its rendering transform, and back from the output transform's
+    // From Rec.709 to ACES's working space with the desaturation of its rendering transform, and
+    // back from the space of the output transform
     const INPUT: [[f32; 3]; 3] = [
         [0.59719, 0.35458, 0.04823],
         [0.07600, 0.90834, 0.01566],
@@ -157,10 +162,10 @@ fn product(matrix: [[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// Sobotka's AgX, linear to encoded.
+/// Sobotka's AgX, from linear to encoded.
 fn agx(rgb: [f32; 3]) -> [f32; 3] {
-    // The inset: colours go a fifth of the way to the grey that has these shares of their channels, and the same back at the end. His
-    // configuration has this as a matrix and its inverse.
+    // The inset: colours move a fifth of the way to the grey with these shares of their channels,
+    // and back at the end. Sobotka's configuration has a matrix and its inverse for this.
     const GREY: [f32; 3] = [0.212_005_36, 0.392_182_5, 0.395_812_14];
     const INSET: f32 = 0.2;
     let grey = |v: [f32; 3]| GREY[0] * v[0] + GREY[1] * v[1] + GREY[2] * v[2];
@@ -171,9 +176,11 @@ fn agx(rgb: [f32; 3]) -> [f32; 3] {
     curved.map(|v| ((v - INSET * from) / (1.0 - INSET)).clamp(0.0, 1.0))
 }
 
-/// AgX's curve: the 16.5 stops from 10 below mid grey, 0.18, to 6.5 above it as a share `s` of them, and of that the sigmoid that his configuration
-/// tabulates. It goes from 0 to 1 and has slope 2 where mid grey becomes a half, at 10 / 16.5: `1/2 + 2 d / (1 + a |d|^p)^(1/p)` of the
-/// distance `d` from there, `p` being 3 below and 3.25 above, and `a` what makes the ends 0 and 1.
+/// AgX's curve. The share `s` is the position in the 16.5 stops from 10 below middle grey, 0.18, to
+/// 6.5 above it. The curve of `s` is the sigmoid that the configuration tabulates. It goes from 0
+/// to 1, and has the slope 2 at middle grey, which becomes a half at `s` = 10 / 16.5. It is `1/2 +
+/// 2 d / (1 + a |d|^p)^(1/p)` with the distance `d` from there. `p` is 3 below and 3.25 above; `a`
+/// makes the ends 0 and 1.
 fn agx_curve(linear: f32) -> f32 {
     const PIVOT: f32 = 10.0 / 16.5;
     const SLOPE: f32 = 2.0;
@@ -184,7 +191,7 @@ fn agx_curve(linear: f32) -> f32 {
         (3.25, 1.0 - PIVOT)
     };
     let distance = share - PIVOT;
-    // The value at the end, 2 l / (1 + a l^p)^(1/p), is a half.
+    // At the ends, 2 l / (1 + a l^p)^(1/p) is a half.
     let bend = (2.0 * SLOPE * length).powf(power) - 1.0;
     0.5 + SLOPE * distance / (1.0 + bend * (distance.abs() / length).powf(power)).powf(1.0 / power)
 }
@@ -225,7 +232,7 @@ mod tests {
         }
     }
 
-    /// Middle grey, 0.18, and 1, worked out from the formulas.
+    /// Expected values for middle grey, 0.18, and for 1, computed from the formulas.
     #[test]
     fn mid_grey_and_one() {
         let expected = [
@@ -244,7 +251,8 @@ mod tests {
             let error = (0..2).map(|i| (shown[i] - linear[i]).abs()).fold(0.0, f32::max);
             assert!(error < 1e-4, "{name}: {shown:?}");
         }
-        // Half of the code values; and s = 12.474 / 16.5, so that 1/2 + 0.3000 / (1 + 69.863 · 0.15^3.25)^(1/3.25)
+        // Half of the code values; and s = 12.474 / 16.5, so that 1/2 + 0.3000 / (1 + 69.863 ·
+        // 0.15^3.25)^(1/3.25)
         assert!((encoded(Curve::Agx, 0.18) - 0.5).abs() < 1e-5);
         assert!((encoded(Curve::Agx, 1.0) - 0.787_515).abs() < 1e-5);
         assert_eq!(Tone::default().encode_u8([0.18, 0.5, 7.0]), [118, 188, 255]);
@@ -283,7 +291,7 @@ mod tests {
         }
     }
 
-    /// The matrices of Sobotka's configuration, to the digits that the inset's form leaves of them.
+    /// Matrices of Sobotka's configuration, to the digits that the inset reproduces.
     #[test]
     fn agx_insets_as_its_matrix_does() {
         const MATRIX: [[f32; 3]; 3] = [

@@ -1,16 +1,16 @@
-//! Colours as people write them.
+//! Colours as text.
 
 use super::{Spectrum, srgb};
 
-/// Texts that [`Spectrum::of_text`] reads, for messages.
+/// Text formats of [`Spectrum::of_text`], for messages.
 pub const WRITTEN_COLORS: &str = "#ffc356 (sRGB), a CSS name such as orange, or linear numbers: 0.5 or 0.2,0.3,0.4";
 
 impl Spectrum {
-    /// Reads a colour: `#rrggbb` or `#rgb` of sRGB, a name of CSS, or one or three linear numbers
-    /// with commas between them.
+    /// Parses a colour: sRGB as `#rrggbb` or `#rgb`, a CSS name, or one or three linear numbers
+    /// separated by commas.
     ///
-    /// Codes and names are decoded to linear light. Returns `None` for other texts, and for numbers
-    /// that are negative or not finite.
+    /// Codes and names are decoded to linear light. Returns `None` for other texts, and for
+    /// negative or non-finite numbers.
     pub fn of_text(text: &str) -> Option<Self> {
         let text = text.trim();
         if let Some(digits) = text.strip_prefix('#') {
@@ -28,13 +28,13 @@ impl Spectrum {
         color.is_valid().then_some(color)
     }
 
-    /// All names that [`Spectrum::of_text`] reads.
+    /// All names that [`Spectrum::of_text`] accepts.
     pub fn names() -> impl Iterator<Item = &'static str> {
         NAMES.iter().map(|(name, _)| *name)
     }
 }
 
-/// Linear light of the hexadecimal digits of an sRGB colour, two or one for each channel.
+/// Linear light of an sRGB colour in hexadecimal digits, one or two for each channel.
 fn of_digits(digits: &str) -> Option<Spectrum> {
     if !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
         return None;
@@ -51,20 +51,20 @@ fn of_digits(digits: &str) -> Option<Spectrum> {
     }
 }
 
-/// Linear light of a name of CSS; case does not count.
+/// Linear light of a CSS name, in upper or lower case.
 fn of_name(name: &str) -> Option<Spectrum> {
     let name = name.to_ascii_lowercase();
     let index = NAMES.binary_search_by(|(known, _)| (*known).cmp(name.as_str())).ok()?;
     Some(decoded(NAMES[index].1))
 }
 
-/// Linear light of an sRGB code of 24 bits.
+/// Linear light of a 24-bit sRGB code.
 fn decoded(code: u32) -> Spectrum {
     let channel = |shift: u32| srgb::decode((code >> shift & 0xff) as f32 / 255.0);
     Spectrum::rgb(channel(16), channel(8), channel(0))
 }
 
-/// Named colours of CSS (W3C, CSS Color Module Level 4, section 6.1), in the order of their names.
+/// Named colours of CSS (W3C, CSS Color Module Level 4, section 6.1), sorted by name.
 const NAMES: [(&str, u32); 148] = [
     ("aliceblue", 0x00f0_f8ff),
     ("antiquewhite", 0x00fa_ebd7),
@@ -252,7 +252,7 @@ mod tests {
         }
     }
 
-    /// The search for a name needs sorted names.
+    /// Binary search needs sorted names.
     #[test]
     fn names_are_sorted() {
         assert!(NAMES.is_sorted_by(|(a, _), (b, _)| a < b));

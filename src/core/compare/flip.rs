@@ -1,9 +1,12 @@
-//! FLIP: how different two images look when a viewer flips between them on a screen, from 0 (alike) to 1.
+//! FLIP: visible difference of two images if a viewer flips between them on a screen, from 0
+//! (equal) to 1.
 //!
-//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference Evaluator for Alternating Images", and for images of
-//! high dynamic range Andersson, Nilsson, Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images". Parameters are
-//! those of the papers; the viewer sits 0.7 m before a screen of 3840 pixels on 0.7 m. The code is written from the papers, because the authors' tool
-//! is C++; docs/guide/reference/compare.md has the agreement with it.
+//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference
+//! Evaluator for Alternating Images", and for images of high dynamic range Andersson, Nilsson,
+//! Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images".
+//! Parameters are those of the papers; the viewer sits 0.7 m before a screen of 3840 pixels on 0.7
+//! m. The code is written from the papers, because the authors' tool is C++;
+//! docs/guide/reference/compare.md has the agreement with it.
 
 use super::metrics::{SizeMismatch, same_size};
 use crate::color::tone::narkowicz;
@@ -11,36 +14,37 @@ use crate::color::xyz::{WHITE, linear_to_xyz, xyz_to_linear};
 use crate::film::RgbImage;
 use rayon::prelude::*;
 
-/// Pixels a degree of the viewer's field: distance times pixels a metre times the radians of a degree.
+/// Pixels per degree of the viewer's field of view: distance times pixels per metre times the
+/// radians of a degree.
 const PIXELS_PER_DEGREE: f32 = 0.7 * (3840.0 / 0.7) * (std::f32::consts::PI / 180.0);
 
-/// What Narkowicz's curve is given of a picture, so that it is as bright as that of ACES.
+/// Factor before Narkowicz's curve, which makes it as bright as ACES.
 const PRE_EXPOSURE: f32 = 0.6;
 
-/// The error as the eye sees it.
+/// Perceived error of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flip {
     /// Error of each pixel, 0 to 1, row by row from the top.
     pub map: Vec<f32>,
     /// Mean over the pixels.
     pub mean: f64,
-    /// Exposures of the compared pictures; `None` where they were taken as they are.
+    /// Exposures of the compared pictures; `None` if they were compared unchanged.
     pub exposures: Option<Exposures>,
 }
 
-/// Exposures at even steps, on top of the 0.6 that Narkowicz's curve is meant for.
+/// Exposures at equal steps, relative to the factor 0.6 of Narkowicz's curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
-    /// The darkest one, stops.
+    /// Darkest exposure in stops.
     pub start: f32,
-    /// The brightest one, stops.
+    /// Brightest exposure in stops.
     pub stop: f32,
     /// Number of exposures.
     pub count: u32,
 }
 
 impl Flip {
-    /// Error map of pictures that a display shows as they are: linear values, of which it shows 0 to 1.
+    /// Error map of pictures of low dynamic range: linear values, which a display clips to [0, 1].
     pub fn ldr(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
         same_size(image, reference)?;
         let shown = |picture: &RgbImage| PerceivedPicture::new(picture, |v| v);
@@ -48,8 +52,8 @@ impl Flip {
         Ok(Self::of_map(map, None))
     }
 
-    /// Error map of pictures of high dynamic range: the largest error over exposures that show the reference from its brightest pixel to its
-    /// median.
+    /// Error map of pictures of high dynamic range: the maximum error over exposures that show the
+    /// reference from its brightest pixel to its median.
     pub fn hdr(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
         same_size(image, reference)?;
         let exposures = Exposures::of(reference);
@@ -70,11 +74,12 @@ impl Flip {
 }
 
 impl Exposures {
-    /// From the exposure that brings the brightest pixel of the reference to 0.85 of the display's range, to that which brings the median there
-    /// (2021, section 4.2).
+    /// Exposures for `reference`: from the exposure that maps its brightest pixel to 0.85 of the
+    /// display's range, to the exposure that maps its median there (2021, section 4.2).
     fn of(reference: &RgbImage) -> Self {
         const TARGET: f32 = 0.85;
-        // Where Narkowicz's curve has that value: the larger root of (2.51 − 2.43 t) x² + (0.03 − 0.59 t) x − 0.14 t = 0
+        // Input of Narkowicz's curve for this value: the larger root of (2.51 − 2.43 t) x² + (0.03
+        // − 0.59 t) x − 0.14 t = 0
         let (a, b, c) = (2.51 - 2.43 * TARGET, 0.03 - 0.59 * TARGET, -0.14 * TARGET);
         let white = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a) / PRE_EXPOSURE;
 
@@ -88,7 +93,7 @@ impl Exposures {
         let n = luminances.len();
         let (max, median) = (at(n.saturating_sub(1)), 0.5 * (at(n.saturating_sub(1) / 2) + at(n / 2)));
         if max <= 0.0 {
-            // Nothing to expose for
+            // A black reference has one exposure.
             return Self {
                 start: 0.0,
                 stop: 0.0,
@@ -101,20 +106,20 @@ impl Exposures {
         Self { start, stop, count }
     }
 
-    /// All of them, stops.
+    /// All exposures in stops.
     fn all(self) -> impl Iterator<Item = f32> {
         let step = (self.stop - self.start) / self.count.saturating_sub(1).max(1) as f32;
         (0..self.count).map(move |i| self.start + i as f32 * step)
     }
 }
 
-/// The value, or what stands for one that is no light; squares of it are finite.
+/// Clamps to [0, 10¹⁸]; NaN becomes 0. The square stays finite.
 fn sane(value: f32) -> f32 {
     // `max` maps NaN to 0.
     f32::max(value, 0.0).min(1e18)
 }
 
-/// What a viewer gets of one picture.
+/// A picture as a viewer perceives it.
 struct PerceivedPicture {
     /// L*a*b* after the eye's contrast sensitivity, with Hunt's effect in a* and b*.
     colors: Vec<[f32; 3]>,
@@ -123,7 +128,7 @@ struct PerceivedPicture {
 }
 
 impl PerceivedPicture {
-    /// Of the picture whose linear values `shown` turns into what the display shows.
+    /// Perceived picture for linear values; `shown` converts them to displayed values.
     fn new(picture: &RgbImage, shown: impl Fn(f32) -> f32 + Sync) -> Self {
         let size = (picture.width, picture.height);
         let opponent: Vec<[f32; 3]> = picture
@@ -141,7 +146,7 @@ impl PerceivedPicture {
     }
 }
 
-/// Differences of colours, raised where features differ (2020, section 4.3).
+/// Differences of colours, increased by differences of features (2020, section 4.3).
 fn errors(image: &PerceivedPicture, reference: &PerceivedPicture) -> Vec<f32> {
     let largest = {
         let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|p| hunt(to_lab(linear_to_xyz(p))));
@@ -158,10 +163,10 @@ fn errors(image: &PerceivedPicture, reference: &PerceivedPicture) -> Vec<f32> {
     colors.zip(features).map(raised).collect()
 }
 
-/// Compresses differences of colours.
+/// Exponent that compresses differences of colours.
 const COLOR_EXPONENT: f32 = 0.7;
 
-/// Differences below 0.4 of the largest take 0.95 of the range (2020, section 4.1.3).
+/// Maps differences below 0.4 of the maximum to 0.95 of the range (2020, section 4.1.3).
 fn redistributed(difference: f32, largest: f32) -> f32 {
     let (knee, range) = (0.4 * largest, 0.95);
     if difference < knee {
@@ -173,14 +178,15 @@ fn redistributed(difference: f32, largest: f32) -> f32 {
 
 // Colours
 
-/// Linear Rec.709 to the opponent space YCxCz, which is L*a*b* without its roots (Flohr et al. 1993).
+/// Linear Rec.709 to the opponent space YCxCz, which is L*a*b* without its cube roots (Flohr et al.
+/// 1993).
 fn to_opponent(rgb: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = linear_to_xyz(rgb);
     let (x, y, z) = (x / WHITE[0], y / WHITE[1], z / WHITE[2]);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The inverse.
+/// Inverse of [`to_opponent`].
 fn from_opponent([y, cx, cz]: [f32; 3]) -> [f32; 3] {
     let y = (y + 16.0) / 116.0;
     let (x, z) = (y + cx / 500.0, y - cz / 200.0);
@@ -202,25 +208,27 @@ fn to_lab(xyz: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Colours of dark surfaces look less colourful (Hunt 1952).
+/// Hunt effect: dark colours look less colourful (Hunt 1952).
 fn hunt([l, a, b]: [f32; 3]) -> [f32; 3] {
     [l, 0.01 * l * a, 0.01 * l * b]
 }
 
-/// City-block distance of lightness from Euclidean distance of chroma, for large differences (Abasi, Amani Tehrani and Fairchild 2020).
+/// City-block distance of lightness and Euclidean distance of chroma, for large differences (Abasi,
+/// Amani Tehrani and Fairchild 2020).
 fn hyab(p: [f32; 3], q: [f32; 3]) -> f32 {
     (p[0] - q[0]).abs() + (p[1] - q[1]).hypot(p[2] - q[2])
 }
 
 // Filters
 
-/// What the eye leaves of the colours from its distance: each channel filtered by its contrast sensitivity (2020, table 1).
+/// Colours that the eye perceives at the viewing distance: each channel is filtered by its contrast
+/// sensitivity (2020, table 1).
 fn seen_colors([lightness, red_green, blue_yellow]: [Plane; 3]) -> Vec<[f32; 3]> {
     // Gaussians a √(π / b) exp(−π² x² / b), x in degrees
     let [narrow, red, blue, wide] = [0.0047, 0.0053, 0.04, 0.025].map(sensitivity);
     let lightness = lightness.filtered(&narrow.kernel, &narrow.kernel);
     let red_green = red_green.filtered(&red.kernel, &red.kernel);
-    // That of blue and yellow is the sum of two.
+    // The sensitivity to blue and yellow is the sum of two Gaussians.
     let shares = [34.1 * blue.volume, 13.5 * wide.volume];
     let [share, rest] = shares.map(|s| s / (shares[0] + shares[1]));
     let first = blue_yellow.filtered(&blue.kernel, &blue.kernel);
@@ -235,7 +243,8 @@ fn seen_colors([lightness, red_green, blue_yellow]: [Plane; 3]) -> Vec<[f32; 3]>
         .collect()
 }
 
-/// A Gaussian of the plane as the product of two of the line, which sum to 1, and its sum over the pixels for amplitude 1.
+/// A separable Gaussian: a kernel along a line, whose weights sum to 1, and the 2D sum over the
+/// pixels for amplitude 1.
 struct Sensitivity {
     kernel: Vec<f32>,
     volume: f32,
@@ -243,7 +252,7 @@ struct Sensitivity {
 
 fn sensitivity(b: f32) -> Sensitivity {
     use std::f32::consts::PI;
-    // All reach three standard deviations of the widest.
+    // All kernels have a radius of three standard deviations of the widest one.
     let radius = (3.0 * (0.04 / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as i32;
     let gaussian = |x: i32| (-(PI * x as f32 / PIXELS_PER_DEGREE).powi(2) / b).exp();
     let mut kernel: Vec<f32> = (-radius..=radius).map(gaussian).collect();
@@ -255,14 +264,15 @@ fn sensitivity(b: f32) -> Sensitivity {
     }
 }
 
-/// Responses to edges and points, filters of the derivatives of a Gaussian, as wide as the eye is sensitive to (2020, section 4.2).
+/// Responses to edges and points: filters by derivatives of a Gaussian, with the width of the eye's
+/// sensitivity (2020, section 4.2).
 fn features(gray: &Plane) -> Vec<[f32; 2]> {
     let deviation = 0.5 * 0.082 * PIXELS_PER_DEGREE;
     let radius = (3.0 * deviation).ceil() as i32;
     let kernel = |f: &dyn Fn(f32) -> f32| -> Vec<f32> {
         let weight = |x: i32| f(x as f32) * (-(x as f32).powi(2) / (2.0 * deviation * deviation)).exp();
         let mut kernel: Vec<f32> = (-radius..=radius).map(weight).collect();
-        // Weights of each sign sum to 1.
+        // Positive weights sum to 1, negative weights to −1.
         let positive: f32 = kernel.iter().filter(|k| **k > 0.0).sum();
         let negative: f32 = -kernel.iter().filter(|k| **k < 0.0).sum::<f32>();
         kernel
@@ -294,7 +304,8 @@ impl Plane {
         Self { values, width, height }
     }
 
-    /// Filtered by the product of two kernels of odd length; pixels of the border go on outside.
+    /// The plane filtered by the product of two kernels of odd length. Border pixels are repeated
+    /// outside.
     fn filtered(&self, across: &[f32], down: &[f32]) -> Self {
         let (width, height) = (self.width.max(1), self.height.max(1));
         let add = |sums: &mut [f32], weight: f32, values: &[f32]| {
@@ -340,19 +351,19 @@ mod tests {
         }
     }
 
-    /// Waves of different lengths by channel, linear, 0 to 1.
+    /// Waves with different wavelengths by channel, linear, 0 to 1.
     fn waves(x: usize, y: usize) -> [f64; 3] {
         let (x, y) = (x as f64, y as f64);
         [0.0, 1.0, 2.0].map(|c| 0.5 + 0.5 * (0.31 * x + 0.17 * y * (c + 1.0) + c).sin())
     }
 
-    /// The picture a little darker, with bright dots.
+    /// The waves, slightly darker, with bright dots.
     fn dotted(x: usize, y: usize) -> [f64; 3] {
         let dot = if (x + 2 * y) % 7 == 0 { 0.06 } else { 0.0 };
         waves(x, y).map(|v| 0.93 * v + dot)
     }
 
-    /// The figures of flip-evaluator 1.7 (PyPI, the authors' own) for the same pictures.
+    /// Figures of flip-evaluator 1.7 (PyPI, the authors' own) for the same pictures.
     #[test]
     fn agrees_with_the_published_tool() {
         let single = |p: [f64; 3]| p.map(|v| v as f32);
@@ -388,7 +399,8 @@ mod tests {
     fn the_largest_differences() {
         let flat = |color: [f32; 3]| picture(|_, _| color);
         let between = |a, b| Flip::ldr(&flat(a), &flat(b)).unwrap().mean;
-        // Green and blue are the ends of the scale; black and white as flip-evaluator has them.
+        // Green and blue are the ends of the scale; the value for black and white is from
+        // flip-evaluator.
         assert!((between([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]) - 1.0).abs() < 1e-5);
         assert!(
             (between([0.0; 3], [1.0; 3]) - 0.967_401).abs() < 3e-5,

@@ -14,21 +14,22 @@ pub struct Errors {
     pub reference_mean: [f64; 3],
     /// Mean squared difference over pixels and channels.
     pub mse: f64,
-    /// Mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, without the worst 0.1 % of the pixels, whose outliers
-    /// would decide it.
+    /// Mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, without the worst 0.1 % of
+    /// the pixels, whose outliers would dominate it.
     pub rel_mse: f64,
-    /// [`Errors::rel_mse`] of the means of square blocks, whose edges are [`Errors::BLOCKS`] pixels. It
-    /// is the error that neither a denoiser nor the eye removes. Blocks at the right and lower edge are
-    /// smaller.
+    /// [`Errors::rel_mse`] of the means of square blocks with edges of [`Errors::BLOCKS`] pixels.
+    /// It is the error that neither a denoiser nor the eye removes. Blocks at the right and lower
+    /// borders are smaller.
     pub block_rel_mse: [f64; 3],
-    /// Mean squared difference over pixels and channels of what a display shows: values clamped to [0, 1] and encoded as sRGB.
+    /// Mean squared difference over pixels and channels of displayed values: clamped to [0, 1] and
+    /// encoded as sRGB.
     pub display_mse: f64,
 }
 
-/// Share of the pixels that the relative error keeps.
+/// Share of the pixels that the relative error includes.
 const KEPT: f64 = 0.999;
 
-/// Images of different sizes cannot be compared.
+/// Error for images of different sizes.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("the image has {}x{} pixels, but the reference {}x{}", image[0], image[1], reference[0], reference[1])]
 pub struct SizeMismatch {
@@ -37,7 +38,7 @@ pub struct SizeMismatch {
 }
 
 impl Errors {
-    /// Edges of the blocks of [`Errors::block_rel_mse`], pixels.
+    /// Edges in pixels of the blocks of [`Errors::block_rel_mse`].
     pub const BLOCKS: [usize; 3] = [4, 16, 64];
 
     /// Errors of `image` against `reference`.
@@ -63,24 +64,27 @@ impl Errors {
         })
     }
 
-    /// What the image's mean has more than the reference's, by channel.
+    /// Mean of the image minus mean of the reference, by channel.
     pub fn bias(&self) -> [f64; 3] {
         [0, 1, 2].map(|c| self.mean[c] - self.reference_mean[c])
     }
 
-    /// Bias as a share of the reference's mean: 0 where both means are 0, and infinite where only the reference's is.
+    /// Bias relative to the reference's mean: 0 if both means are 0, and infinite if only the
+    /// reference's mean is 0.
     pub fn relative_bias(&self) -> [f64; 3] {
         [0, 1, 2].map(|c| relative_change(self.reference_mean[c], self.mean[c]))
     }
 
-    /// Peak signal-to-noise ratio in decibels, `−10 log10` of [`Errors::display_mse`]: the peak is 1, the display's white, since linear light has no
-    /// peak of its own. Infinite where the display shows no difference.
+    /// Peak signal-to-noise ratio in decibels, `−10 log10` of [`Errors::display_mse`]. The peak is
+    /// 1, the display's white, because linear light has no peak. Infinite if the displayed values
+    /// are equal.
     pub fn psnr(&self) -> f64 {
         -10.0 * self.display_mse.log10()
     }
 }
 
-/// Differences of luminance by pixel, in the measure of [`Errors::rel_mse`]: `(Y − Yref) / (Yref² + 0.01)^(1/2)`.
+/// Differences of luminance by pixel, scaled as in [`Errors::rel_mse`]: `(Y − Yref) / (Yref² +
+/// 0.01)^(1/2)`.
 pub fn relative_differences(image: &RgbImage, reference: &RgbImage) -> Vec<f32> {
     let luminance = |p: &[f32; 3]| Spectrum::from(*p).luminance();
     let pairs = image.pixels.iter().zip(&reference.pixels);
@@ -88,7 +92,7 @@ pub fn relative_differences(image: &RgbImage, reference: &RgbImage) -> Vec<f32> 
     pairs.map(|(x, r)| difference((luminance(x), luminance(r)))).collect()
 }
 
-/// An error unless both have the same columns and rows.
+/// Returns an error unless both images have the same size.
 pub(super) fn same_size(image: &RgbImage, reference: &RgbImage) -> Result<(), SizeMismatch> {
     let sizes = [image, reference].map(|i| [i.width, i.height]);
     if sizes[0] == sizes[1] && image.pixels.len() == reference.pixels.len() {
@@ -100,7 +104,7 @@ pub(super) fn same_size(image: &RgbImage, reference: &RgbImage) -> Result<(), Si
     })
 }
 
-/// Mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, without the worst ones.
+/// Mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, without the worst pixels.
 fn rel_mse(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     let error = |x: f32, r: f32| {
         let (x, r) = (f64::from(x), f64::from(r));
@@ -157,14 +161,14 @@ mod tests {
         let mut pixels = vec![[1.0, 0.1, 0.3]; 2000];
         pixels[7] = [1e6; 3];
         let errors = Errors::new(&image(pixels), &reference).unwrap();
-        // (0.1² / 0.01) / 3, and the firefly is one of the two pixels left out.
+        // (0.1² / 0.01) / 3; the firefly is one of the two pixels that are left out.
         assert!((errors.rel_mse - 1.0 / 3.0).abs() < 1e-6, "{errors:?}");
         assert!(errors.mse > 1e8);
         assert_eq!(errors.reference_mean[0], 1.0);
         assert!((errors.mean[0] - 500.9995).abs() < 1e-9);
     }
 
-    /// A checkerboard of ±0.1 has no error in blocks; a shift of a block by 0.1 stays in it.
+    /// A checkerboard of ±0.1 has no error in blocks; a block that differs by 0.1 keeps its error.
     #[test]
     fn blocks_keep_what_their_mean_has() {
         let picture = |value: fn(usize, usize) -> f32| RgbImage {
@@ -179,7 +183,8 @@ mod tests {
         assert!(errors.block_rel_mse.iter().all(|error| *error < 1e-9), "{errors:?}");
         let stain = picture(|x, y| if x < 16 && y < 16 { 0.4 } else { 0.3 });
         let [small, middle, large] = Errors::new(&stain, &reference).unwrap().block_rel_mse;
-        // 16 of 200 blocks, 1 of 15, and a sixteenth of the first of two blocks of 64 × 40 and 16 × 40
+        // 16 of 200 blocks, 1 of 15, and a sixteenth of the first of two blocks of 64 × 40 and 16 ×
+        // 40
         assert!((small - 0.1 * 16.0 / 200.0).abs() < 1e-5, "{small}");
         assert!((middle - 0.1 / 15.0).abs() < 1e-5, "{middle}");
         let share = 256.0 / (64.0 * 40.0);
@@ -188,7 +193,7 @@ mod tests {
 
     #[test]
     fn bias_and_psnr_worked_out_by_hand() {
-        // 0.5 is encoded as 0.735357, and what is above 1 as 1.
+        // The sRGB code of 0.5 is 0.735357; values above 1 become 1.
         let (a, b) = (image(vec![[1.0, 0.5, 2.0]; 10]), image(vec![[1.0, 1.0, 4.0]; 10]));
         let errors = Errors::new(&a, &b).unwrap();
         assert_eq!(

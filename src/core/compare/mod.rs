@@ -1,4 +1,5 @@
-//! Comparing images: errors against a reference (`metrics`), FLIP (`flip`), and significance tests of a difference (`significance`).
+//! Comparison of images: errors against a reference (`metrics`), FLIP (`flip`), and significance
+//! tests of a difference (`significance`).
 
 mod flip;
 mod metrics;
@@ -8,12 +9,13 @@ pub use flip::{Exposures, Flip};
 pub use metrics::{Errors, SizeMismatch, relative_differences};
 pub use significance::{CommonErrors, Extreme, MIN_RARE, Noise, Scale, Significance, pixel_scores};
 
-/// Difference of `image` from `reference` as a share of `reference`: 0 where both are 0, and infinite where only the reference is.
+/// Difference of `image` and `reference`, relative to `reference`: 0 if both are 0, and infinite if
+/// only `reference` is 0.
 fn relative_change(reference: f64, image: f64) -> f64 {
     if image == reference {
         0.0
     } else {
-        // A reference of −0 is 0, too.
+        // A reference of −0 counts as 0.
         (image - reference) / (reference + 0.0)
     }
 }

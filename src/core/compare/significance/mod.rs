@@ -1,14 +1,17 @@
-//! Significance tests: do two images differ by more than their noise, where both have variances?
+//! Significance tests: do two images with variances differ by more than their noise?
 //!
-//! docs/guide/reference/compare.md says what is tested at the four scales (pixel, tile, region, whole) and how often the answer is wrong. The scales follow from how
-//! errors are correlated. Pixels that share paths have errors in common, so a tile allows for sixteen times the variance of its pixels. Scales larger
-//! than a tile are judged by the variance between its tiles, which share nothing. That variance is right under any sampler, whereas the variance
-//! channel is too large for low-discrepancy points.
+//! docs/guide/reference/compare.md describes the tests at the four scales (pixel, tile, region,
+//! whole) and their rates of error. The scales follow from the correlation of errors. Pixels that
+//! share paths have common errors, so a tile allows for sixteen times the variance of its pixels.
+//! Scales larger than a tile use the variance between its tiles, which have no common errors. This
+//! variance is right for any sampler, but the variance channel is too large for low-discrepancy
+//! points.
 //!
-//! Some methods have photons, records or chains that reach across tiles (`CommonErrors`; the renderer writes the attribute `embrasure.commonErrors`).
-//! Where samples are independent iterations (`pssmlt`, `mlt`, `sppm`), pixels are judged as usual, and tiles as if all errors of their pixels were
-//! one. Where all samples use one map (`photon-map`, `irradiance-cache`), no variance is right. The whole is then judged by its tiles as if there
-//! were few of them.
+//! Some methods have photons, records or chains that contribute to several tiles (`CommonErrors`;
+//! the renderer writes the attribute `embrasure.commonErrors`). If samples are independent
+//! iterations (`pssmlt`, `mlt`, `sppm`), pixels are tested as usual, and tiles as if their pixels
+//! had the same error. If all samples use one map (`photon-map`, `irradiance-cache`), no variance
+//! is right. The whole is then tested by its tiles, as if there were fewer of them.
 
 mod noise;
 
@@ -20,80 +23,92 @@ use noise::{NoiseTile, Pixel, Pixels, ratio};
 use statrs::function::{beta::checked_beta_reg, erf::erfc};
 use std::collections::BTreeMap;
 
-/// Size of the parts of the pictures that a test compares.
+/// Size of the regions that a test compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// One pixel: Student's t, with the degrees of freedom of the picture with fewer samples. Where light is found rarely, most pixels
-    /// have not seen how noisy they are: a variance counts no less than the mean over the 5 × 5 pixels around it, and over its tile.
+    /// One pixel: Student's t, with the degrees of freedom of the picture with fewer samples. If
+    /// light is found rarely, the variance of most pixels is too low. The variance is therefore at
+    /// least the mean over the 5 × 5 pixels around it, and over its tile.
     Pixel,
-    /// The mean over a tile of 16 × 16 pixels, by the pixels' variances, which count no less than in the 3 × 3 tiles around it. Where all pixels of a sample
-    /// may have errors in common: as if they had all of them, which is the worst that there can be, by Student's t.
+    /// Mean over a tile of 16 × 16 pixels, with the variances of its pixels, which are at least the
+    /// mean over the 3 × 3 tiles around it. If all pixels of a sample may have common errors, the
+    /// worst case is tested by Student's t: all errors are common.
     Tile,
-    /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors are independent of each other.
+    /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors
+    /// are independent.
     Region,
-    /// Student's t of the tiles of the whole picture. Where tiles may have errors in common: as if there were four times fewer, and sixteen or eight at most.
+    /// Student's t of the tiles of the whole picture. If tiles may have common errors, their number
+    /// is divided by four, and at most sixteen or eight.
     Whole,
 }
 
-/// The test of one scale that is furthest off.
+/// The most extreme test of a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// Which scale.
+    /// Scale of the test.
     pub scale: Scale,
-    /// Tests of this scale: places times channels.
+    /// Number of tests of this scale: positions times channels.
     pub tests: usize,
     /// Pixels of the test.
     pub window: Rect,
-    /// 0 red, 1 green, 2 blue.
+    /// Channel: 0 red, 1 green, 2 blue.
     pub channel: usize,
-    /// Mean of the reference there.
+    /// Mean of the reference in `window`.
     pub reference: f64,
-    /// Mean of the image there.
+    /// Mean of the image in `window`.
     pub image: f64,
-    /// `image` minus `reference` as a share of `reference`: 0 where both are 0, and infinite where only the reference is.
+    /// `image` minus `reference`, relative to `reference`: 0 if both are 0, and infinite if only
+    /// `reference` is 0.
     pub difference: f64,
-    /// Difference over its standard deviation: normal of tiles, else Student's t. That of regions and the whole is of the mean of the tiles' relative
-    /// differences, weighted by how well each is known, which may have another sign than `difference`.
+    /// Difference over its standard deviation: normal for tiles, else Student's t. For regions and
+    /// the whole, it is for the weighted mean of the tiles' relative differences. The weights
+    /// follow from their variances, so its sign may differ from `difference`.
     pub score: f64,
-    /// The chance that noise alone takes one of the tests of this scale so far off.
+    /// Probability that noise makes one of the tests of this scale as extreme.
     pub p: f64,
 }
 
-/// What a family of tests says of two pictures.
+/// Result of a family of tests of two pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Significance {
-    /// The chance of a false alarm that was allowed.
+    /// Probability of a false alarm that is allowed.
     pub level: f64,
-    /// The chance that noise alone takes the most extreme of all tests so far off.
+    /// Probability that noise makes the most extreme of all tests as extreme.
     pub p: f64,
-    /// The most extreme test of each scale; of a scale without tests there is none.
+    /// Most extreme test of each scale; scales without tests are left out.
     pub extremes: Vec<Extreme>,
-    /// Which errors pixels may have in common, in the picture where that is worse: it decides what is tested.
+    /// Common errors of pixels, in the picture where they are worse. They decide the tests.
     pub common: CommonErrors,
-    /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them: heavy tails. The whole alone is tested
-    /// then, and nothing where they are fewer than [`MIN_RARE`].
+    /// Approximate number of samples that make most of the noise, if these are rare and the
+    /// pictures differ in their sampling: heavy tails. Only the whole is tested then, and nothing
+    /// if there are fewer than [`MIN_RARE`] of these samples.
     pub rare: Option<f64>,
 }
 
-/// Rare samples, at least, of which a sum is told from another one: the chance that half of 50 expected ones are missing is below 10^-4.
+/// Minimum number of rare samples for a test of sums: the probability that half of 50 expected
+/// samples are missing is below 10^-4.
 pub const MIN_RARE: f64 = 50.0;
 
 impl Significance {
-    /// Tests of two pictures of the pixels of `window`. `None` where the pictures have other pixels, or variances are unknown, as after
-    /// one sample.
+    /// Tests two pictures of the pixels of `window`. `None` if the pictures have a different number
+    /// of pixels, or if variances are unknown, as after one sample.
     ///
-    /// All tests are one family: each scale has an equal share of the chance of a false alarm, and within a scale each test (Šidák 1967).
-    /// Variances that are too large, such as those of low-discrepancy samples, only make alarms rarer.
+    /// All tests are one family: each scale has an equal share of the probability of a false alarm,
+    /// and within a scale each test (Šidák 1967). Variances that are too large, such as of
+    /// low-discrepancy samples, only make alarms rarer.
     ///
-    /// Regions and the whole are judged by the spread of the differences of their tiles, which needs no variance to be right: where samples are
-    /// equally many, differences are as often positive as negative, and sums of such over the root of their squares have normal tails at
-    /// most, however skewed the samples are (Efron 1969, "Student's t-Test Under Symmetry Conditions").
+    /// Regions and the whole are tested by the spread of the differences of their tiles, which
+    /// needs no correct variance. With equal numbers of samples, differences have symmetric
+    /// distributions. The sum of symmetric differences over the root of their squares has at most
+    /// normal tails, for any skewness of the samples (Efron 1969, "Student's t-Test Under Symmetry
+    /// Conditions").
     pub fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise), level: f64) -> Option<Self> {
         let pixels = Pixels::new(window, reference, image)?;
         let tiles: Vec<&NoiseTile> = pixels.tiles.iter().collect();
         let common = pixels.common;
         if let Some(rare) = pixels.rare {
-            // Most tiles have seen none of these samples. Means of relative differences, weighted by what tiles know of their noise, would be those of such tiles.
+            // Most tiles have none of these samples. Means of relative differences, weighted by the
+            // tiles' variances, would be means of tiles without them.
             let tests = (rare >= MIN_RARE).then(|| sum_tests(&tiles));
             let whole = extreme(Scale::Whole, tests.into_iter().flatten());
             return Some(Self {
@@ -104,7 +119,8 @@ impl Significance {
                 rare: Some(rare),
             });
         }
-        // What supposes that tiles are independent, or that variances are right, is left out where they are not.
+        // Leave out tests that assume independent tiles or correct variances, if these assumptions
+        // fail.
         let regions = match common {
             CommonErrors::None | CommonErrors::Tile => regions(&tiles),
             CommonErrors::Sample | CommonErrors::Picture => Vec::new(),
@@ -135,18 +151,19 @@ impl Significance {
         })
     }
 
-    /// Whether noise alone is not enough to make the difference.
+    /// Returns true if noise does not explain the difference.
     pub fn differs(&self) -> bool {
         self.p < self.level
     }
 
-    /// The most telling of all tests.
+    /// The test with the smallest p.
     pub fn worst(&self) -> Option<&Extreme> {
         self.extremes.iter().min_by(|a, b| a.p.total_cmp(&b.p))
     }
 }
 
-/// Score of each pixel's channel that is furthest off, as [`Scale::Pixel`] has it, 0 where nothing is known; `None` as for [`Significance::new`].
+/// Largest score of each pixel over its channels, as in [`Scale::Pixel`]; 0 if unknown. `None` as
+/// for [`Significance::new`].
 pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Vec<f32>> {
     let pixels = Pixels::new(window, reference, image)?.pixels;
     let furthest = |pixel: &Pixel| {
@@ -156,8 +173,8 @@ pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbIm
     Some(pixels.iter().map(furthest).collect())
 }
 
-/// The chance that the least of `tests` independent p-values is `p` or less (Šidák 1967); of dependent ones that are as often too small together
-/// it is less.
+/// Probability that the minimum of `tests` independent p-values is at most `p` (Šidák 1967). It is
+/// lower for positively dependent p-values.
 fn of_family(p: f64, tests: usize) -> f64 {
     -f64::exp_m1(tests as f64 * f64::ln_1p(-p))
 }
@@ -169,7 +186,7 @@ fn normal_tails(score: f64) -> f64 {
 
 /// P(|t| ≥ `score`) of Student's t.
 fn student_tails(score: f64, freedom: f64) -> f64 {
-    // From there on a score of 6 is as rare as a normal one, to 3 %.
+    // With more degrees of freedom, the tail at a score of 6 is normal to 3 %.
     if freedom > 1e4 {
         return normal_tails(score);
     }
@@ -182,7 +199,7 @@ fn student_tails_by_share(share: f64, freedom: f64) -> f64 {
     checked_beta_reg(0.5 * freedom, 0.5, share.clamp(0.0, 1.0)).unwrap_or(1.0)
 }
 
-/// One test before it is corrected for the others.
+/// A test before the correction for multiple tests.
 struct Test {
     window: Rect,
     channel: usize,
@@ -191,7 +208,7 @@ struct Test {
     p: f64,
 }
 
-/// The test with the smallest p.
+/// The test with the smallest p, corrected for the number of tests.
 fn extreme(scale: Scale, tests: impl Iterator<Item = Test>) -> Option<Extreme> {
     let mut count = 0;
     let min = tests.inspect(|_| count += 1).min_by(|a, b| a.p.total_cmp(&b.p))?;
@@ -223,7 +240,7 @@ impl Pixels {
             for channel in 0..3 {
                 let Some(score) = pixel.score(channel) else { continue };
                 tests += 1;
-                // A smaller score of no less freedom need not be looked at further.
+                // Skip smaller scores with at least as many degrees of freedom.
                 let is_less =
                     |(test, freedom): &(Test, f64)| score.abs() <= test.score.abs() && pixel.freedom >= *freedom;
                 if worst.as_ref().is_some_and(is_less) {
@@ -264,7 +281,7 @@ impl NoiseTile {
     }
 }
 
-/// Tiles of each square of 4 × 4, where there is more than one such square.
+/// Tiles of each square of 4 × 4 tiles, if there is more than one square.
 fn regions<'a>(tiles: &[&'a NoiseTile]) -> Vec<Vec<&'a NoiseTile>> {
     let mut regions: BTreeMap<(u32, u32), Vec<&NoiseTile>> = BTreeMap::new();
     for tile in tiles {
@@ -278,24 +295,27 @@ fn regions<'a>(tiles: &[&'a NoiseTile]) -> Vec<Vec<&'a NoiseTile>> {
     }
 }
 
-/// Tiles that have errors of their own, of so many.
+/// Number of independent tiles among `tiles` tiles.
 fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
     match common {
         CommonErrors::None | CommonErrors::Tile => tiles as f64,
-        // A photon, a record or a chain reaches some tiles. What all of them have in common, such as how much light chains share out, or how many photons
-        // found the one door, must not count for a difference: among sixteen the mean has to be as large as the spread, among eight larger.
+        // A photon, a record or a chain contributes to several tiles. Errors that all tiles have in
+        // common must not count as a difference. Examples are the distribution of light between
+        // chains, or the number of photons through a single door. With sixteen tiles the mean must
+        // be as large as the spread, with eight larger.
         CommonErrors::Sample => (tiles as f64 / 4.0).min(16.0),
         CommonErrors::Picture => (tiles as f64 / 4.0).min(8.0),
     }
 }
 
-/// One test a channel, by the spread of the relative differences of `tiles`.
+/// Tests by the spread of the relative differences of `tiles`, one per channel.
 fn spread_tests(tiles: &[&NoiseTile], common: CommonErrors) -> Vec<Test> {
     let test = |channel| spread_test(tiles, common, channel);
     (0..3).filter_map(test).collect()
 }
 
-/// One test a channel, by the spread of the differences of `tiles` themselves: each counts as much as it adds to the picture.
+/// Tests by the spread of the absolute differences of `tiles`, one per channel: each tile has the
+/// weight of its light.
 fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     let test = |channel: usize| {
         let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);
@@ -317,8 +337,9 @@ fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
-/// Share of the `squares` of `n` terms that their `sum` does not explain; 1 where all terms are 0. With S the sum over the root of the squares it is
-/// 1 − S² / n, which is ν / (ν + t²) for Student's t = S √((n − 1) / (n − S²)).
+/// Share of the `squares` of `n` terms that their `sum` does not explain; 1 if all terms are 0.
+/// With S the sum over the root of the squares, it is 1 − S² / n, which is ν / (ν + t²) for
+/// Student's t = S √((n − 1) / (n − S²)).
 fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     if squares > 0.0 {
         (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
@@ -327,7 +348,7 @@ fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     }
 }
 
-/// Student's t of terms with that `sum` and [`within_share`], for so many degrees of freedom.
+/// Student's t of terms with this `sum` and [`within_share`], with `freedom` degrees of freedom.
 fn student_score(sum: f64, share: f64, freedom: f64) -> f64 {
     sum.signum() * (freedom * (1.0 - share) / share).sqrt()
 }
@@ -338,7 +359,7 @@ fn whole_means(tiles: &[&NoiseTile], channel: usize) -> [f64; 2] {
     [0, 1].map(|k| tiles.iter().map(|tile| tile.sums[k][channel]).sum::<f64>() / pixels)
 }
 
-/// The window that holds all of `tiles`.
+/// Bounding window of `tiles`.
 fn around(tiles: &[&NoiseTile]) -> Option<Rect> {
     let windows = tiles.iter().map(|tile| tile.window);
     windows.reduce(|a, b| Rect {
@@ -356,7 +377,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let mut variances: Vec<f64> = relative.iter().map(|r| r.1).collect();
     variances.sort_by(f64::total_cmp);
     let usual = variances.get(variances.len() / 2)?;
-    // Tiles count by how well they are known, but none much more than the usual one: a lamp has no noise, and would stand alone.
+    // Tiles are weighted by the inverse variance, limited by the median: a lamp has no noise, and
+    // would have all the weight.
     let weighted = relative.iter().map(|(difference, variance)| {
         let weight = 1.0 / (variance + usual);
         (weight, weight * difference)
@@ -364,7 +386,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let weights: f64 = weighted.clone().map(|(weight, _)| weight).sum();
     let max = match common {
         CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
-        // Few are independent, and a difference that is larger here than there must not look like noise: none counts more than half of them do.
+        // Few tiles are independent, and a difference in one place must not look like noise. Clamp
+        // each term to the median of all terms.
         CommonErrors::Sample | CommonErrors::Picture => {
             let sizes = weighted.clone().map(|(_, term)| term.abs());
             let mut sizes: Vec<f64> = sizes.filter(|size| *size > 0.0).collect();
@@ -374,9 +397,10 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     };
     let terms = weighted.map(|(_, term)| term.clamp(-max, max));
     let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
-    // What rounding to 32 bits may make of it
+    // Subtract the rounding error of 32-bit values
     let sum = sum.signum() * (sum.abs() - f32::EPSILON as f64 * weights).max(0.0);
-    // Of c tiles with one error S² is c times as large, and n is: what is left of them in the share is their number in ν.
+    // If c tiles share one error, both S² and n are c times as large: their number cancels in the
+    // share, and is only in ν.
     let n = relative.len() as f64;
     let share = within_share(sum, squares, n);
     Some(Test {

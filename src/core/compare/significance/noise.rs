@@ -1,4 +1,5 @@
-//! The noise of two images: values and variances of pixels and tiles, also estimated from those around them.
+//! Noise of two images: values and variances of pixels and tiles, also estimated from their
+//! neighbours.
 
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::{UVec2, encode_variants};
@@ -6,29 +7,31 @@ use crate::math::{UVec2, encode_variants};
 /// Noise of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
-    /// Estimated variance of each pixel's mean, by channel; infinite where nothing is known.
+    /// Estimated variance of each pixel's mean, by channel; infinite if unknown.
     pub variance: Vec<[f32; 3]>,
     /// Number of samples of each pixel, on which the variance is based.
     pub samples: Vec<f32>,
-    /// Which errors pixels may have in common.
+    /// Common errors of pixels.
     pub common: CommonErrors,
 }
 
-/// Pixels that share their paths, at most: so much larger than that of independent pixels the variance of a tile's mean may be (the errors of a group
-/// then add up as they are, and not their squares).
+/// Maximum number of pixels that share their paths. The variance of a tile's mean may be larger
+/// than for independent pixels by this factor, because errors of a group add up linearly.
 const SHARING: f64 = 16.0;
 
-/// Which errors pixels may have in common; what comes later is worse.
+/// Common errors of pixels, in ascending order of severity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CommonErrors {
-    /// None: each pixel has paths of its own.
+    /// No common errors: each pixel has separate paths.
     None,
-    /// Those of up to 16 pixels of a tile, which share paths or have some of a light's path.
+    /// Common errors of up to 16 pixels of a tile, which share paths or parts of a light's path.
     Tile,
-    /// Those of all pixels in a sample: a photon counts in many of them, and a Markov chain stays where it is bright. Samples are independent of each
-    /// other, so that the variance of each pixel is right.
+    /// Common errors of all pixels in a sample: a photon contributes to many pixels, and a Markov
+    /// chain stays in bright areas. Samples are independent, so that the variance of each pixel is
+    /// right.
     Sample,
-    /// Those of photon maps or an irradiance cache, at which all samples look: no variance has them.
+    /// Common errors of all samples, which use the same photon map or irradiance cache: no variance
+    /// includes them.
     Picture,
 }
 
@@ -40,7 +43,7 @@ encode_variants!(CommonErrors {
 });
 
 impl CommonErrors {
-    /// Each by the name that files have.
+    /// Names in files.
     pub const NAMES: &[(&str, Self)] = &[
         ("none", Self::None),
         ("tile", Self::Tile),
@@ -48,7 +51,7 @@ impl CommonErrors {
         ("picture", Self::Picture),
     ];
 
-    /// Pixels of a tile that may have errors in common.
+    /// Number of pixels of a tile that may have common errors.
     fn sharing(self) -> f64 {
         match self {
             Self::None => 1.0,
@@ -63,23 +66,24 @@ pub(super) struct Pixels {
     pub(super) window: Rect,
     pub(super) pixels: Vec<Pixel>,
     pub(super) tiles: Vec<NoiseTile>,
-    /// The worse of both pictures.
+    /// Common errors of the worse picture.
     pub(super) common: CommonErrors,
-    /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them.
+    /// Approximate number of samples that make most of the noise, if these are rare and the
+    /// pictures differ in their sampling.
     pub(super) rare: Option<f64>,
 }
 
 pub(super) struct Pixel {
     /// Values of reference and image.
     pub(super) values: [[f64; 3]; 2],
-    /// Variance of the difference, in which pixels around have a say.
+    /// Variance of the difference, estimated with the pixels around.
     variance: [f64; 3],
     /// Degrees of freedom of the estimates of the variance.
     pub(super) freedom: f64,
 }
 
 impl Pixels {
-    /// `None` unless all have as many pixels as the window.
+    /// Pixels of both pictures. `None` unless both have the number of pixels of the window.
     pub(super) fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Self> {
         let sources = [NoisyPicture::new(window, reference)?, NoisyPicture::new(window, image)?];
         let common = reference.1.common.max(image.1.common);
@@ -92,12 +96,12 @@ impl Pixels {
             let tile = grid.tile_of(at);
             let values = [0, 1].map(|k| sources[k].values[i]);
             let freedom = (f64::min(sources[0].samples[i], sources[1].samples[i]) - 1.0).max(1.0);
-            // A pixel with unknown noise does not count for its tile.
+            // A pixel with unknown noise is left out of its tile.
             if sources.iter().all(|source| is_known(&source.variance[i])) {
                 tiles[tile].add(&values, freedom);
             }
             let variance = |c: usize| {
-                // What rounding to 32 bits leaves even of a difference without noise
+                // Rounding error of 32-bit values, even without noise
                 let rounding = f32::EPSILON as f64 * f64::max(values[0][c].abs(), values[1][c].abs());
                 sources
                     .iter()
@@ -111,7 +115,7 @@ impl Pixels {
                 freedom,
             });
         }
-        // Errors that cross pixels have tests of their own.
+        // Errors across pixels have separate tests.
         let rare = (common <= CommonErrors::Tile).then(|| rare_samples(&sources, tiles.len()));
         Some(Self {
             window,
@@ -124,25 +128,25 @@ impl Pixels {
 }
 
 impl Pixel {
-    /// Difference over its standard deviation, where that is known.
+    /// Difference over its standard deviation, if known.
     pub(super) fn score(&self, channel: usize) -> Option<f64> {
         let [reference, image] = self.values.map(|v| v[channel]);
         ratio(image - reference, self.variance[channel].sqrt())
     }
 }
 
-/// `a / b` where both are finite, and 0 / 0 = 0.
+/// `a / b` if both are finite, with 0 / 0 = 0.
 pub(super) fn ratio(a: f64, b: f64) -> Option<f64> {
     (a.is_finite() && b.is_finite()).then(|| if a == 0.0 { 0.0 } else { a / b })
 }
 
-/// One picture, and how noisy it is around each pixel and tile.
+/// A picture, with its noise around each pixel and tile.
 struct NoisyPicture {
     values: Vec<[f64; 3]>,
     variance: Vec<[f64; 3]>,
     variance_around: Vec<[f64; 3]>,
     samples: Vec<f64>,
-    /// Means over the tiles.
+    /// Mean variances of the tiles.
     tiles: Vec<[f64; 3]>,
     tiles_around: Vec<[f64; 3]>,
 }
@@ -182,18 +186,21 @@ fn is_known(variance: &[f64; 3]) -> bool {
     variance.iter().all(|v| v.is_finite())
 }
 
-/// Samples that make a pixel, at most, where its variance is said to come from rare ones.
+/// Maximum number of samples that make up a pixel whose variance counts as the variance of rare
+/// samples.
 const FEW_SAMPLES: f64 = 4.0;
 
-/// Rare samples for each tile, on average, from which on most tiles have seen how noisy they are.
+/// Mean number of rare samples per tile above which most tiles have a correct variance.
 const RARE_OF_A_TILE: f64 = 4.0;
 
-/// About how many samples nearly all of the noise of two pictures consists of. `None` where they are many, or as likely in one picture as in the other: differences are then
-/// as often positive as negative, however rare what makes them is.
+/// Approximate number of samples that make nearly all of the noise of two pictures. `None` if there
+/// are many, or if they are equally likely in both pictures: differences are then symmetric, even
+/// for rare samples.
 ///
-/// A sample that alone makes its pixel, of mean m, gives it a variance of m², and k alike samples give m² / k. Where pixels of a few such samples have most of all variance, the
-/// number of terms of that size, `(Σ v)² / Σ v²`, says how many there are. Whether pictures were made alike is asked of each pixel's variances: which of them is larger is a
-/// matter of chance then, whatever the tails are.
+/// A single sample that makes up its pixel, of mean m, has a variance of m², and k equal samples
+/// have m² / k. If pixels of few samples have most of all variance, the number of terms of this
+/// size is `(Σ v)² / Σ v²`. The variances of each pixel show if the pictures were sampled alike:
+/// then both have equal chances to be larger, for any tails.
 fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     let sum = |v: &[f64; 3]| v.iter().sum::<f64>();
     let (mut all, mut rare, mut squares) = (0.0, 0.0, 0.0);
@@ -220,11 +227,11 @@ fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
         )
     });
     let is_alike = f64::max(larger, smaller) <= 2.0 * f64::min(larger, smaller);
-    // Without rare samples `events` is NaN, which is less than nothing.
+    // Without rare samples, `events` is NaN, and the comparison is false.
     (!is_alike && rare > 0.5 * all && events < RARE_OF_A_TILE * tiles as f64).then_some(events)
 }
 
-/// Means over the squares of `2 · radius + 1` entries a side around each entry, of those that are known.
+/// Means over squares of `2 · radius + 1` entries around each entry, over known entries.
 fn surroundings(variance: &[[f64; 3]], width: usize, radius: usize) -> Vec<[f64; 3]> {
     let height = variance.len() / width.max(1);
     let around = |at: usize, end: usize| at.saturating_sub(radius)..(at + radius + 1).min(end);
@@ -236,7 +243,7 @@ fn surroundings(variance: &[[f64; 3]], width: usize, radius: usize) -> Vec<[f64;
     (0..variance.len()).map(mean).collect()
 }
 
-/// Of those that are known; 0 if none is.
+/// Mean of the known variances; 0 if there are none.
 fn mean_of<'a>(variances: impl Iterator<Item = &'a [f64; 3]>) -> [f64; 3] {
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     for v in variances.filter(|v| is_known(v)) {
@@ -246,7 +253,7 @@ fn mean_of<'a>(variances: impl Iterator<Item = &'a [f64; 3]>) -> [f64; 3] {
     sum.map(|s| s / f64::max(count, 1.0))
 }
 
-/// The tiles of the full picture that a window meets, row by row.
+/// Tiles of the full picture that overlap a window, row by row.
 #[derive(Clone, Copy)]
 struct Grid {
     window: Rect,
@@ -269,7 +276,7 @@ impl Grid {
         self.columns() * self.size().y as usize
     }
 
-    /// Of a pixel of the window.
+    /// Index of the tile of a pixel of the window.
     fn tile_of(self, at: UVec2) -> usize {
         let tile = at / TILE_SIZE - self.first();
         tile.y as usize * self.columns() + tile.x as usize
@@ -282,7 +289,7 @@ impl Grid {
         Rect { min, max }.intersection(self.window)
     }
 
-    /// Means over the tiles of what each pixel of the window has.
+    /// Means over the tiles of the values of the window's pixels.
     fn means(self, variance: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut of_tile: Vec<Vec<&[f64; 3]>> = vec![Vec::new(); self.tiles()];
         for (at, v) in self.window.pixels().zip(variance) {
@@ -292,7 +299,7 @@ impl Grid {
     }
 }
 
-/// Sums over the pixels of a tile, of those whose noise is known.
+/// Sums over the pixels of a tile with known noise.
 pub(super) struct NoiseTile {
     pub(super) window: Rect,
     pub(super) pixels: f64,
@@ -300,12 +307,12 @@ pub(super) struct NoiseTile {
     pub(super) sums: [[f64; 3]; 2],
     /// Mean variance of the difference of a pixel.
     variance: [f64; 3],
-    /// Mean variance with that of the tiles around it.
+    /// Mean variance, including the tiles around.
     pub(super) wide_variance: [f64; 3],
-    /// Pixels that may have their errors in common.
+    /// Number of pixels that may have common errors.
     pub(super) sharing: f64,
-    /// Degrees of freedom of the estimate of the variance: infinite where many pixels with errors of their own make it, else that of the pixel with the
-    /// fewest samples.
+    /// Degrees of freedom of the estimate of the variance: infinite if it comes from many pixels
+    /// with independent errors, else the minimum over the pixels.
     pub(super) freedom: f64,
     common: CommonErrors,
 }
@@ -334,19 +341,20 @@ impl NoiseTile {
         }
     }
 
-    /// Means of reference and image; NaN where no pixel counts.
+    /// Means of reference and image; NaN without pixels.
     pub(super) fn means(&self, channel: usize) -> [f64; 2] {
         self.sums.map(|sums| sums[channel] / self.pixels)
     }
 
-    /// Variance of the difference of the means, where `sharing` pixels have their errors in common.
+    /// Variance of the difference of the means, if `sharing` pixels have common errors.
     pub(super) fn variance(&self, of_pixel: f64, sharing: f64, channel: usize) -> f64 {
-        // All pixels may be rounded to the same side.
+        // The rounding errors of all pixels may have the same sign.
         let rounding = f32::EPSILON as f64 * self.means(channel).into_iter().fold(0.0, f64::max);
         of_pixel * sharing.min(self.pixels) / self.pixels + rounding * rounding
     }
 
-    /// Difference and its variance, each relative to the mean of both pictures; `None` where there is no light.
+    /// Difference and its variance, each relative to the mean of both pictures; `None` without
+    /// light.
     pub(super) fn relative(&self, channel: usize) -> Option<(f64, f64)> {
         let [reference, image] = self.means(channel);
         let mean = 0.5 * (reference + image);

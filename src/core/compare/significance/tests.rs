@@ -1,7 +1,7 @@
 use super::*;
 use crate::math::hash::mix;
 
-/// Uniform numbers, by count.
+/// Uniform random numbers from a counter.
 struct Numbers(u64);
 
 impl Numbers {
@@ -24,7 +24,7 @@ const WINDOW: Rect = Rect {
 
 type Picture = (RgbImage, Noise);
 
-/// The means of `n` samples of each pixel, of which `sample` draws one.
+/// Means of `n` samples of each pixel; `sample` draws one sample.
 fn picture(n: u32, mut sample: impl FnMut(UVec2) -> [f64; 3]) -> Picture {
     let (mut pixels, mut variance) = (Vec::new(), Vec::new());
     for at in WINDOW.pixels() {
@@ -57,7 +57,8 @@ fn picture(n: u32, mut sample: impl FnMut(UVec2) -> [f64; 3]) -> Picture {
     )
 }
 
-/// A surface that gets brighter to the right, under noise of 30 % a sample that channels share.
+/// A surface that gets brighter to the right, with noise of 30 % per sample that is common to the
+/// channels.
 fn grainy(numbers: &mut Numbers, n: u32) -> Picture {
     picture(n, |at| {
         let x = 1.0 + 0.3 * numbers.normal();
@@ -65,7 +66,8 @@ fn grainy(numbers: &mut Numbers, n: u32) -> Picture {
     })
 }
 
-/// Light that few samples meet: 1 in 50 has 50 times the mean, beside a little that all have.
+/// Light that few samples hit: 1 in 50 has 50 times the mean, added to a little light in all
+/// samples.
 fn spotted(numbers: &mut Numbers, n: u32) -> Picture {
     picture(n, |_| {
         let light = if numbers.uniform() < 0.02 { 50.0 } else { 0.0 };
@@ -101,8 +103,8 @@ fn tails_of_the_tables() {
     assert_eq!((student_tails(f64::INFINITY, 3.0), student_tails(0.0, 3.0)), (0.0, 1.0));
 }
 
-/// At a level of 0.2 there may be 12 false alarms in 60, and 25 with a chance of 1e-4. Skewed noise, and samples that are not equally many, must not
-/// make more.
+/// At a level of 0.2, 12 false alarms in 60 are expected, and 25 have a probability of 1e-4. Skewed
+/// noise and different numbers of samples must not increase the number.
 #[test]
 fn false_alarms_keep_to_their_level() {
     let mut numbers = Numbers(1);
@@ -111,7 +113,7 @@ fn false_alarms_keep_to_their_level() {
     let spots = alarms(60, 0.2, || (spotted(&mut numbers, 16), spotted(&mut numbers, 16)));
     let uneven_spots = alarms(20, 0.2, || (spotted(&mut numbers, 128), spotted(&mut numbers, 16)));
     println!("false alarms: {grainy_alarms}, {uneven}, {spots} of 60, {uneven_spots} of 20");
-    // The scale of the whole alone has a quarter of the level.
+    // The scale of the whole picture has a quarter of the level.
     assert!((1..=25).contains(&grainy_alarms), "{grainy_alarms}");
     assert!(
         uneven <= 25 && spots <= 25 && uneven_spots <= 12,
@@ -119,7 +121,8 @@ fn false_alarms_keep_to_their_level() {
     );
 }
 
-/// Sixteen pixels of a tile have the same error: by their variances alone, means of tiles are four times too far off.
+/// Sixteen pixels of a tile have the same error: by their variances, means of tiles are four times
+/// too far off.
 #[test]
 fn shared_errors_are_allowed_for() {
     let mut numbers = Numbers(2);
@@ -139,7 +142,7 @@ fn shared_errors_are_allowed_for() {
     let pairs: Vec<(Picture, Picture)> = (0..40).map(|_| (shared(), shared())).collect();
     let mut next = pairs.iter().cloned();
     assert!(alarms(40, 0.05, || next.next().unwrap()) <= 9);
-    // So they are not without that attribute.
+    // Without this attribute, all pairs are false alarms.
     let mut next = pairs.into_iter().map(|(mut a, mut b)| {
         (a.1.common, b.1.common) = (CommonErrors::None, CommonErrors::None);
         (a, b)
@@ -147,8 +150,9 @@ fn shared_errors_are_allowed_for() {
     assert_eq!(alarms(40, 0.05, || next.next().unwrap()), 40);
 }
 
-/// The errors of disks of 33 pixels across, and of the whole, hang together, and variances know of them or not. What supposes that tiles are independent finds
-/// differences there; what is left does not, and yet finds a whole that is brighter.
+/// Errors of disks of 33 pixels across, and of the whole, are correlated, and variances may or may
+/// not include them. Tests that assume independent tiles find differences. The other tests do not,
+/// but still find a brighter whole.
 #[test]
 fn errors_that_cross_tiles_are_allowed_for() {
     let mut numbers = Numbers(5);
@@ -183,7 +187,7 @@ fn errors_that_cross_tiles_are_allowed_for() {
         });
         alarms(30, 0.05, || next.next().unwrap())
     };
-    // Nine disks lie over a pixel.
+    // Nine disks overlap a pixel.
     let known = 9.0 * 0.03 * 0.03 + 0.01 * 0.01;
     let found = [
         with(CommonErrors::None, known, 1.0),
@@ -195,7 +199,7 @@ fn errors_that_cross_tiles_are_allowed_for() {
     ];
     println!("differences found: {found:?} of 30");
     assert!(found[0] >= 20 && found[3] >= 20, "{found:?}");
-    // 1.5 of 30 at this level; more than 5 have a chance of 0.3 %
+    // 1.5 of 30 are expected at this level; more than 5 have a probability of 0.3 %
     assert!(found[1] <= 5 && found[4] <= 5, "{found:?}");
     assert!(found[2] >= 28 && found[5] >= 28, "{found:?}");
     let (mut a, b) = pairs[0].clone();
@@ -215,7 +219,7 @@ fn differences_are_found_where_they_are() {
         pixels.for_each(|(at, pixel)| *pixel = f(at, *pixel));
         judge((&a, &image), 0.01)
     };
-    // The whole by 1 %, where a pixel's error is 7.5 %
+    // A change of the whole by 1 %, with a pixel error of 7.5 %
     let test = changed(&|_, p| p.map(|v| 1.01 * v));
     let worst = test.worst().unwrap();
     assert!(test.differs() && worst.scale == Scale::Whole, "{test:?}");
@@ -224,7 +228,7 @@ fn differences_are_found_where_they_are() {
         "{worst:?}"
     );
 
-    // One pixel's green
+    // A change of one pixel's green
     let place = UVec2::new(77, 33);
     let test = changed(&|at, [r, g, b]| [r, if at == place { 3.0 * g } else { g }, b]);
     let worst = test.worst().unwrap();
@@ -235,7 +239,7 @@ fn differences_are_found_where_they_are() {
     assert_eq!(worst.window.min, place);
     assert!(worst.score > 9.0 && worst.p < 0.0025, "{worst:?}");
 
-    // A tile by 5 %, and its neighbour by as much into the other direction
+    // A change of a tile by 5 %, and of its neighbour by −5 %
     let test = changed(&|at, p| match (at / TILE_SIZE).to_array() {
         [3, 2] => p.map(|v| 1.05 * v),
         [4, 2] => p.map(|v| 0.95 * v),
@@ -258,7 +262,7 @@ fn what_is_not_known_is_not_judged() {
     assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
     b.1.variance.truncate(5);
     assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
-    // Without noise, rounding is no difference, and anything else is.
+    // Without noise, rounding is not a difference, and every larger change is.
     let same = (
         a.0.clone(),
         Noise {

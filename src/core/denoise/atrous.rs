@@ -1,23 +1,31 @@
-//! The edge-avoiding à-trous wavelet transform (Dammertz, Sewtz, Hanika and Lensch 2010, "Edge-Avoiding À-Trous Wavelet Transform for Fast Global
-//! Illumination Filtering"), guided by the variance as the spatial filter of SVGF is (Schied et al. 2017, "Spatiotemporal Variance-Guided Filtering",
-//! §4).
+//! The edge-avoiding à-trous wavelet transform (Dammertz, Sewtz, Hanika and Lensch 2010,
+//! "Edge-Avoiding À-Trous Wavelet Transform for Fast Global Illumination Filtering"), guided by the
+//! variance as the spatial filter of SVGF is (Schied et al. 2017, "Spatiotemporal Variance-Guided
+//! Filtering", §4).
 //!
-//! Five passes blur by a 5 × 5 kernel whose taps lie 1, 2, 4, 8 and 16 pixels apart, so that 125 taps reach 62 pixels far. The weight of a tap falls
-//! with the differences of normal, albedo, depth and light from the pixel's. Light divided by albedo is blurred, and multiplied by albedo afterwards,
-//! so that textures stay sharp.
+//! Five passes blur by a 5 × 5 kernel with tap distances of 1, 2, 4, 8 and 16 pixels, so that 125
+//! taps reach 62 pixels. The weight of a tap falls with its differences of normal, albedo, depth
+//! and light from the pixel. Light is divided by albedo before the blur and multiplied by it
+//! afterwards, so that textures stay sharp.
 //!
-//! Two steps come first, without which rooms that are lit through a window get dirty blotches: bright samples are rare there, the pixels that have one know of
-//! much noise and spread it, and the others know of none and keep what they have. Outliers are brought down and shared out ([`without_outliers`]), and
-//! the variance is averaged over a window ([`with_mean_variance`]). On the kitchen of docs/gallery at 32 samples this takes relMSE from 0.038 to 0.033 and FLIP
-//! from 0.27 to 0.21.
+//! Two steps come first. Without them, rooms lit through a window get blotches: bright samples are
+//! rare there. Pixels with such a sample have a high variance and spread their light; other pixels
+//! have a low variance and keep their value. Outliers are reduced and distributed
+//! ([`without_outliers`]), and the variance is averaged over a window ([`with_mean_variance`]). On
+//! the kitchen of docs/gallery at 32 samples this takes relMSE from 0.038 to 0.033 and FLIP from
+//! 0.27 to 0.21.
 //!
 //! - The film has the variance of each pixel, so the filter needs no history, unlike SVGF.
-//! - Depth is compared with a pixel's tangent plane, in 1 / depth, which is linear in the image wherever a surface is flat.
-//! - Differences from the pixel are summed instead of values, so that constant light stays to the bit.
-//! - Luminances are compared by the noise of the pixel alone. That of the other one besides takes another 5 % off the kitchen's error, but lets the light of
-//!   lamps leak over their edges: the Cornell box at 8 samples gets 1.7 times the error.
-//! - The sigmas leave about the smallest relMSE at 16 samples per pixel on the scenes that ship with the project. Normals may differ by somewhat more,
-//!   so that pixels on edges, whose mean normals lie in between, find others to blend with.
+//! - Depth is compared with a pixel's tangent plane, in 1 / depth, which is linear in the image on
+//!   flat surfaces.
+//! - Differences from the pixel are summed instead of values, so that constant light stays
+//!   bit-identical.
+//! - Differences of luminance are relative to the noise of the pixel only. With the noise of both
+//!   pixels, the kitchen's error is another 5 % lower, but the light of lamps leaks over their
+//!   edges: the Cornell box at 8 samples gets 1.7 times the error.
+//! - The sigmas have about the minimum relMSE at 16 samples per pixel on the scenes that ship with
+//!   the project. The sigma of normals is larger than that optimum. Pixels on edges, whose mean
+//!   normals lie in between, then find similar pixels.
 
 use super::DenoiseError;
 use super::layers::Layers;
@@ -25,47 +33,47 @@ use crate::color::Spectrum;
 use crate::math::Vec3;
 use rayon::prelude::*;
 
-/// Passes; each reaches twice as far as the one before.
+/// Number of passes; each reaches twice as far as the previous one.
 const LEVELS: u32 = 5;
-/// Weights of the cubic B-spline by distance in taps; both axes have them.
+/// Weights of the cubic B-spline by distance in taps, for both axes.
 const KERNEL: [f32; 3] = [6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
-/// Standard deviations of the noise by which luminances may differ.
+/// Tolerance for differences of luminance, in standard deviations of the noise.
 const SIGMA_LIGHT: f32 = 3.0;
-/// Pixels both ways in which outliers and variances are judged.
+/// Half width in pixels of the window for outliers and variances.
 const WINDOW: isize = 3;
-/// Distances of the quartiles beyond the upper one from which on a pixel is an outlier.
+/// Distance of the outlier fence from the upper quartile, in interquartile ranges.
 const FENCE: f32 = 1.5;
-/// Pixels that show the same surface as another one, below which that is on an edge.
+/// Minimum number of other pixels on the same surface. Pixels with fewer are on an edge.
 const MIN_ALIKE: usize = 8;
-/// Factor by which light that the filter lost is given back at most.
+/// Maximum factor that restores light lost in the filter.
 const MAX_FACTOR: f32 = 2.0;
-/// Length by which mean normals may differ.
+/// Tolerance for differences of mean normals, a length.
 const SIGMA_NORMAL: f32 = 0.3;
-/// Length by which albedos may differ.
+/// Tolerance for differences of albedo, a length.
 const SIGMA_ALBEDO: f32 = 0.15;
-/// Share of its depth by which a pixel may lie off another one's tangent plane.
+/// Tolerance for the distance of a pixel from another pixel's tangent plane, relative to its depth.
 const SIGMA_DEPTH: f32 = 0.1;
-/// Albedos are divided by as if they were this at least: lamps and the background have none.
+/// Minimum albedo as a divisor: lamps and the background have albedo 0.
 const MIN_ALBEDO: f32 = 0.02;
 
-/// What the filter knows of a picture, row by row.
+/// Input of the filter, row by row.
 pub(super) struct Input {
     size: [usize; 2],
     guides: Vec<Guide>,
     light: Vec<FilteredLight>,
-    /// Luminance of the light as it came, before outliers were brought down.
+    /// Luminance of the light before outliers are reduced.
     raw: Vec<f32>,
 }
 
-/// What does not change from pass to pass.
+/// Guides of a pixel, constant over all passes.
 #[derive(Clone, Copy)]
 struct Guide {
     /// Mean normal; zero in the background.
     normal: Vec3,
     albedo: Vec3,
-    /// 1 / depth, which is linear in the picture wherever the surface is flat.
+    /// 1 / depth, which is linear in the picture on flat surfaces.
     disparity: f32,
-    /// How it changes from pixel to pixel, along rows and columns.
+    /// Change of the disparity from pixel to pixel, along rows and columns.
     gradient: [f32; 2],
     /// Divisor of the light.
     divisor: Vec3,
@@ -81,7 +89,7 @@ struct FilteredLight {
 }
 
 impl Input {
-    /// Input made of `layers`. Coverage is not divided by the albedo.
+    /// Input from `layers`. Coverage is not divided by the albedo.
     pub fn new(layers: &Layers) -> Result<Self, DenoiseError> {
         let of = |layer: &Result<Vec<Vec3>, DenoiseError>| layer.clone();
         let (color, size) = (&layers.color, layers.size);
@@ -105,13 +113,14 @@ impl Input {
         let mut light: Vec<FilteredLight> = (0..color.len())
             .map(|i| {
                 let divisor = guides[i].divisor;
-                // Weights that sum to 1: the variance of the luminance is this at most, however the channels hang together.
+                // The weights sum to 1, so this is an upper bound of the luminance's variance for
+                // any correlation of the channels.
                 let variance = luminance(variance[i] / (divisor * divisor));
                 let value = color[i] / divisor;
                 FilteredLight { value, variance }
             })
             .collect();
-        // One sample per pixel has no variance; that of its neighbours is used.
+        // One sample per pixel has no variance; estimate it from the neighbours.
         if light.iter().any(|light| !light.variance.is_finite()) {
             let estimates: Vec<f32> = (0..light.len())
                 .into_par_iter()
@@ -135,7 +144,7 @@ impl Input {
 }
 
 impl FilteredLight {
-    /// The light times `factor`.
+    /// Light times `factor`.
     fn scaled(self, factor: f32) -> Self {
         Self {
             value: self.value * factor,
@@ -145,7 +154,7 @@ impl FilteredLight {
 }
 
 impl Guide {
-    /// Whether the pixel that lies so far off shows about the same surface.
+    /// Returns true if the pixel at the offset `[dx, dy]` shows a similar surface.
     fn is_alike(&self, other: &Self, [dx, dy]: [isize; 2]) -> bool {
         let plane = self.disparity + self.gradient[0] * dx as f32 + self.gradient[1] * dy as f32;
         let distance = (other.normal - self.normal).length_squared() / (SIGMA_NORMAL * SIGMA_NORMAL)
@@ -159,12 +168,14 @@ fn luminance(value: Vec3) -> f32 {
     Spectrum::rgb(value.x, value.y, value.z).luminance()
 }
 
-/// `light` with outliers brought down to the fence of the pixels around that show the same surface, and what they had more shared out among these.
+/// `light` with outliers reduced to the fence of the surrounding pixels on the same surface. The
+/// removed light is distributed to these pixels.
 ///
-/// The fence is Tukey's (1977, "Exploratory Data Analysis"): the upper quartile and one and a half times the distance of the quartiles. A pixel comes
-/// down no further than its noise explains: a highlight of many samples stays, a single bright sample, whose standard deviation is as large as the pixel's
-/// value, does not. Pixels on edges, which have few others of their surface, stay as they are: small lamps are
-/// nothing else.
+/// The fence is Tukey's (1977, "Exploratory Data Analysis"): the upper quartile plus one and a half
+/// interquartile ranges. A pixel is reduced by no more than its noise explains. A highlight of many
+/// samples stays; a single bright sample, with a standard deviation as large as the pixel's value,
+/// does not. Pixels on edges have few other pixels on their surface and stay unchanged, because
+/// small lamps look the same.
 fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2]) -> Vec<FilteredLight> {
     let around = |i: usize| taps(size, i, 1, WINDOW).filter(move |&(j, offset)| guides[i].is_alike(&guides[j], offset));
     let limited: Vec<FilteredLight> = (0..light.len())
@@ -189,7 +200,7 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
         })
         .collect();
 
-    // Share out what was taken: each pixel that gives asks which pixels it shares with.
+    // Distribute the removed light. Each pixel decides which pixels get its light.
     let share = |i: usize| match around(i).count() {
         n if n <= MIN_ALIKE => Vec3::ZERO,
         n => (light[i].value - limited[i].value) / n as f32,
@@ -197,7 +208,7 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
     let shares: Vec<Vec3> = (0..light.len()).into_par_iter().map(share).collect();
     let pixel = |i: usize| {
         let givers = taps(size, i, 1, WINDOW).filter(|&(j, [dx, dy])| guides[j].is_alike(&guides[i], [-dx, -dy]));
-        // A share is as uncertain as it is large.
+        // The standard deviation of a share is the share itself.
         givers.fold(limited[i], |light, (j, _)| FilteredLight {
             value: light.value + shares[j],
             variance: light.variance + luminance(shares[j]).powi(2),
@@ -206,8 +217,8 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
     (0..light.len()).into_par_iter().map(pixel).collect()
 }
 
-/// `light` with the mean variance of the pixels around that show the same surface: a pixel that has not seen a rare bright sample does not know how noisy
-/// it is, but some pixels around do.
+/// `light` with the mean variance of the surrounding pixels on the same surface. A pixel without a
+/// rare bright sample has a variance that is too low, but some neighbours have such a sample.
 fn with_mean_variance(guides: &[Guide], light: &[FilteredLight], size: [usize; 2]) -> Vec<FilteredLight> {
     let pixel = |i: usize| {
         let around = taps(size, i, 1, WINDOW).filter(|&(j, offset)| guides[i].is_alike(&guides[j], offset));
@@ -222,7 +233,7 @@ fn with_mean_variance(guides: &[Guide], light: &[FilteredLight], size: [usize; 2
     (0..light.len()).into_par_iter().map(pixel).collect()
 }
 
-/// The picture without its noise.
+/// The denoised picture.
 pub(super) fn denoise(input: Input) -> Vec<Vec3> {
     let Input {
         size,
@@ -236,10 +247,11 @@ pub(super) fn denoise(input: Input) -> Vec<Vec3> {
     pixels.map(|((l, g), factor)| l.value * factor * g.divisor).collect()
 }
 
-/// For each pixel, how many times as much light its surroundings had before they were filtered.
+/// For each pixel, ratio of the light in its surroundings before and after filtering.
 ///
-/// Bright pixels, which are noisy, blend with dark ones more than these with them: light is lost. Before and after, light is averaged over what the guides
-/// call the same surface, whatever its brightness; the ratio of both is smooth, and gives back what is lost near the place where it was.
+/// Bright, noisy pixels blend with dark pixels more than dark pixels with them, so light is lost.
+/// The light before and after is averaged over pixels with similar guides, for any brightness. The
+/// ratio of both is smooth, and restores lost light near its original position.
 fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [usize; 2]) -> Vec<f32> {
     let both: Vec<[f32; 2]> = raw
         .into_iter()
@@ -279,12 +291,12 @@ fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [u
     blurred.into_iter().map(factor).collect()
 }
 
-/// One pass, with taps `step` pixels apart.
+/// One pass with a tap distance of `step` pixels.
 fn pass(guides: &[Guide], light: &[FilteredLight], size: [usize; 2], step: usize) -> Vec<FilteredLight> {
     let pixel = |i: usize| {
         let (guide, own) = (&guides[i], light[i]);
         let brightness = luminance(own.value);
-        // Where nothing varies, nothing but the same may be blended.
+        // Without noise, only equal values may be blended.
         let tolerance = (SIGMA_LIGHT * blurred_variance(light, size, i).sqrt()).max(f32::MIN_POSITIVE);
         let depth_tolerance = (SIGMA_DEPTH * guide.disparity).max(f32::MIN_POSITIVE);
         let (mut sum, mut variance, mut weights) = (Vec3::ZERO, 0.0, 0.0);
@@ -297,7 +309,7 @@ fn pass(guides: &[Guide], light: &[FilteredLight], size: [usize; 2], step: usize
                 + (other.disparity - plane).abs() / depth_tolerance;
             let kernel = KERNEL[dx.unsigned_abs() / step] * KERNEL[dy.unsigned_abs() / step];
             let weight = kernel * (-distance).exp();
-            // Differences are summed, so that a constant stays to the bit.
+            // Differences are summed, so that a constant stays bit-identical.
             sum += weight * (that.value - own.value);
             variance += weight * weight * that.variance;
             weights += weight;
@@ -310,7 +322,8 @@ fn pass(guides: &[Guide], light: &[FilteredLight], size: [usize; 2], step: usize
     (0..light.len()).into_par_iter().map(pixel).collect()
 }
 
-/// The pixels up to `reach` taps from pixel `i` both ways, as far as they are inside: index and offset in pixels.
+/// Pixels up to `reach` taps from pixel `i` in both directions, inside the picture: index and
+/// offset in pixels.
 fn taps(size: [usize; 2], i: usize, step: usize, reach: isize) -> impl Iterator<Item = (usize, [isize; 2])> {
     let [width, height] = size;
     let (x, y) = (i % width, i / width);
@@ -324,7 +337,8 @@ fn taps(size: [usize; 2], i: usize, step: usize, reach: isize) -> impl Iterator<
     line(y, height).flat_map(move |(ty, dy)| line(x, width).map(move |(tx, dx)| (ty * width + tx, [dx, dy])))
 }
 
-/// The variance around pixel `i`, weighted by (1 2 1) / 4 both ways: that of a single pixel is itself noisy.
+/// Variance around pixel `i`, weighted by (1 2 1) / 4 in both directions, because the variance of a
+/// single pixel is noisy.
 fn blurred_variance(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for (j, [dx, dy]) in taps(size, i, 1, 1) {
@@ -344,8 +358,8 @@ fn variance_around(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 {
     spread / (n - 1.0).max(1.0)
 }
 
-/// How `values` change at pixel `i` along rows and columns; of the differences to both neighbours the smaller one, which an edge
-/// leaves alone.
+/// Gradient of `values` at pixel `i` along rows and columns. It is the smaller difference to the
+/// two neighbours, so that edges do not affect it.
 fn gradient(values: &[f32], size: [usize; 2], i: usize) -> [f32; 2] {
     let [width, height] = size;
     let along = |at: usize, len: usize, stride: usize| {

@@ -1,36 +1,38 @@
-//! Light that is too bright for filters: of lamps in view, and other bright pixels without noise.
+//! Light that is too bright for filters: lamps in view, and other bright pixels without noise.
 //!
-//! Filters change such light by fractions of it, and spread it. Open Image Denoise made a lamp of
-//! radiance 10⁴ darker by 3 % and one of 10⁶ brighter by 24 %, among surfaces of radiance 1: its
-//! network sees logarithms of radiance. A blur spreads a lamp over its edge, by 10⁵ around a lamp of
-//! 10⁶.
+//! Filters change such light by fractions of its value, and spread it. Open Image Denoise made a
+//! lamp of radiance 10⁴ darker by 3 % and a lamp of 10⁶ brighter by 24 %, among surfaces of
+//! radiance 1: its network has logarithms of radiance as input. A blur spreads a lamp over its
+//! edge, by 10⁵ around a lamp of 10⁶.
 //!
-//! Light above a limit is therefore taken out of the picture and added again afterwards, if it is no
-//! noise: if the first surface emits it, or if it is more than three standard deviations of the pixel.
-//! The limit is [`LIMIT`] times the geometric mean of the luminance of the picture. What is left of a
+//! Light above a limit is therefore removed from the picture and added again after the filter, if
+//! it is not noise: the first surface emits it, or it exceeds three standard deviations of the
+//! pixel. The limit is [`LIMIT`] times the geometric mean of the picture's luminance. The rest of a
+//! lamp is in the range of the filters, so the edges of usual lamps are still smoothed.
 //! lamp is no more than filters can handle, so the edges of usual lamps are still smoothed.
 
 use super::layers::Layers;
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// Limit over the geometric mean of luminance: Open Image Denoise changes lamps by 0.1 % up to it.
+/// Limit relative to the geometric mean of luminance. Open Image Denoise changes lamps below it by
+/// at most 0.1 %.
 const LIMIT: f32 = 100.0;
-/// Standard deviations of a pixel that may be noise.
+/// Maximum noise of a pixel in standard deviations.
 const NOISE: f32 = 3.0;
 
-/// Takes bright light out of `layers`, and returns it; `None` if there is none. `emitted` has the
-/// luminance of light that the camera sees at its source.
+/// Removes bright light from `layers` and returns it; `None` if there is none. `emitted` is the
+/// luminance of the light that sources in view emit.
 pub(super) fn take_bright(layers: &mut Layers, emitted: Option<&[f32]>) -> Option<Vec<Vec3>> {
     let limit = LIMIT * geometric_mean(layers.color.iter().map(|&c| luminance(c)))?;
-    // Share of a pixel's light, and whether a source in view emits it
+    // Share of a pixel's light to remove, and true if a source in view emits it
     let share = |i: usize| {
         let brightness = luminance(layers.color[i]);
         if brightness <= limit {
             return (0.0, false);
         }
         let variance = layers.variance.as_ref().map_or(f32::INFINITY, |v| luminance(v[i]));
-        // An infinite variance, or one that is not a number, makes no light certain.
+        // With an infinite or NaN variance, all light may be noise.
         let certain = (brightness - NOISE * variance.sqrt()).max(0.0);
         let emitted = emitted.map_or(0.0, |emitted| emitted[i].min(brightness));
         let share = (emitted.max(certain) - limit) / brightness;
@@ -48,7 +50,7 @@ pub(super) fn take_bright(layers: &mut Layers, emitted: Option<&[f32]>) -> Optio
     });
     let bright = bright.collect();
     if let Ok(variance) = &mut layers.variance {
-        // The noise of a lamp's edge leaves with its light.
+        // The noise of a lamp's edge is removed with its light.
         let of_lamps = variance.iter_mut().zip(&shares).filter(|(_, (_, emits))| *emits);
         of_lamps.for_each(|(v, _)| *v = Vec3::ZERO);
     }
@@ -59,7 +61,7 @@ fn luminance(value: Vec3) -> f32 {
     Spectrum::rgb(value.x, value.y, value.z).luminance()
 }
 
-/// Geometric mean of the positive values; `None` without any.
+/// Geometric mean of the positive values; `None` if there are none.
 fn geometric_mean(values: impl Iterator<Item = f32>) -> Option<f32> {
     let logarithms = values.filter(|v| *v > 0.0 && v.is_finite()).map(|v| f64::from(v).ln());
     let (sum, count) = logarithms.fold((0.0, 0u64), |(sum, count), v| (sum + v, count + 1));
@@ -71,7 +73,7 @@ mod tests {
     use super::*;
     use crate::denoise::DenoiseError;
 
-    /// Pixels of this luminance and standard deviation.
+    /// Pixels with this luminance and standard deviation.
     fn layers(pixels: &[[f32; 2]]) -> Layers {
         let missing = DenoiseError::NoChannel("Z");
         Layers {

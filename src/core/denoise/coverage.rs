@@ -1,39 +1,41 @@
 //! Denoising of pictures with alpha.
 //!
-//! `R G B` are premultiplied by alpha. A filter that blends them across a rim, and leaves alpha as it
-//! is, changes the colour of the rim: RGB / A was off by 3 to 14 % there, and light stood where alpha
-//! is 0. Colour and coverage are therefore filtered separately, by the same filter:
+//! `R G B` are premultiplied by alpha. A filter that blends them across an edge of alpha, and keeps
+//! alpha unchanged, changes the colour of the edge: RGB / A was off by 3 to 14 % there, and pixels
+//! with alpha 0 had light. Colour and coverage are therefore filtered separately, by the same
+//! filter:
 //!
-//! - The *straight* colour, RGB / A, is continued into the background from the pixels around, so no
-//!   rim is in it. Albedo and normals, which are means over all samples too, are treated alike.
-//! - Coverage is filtered as a picture of its own. It stays in the range of the raw coverage of the 5 × 5
-//!   pixels around, so the inside of objects and the empty background keep it to the bit. It moves
-//!   by no more than two standard deviations of its noise.
+//! - The *straight* colour, RGB / A, is extended into the background from the surrounding pixels,
+//!   so it has no edge of alpha. Albedo and normals, which are also means over all samples, are
+//!   treated alike.
+//! - Coverage is filtered as a separate picture. It is clamped to the range of the raw coverage of
+//!   the 5 × 5 pixels around, so the inside of objects and the empty background stay bit-identical.
+//!   It changes by at most two standard deviations of its noise.
 //!
-//! The product of both is the result. RGB / A is the filtered colour in every pixel, and RGB is 0 if A
-//! is 0. The shadow of a ground without background, which is coverage alone, is filtered too.
+//! The result is the product of both. RGB / A is the filtered colour in every pixel, and RGB is 0
+//! if A is 0. The shadow of a ground without background, which is only coverage, is filtered too.
 //!
-//! Pictures over a colour are filtered alike: the light of the background is taken out before, and put
-//! back behind the filtered coverage. They are those of a transparent picture over that colour.
+//! Pictures over a colour are filtered alike: the light of the background is removed before, and
+//! added again behind the filtered coverage. They equal a transparent picture over this colour.
 //!
-//! Pixels with a coverage below 1/4 have few samples of their own: the colour around has a part in
-//! theirs.
+//! Pixels with a coverage below 1/4 have few samples, so their colour is blended with the
+//! surrounding colour.
 
 use super::DenoiseError;
 use super::layers::Layers;
 use crate::math::Vec3;
 use rayon::prelude::*;
 
-/// Coverage from which on a pixel's colour is its own.
+/// Minimum coverage of a pixel that keeps its colour.
 const MIN_COVERAGE: f32 = 0.25;
-/// Pixels both ways whose raw coverage bounds the filtered one.
+/// Half width in pixels of the window whose raw coverage bounds the filtered coverage.
 const REACH: usize = 2;
-/// Half the width of the box whose spread stands for the variance of coverage, pixels.
+/// Half width in pixels of the box whose spread estimates the variance of coverage.
 const SPREAD_REACH: usize = 3;
 
-/// Picture, premultiplied, and coverage, both filtered by `filter`. Pixels whose number of `samples` is
-/// known have a bound of the variance of coverage. Pixels from which light was taken, `bright`, keep
-/// their coverage, which that light belongs to.
+/// Premultiplied picture and coverage, both filtered by `filter`. `samples` are the numbers of
+/// samples per pixel, if known. They bound the variance of coverage. `bright` is light that was
+/// removed before: pixels with such light keep their coverage.
 pub(super) fn denoise(
     layers: &Layers,
     coverage: &[Vec3],
@@ -44,7 +46,7 @@ pub(super) fn denoise(
     let straight = filter(&straight(layers, &means))?;
     let filtered = filter(&as_light(layers, coverage, samples))?;
     let mut filtered = within_range(coverage, &filtered, layers.size);
-    // A filter may colour what is grey.
+    // A filter may colour grey values.
     if coverage.iter().all(|a| a.x == a.y && a.y == a.z) {
         filtered
             .iter_mut()
@@ -75,7 +77,7 @@ pub(super) fn denoise(
     Ok((picture, filtered))
 }
 
-/// Layers whose colour, albedo and normals are divided by the coverage, and continued beyond it.
+/// Layers with colour, albedo and normals divided by the coverage, and extended beyond it.
 fn straight(layers: &Layers, coverage: &[f32]) -> Layers {
     let straight = |layer: &[Vec3]| continued(layer, coverage, layers.size);
     let of_colors = |variance: &Vec<Vec3>| {
@@ -93,13 +95,13 @@ fn straight(layers: &Layers, coverage: &[f32]) -> Layers {
     }
 }
 
-/// Layers whose colour is the coverage.
+/// Layers with the coverage as their colour.
 fn as_light(layers: &Layers, coverage: &[Vec3], samples: Option<&[f32]>) -> Layers {
     let color = coverage.to_vec();
     let spread = spread(&color, layers.size);
     let variance = (0..coverage.len()).map(|i| match samples.map(|samples| samples[i]) {
         Some(n) if n < 2.0 => Vec3::INFINITY,
-        // A mean of n values in [0, 1] has this variance at most.
+        // The variance of a mean of n values in [0, 1] has this upper bound.
         Some(n) => spread[i].min((coverage[i] * (1.0 - coverage[i])).max(Vec3::ZERO) / (n - 1.0)),
         None => spread[i],
     });
@@ -111,7 +113,7 @@ fn as_light(layers: &Layers, coverage: &[Vec3], samples: Option<&[f32]>) -> Laye
     }
 }
 
-/// The variance of the colours in the 7 × 7 pixels around each pixel.
+/// Variance of the colours in the 7 × 7 pixels around each pixel.
 fn spread(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     let mean = box_mean(color, size);
     let squares: Vec<Vec3> = color.iter().map(|&c| c * c).collect();
@@ -120,7 +122,7 @@ fn spread(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     mean.iter().zip(squares).map(variance).collect()
 }
 
-/// The mean over the pixels up to [`SPREAD_REACH`] both ways, as far as they are inside.
+/// Mean over the pixels up to [`SPREAD_REACH`] in both directions, inside the picture.
 fn box_mean(values: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     let [width, height] = size;
     let along = |values: &[Vec3], place: &(dyn Fn(usize) -> [usize; 2] + Sync), stride: usize| -> Vec<Vec3> {
@@ -136,8 +138,9 @@ fn box_mean(values: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     along(&rows, &|i| [i / width, height], width)
 }
 
-/// `layer` over `coverage`, and where there is none, the mean colour around: of blocks of 2 × 2 pixels,
-/// of blocks of these, and so on (Gortler et al. 1996, "The Lumigraph", §3.4, pull and push).
+/// `layer` divided by `coverage`. Pixels without coverage get the mean colour around: of blocks of
+/// 2 × 2 pixels, of blocks of these blocks, and so on (Gortler et al. 1996, "The Lumigraph", §3.4,
+/// pull and push).
 fn continued(layer: &[Vec3], coverage: &[f32], size: [usize; 2]) -> Vec<Vec3> {
     let own = |(&v, &a): (&Vec3, &f32)| if a > 0.0 { (v, a) } else { (Vec3::ZERO, 0.0) };
     let mut levels = vec![(size, layer.iter().zip(coverage).map(own).collect::<Vec<_>>())];
@@ -163,7 +166,7 @@ fn continued(layer: &[Vec3], coverage: &[f32], size: [usize; 2]) -> Vec<Vec3> {
     around
 }
 
-/// Sums over blocks of 2 × 2 pixels, and the size of the result.
+/// Sums over blocks of 2 × 2 pixels, with the new size.
 fn halved(pixels: &[(Vec3, f32)], [width, height]: [usize; 2]) -> ([usize; 2], Vec<(Vec3, f32)>) {
     let size = [width.div_ceil(2), height.div_ceil(2)];
     let block = |i: usize| {
@@ -178,7 +181,7 @@ fn halved(pixels: &[(Vec3, f32)], [width, height]: [usize; 2]) -> ([usize; 2], V
     (size, (0..size[0] * size[1]).into_par_iter().map(block).collect())
 }
 
-/// `filtered`, moved into the range of the raw `coverage` around.
+/// `filtered`, clamped to the range of the surrounding raw `coverage`.
 fn within_range(coverage: &[Vec3], filtered: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     let [width, height] = size;
     let around = |at: usize, len: usize| at.saturating_sub(REACH)..=(at + REACH).min(len - 1);
@@ -198,7 +201,7 @@ mod tests {
 
     const SIZE: [usize; 2] = [13, 9];
 
-    /// A disc of this colour, whose rim covers its pixels in part.
+    /// A disc of this colour, which partly covers the pixels of its edge.
     fn disc(color: Vec3) -> (Vec<Vec3>, Vec<f32>) {
         let pixel = |i: usize| {
             let (x, y) = ((i % SIZE[0]) as f32 - 5.0, (i / SIZE[0]) as f32 - 4.0);
@@ -215,7 +218,7 @@ mod tests {
         for v in continued(&picture, &coverage, SIZE) {
             assert!((v / color - Vec3::ONE).abs().max_element() < 1e-5, "{v}");
         }
-        // Without any coverage there is no colour to continue.
+        // Without any coverage, there is no colour to extend.
         let nothing = continued(&picture, &vec![0.0; picture.len()], SIZE);
         assert!(nothing.iter().all(|&v| v == Vec3::ZERO));
     }
@@ -227,7 +230,7 @@ mod tests {
         let coverage: Vec<Vec3> = coverage.into_iter().map(Vec3::splat).collect();
         let bounded = within_range(&coverage, &filtered, SIZE);
         let at = |x: usize, y: usize| bounded[y * SIZE[0] + x].y;
-        // In the middle, on the rim, and outside
+        // In the middle, on the edge, and outside
         assert_eq!([at(5, 4), at(9, 4), at(12, 0)], [1.0, 0.5, 0.0]);
     }
 }

@@ -4,16 +4,16 @@ use super::{ALBEDO, COLOR, DenoiseError, NORMAL, RAW, VARIANCE, values, vectors}
 use crate::film::Image;
 use crate::math::Vec3;
 
-/// A layer, or the error that its channel is missing. Only some filters need the layer.
+/// A layer, or the error for its missing channel. Only some filters need the layer.
 type Layer<T> = Result<Vec<T>, DenoiseError>;
 
-/// Layers of an image as the filters take them, row by row.
+/// Layers of an image as input of the filters, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Layers {
     pub size: [usize; 2],
     /// Picture to filter: light, or coverage as a grey.
     pub color: Vec<Vec3>,
-    /// Variance of `color`; infinite if it is not known.
+    /// Variance of `color`; infinite if unknown.
     pub variance: Layer<Vec3>,
     pub albedo: Layer<Vec3>,
     pub normal: Layer<Vec3>,

@@ -1,9 +1,12 @@
-//! Denoisers: filters that reduce the noise of a developed image and add a bias that more samples do not remove.
+//! Denoisers: filters that reduce the noise of a developed image. They add a bias that more samples
+//! do not remove.
 //!
-//! `--denoise` works right before files are written: `R G B` are the denoised image, `raw.R raw.G raw.B` the rendered one. Where a denoiser fails,
-//! the raw image is written all the same. The denoiser is asked for its version, and so for its library, before the render begins.
+//! `--denoise` works right before files are written: `R G B` are the denoised image, `raw.R raw.G
+//! raw.B` the rendered one. If a denoiser fails, the raw image is still written. The version of the
+//! denoiser's library is checked before the render begins.
 //!
-//! All filters work on what the film says of each pixel, and give the same bits with any number of threads. docs/denoise.md compares them.
+//! All filters use the film's channels of each pixel, and return the same bits with any number of
+//! threads. docs/denoise.md compares them.
 
 mod atrous;
 mod bright;
@@ -18,21 +21,22 @@ use crate::math::{UVec2, Vec3};
 use layers::Layers;
 use thiserror::Error;
 
-/// A filter that takes out noise.
+/// A filter that removes noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Denoiser {
-    /// The neural network of Open Image Denoise 2, guided by albedo and normal; needs the feature `oidn`.
+    /// The neural network of Open Image Denoise 2, guided by albedo and normal; needs the feature
+    /// `oidn`.
     Oidn,
-    /// The small network of Open Image Denoise 2, by guides as they are: for first looks.
+    /// The small network of Open Image Denoise 2, with unfiltered guides: for previews.
     OidnFast,
-    /// A wavelet filter that stops at edges, guided by albedo, normal, depth and variance.
+    /// An edge-avoiding wavelet filter, guided by albedo, normal, depth and variance.
     Atrous,
-    /// A plain blur.
+    /// A Gaussian blur.
     Gaussian,
 }
 
-/// Why an image could not be denoised.
+/// Error of a denoiser.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum DenoiseError {
     /// The filter is not part of this program.
@@ -51,10 +55,11 @@ pub enum DenoiseError {
     Failed(String),
 }
 
-/// Memory limit of Open Image Denoise besides the images, MiB: enough for 1920 × 1080 pixels at once. Larger pictures are filtered in tiles.
+/// Memory limit of Open Image Denoise without the images, in MiB: enough for 1920 × 1080 pixels at
+/// once. Larger pictures are filtered in tiles.
 const OIDN_MB: u32 = 2000;
 
-/// Multiple of pixels to which Open Image Denoise fills pictures both ways.
+/// Multiple of pixels to which Open Image Denoise pads pictures in both directions.
 const OIDN_BLOCK: u64 = 16;
 
 const COLOR: [&str; 3] = ["R", "G", "B"];
@@ -66,7 +71,7 @@ const SAMPLES: &str = "samples";
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
 impl Denoiser {
-    /// Open Image Denoise where it is built in and works, else the wavelet filter.
+    /// Open Image Denoise if it is built in and works, else the wavelet filter.
     pub fn best() -> Self {
         match Self::Oidn.version() {
             Ok(_) => Self::Oidn,
@@ -74,7 +79,7 @@ impl Denoiser {
         }
     }
 
-    /// [`Denoiser::best`] for first looks: the small network in place of the large one.
+    /// [`Denoiser::best`] for previews: the small network instead of the large one.
     pub fn fast() -> Self {
         match Self::best() {
             Self::Oidn => Self::OidnFast,
@@ -82,7 +87,8 @@ impl Denoiser {
         }
     }
 
-    /// Name of the filter, with the version of its library if it has one: `oidn 2.5.1`. An error where it cannot be used.
+    /// Name of the filter, with the version of its library if it has one: `oidn 2.5.1`. Returns an
+    /// error if the filter is not available.
     pub fn version(self) -> Result<String, DenoiseError> {
         match self {
             #[cfg(feature = "oidn")]
@@ -96,8 +102,9 @@ impl Denoiser {
         }
     }
 
-    /// Number of pixels that the filter works on for a picture of this size: Open Image Denoise fills
-    /// pictures up to multiples of 16 pixels both ways, and its time and memory follow from that.
+    /// Number of pixels that the filter processes for a picture of this size. Open Image Denoise
+    /// pads pictures to multiples of 16 pixels in both directions, which determines its time and
+    /// memory.
     pub fn pixels(self, size: UVec2) -> u64 {
         let [width, height] = size.to_array().map(u64::from);
         match self {
@@ -106,8 +113,8 @@ impl Denoiser {
         }
     }
 
-    /// Bytes that denoising so many pixels takes besides the image, at most: measured on pictures of 512² to 3840 × 2160 pixels, and rounded up
-    /// (docs/denoise.md, "Memory").
+    /// Maximum additional bytes to denoise `pixels` pixels, without the image: measured on pictures
+    /// of 512² to 3840 × 2160 pixels, and rounded up (docs/denoise.md, "Memory").
     pub fn bytes(self, pixels: u64) -> u64 {
         match self {
             Self::Oidn | Self::OidnFast => 220 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
@@ -116,7 +123,7 @@ impl Denoiser {
         }
     }
 
-    /// Default radius in pixels of a filter that has one: the standard deviation of `gaussian`.
+    /// Default radius in pixels, if the filter has one: the standard deviation of `gaussian`.
     pub fn default_radius(self) -> Option<f32> {
         match self {
             Self::Oidn | Self::OidnFast | Self::Atrous => None,
@@ -124,21 +131,23 @@ impl Denoiser {
         }
     }
 
-    /// Does what [`Denoiser::apply_with`] does, with the default radius.
+    /// [`Denoiser::apply_with`] with the default radius.
     pub fn apply(self, image: &mut Image) -> Result<(), DenoiseError> {
         self.apply_with(image, None)
     }
 
-    /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`; with
-    /// a background, also its coverage and the raw one.
-    /// Other channels stay: `variance` is that of the raw picture. An image that was denoised before is denoised anew, from its raw picture.
+    /// Writes the denoised picture to `R G B` of `image` and the raw picture to `raw.R raw.G
+    /// raw.B`; with a background, also the denoised and the raw coverage. Other channels stay:
+    /// `variance` is the variance of the raw picture. An image that was denoised before is denoised
+    /// again from its raw picture.
     ///
     /// Light of lamps in view that is far brighter than the picture stays as rendered.
     ///
-    /// Open Image Denoise does without albedo and normals where one of them is missing; the wavelet filter needs both,
-    /// `Z` and `variance`. Filters without a radius take no notice of `radius`.
+    /// Open Image Denoise ignores albedo and normals if one of them is missing; the wavelet filter
+    /// needs both, and `Z` and `variance`. Filters without a radius ignore `radius`.
     ///
-    /// Works with the threads of rayon's pool, Open Image Denoise with as many of its own. On an error the image stays as it was.
+    /// Uses the threads of rayon's pool; Open Image Denoise creates the same number of threads. On
+    /// an error the image is unchanged.
     pub fn apply_with(self, image: &mut Image, radius: Option<f32>) -> Result<(), DenoiseError> {
         let radius = radius.or(self.default_radius()).unwrap_or_default();
         let mut layers = Layers::of(image)?;
@@ -151,7 +160,7 @@ impl Denoiser {
                 let samples = values(image, SAMPLES).ok();
                 let behind = Vec3::from(backing.light().to_array());
                 let raw: Vec<Vec3> = raw.into_iter().map(Vec3::from).collect();
-                // The light in front of the background, as in a transparent picture
+                // Light in front of the background, as in a transparent picture
                 let front = layers.color.iter().zip(&raw);
                 layers.color = front.map(|(&light, &a)| light - (Vec3::ONE - a) * behind).collect();
                 let (mut picture, coverage) = coverage::denoise(&layers, &raw, (samples, bright.as_deref()), filter)?;
@@ -202,20 +211,20 @@ fn vectors(image: &Image, names: [&'static str; 3]) -> Result<Vec<Vec3>, Denoise
         .collect())
 }
 
-/// The channel called `name`.
+/// Values of the channel `name`.
 fn values<'a>(image: &'a Image, name: &'static str) -> Result<&'a [f32], DenoiseError> {
     let channel = image.channel(name).ok_or(DenoiseError::NoChannel(name))?;
     Ok(&channel.values)
 }
 
-/// Makes `values` the channels of these names, which are added where they are missing.
+/// Writes `values` to the channels `names`; missing channels are added.
 fn put(image: &mut Image, names: [&'static str; 3], values: &[Vec3]) {
     for (c, name) in names.into_iter().enumerate() {
         put_values(image, name, values.iter().map(|v| v[c]).collect());
     }
 }
 
-/// Makes `values` the channel `name`, which is added if it is missing.
+/// Writes `values` to the channel `name`; a missing channel is added.
 fn put_values(image: &mut Image, name: &'static str, values: Vec<f32>) {
     match image.channels.iter_mut().find(|channel| channel.name == name) {
         Some(channel) => channel.values = values,
@@ -281,7 +290,7 @@ mod tests {
             }
             assert_eq!(values(&image, "variance.G"), values(&raw, "variance.G"));
             assert!(values(&image, "G").unwrap().iter().all(|v| v.is_finite() && *v >= 0.0));
-            // A second time begins with the raw picture again.
+            // A second call starts from the raw picture again.
             let once = image.clone();
             denoiser.apply(&mut image).unwrap();
             assert_eq!(image, once, "{denoiser:?}");

@@ -1,22 +1,23 @@
-//! Open Image Denoise 2. Albedo and normals are filtered first, each by itself, and then the image
-//! by those (`cleanAux`). For first looks the library's fast quality filters the image alone, by
-//! albedo and normals as they are: a fifth of the time, and more noise.
+//! Open Image Denoise 2. Albedo and normals are filtered first, each separately, and then guide the
+//! filter of the image (`cleanAux`). For previews, the library's fast quality filters only the
+//! image, with unfiltered albedo and normals: a fifth of the time, and more noise.
 //!
-//! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`, which the library ignores, and takes no number of
-//! threads. `sys/oidn` therefore makes these calls by the crate's raw bindings. docs/denoise.md has what the filter gains.
+//! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`,
+//! which the library ignores, and does not accept a number of threads. `sys/oidn` therefore makes
+//! these calls through the crate's raw bindings. docs/denoise.md has the gain of the filter.
 
 use super::layers::Layers;
 use super::{DenoiseError, OIDN_MB};
 use crate::math::Vec3;
 use embrasure_oidn::{Device, Error};
 
-/// `name` with the version of the library that is loaded.
+/// `name` with the version of the loaded library.
 pub(super) fn version(name: &str) -> Result<String, DenoiseError> {
     Ok(format!("{name} {}", Device::new(1, OIDN_MB).map_err(failed)?.version()))
 }
 
-/// The picture of `layers` without its noise: the guides albedo and normal first, each separately, then
-/// the picture by guides without noise. Without guides the picture is filtered alone.
+/// Denoises the picture of `layers`: first the guides albedo and normal, each separately, then the
+/// picture with the denoised guides. Without guides, only the picture is filtered.
 pub(super) fn denoise(layers: &Layers) -> Result<Vec<Vec3>, DenoiseError> {
     let (color, size) = (flat(&layers.color), layers.size);
     filtered(|device| {
@@ -29,7 +30,7 @@ pub(super) fn denoise(layers: &Layers) -> Result<Vec<Vec3>, DenoiseError> {
     })
 }
 
-/// The picture of `layers` with little noise, by the small network and by guides as they are.
+/// Denoises the picture of `layers` quickly, by the small network and with unfiltered guides.
 pub(super) fn denoise_fast(layers: &Layers) -> Result<Vec<Vec3>, DenoiseError> {
     let guides = guides(layers);
     let guides = guides
@@ -38,7 +39,7 @@ pub(super) fn denoise_fast(layers: &Layers) -> Result<Vec<Vec3>, DenoiseError> {
     filtered(|device| device.color_fast(&flat(&layers.color), guides, layers.size))
 }
 
-/// Albedo and normals, unless one of them is missing.
+/// Albedo and normals; `None` if one of them is missing.
 fn guides(layers: &Layers) -> Option<[Vec<f32>; 2]> {
     match (&layers.albedo, &layers.normal) {
         (Ok(albedo), Ok(normal)) => Some([flat(albedo), flat(normal)]),
@@ -46,14 +47,14 @@ fn guides(layers: &Layers) -> Option<[Vec<f32>; 2]> {
     }
 }
 
-/// The pixels that `filter` makes with a device.
+/// Pixels that `filter` computes with a device.
 fn filtered(filter: impl FnOnce(&Device) -> Result<Vec<f32>, Error>) -> Result<Vec<Vec3>, DenoiseError> {
     let device = Device::new(rayon::current_num_threads(), OIDN_MB).map_err(failed)?;
     let denoised = filter(&device).map_err(failed)?;
     Ok(denoised.chunks_exact(3).map(Vec3::from_slice).collect())
 }
 
-/// Three numbers a pixel, as the library takes them.
+/// Three numbers per pixel, as input of the library.
 fn flat(values: &[Vec3]) -> Vec<f32> {
     values.iter().flat_map(|v| v.to_array()).collect()
 }

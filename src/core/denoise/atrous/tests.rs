@@ -3,8 +3,8 @@ use crate::math::hash::{GOLDEN_GAMMA, mix};
 
 const SIZE: [usize; 2] = [64, 48];
 
-/// A wall of normal +z at depth 2, where `albedo` and `light` tell a pixel's own by its column. Light has a standard deviation of `noise`
-/// times itself.
+/// A wall with normal +z at depth 2. `albedo` and `light` return a pixel's values by its column.
+/// Light has a standard deviation of `noise` times its value.
 fn wall(albedo: impl Fn(usize) -> f32, light: impl Fn(usize) -> f32, noise: f32) -> Input {
     let guides = (0..SIZE[0] * SIZE[1])
         .map(|i| Guide {
@@ -18,7 +18,7 @@ fn wall(albedo: impl Fn(usize) -> f32, light: impl Fn(usize) -> f32, noise: f32)
     let light = (0..SIZE[0] * SIZE[1])
         .map(|i| {
             let value = light(i % SIZE[0]);
-            // Uniform in (−1, 1), of variance 1/3.
+            // Uniform in (−1, 1), with variance 1/3.
             let u = (mix((i as u64).wrapping_mul(GOLDEN_GAMMA)) >> 40) as f32 / (1 << 23) as f32 - 1.0;
             let sigma = noise * value;
             FilteredLight {
@@ -48,7 +48,7 @@ fn moments(picture: &[Vec3], columns: std::ops::Range<usize>) -> (f64, f64) {
 
 #[test]
 fn constants_stay() {
-    // Under a texture, light that is even stays so; its product with the albedo is rounded anew.
+    // Uniform light stays uniform under a texture; its product with the albedo is rounded again.
     let texture = |x: usize| [0.05, 0.8, 0.3][x % 3];
     let picture = denoise(wall(texture, |_| 7.0, 0.0));
     for (i, v) in picture.iter().enumerate() {
@@ -66,7 +66,8 @@ fn noise_on_a_wall_falls_fiftyfold() {
     assert!((mean / 0.5 - 1.0).abs() < 0.02, "mean {mean}");
 }
 
-/// One pixel in fifty has a bright sample, which its variance knows of; the light of all stays.
+/// One pixel in fifty has a bright sample, which its variance includes; the total light is
+/// unchanged.
 #[test]
 fn fireflies_leave_no_blotches() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);
@@ -91,7 +92,8 @@ fn fireflies_leave_no_blotches() {
     assert!(variance.sqrt() < 0.2 * mean, "{mean} ± {}", variance.sqrt());
 }
 
-/// Rows of a lamp's edge, whose guides are like none around, have light at random, of which their variance knows; the mean of the picture stays.
+/// Rows of a lamp's edge, whose guides differ from all neighbours, have random light, which their
+/// variance includes; the mean of the picture is unchanged.
 #[test]
 fn light_on_edges_is_not_lost() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);
@@ -123,7 +125,8 @@ fn highlights_of_many_samples_stay() {
 
 #[test]
 fn edges_stay_sharp() {
-    // Of albedo, and of light by far more than the noise: both sides keep their means up to the edge.
+    // Edges of albedo, and of light far above the noise: both sides keep their means up to the
+    // edge.
     let edge = |x: usize| if x < 30 { 0.8 } else { 0.1 };
     let pictures = [
         (wall(edge, |_| 1.0, 0.1), 1.0),
@@ -140,7 +143,7 @@ fn edges_stay_sharp() {
             );
         }
     }
-    // Of normals and of depths, where the light itself tells little.
+    // Edges of normals and of depths, with a small difference of light.
     let light = |x: usize| if x < 30 { 1.0 } else { 0.7 };
     let turned = |g: &mut Guide| g.normal = Vec3::X;
     let behind = |g: &mut Guide| g.disparity = 0.25;
@@ -162,7 +165,8 @@ fn edges_stay_sharp() {
 
 #[test]
 fn slanted_planes_are_no_edges() {
-    // The disparity of a plane is linear in the picture, and its slope the smaller difference everywhere.
+    // The disparity of a plane is linear in the picture, and its gradient is the smaller difference
+    // everywhere.
     let disparity: Vec<f32> = (0..SIZE[0] * SIZE[1])
         .map(|i| 0.1 + 0.02 * (i % SIZE[0]) as f32 + 0.01 * (i / SIZE[0]) as f32)
         .collect();

@@ -1,25 +1,27 @@
-//! The opening of a lens that is no full disk.
+//! Polygonal opening of a lens.
 
 use super::CameraError;
 use crate::math::{Vec2, encode_fields};
 use std::f32::consts::TAU;
 
-/// Blades of an aperture at least and at most.
+/// Minimum and maximum number of blades of an aperture.
 pub const BLADES: [u32; 2] = [3, 32];
 
-/// The opening of a diaphragm of straight blades: a regular polygon whose corners lie on the rim of the lens.
+/// Opening of a diaphragm with straight blades: a regular polygon with corners on the rim of the
+/// lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aperture {
-    /// Number of blades, which is that of the polygon's sides; within [`BLADES`].
+    /// Number of blades, equal to the number of sides of the polygon; within [`BLADES`].
     pub blades: u32,
-    /// Angle of the first corner from the right of the image, counter-clockwise as the camera looks, degrees.
+    /// Angle of the first corner from the right of the image, counter-clockwise in the view
+    /// direction, in degrees.
     pub rotation: f32,
 }
 
 encode_fields!(Aperture { blades, rotation });
 
 impl Aperture {
-    /// An error where no diaphragm is such.
+    /// Returns an error if the values are out of range.
     pub(super) fn check(&self) -> Result<(), CameraError> {
         let [min, max] = BLADES;
         let error = |parameter, message| {
@@ -40,7 +42,8 @@ impl Aperture {
         Ok(())
     }
 
-    /// The point of the unit polygon, uniform over its area, that `u` draws: a triangle of the centre and two corners, and a point in it.
+    /// Samples a point of the unit polygon, uniformly over its area: `u` chooses a triangle of the
+    /// centre and two corners, and a point in it.
     pub(super) fn sample(&self, u: Vec2) -> Vec2 {
         let side = u.x * self.blades as f32;
         let first = (side as u32).min(self.blades - 1);
@@ -65,7 +68,8 @@ impl Aperture {
 mod tests {
     use super::*;
 
-    /// Moments over a lattice of numbers against those of regular polygons: the mean is 0, and that of the squared distance R²/6 · (2 + cos 2π/n).
+    /// Moments over a lattice of numbers against the moments of regular polygons: the mean is 0,
+    /// and the mean squared distance is R²/6 · (2 + cos 2π/n).
     #[test]
     fn points_are_uniform_over_the_polygon() {
         const N: u32 = 1 << 20;
@@ -86,7 +90,7 @@ mod tests {
             let expected = (2.0 + (TAU as f64 / blades as f64).cos()) / 6.0;
             assert!(mean[0].hypot(mean[1]) / n < 1e-4, "{blades}");
             assert!((squared / n / expected - 1.0).abs() < 1e-3, "{blades}: {squared}");
-            // A disk about the centre has its share of the area.
+            // A disk around the centre has its share of the area.
             let share = std::f64::consts::PI * (0.5 * apothem as f64).powi(2) / aperture.area() as f64;
             assert!((f64::from(inside) / n / share - 1.0).abs() < 5e-3, "{blades}: {inside}");
         }

@@ -1,9 +1,9 @@
-//! A camera as attributes of image files: matrices and lens, in the conventions of OpenEXR.
+//! Attributes of a camera for image files: matrices and lens, in the conventions of OpenEXR.
 //!
-//! Source: OpenEXR, Standard Attributes, "Position and Orientation" and "Lens State". Points are row
-//! vectors, which matrices multiply from the right. The space of the camera is left-handed: x right,
-//! y up, z along the view axis. NDC are 0, 0 in the upper left corner of the display window and 1, 1
-//! in the lower right.
+//! Source: OpenEXR, Standard Attributes, "Position and Orientation" and "Lens State". Points are
+//! row vectors, which matrices multiply from the right. Camera space is left-handed: x right, y up,
+//! z along the view axis. NDC are 0, 0 in the upper left corner of the display window and 1, 1 in
+//! the lower right corner.
 
 use super::Camera;
 use crate::math::{DVec2, DVec3, encode_fields};
@@ -11,20 +11,20 @@ use crate::math::{DVec2, DVec3, encode_fields};
 /// A 4 × 4 matrix, by rows.
 pub type Matrix = [f32; 16];
 
-/// A camera as image files describe it.
+/// Attributes of a camera in image files.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraAttributes {
-    /// Takes points of the world to the space of the camera.
+    /// Transform from world space to camera space.
     pub world_to_camera: Matrix,
-    /// Takes points of the world to the image plane; `None` for projections that no matrix has.
+    /// Transform from world space to the image plane; `None` for projections without a matrix.
     pub world_to_ndc: Option<Matrix>,
-    /// Focal length of a perspective, millimetres.
+    /// Focal length of a perspective in millimetres.
     pub focal_length: Option<f32>,
-    /// Width and height of the sensor of a perspective, millimetres.
+    /// Width and height of the sensor of a perspective in millimetres.
     pub sensor: Option<[f32; 2]>,
     /// F-number of a perspective with a lens.
     pub f_number: Option<f32>,
-    /// Distance to the plane in focus, metres; of projections onto a plane.
+    /// Distance to the plane in focus in metres, for projections onto a plane.
     pub focus: Option<f32>,
 }
 
@@ -37,8 +37,8 @@ encode_fields!(CameraAttributes {
     focus,
 });
 
-/// A projection onto a plane: pixels are `scale * (x, -y) / w + middle`, where w is the depth of a
-/// perspective and 1 of parallel rays.
+/// A projection onto a plane. Pixels are `scale * (x, -y) / w + middle`, where w is the depth for a
+/// perspective and 1 for parallel rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     pub scale: DVec2,
@@ -47,8 +47,8 @@ pub(super) struct Plane {
 }
 
 impl Camera {
-    /// The camera, as it stands when the shutter opens, as attributes of image files. Lengths of the
-    /// scene are multiplied by `metres`, and the sensor has a height of `sensor_height` metres.
+    /// Attributes of the camera at shutter open, for image files. `metres` is the length of a scene
+    /// unit in metres, and `sensor_height` is in metres.
     pub fn attributes(&self, sensor_height: f32, metres: f32) -> CameraAttributes {
         let [open, _] = self.shutter;
         let still = self.at(open);
@@ -71,7 +71,7 @@ impl Camera {
     }
 }
 
-/// The matrix whose columns are affine functions of a point: an axis and a constant.
+/// Matrix whose columns are affine functions of a point: an axis and a constant.
 fn matrix(columns: [(DVec3, f64); 4]) -> Matrix {
     let entry = |i: usize| {
         let (axis, constant) = columns[i % 4];
@@ -87,7 +87,7 @@ fn world_to_camera(axes: [DVec3; 3], position: DVec3) -> Matrix {
 }
 
 fn world_to_ndc([right, up, forward]: [DVec3; 3], position: DVec3, plane: Plane, size: DVec2) -> Matrix {
-    // Divisors are the last column. z is not used: 1 - 1/depth keeps the matrix regular.
+    // The last column holds the divisors. z is not used: 1 - 1/depth keeps the matrix regular.
     let divisor = if plane.is_parallel { DVec3::ZERO } else { forward };
     let one = f64::from(u8::from(plane.is_parallel));
     let constant_of_depth = -forward.dot(position);
@@ -132,7 +132,7 @@ mod tests {
         description.camera(UVec2::new(120, 80)).unwrap()
     }
 
-    /// The point times the matrix, divided by its last number.
+    /// Product of the point and the matrix, divided by its last coordinate.
     fn times(p: Vec3, m: Matrix) -> [f64; 3] {
         let of = |column: usize| {
             let row = |row: usize, x: f32| f64::from(x) * f64::from(m[4 * row + column]);
@@ -141,7 +141,7 @@ mod tests {
         [0, 1, 2].map(|column| of(column) / of(3))
     }
 
-    /// Points lie at the pixels at which the camera sees them.
+    /// The matrices project points to the same pixels as the camera.
     #[test]
     fn matrices_project_as_the_camera_does() {
         let shift = Vec2::new(0.2, -0.3);

@@ -1,37 +1,37 @@
-//! Calibrated cameras: focal lengths and principal point in pixels, and the distortion of a lens
-//! after the models of OpenCV.
+//! Calibrated cameras: focal lengths and principal point in pixels, and the distortion of a lens by
+//! the models of OpenCV.
 //!
-//! A model takes points of a plane (x, y) at distance 1 before the lens, or angles from the axis,
-//! to distorted points; pixels are `fx x' + cx, fy y' + cy`. Here pixel centres are at .5, so the
-//! middle of a picture of W columns is W/2. Rays need the inverse. The radial part is increasing up
-//! to [`CalibratedLens::limit`], within which it is inverted between bounds; Newton's method adds
-//! the tangential part. A picture beyond the limit is refused.
+//! A model maps points of a plane (x, y) at distance 1 in front of the lens, or angles from the
+//! axis, to distorted points. Pixels are `fx x' + cx, fy y' + cy`. Here pixel centres are at .5, so
+//! the centre of a picture of W columns is W/2. Rays need the inverse. The radial part increases up
+//! to [`CalibratedLens::limit`], and is inverted by bracketing below it. Newton's method adds the
+//! tangential part. A picture beyond the limit is an error.
 
 use super::CameraError;
 use crate::math::{DVec2, UVec2, Vec2, encode_fields, encode_variants};
 use std::f64::consts::PI;
 
-/// Focal lengths and principal point of a camera, pixels of its picture.
+/// Focal lengths and principal point of a camera, in pixels of its picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
-    /// Focal lengths: across and down.
+    /// Focal lengths: horizontal and vertical.
     pub focal: [f64; 2],
-    /// Principal point from the top left corner of the picture; the centre of the first pixel is
+    /// Principal point from the top left corner of the picture. The centre of the first pixel is
     /// 0.5, 0.5.
     pub center: [f64; 2],
 }
 
-/// Distortion of a lens after OpenCV.
+/// Distortion of a lens, by the models of OpenCV.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Distortion {
-    /// Of a pinhole: k1, k2, p1, p2, k3.
+    /// Distortion of a pinhole: k1, k2, p1, p2, k3.
     Pinhole([f64; 5]),
-    /// Of a fisheye: k1, k2, k3, k4.
+    /// Distortion of a fisheye: k1, k2, k3, k4.
     Fisheye([f64; 4]),
 }
 
 impl Intrinsics {
-    /// An error if the numbers are not those of a camera.
+    /// Returns an error if the numbers are out of range.
     pub fn check(&self) -> Result<(), CameraError> {
         if self.focal.iter().all(|f| *f > 0.0 && f.is_finite()) && self.center.iter().all(|c| c.is_finite()) {
             return Ok(());
@@ -48,26 +48,27 @@ encode_variants!(Distortion {
     1 => Fisheye(k),
 });
 
-/// A calibrated camera with a picture of a size.
+/// A calibrated camera for a picture of a given size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CalibratedLens {
     focal: DVec2,
     center: DVec2,
     distortion: Distortion,
-    /// Radius up to which the radial distortion is increasing: a distance in the plane, or an
-    /// angle.
+    /// Radius up to which the radial distortion increases: a distance in the plane, or an angle in
+    /// radians.
     limit: f64,
 }
 
-/// Parts in which the sides of a picture are checked.
+/// Number of parts in which each side of a picture is checked.
 const PARTS: u32 = 32;
-/// Longest distance in the plane that can be in a picture: 89.9° from the axis.
+/// Maximum distance in the plane in a picture: 89.9° from the axis.
 const MAX_DISTANCE: f64 = 600.0;
-/// Steps of Newton's method and of bisection, at most: bits of a number and some.
+/// Maximum number of steps of Newton's method and of bisection: somewhat more than the bits of a
+/// number.
 const STEPS: u32 = 80;
 
 impl CalibratedLens {
-    /// An error if the numbers are not those of a camera, or the distortion folds over within the
+    /// Returns an error if the numbers are out of range, or if the distortion folds over within the
     /// picture.
     pub fn new(intrinsics: Intrinsics, distortion: Distortion, size: UVec2) -> Result<Self, CameraError> {
         intrinsics.check()?;
@@ -97,7 +98,7 @@ impl CalibratedLens {
         }
     }
 
-    /// Returns true if the camera maps angles, and not points of a plane.
+    /// Returns true if the camera maps angles instead of points of a plane.
     pub fn is_fisheye(&self) -> bool {
         matches!(self.distortion, Distortion::Fisheye(_))
     }
@@ -108,7 +109,7 @@ impl CalibratedLens {
         is_plain.then_some((self.focal, self.center))
     }
 
-    /// Width of a pixel in the middle, at distance 1.
+    /// Width of a pixel in the centre, at distance 1.
     pub fn scale(&self) -> f32 {
         self.focal.element_product().sqrt().recip() as f32
     }
@@ -128,22 +129,22 @@ impl CalibratedLens {
         }
     }
 
-    /// Distorted radius over the `radius`.
+    /// Distorted radius divided by `radius`.
     fn factor(&self, radius: f64) -> f64 {
         let s = radius * radius;
         let [a, b, c, d] = self.radial();
         1.0 + s * (a + s * (b + s * (c + s * d)))
     }
 
-    /// Change of the distorted radius by the `radius`.
+    /// Derivative of the distorted radius by `radius`.
     fn slope(&self, radius: f64) -> f64 {
         let s = radius * radius;
         let [a, b, c, d] = self.radial();
         1.0 + s * (3.0 * a + s * (5.0 * b + s * (7.0 * c + s * 9.0 * d)))
     }
 
-    /// The radius up to which the radial part is increasing; π of a fisheye, and [`MAX_DISTANCE`],
-    /// if it always is.
+    /// Radius up to which the radial part increases. If it always increases, π for a fisheye, else
+    /// [`MAX_DISTANCE`].
     fn find_limit(&self) -> f64 {
         let end = if self.is_fisheye() { PI } else { MAX_DISTANCE };
         let mut last: f64 = 0.0;
@@ -157,8 +158,8 @@ impl CalibratedLens {
         end
     }
 
-    /// Returns true if a ray belongs to the point, and to the points around it one each; points
-    /// beyond an angle of 180° need none.
+    /// Returns true if the point has exactly one ray, and so have its neighbours. Points beyond an
+    /// angle of 180° need no ray.
     fn is_regular(&self, film: Vec2) -> bool {
         let distorted = self.distorted(film);
         let is_beyond = distorted.length() > self.limit * self.factor(self.limit);
@@ -167,7 +168,7 @@ impl CalibratedLens {
         }
         let point = self.point_of(film);
         let (back, [across, down]) = self.distort(point);
-        // Also on the way from the middle
+        // Also check the way from the centre
         let is_open = |part: f64| {
             let (_, [across, down]) = self.distort(part * point);
             across.perp_dot(down) > 0.0
@@ -176,17 +177,17 @@ impl CalibratedLens {
         ways && across.perp_dot(down) > 0.0 && back.distance(distorted) < 1e-7 * (1.0 + distorted.length())
     }
 
-    /// The distorted point of the plane that is at `film`.
+    /// Distorted point of the plane at `film`.
     fn distorted(&self, film: Vec2) -> DVec2 {
         (film.as_dvec2() - self.center) / self.focal
     }
 
-    /// Place on the film of a distorted point.
+    /// Film position of a distorted point.
     fn film(&self, distorted: DVec2) -> Vec2 {
         (distorted * self.focal + self.center).as_vec2()
     }
 
-    /// The distorted point of a `point` of the plane, with its changes by x and by y.
+    /// Distorted point of a `point` of the plane, with its derivatives by x and by y.
     fn distort(&self, point: DVec2) -> (DVec2, [DVec2; 2]) {
         let DVec2 { x, y } = point;
         let s = point.length_squared();
@@ -204,7 +205,7 @@ impl CalibratedLens {
         (point * factor + tangential, [by_x, by_y])
     }
 
-    /// The radius whose distorted one this is, [`CalibratedLens::limit`] at most.
+    /// Radius with the distorted radius `distorted`, at most [`CalibratedLens::limit`].
     fn radius_of(&self, distorted: f64) -> f64 {
         if self.radial() == [0.0; 4] {
             return distorted.min(self.limit);
@@ -212,7 +213,7 @@ impl CalibratedLens {
         if distorted >= self.limit * self.factor(self.limit) {
             return self.limit;
         }
-        // Newton's method, between bounds
+        // Newton's method with bracketing
         let (mut low, mut high, mut radius) = (0.0, self.limit, distorted.min(self.limit));
         for _ in 0..STEPS {
             let error = radius * self.factor(radius) - distorted;
@@ -235,7 +236,7 @@ impl CalibratedLens {
         radius
     }
 
-    /// The point of the plane that is seen at `film`, of a pinhole.
+    /// Point of the plane at `film`, for a pinhole.
     fn point_of(&self, film: Vec2) -> DVec2 {
         let distorted = self.distorted(film);
         let length = distorted.length();
@@ -261,13 +262,13 @@ impl CalibratedLens {
         point
     }
 
-    /// The point of the plane that is seen at `film`, of a pinhole; y downwards.
+    /// Point of the plane at `film`, for a pinhole; y downwards.
     pub fn plane_point(&self, film: Vec2) -> Vec2 {
         self.point_of(film).as_vec2()
     }
 
-    /// Place on the film of a `point` of the plane, with the area of the film over that of the
-    /// plane there; `None` if the picture does not look.
+    /// Film position of a `point` of the plane, with the ratio of areas on the film and on the
+    /// plane; `None` outside the picture.
     pub fn plane_film(&self, point: Vec2) -> Option<(Vec2, f32)> {
         let point = point.as_dvec2();
         if point.length() > self.limit {
@@ -278,22 +279,22 @@ impl CalibratedLens {
         (area > 0.0).then(|| (self.film(distorted), area as f32))
     }
 
-    /// Angle from the axis that is seen at `film`, and the direction across the axis, of a fisheye;
-    /// y downwards.
+    /// Angle from the axis at `film`, and the direction across the axis, for a fisheye; y
+    /// downwards.
     pub fn angle(&self, film: Vec2) -> (f32, Vec2) {
         let distorted = self.distorted(film);
         let angle = self.radius_of(distorted.length());
         (angle as f32, distorted.normalize_or_zero().as_vec2())
     }
 
-    /// Place on the film of an `angle` from the axis in the unit direction `across`, of a fisheye;
-    /// `None` if the picture does not look.
+    /// Film position of an `angle` from the axis in the unit direction `across`, for a fisheye;
+    /// `None` outside the picture.
     pub fn angle_film(&self, angle: f32, across: Vec2) -> Option<Vec2> {
         let angle = f64::from(angle);
         (angle <= self.limit).then(|| self.film(across.as_dvec2() * (angle * self.factor(angle))))
     }
 
-    /// Film points per solid angle at an `angle` from the axis whose sine is `sin`, of a fisheye.
+    /// Film points per solid angle at an `angle` from the axis with the sine `sin`, for a fisheye.
     pub fn density(&self, angle: f32, sin: f32) -> f32 {
         let angle = f64::from(angle);
         let over_sin = if sin == 0.0 { 1.0 } else { angle / f64::from(sin) };
@@ -306,7 +307,7 @@ impl CalibratedLens {
     }
 }
 
-/// Place between `low` and `high` from which on `is_beyond` holds.
+/// Position between `low` and `high` from which on `is_beyond` is true.
 fn bisect(mut low: f64, mut high: f64, is_beyond: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..STEPS {
         let middle = 0.5 * (low + high);
@@ -353,7 +354,7 @@ mod tests {
         }
     }
 
-    /// r (1 − r² / 2) has its maximum at r = √(2/3), where it is 0.544: outside of a narrow
+    /// r (1 − r² / 2) has its maximum at r = √(2/3), with the value 0.544: outside a narrow
     /// picture.
     #[test]
     fn distortion_that_folds_over_is_refused() {

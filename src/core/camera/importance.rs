@@ -5,39 +5,37 @@ use super::projection::Film;
 use crate::math::{Ray, Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// How a pixel sees along a ray from the lens: what light that arrives there counts.
+/// Importance of a pixel along a ray from the lens: weight of the light that arrives along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Importance {
-    /// Where on the film: pixels, origin top left. It may lie outside of the image.
+    /// Film position in pixels, origin top left. It may lie outside the image.
     pub film: Vec2,
-    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹: what radiance along the ray, times the
-    /// cosine to [`LensPoint::normal`], counts in the pixel's value per area of the lens and solid
-    /// angle: `pdf / (cos θ A)` for a lens of area A. For a perspective with pixels of width s at
-    /// distance 1 that is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016, §16.1.1, where the
-    /// whole film counts as one).
+    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹. It is the weight of radiance along the
+    /// ray, times the cosine to [`LensPoint::normal`], in the pixel's value, per area of the lens
+    /// and solid angle: `pdf / (cos θ A)` for a lens of area A. For a perspective with pixels of
+    /// width s at distance 1 it is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016, §16.1.1,
+    /// where the whole film counts as one).
     pub we: f32,
-    /// Density of the ray if film points are uniform, one to a pixel, per solid angle of the
-    /// direction: `1 / (s² cos³ θ)` for a perspective. Of parallel rays it is per area across them:
-    /// `1 / (s² cos θ)` for pixels of width s.
+    /// Density of the ray per solid angle of the direction, for uniform film points, one per pixel:
+    /// `1 / (s² cos³ θ)` for a perspective. For parallel rays, it is per area across them: `1 / (s²
+    /// cos θ)` for pixels of width s.
     pub pdf: f32,
 }
 
-/// End of a path at the lens.
+/// End of a path on the lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensPoint {
-    /// World space.
+    /// Position in world space.
     pub p: Vec3,
-    /// What the cosine of directions is taken to: the direction of view. Zero where all directions
-    /// count alike, in panoramas and fisheyes. The direction of the rays if they are parallel.
+    /// Direction for cosines: the view direction. Zero if all directions have equal weight, in
+    /// panoramas and fisheyes. The direction of the rays if they are parallel.
     pub normal: Vec3,
-    /// Returns true if the point stands for all parallel rays that come from the same point of the
-    /// lens.
+    /// True if the point represents all parallel rays that come from the same point of the lens.
     pub is_far: bool,
 }
 
 impl Camera {
-    /// The end of paths at a point of the lens at `time`, uniform over its area; the pinhole
-    /// itself.
+    /// End of paths at a point of the lens at `time`, uniform over its area, or at the pinhole.
     pub fn lens_point(&self, u: Vec2, time: f32) -> LensPoint {
         let camera = self.at(time);
         let lens = if self.has_lens() { camera.on_lens(u) } else { Vec3::ZERO };
@@ -45,12 +43,12 @@ impl Camera {
         camera.lens_end(camera.position + lens, || to_focus().normalize())
     }
 
-    /// The end of paths at the lens from which the camera's `ray` comes.
+    /// End of paths at the lens point from which the camera's `ray` starts.
     pub fn lens_of(&self, ray: &Ray) -> LensPoint {
         self.at(ray.time).lens_end(ray.origin, || ray.direction)
     }
 
-    /// The end at `p` of a camera that stands still; a parallel ray has the `direction`.
+    /// End at `p` of a still camera; a parallel ray has the `direction`.
     fn lens_end(&self, p: Vec3, direction: impl FnOnce() -> Vec3) -> LensPoint {
         let is_far = self.film.is_parallel();
         let normal = if is_far {
@@ -63,8 +61,8 @@ impl Camera {
         LensPoint { p, normal, is_far }
     }
 
-    /// The place of `lens` from which the point `seen` can be seen at `time`: of parallel rays that
-    /// of the ray through it. `None` behind the camera.
+    /// Position of `lens` from which the point `seen` is visible at `time`. For parallel rays, it
+    /// is on the ray through the point. `None` behind the camera.
     pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
         if !lens.is_far {
             return Some(lens);
@@ -77,7 +75,7 @@ impl Camera {
         })
     }
 
-    /// Area of the lens, in squares of scene units; 1 for a pinhole, whose point is a delta.
+    /// Area of the lens in squares of scene units; 1 for a pinhole, which is a delta.
     pub fn lens_area(&self) -> f32 {
         if self.has_lens() {
             self.aperture.map_or(PI, |aperture| aperture.area()) * self.lens_radius * self.lens_radius
@@ -86,9 +84,9 @@ impl Camera {
         }
     }
 
-    /// How a pixel sees along the ray from the lens point `p` in the unit direction `w` out into the scene, at `time`: the inverse of
-    /// [`Camera::ray`]. `None` if no pixel looks: behind the camera, and outside of the circle of a
-    /// fisheye.
+    /// Importance of a pixel along the ray from the lens point `p` in the unit direction `w` out
+    /// into the scene, at `time`: the inverse of [`Camera::ray`]. `None` if no pixel has this ray:
+    /// behind the camera, and outside the circle of a fisheye.
     pub fn importance(&self, p: Vec3, w: Vec3, time: f32) -> Option<Importance> {
         let camera = self.at(time);
         if camera.film.is_curved() {
@@ -102,7 +100,7 @@ impl Camera {
         let plane = |v: Vec3| Vec2::new(v.dot(camera.right), -v.dot(camera.up));
         let (image, pdf, over_cos) = if camera.film.is_parallel() {
             let from_center = p - camera.position;
-            // The film is seen in the plane of focus.
+            // The film is projected onto the plane of focus.
             let image = if camera.has_lens() {
                 plane(from_center) + plane(w) * (camera.focus_distance / cos)
             } else {
@@ -110,8 +108,8 @@ impl Camera {
             };
             (image, 1.0 / (scale * scale * cos), 1.0)
         } else {
-            // The ray meets the plane of focus where that through the centre of the lens does,
-            // which is the film's.
+            // The ray and the ray through the centre of the lens cross in the plane of focus, which
+            // is the film's.
             let mut image = plane(w) / cos;
             if camera.has_lens() {
                 image += plane(p - camera.position) / camera.focus_distance;
@@ -126,7 +124,7 @@ impl Camera {
             }
         };
         let we = pdf / (over_cos * self.lens_area());
-        // Along the lens, both are beyond what numbers hold.
+        // Along the lens, both values overflow.
         (cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance { film, we, pdf })
     }
 }
@@ -141,8 +139,8 @@ mod tests {
     use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
     use crate::sampling::warp::{uniform_cone, uniform_cone_pdf, uniform_disk};
 
-    /// Cameras of all projections with images of `resolution`: pinholes, a lens, one with five
-    /// blades, and lenses that move.
+    /// Cameras of all projections with images of `resolution`: pinholes, a lens, a lens with five
+    /// blades, and moving lenses.
     fn cameras(resolution: UVec2) -> Vec<Camera> {
         let pinhole = CameraParameters {
             position: Vec3::new(1.0, 2.0, 3.0),
@@ -217,7 +215,7 @@ mod tests {
             let is_flat = !camera.film.is_curved();
             for i in 0..2000 {
                 let [place, lens, other, _] = numbers(i);
-                // Outside of the image too, where it ends
+                // Also outside the image, if it has an outside
                 let margin = if is_flat { 0.25 } else { 0.0 };
                 let film = ((1.0 + 2.0 * margin) * place - margin) * size.as_vec2();
                 let time = other.x;
@@ -229,7 +227,7 @@ mod tests {
                 let drawn = camera.lens_point(lens, time);
                 assert_eq!((end.normal, end.is_far), (drawn.normal, drawn.is_far));
                 assert_eq!(end.p, ray.origin);
-                // The end that faces a point on the ray is that of the ray.
+                // For a point on the ray, the facing end is the ray's end.
                 let facing = camera.lens_facing(drawn, ray.at(7.0), time).unwrap();
                 assert!(facing.p.distance(ray.origin) < 1e-5, "{facing:?} {ray:?}");
                 assert_eq!(camera.lens_facing(drawn, ray.at(-1.0), time).is_none(), end.is_far);
@@ -244,9 +242,9 @@ mod tests {
                 if is_flat {
                     assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
                 }
-                // The solid angle of a square of the film per area, by the directions of its edges;
-                // of parallel rays its area across them. Towards the rim of a fisheye directions
-                // bend.
+                // Compare with the solid angle of a square of the film per area, from the
+                // directions of its edges. For parallel rays, it is the square's area across them.
+                // Near the rim of a fisheye, directions bend.
                 let half = if is_flat { 0.5 } else { 0.02 };
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);
@@ -261,7 +259,7 @@ mod tests {
                 };
                 let square = edge(Vec2::new(half, 0.0)).cross(edge(Vec2::new(0.0, half))).length();
                 let size = square / f64::from(4.0 * half * half);
-                // The directions of a square are no plane.
+                // The directions of a square are not in a plane.
                 let error = if is_flat { 1e-3 } else { 1e-2 };
                 assert!(
                     (seen.pdf as f64 * size - 1.0).abs() < error,
@@ -278,7 +276,8 @@ mod tests {
         }
     }
 
-    /// Over lens and directions, what a pixel sees of a world of radiance 1 is 1; an image of few pixels shows what the angles to the axis do.
+    /// Over lens and directions, the integral of a pixel's importance is 1. An image of few pixels
+    /// has large angles to the axis.
     #[test]
     fn a_pixel_sees_one() {
         const N: u32 = 200_000;
@@ -286,7 +285,7 @@ mod tests {
         for camera in cameras(size) {
             let time = 0.7;
             for pixel in [Vec2::ZERO, Vec2::new(2.0, 1.0), Vec2::new(3.0, 2.0)] {
-                // Corners of a fisheye's picture see nothing.
+                // Corners of a fisheye's picture have no rays.
                 let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| pixel + corner);
                 if !corners.into_iter().all(|film| camera.sees(film)) {
                     continue;
@@ -295,7 +294,8 @@ mod tests {
                 let middle = to(pixel + 0.5);
                 let is_far = camera.lens_of(&middle).is_far;
                 let axis = middle.direction;
-                // Directions from all of the lens: its radius, seen from the plane of focus, is less than 0.1.
+                // Directions from the whole lens: its radius, seen from the plane of focus, is less
+                // than 0.1.
                 let cosines = corners.map(|corner| to(corner).direction.dot(axis));
                 let angle = cosines.into_iter().fold(1.0, f32::min).acos() + 0.1;
                 // Pixels of panoramas and fisheyes are curved.
@@ -307,7 +307,7 @@ mod tests {
                 for i in 0..N {
                     let [u, lens, ..] = numbers(i);
                     let lens = camera.lens_point(lens, time);
-                    // Of parallel rays a place beside the middle one, else a direction
+                    // A position beside the middle for parallel rays, else a direction
                     let (p, w, pdf) = if is_far {
                         let disk = radius * uniform_disk(u);
                         let frame = Frame::from_z(lens.normal);

@@ -1,4 +1,5 @@
-//! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`, for light paths that reach the lens).
+//! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`,
+//! for light paths that reach the lens).
 
 mod aperture;
 mod attributes;
@@ -17,8 +18,8 @@ use crate::sampling::warp::uniform_disk;
 use projection::Film;
 use thiserror::Error;
 
-/// A camera of any projection. Its rays go through a pinhole, or through an ideal thin lens if its radius
-/// is positive.
+/// A camera of any projection. Its rays pass through a pinhole, or through an ideal thin lens if
+/// its radius is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     position: Vec3,
@@ -33,23 +34,23 @@ pub struct Camera {
     focus_distance: f32,
     /// Poses at shutter open and close.
     path: Option<[Pose; 2]>,
-    /// When the shutter opens and closes.
+    /// Times of shutter open and close.
     shutter: [f32; 2],
 }
 
-/// Where a camera is and looks. Lengths are scene units.
+/// Position and orientation of a camera. Lengths are in scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Centre of the lens.
     pub position: Vec3,
-    /// The point in the middle of the image.
+    /// Point in the middle of the image.
     pub look_at: Vec3,
-    /// A direction that is up in the image; not parallel to the view axis.
+    /// Up direction in the image; not parallel to the view axis.
     pub up: Vec3,
 }
 
 impl Pose {
-    /// On the way to `close`, where each part changes linearly.
+    /// Pose at `time` between `self` and `close`, each part interpolated linearly.
     fn lerp(&self, close: &Self, time: f32) -> Self {
         Self {
             position: self.position.lerp(close.position, time),
@@ -58,7 +59,7 @@ impl Pose {
         }
     }
 
-    /// Right, up and forward as unit vectors; `None` where they are undefined.
+    /// Right, up and forward as unit vectors; `None` if they are undefined.
     fn axes(&self) -> Option<[Vec3; 3]> {
         let forward = (self.look_at - self.position).try_normalize()?;
         let right = forward.cross(self.up.try_normalize()?).try_normalize()?;
@@ -66,47 +67,49 @@ impl Pose {
     }
 }
 
-/// How a camera moves, and when it looks. Times run from 0, where everything is at its first place, to 1, where it is at its last.
+/// Motion and shutter of a camera. Times are from 0, with all objects at their first position, to
+/// 1, with all objects at their last position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMotion {
     /// Pose at shutter close, if the camera moves.
     pub close: Option<Pose>,
-    /// When the shutter opens and when it closes; light counts evenly in between.
+    /// Times of shutter open and close; light has equal weight in between.
     pub shutter: [f32; 2],
 }
 
-/// What a camera is made from. Lengths are scene units.
+/// Parameters of a camera. Lengths are in scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraParameters {
     /// Centre of the lens.
     pub position: Vec3,
-    /// The point in the middle of the image.
+    /// Point in the middle of the image.
     pub look_at: Vec3,
-    /// A direction that is up in the image; not parallel to the view axis.
+    /// Up direction in the image; not parallel to the view axis.
     pub up: Vec3,
     /// Vertical field of view in degrees, inside (0, 180).
     pub vertical_fov: f32,
-    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`] the distance of its corners from the centre.
+    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`], the distance of its corners from
+    /// the centre.
     pub lens_radius: f32,
     /// Distance from the lens, along the view axis, to the plane in focus.
     pub focus_distance: f32,
 }
 
-/// All that a camera is made of but the size of its image.
+/// Complete description of a camera, without the size of its image.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraDescription {
     /// Position, direction, field of view and lens at shutter open.
     pub parameters: CameraParameters,
-    /// Motion and shutter; `None` for a still camera, with its shutter open all the time.
+    /// Motion and shutter; `None` for a still camera with its shutter always open.
     pub motion: Option<CameraMotion>,
     /// Shape of the lens's opening; `None` for a disk.
     pub aperture: Option<Aperture>,
-    /// Projection. Only a perspective has the `vertical_fov` of the parameters.
+    /// Projection. Only a perspective uses the `vertical_fov` of the parameters.
     pub projection: Projection,
 }
 
 impl CameraDescription {
-    /// A camera that stands still, with the full disk of its lens.
+    /// Still camera with the full disk of its lens.
     pub fn still(parameters: CameraParameters) -> Self {
         Self {
             parameters,
@@ -116,7 +119,7 @@ impl CameraDescription {
         }
     }
 
-    /// The camera for an image of `resolution` pixels.
+    /// Camera for an image of `resolution` pixels.
     pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
         let camera = match self.motion {
             None => Camera::new(self.parameters, resolution),
@@ -147,19 +150,19 @@ encode_fields!(CameraDescription {
     projection,
 });
 
-/// A camera parameter that no camera can have.
+/// Error of a camera parameter out of range.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("camera {parameter} {message}")]
 pub struct CameraError {
-    /// The field of [`CameraParameters`].
+    /// Field of [`CameraParameters`].
     pub parameter: &'static str,
     message: String,
-    /// Remedy, if it is not to correct the parameter.
+    /// Remedy, unless it is to correct the parameter.
     pub help: Option<String>,
 }
 
 impl CameraError {
-    /// Error of a `parameter` without a value.
+    /// Error of a missing `parameter`.
     pub fn unknown(parameter: &'static str) -> Self {
         Self {
             parameter,
@@ -186,7 +189,7 @@ impl CameraError {
         }
     }
 
-    /// Error of a `parameter` for which the scene has no place.
+    /// Error of a `parameter` for which the scene has no valid position.
     pub fn no_place(parameter: &'static str, message: String, help: String) -> Self {
         Self {
             parameter,
@@ -197,9 +200,7 @@ impl CameraError {
 }
 
 impl Camera {
-    /// A camera for an image of `resolution` pixels.
-    ///
-    /// A parameter that no camera can have is an error.
+    /// Camera for an image of `resolution` pixels. Returns an error if a parameter is out of range.
     pub fn new(parameters: CameraParameters, resolution: UVec2) -> Result<Self, CameraError> {
         let c = parameters;
         let error = |parameter, message: &str| {
@@ -248,7 +249,7 @@ impl Camera {
         })
     }
 
-    /// The camera of `parameters`, moving. A motion that no camera can have is an error.
+    /// Moving camera with `parameters` at shutter open. Returns an error if the motion is invalid.
     pub fn moving(parameters: CameraParameters, motion: CameraMotion, resolution: UVec2) -> Result<Self, CameraError> {
         let mut camera = Self::new(parameters, resolution)?;
         let [open, close] = motion.shutter;
@@ -266,7 +267,7 @@ impl Camera {
                 look_at: parameters.look_at,
                 up: parameters.up,
             };
-            // What holds along the way is looked at here and there.
+            // Check the pose at several times.
             const PLACES: u32 = 64;
             let places = (0..=PLACES).map(|i| i as f32 / PLACES as f32);
             for place in places {
@@ -285,7 +286,7 @@ impl Camera {
         Ok(camera)
     }
 
-    /// The camera with another aperture than a disk. One that no lens can have is an error.
+    /// The camera with a different aperture. Returns an error if the aperture is invalid.
     pub fn with_aperture(self, aperture: Aperture) -> Result<Self, CameraError> {
         aperture.check()?;
         Ok(Self {
@@ -294,7 +295,7 @@ impl Camera {
         })
     }
 
-    /// The camera with another projection. One that cannot be is an error.
+    /// The camera with a different projection. Returns an error if the projection is invalid.
     pub fn with_projection(self, projection: Projection, vertical_fov: f32) -> Result<Self, CameraError> {
         let film = Film::new(projection, vertical_fov, self.resolution)?;
         if film.is_curved() && self.lens_radius > 0.0 {
@@ -310,37 +311,38 @@ impl Camera {
         self.film.repeats()
     }
 
-    /// Returns true if the point `film` belongs to the picture; points outside of the circle of a fisheye
-    /// do not.
+    /// Returns true if the point `film` belongs to the picture. Points outside the circle of a
+    /// fisheye do not.
     #[inline]
     pub fn sees(&self, film: Vec2) -> bool {
         self.film.sees(film)
     }
 
-    /// Columns and rows of its image.
+    /// Columns and rows of the image.
     pub fn resolution(&self) -> UVec2 {
         self.resolution
     }
 
-    /// Whether it moves while the shutter is open.
+    /// Returns true if the camera moves while the shutter is open.
     pub fn is_moving(&self) -> bool {
         self.path.is_some()
     }
 
-    /// The time of `u` in [0, 1), evenly between the shutter's opening and closing.
+    /// Time for `u` in [0, 1), uniform between shutter open and close.
     pub fn time(&self, u: f32) -> f32 {
         let [open, close] = self.shutter;
         open + u * (close - open)
     }
 
-    /// The share of the shutter interval that has passed at `time`, 0 to 1; 0 where the shutter is open for an instant.
+    /// Fraction of the shutter interval that has passed at `time`, 0 to 1; 0 if the interval is
+    /// empty.
     pub fn share_of_shutter(&self, time: f32) -> f32 {
         let [open, close] = self.shutter;
         let share = (time - open) / (close - open);
         if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// The camera as it stands at `time`.
+    /// Still camera with the pose at `time`.
     fn at(&self, time: f32) -> Self {
         let pose = self.path.map(|[first, last]| first.lerp(&last, time));
         match pose.and_then(|pose| Some((pose, pose.axes()?))) {
@@ -356,7 +358,8 @@ impl Camera {
         }
     }
 
-    /// The ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point drawn with `u_lens`, at `time`.
+    /// Ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point
+    /// sampled with `u_lens`, at `time`.
     ///
     /// All rays of one film point meet in the plane of focus. The direction is a unit vector.
     // ANCHOR: ray
@@ -383,7 +386,7 @@ impl Camera {
     }
     // ANCHOR_END: ray
 
-    /// The point of the lens drawn with `u`, relative to its centre.
+    /// Lens point sampled with `u`, relative to the centre.
     fn on_lens(&self, u: Vec2) -> Vec3 {
         let opening = match &self.aperture {
             None => uniform_disk(u),
@@ -398,7 +401,7 @@ impl Camera {
         self.at(time).position
     }
 
-    /// Vector along which `p` is seen at `time`; without a length that means anything.
+    /// View direction towards `p` at `time`, with arbitrary length.
     pub fn view_of(&self, p: Vec3, time: f32) -> Vec3 {
         let camera = self.at(time);
         if camera.film.is_parallel() {
@@ -407,7 +410,7 @@ impl Camera {
         p - camera.position
     }
 
-    /// Width of a pixel at the distance of `p`, scene units, at `time`.
+    /// Width of a pixel in scene units, at the distance of `p` at `time`.
     pub fn pixel_width(&self, p: Vec3, time: f32) -> f32 {
         if self.film.is_parallel() {
             return self.film.scale;
@@ -420,12 +423,13 @@ impl Camera {
         if self.film.is_parallel() { 0.0 } else { self.film.scale }
     }
 
-    /// Whether rays start from more than a single point.
+    /// Returns true if rays start from more than a single point.
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0
     }
 
-    /// Place of `p` on the film at `time`, through the centre of the lens: pixels, origin top left. `None` behind the camera.
+    /// Film position of `p` at `time`, through the centre of the lens: pixels, origin top left.
+    /// `None` behind the camera.
     pub fn film_of(&self, p: Vec3, time: f32) -> Option<Vec2> {
         let camera = self.at(time);
         let to = p - camera.position;
@@ -433,13 +437,13 @@ impl Camera {
         camera.film.place(to)
     }
 
-    /// When the shutter opens and when it closes.
+    /// Times of shutter open and close.
     pub fn shutter(&self) -> [f32; 2] {
         self.shutter
     }
 
-    /// Distance of `p` from the camera at `time`: along the view axis, or along the ray of a panorama or
-    /// a fisheye.
+    /// Distance of `p` from the camera at `time`: along the view axis, or along the ray of a
+    /// panorama or a fisheye.
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);
         if camera.film.is_curved() {
@@ -493,7 +497,7 @@ mod tests {
         }
     }
 
-    /// At any time a moving camera is the still one that stands there.
+    /// At each time, a moving camera equals the still camera with its pose.
     #[test]
     fn a_moving_camera_is_a_still_one_at_each_time() {
         let p = CameraParameters {
@@ -528,7 +532,7 @@ mod tests {
             let q = Vec3::new(4.0, -3.0, -8.0);
             assert!((moving.depth(q, time) - still.depth(q, time)).abs() < 1e-4);
         }
-        // Through the point it looks at, or with a shutter that closes before it opens
+        // Through the `look_at` point, or with a shutter that closes before it opens
         let through = Pose {
             position: Vec3::new(1.0, 2.0, -17.0),
             ..close

@@ -1,6 +1,6 @@
-//! Projections: the ray that a point of the film stands for.
+//! Projections: the ray of a film point.
 //!
-//! Film coordinates are pixels from the top left corner. The axes of the camera are right, up and
+//! Film coordinates are pixels from the top left corner. The camera's axes are right, up and
 //! forward.
 
 use super::CameraError;
@@ -14,26 +14,27 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 pub enum Projection {
     /// Central projection onto a plane.
     Perspective {
-        /// Shift of the plane in heights of the picture, y up: verticals stay upright.
+        /// Shift of the plane in picture heights, y up, which keeps verticals upright.
         shift: Vec2,
     },
     /// Parallel projection: all rays have the direction of the view axis.
     Orthographic {
-        /// Height of the picture, scene units.
+        /// Height of the picture in scene units.
         height: f32,
-        /// Shift of the picture in its heights, y up.
+        /// Shift of the picture in picture heights, y up.
         shift: Vec2,
     },
-    /// All directions: longitude across, latitude down (equirectangular). The view axis is in the middle.
+    /// All directions: longitude horizontally, latitude vertically (equirectangular). The view axis
+    /// is in the middle.
     Panorama,
-    /// A circle around the view axis. Pixels outside of it are black.
+    /// A circle around the view axis. Pixels outside are black.
     Fisheye {
-        /// Distance from the middle by the angle from the axis.
+        /// Mapping from the angle to the axis to the distance from the middle.
         mapping: FisheyeMapping,
-        /// Angle across the circle, whose diameter is the height of the picture, degrees.
+        /// Angle across the circle in degrees; the circle's diameter is the height of the picture.
         fov: f32,
     },
-    /// A calibrated camera: a pinhole or a fisheye, by its distortion.
+    /// A calibrated camera: a pinhole or a fisheye, depending on its distortion.
     Calibrated {
         /// Focal lengths and principal point.
         intrinsics: Intrinsics,
@@ -56,7 +57,7 @@ impl Default for Projection {
     }
 }
 
-/// A [`Projection`] by its name.
+/// Name of a [`Projection`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ProjectionKind {
     /// [`Projection::Perspective`].
@@ -71,7 +72,7 @@ pub enum ProjectionKind {
 }
 
 impl ProjectionKind {
-    /// Each by the name that users type.
+    /// Names that users type.
     pub const NAMES: &[(&str, Self)] = &[
         ("perspective", Self::Perspective),
         ("orthographic", Self::Orthographic),
@@ -80,7 +81,8 @@ impl ProjectionKind {
     ];
 }
 
-/// Distance r from the middle of a fisheye picture by the angle θ from the axis, in focal lengths.
+/// Mapping of a fisheye from the angle θ to the axis, to the distance r from the middle in focal
+/// lengths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FisheyeMapping {
     /// r = θ.
@@ -102,7 +104,7 @@ encode_variants!(FisheyeMapping {
 });
 
 impl FisheyeMapping {
-    /// Each by the name that users type.
+    /// Names that users type.
     pub const NAMES: &[(&str, Self)] = &[
         ("equidistant", Self::Equidistant),
         ("equisolid", Self::Equisolid),
@@ -128,8 +130,8 @@ impl FisheyeMapping {
         }
     }
 
-    /// Area of the picture, in squares of the focal length, per solid angle at an `angle` from the
-    /// axis whose sine is `sin`: `r r' / sin θ`.
+    /// Area of the picture, in squares of the focal length, per solid angle, at an `angle` to the
+    /// axis with the sine `sin`: `r r' / sin θ`.
     fn stretch(self, angle: f32, sin: f32) -> f32 {
         match self {
             Self::Equidistant if sin == 0.0 => 1.0,
@@ -140,7 +142,7 @@ impl FisheyeMapping {
         }
     }
 
-    /// Angle across the circle, maximum, degrees.
+    /// Maximum angle across the circle in degrees.
     fn max_fov(self) -> f32 {
         match self {
             Self::Equidistant | Self::Equisolid => 360.0,
@@ -150,23 +152,24 @@ impl FisheyeMapping {
     }
 }
 
-/// A projection for an image of a size.
+/// A projection for an image of a given size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Film {
     projection: Projection,
-    /// Factor of pixels: of a perspective, lengths on the plane at distance 1; of parallel rays, scene
-    /// units; else radians in the middle.
+    /// Length of a pixel: for a perspective, on the plane at distance 1; for parallel rays, in
+    /// scene units; else in radians at the middle.
     pub scale: f32,
-    /// Middle of the projection in these units: `(x, y) → x · scale − offset`, y downwards.
+    /// Centre of the projection in the units of `scale`: `(x, y) → x · scale − offset`, y
+    /// downwards.
     pub offset: Vec2,
     /// Size of the image in pixels.
     size: Vec2,
-    /// The lens of a calibrated camera.
+    /// Lens of a calibrated camera.
     pub lens: Option<CalibratedLens>,
 }
 
 impl Film {
-    /// A perspective with this `vertical_fov`, in degrees, or another projection.
+    /// A perspective with the `vertical_fov` in degrees, or a different projection.
     pub fn new(projection: Projection, vertical_fov: f32, resolution: UVec2) -> Result<Self, CameraError> {
         let size = resolution.as_vec2();
         let lens = match projection {
@@ -176,7 +179,7 @@ impl Film {
             _ => None,
         };
         let scale = match projection {
-            // The image plane at distance 1 is 2 tan(fov/2) high.
+            // The height of the image plane at distance 1 is 2 tan(fov/2).
             Projection::Perspective { .. } => 2.0 * (0.5 * vertical_fov.to_radians()).tan() / size.y,
             Projection::Orthographic { height, .. } => {
                 if !(height > 0.0 && height.is_finite()) {
@@ -219,12 +222,12 @@ impl Film {
         matches!(self.projection, Projection::Panorama)
     }
 
-    /// Returns true if all rays have one direction.
+    /// Returns true if all rays are parallel.
     pub fn is_parallel(&self) -> bool {
         matches!(self.projection, Projection::Orthographic { .. })
     }
 
-    /// Returns true if the picture has no plane: depths are distances.
+    /// Returns true if the projection is not onto a plane: depths are then distances.
     pub fn is_curved(&self) -> bool {
         match self.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => false,
@@ -233,7 +236,7 @@ impl Film {
         }
     }
 
-    /// The plane of the projection; `None` if it has none, or if a lens distorts it.
+    /// Plane of the projection; `None` if it has none, or if a lens distorts it.
     pub fn plane(&self) -> Option<Plane> {
         let is_parallel = self.is_parallel();
         let plane = |scale, middle| Plane {
@@ -264,8 +267,9 @@ impl Film {
         }
     }
 
-    /// Place, in the plane through the camera, and unit direction of the ray through `film`, along the
-    /// axes right, up and forward. Of a projection onto a plane, the depth of the direction is 1.
+    /// Origin, in the plane through the camera, and direction of the ray through `film`, from the
+    /// axes right, up and forward. For a projection onto a plane, the direction has depth 1, else
+    /// it is a unit vector.
     #[inline]
     pub fn ray(&self, film: Vec2, [right, up, forward]: [Vec3; 3]) -> (Vec3, Vec3) {
         let image = film * self.scale - self.offset;
@@ -303,8 +307,8 @@ impl Film {
         }
     }
 
-    /// Density of film points, one to a pixel, per solid angle in the unit direction `to`, given by
-    /// its lengths along right, up and forward; of projections without a plane.
+    /// Density of film points, one per pixel, per solid angle in the unit direction `to`, in
+    /// coordinates along right, up and forward; for projections without a plane.
     pub fn density(&self, to: Vec3) -> f32 {
         match self.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => 0.0,
@@ -321,8 +325,8 @@ impl Film {
         }
     }
 
-    /// Place on the film of a point `to` the camera, given by its lengths along right, up and forward;
-    /// `None` if it has none.
+    /// Film position of the point `to` relative to the camera, in coordinates along right, up and
+    /// forward; `None` if it has none.
     pub fn place(&self, to: Vec3) -> Option<Vec2> {
         let plane = Vec2::new(to.x, -to.y);
         let image = match self.projection {
@@ -394,7 +398,7 @@ mod tests {
         all.into_iter().map(film).collect()
     }
 
-    /// Rays of points on the film lead back to these points.
+    /// Points on the film equal the film positions of their rays.
     #[test]
     fn places_are_those_of_rays() {
         for film in all() {
@@ -426,7 +430,7 @@ mod tests {
         assert!(towards(&fisheye, 125.0, 50.0).distance(Vec3::X) < 1e-6);
         assert!(towards(&fisheye, 100.0, 25.0).distance(Vec3::Y) < 1e-6);
         assert!(fisheye.sees(Vec2::new(149.0, 50.0)) && !fisheye.sees(Vec2::new(151.0, 50.0)));
-        // Half a picture to the right, and up
+        // Half a picture height to the right, and up
         let shifted = film(Projection::Perspective {
             shift: Vec2::new(0.5, 0.5),
         });

@@ -10,7 +10,7 @@ mod discover;
 use discover::{Embree, Places};
 
 fn main() {
-    // Cargo shows these lines, and nothing else, to a user whose machine lacks something.
+    // Cargo shows only these lines to a user whose machine lacks a dependency.
     if let Err(message) = build() {
         for line in message.lines().filter(|line| !line.is_empty()) {
             println!("cargo::error={line}");
@@ -33,7 +33,8 @@ fn build() -> Result<(), String> {
         multiarch: multiarch.clone(),
     };
     let embree = match discover::discover(&places) {
-        // docs.rs sets this variable, and has no Embree: the page there is that of the crate, without bindings.
+        // docs.rs sets this variable, and has no Embree: its page documents the crate without
+        // bindings.
         Err(_) if env::var_os("DOCS_RS").is_some() => {
             println!("cargo::rustc-cfg=without_bindings");
             return Ok(());
@@ -45,21 +46,21 @@ fn build() -> Result<(), String> {
     bind(&embree)
 }
 
-/// Tells Cargo what to run this script again for.
+/// Declares the inputs of this script to Cargo.
 fn watch(embree: &Embree, deps: &Path) {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=build");
     println!("cargo::rerun-if-env-changed=LIBCLANG_PATH");
 
-    // bindgen names each header; their folder tells of an upgrade even where the package manager
-    // gives the new files dates older than our last build.
+    // bindgen declares each header. Their folder shows an upgrade even if the package manager sets
+    // dates older than the last build.
     let headers = embree.include_dir.join("embree4");
     let library = embree.lib_dir.join(embree.library);
     println!("cargo::rerun-if-changed={}", headers.display());
     println!("cargo::rerun-if-changed={}", library.display());
 
-    // An Embree of the project's own takes precedence as soon as it is there. Cargo takes a path
-    // that does not exist for a change, each time, so until then the folder above it is watched.
+    // An Embree in the project's folder takes precedence as soon as it exists. Cargo treats a
+    // missing path as changed every time, so until then its parent folder is watched.
     let nearest = deps.ancestors().take(2).find(|path| path.exists());
     if let Some(path) = nearest {
         println!("cargo::rerun-if-changed={}", path.display());
@@ -69,13 +70,13 @@ fn watch(embree: &Embree, deps: &Path) {
 fn link(embree: &Embree, multiarch: &str) {
     let lib_dir = embree.lib_dir.display();
     println!("cargo::rustc-link-search=native={lib_dir}");
-    // The linker makes a file name from `embree4`, but not that of a versioned file.
+    // The linker derives a file name from `embree4`, but not the name of a versioned file.
     match embree.library {
         "libembree4.so" | "libembree4.dylib" => println!("cargo::rustc-link-lib=dylib=embree4"),
         versioned => println!("cargo::rustc-link-lib=dylib:+verbatim={versioned}"),
     }
 
-    // An rpath set here reaches this crate's own tests only; dependents learn of it and set theirs.
+    // An rpath set here applies only to this crate's tests. Dependents read it and set their own.
     let rpath = if discover::needs_rpath(&embree.lib_dir, multiarch) {
         lib_dir.to_string()
     } else {
@@ -95,17 +96,17 @@ fn bind(embree: &Embree) -> Result<(), String> {
     let bindings = bindgen::builder()
         .header("wrapper.h")
         .clang_arg(format!("-I{}", embree.include_dir.display()))
-        // Embree's comments are not marked as documentation, but make a good one.
+        // Embree's comments are not marked as documentation, but are useful as such.
         .clang_arg("-fparse-all-comments")
         .allowlist_item("(rtc|RTC).*")
-        // Never a Rust enum: in one, a value that the header does not name is undefined behaviour.
+        // Never a Rust enum: a value that the header does not name would be undefined behaviour.
         .newtype_enum("RTC.*")
         .bitfield_enum("RTC.*Flags")
         .layout_tests(true)
         .use_core()
         .rust_target(rust)
         .rust_edition(bindgen::RustEdition::Edition2024)
-        // Unlike rustfmt, it needs no program on the machine.
+        // Unlike rustfmt, it needs no installed program.
         .formatter(bindgen::Formatter::Prettyplease)
         .parse_callbacks(Box::new(bindgen::CargoCallbacks::new()))
         .generate()
@@ -128,7 +129,7 @@ libclang reads Embree's headers, with the help of some that come with it. How to
 To build without Embree:
   cargo build --no-default-features --features cli";
 
-/// bindgen panics without libclang, so this asks for it first and keeps the panic quiet.
+/// bindgen panics without libclang. This check comes first and suppresses the panic message.
 fn require_libclang() -> Result<(), String> {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
@@ -142,7 +143,7 @@ fn require_libclang() -> Result<(), String> {
     })
 }
 
-/// Debian's name for a target: Rust's without the vendor.
+/// Debian's name for a target: Rust's name without the vendor.
 fn multiarch(target: &str) -> String {
     match target.split('-').collect::<Vec<_>>()[..] {
         [arch, _vendor, os, env] => format!("{arch}-{os}-{env}"),
@@ -150,7 +151,7 @@ fn multiarch(target: &str) -> String {
     }
 }
 
-/// A path that the user may set; an empty one counts as unset.
+/// A path that the user may set. An empty path counts as unset.
 fn user_path(name: &str) -> Option<PathBuf> {
     println!("cargo::rerun-if-env-changed={name}");
     env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)

@@ -1,19 +1,19 @@
-//! Where Embree 4 is. What depends on the machine comes in through [`Places`], so that tests can
-//! show this module folders of their own.
+//! Search for Embree 4. All machine-dependent inputs are in [`Places`], so that tests can pass
+//! their own folders.
 
 use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The places to look in, in this order.
+/// Locations to search, in this order.
 pub struct Places {
     /// `EMBREE_DIR`: a prefix.
     pub embree_dir: Option<PathBuf>,
-    /// `EMBREE_INCLUDE_DIR`, with the next: the parts of a prefix, where they are not together.
+    /// `EMBREE_INCLUDE_DIR`, with `lib_dir`: separate folders instead of a prefix.
     pub include_dir: Option<PathBuf>,
     /// `EMBREE_LIB_DIR`.
     pub lib_dir: Option<PathBuf>,
-    /// The project's own Embree, a prefix.
+    /// Prefix of the Embree in the project's folder.
     pub deps: PathBuf,
     /// Prefixes of the system.
     pub system: Vec<PathBuf>,
@@ -21,15 +21,15 @@ pub struct Places {
     pub multiarch: String,
 }
 
-/// An Embree that can be bound and linked.
+/// An Embree installation with headers and library.
 #[derive(Debug)]
 pub struct Embree {
-    /// The folder above `embree4/rtcore.h`.
+    /// Parent folder of `embree4/rtcore.h`.
     pub include_dir: PathBuf,
     pub lib_dir: PathBuf,
-    /// The file name of the library in `lib_dir`.
+    /// File name of the library in `lib_dir`.
     pub library: &'static str,
-    /// The version of the headers.
+    /// Version of the headers.
     pub version: Version,
 }
 
@@ -43,8 +43,8 @@ impl fmt::Display for Version {
     }
 }
 
-/// The library's names: first those that linkers look for, then those of an installation without
-/// development files.
+/// File names of the library: first the names that linkers use, then the names in an installation
+/// without development files.
 const LIBRARIES: [&str; 4] = [
     "libembree4.so",
     "libembree4.dylib",
@@ -60,9 +60,10 @@ How to get it:
 To build without it:
   cargo build --no-default-features --features cli";
 
-/// The first usable Embree. A place that the user names is used, or is an error: never passed over.
+/// First usable Embree. A location set by the user is used or is an error; it is never skipped.
 ///
-/// The error is for the user: several lines on what was looked for, what was found, and what to do.
+/// The error is for the user: several lines with the searched locations, their contents, and a
+/// remedy.
 pub fn discover(places: &Places) -> Result<Embree, String> {
     let named = |what: String, found: Result<Embree, String>| {
         found.map_err(|why| format!("{what} does not lead to Embree 4.\nFound: {why}\n{HOW_TO_GET_IT}"))
@@ -104,12 +105,13 @@ pub fn discover(places: &Places) -> Result<Embree, String> {
     Err(report + HOW_TO_GET_IT)
 }
 
-/// Where package managers and administrators install, below the root of the file system.
+/// Usual prefixes of installations, below the root of the file system.
 pub fn system_prefixes(root: &Path) -> Vec<PathBuf> {
     // Libraries installed by hand come before the distribution's, as for compilers and loaders.
     let mut prefixes = vec![root.join("usr/local")];
 
-    // Embree's own archives unpack to a folder that ends in the version: likely the latest first.
+    // Embree's own archives unpack to a folder that ends in the version. Reverse order likely puts
+    // the latest first.
     let opt = fs::read_dir(root.join("opt")).into_iter().flatten().flatten();
     let mut unpacked: Vec<_> = opt
         .map(|entry| entry.path())
@@ -127,7 +129,7 @@ fn named_embree(path: &Path) -> bool {
         .is_some_and(|name| name.to_string_lossy().starts_with("embree"))
 }
 
-/// Whether the dynamic loader has to be told of this folder.
+/// Returns true if the dynamic loader does not search this folder by default.
 pub fn needs_rpath(lib_dir: &Path, multiarch: &str) -> bool {
     let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.into());
     let searched = ["/lib", "/usr/lib", "/lib64", "/usr/lib64"].map(Path::new);
@@ -136,7 +138,8 @@ pub fn needs_rpath(lib_dir: &Path, multiarch: &str) -> bool {
         .any(|dir| [real(dir), real(&dir.join(multiarch))].contains(&real(lib_dir)))
 }
 
-/// Cargo runs build scripts in the package's folder, which is not where a relative path was typed.
+/// Cargo runs build scripts in the package's folder, so a relative path would have a different base
+/// than the user's.
 fn absolute(path: &Path) -> Result<(), String> {
     if path.is_absolute() {
         Ok(())
@@ -145,9 +148,9 @@ fn absolute(path: &Path) -> Result<(), String> {
     }
 }
 
-/// The Embree in a prefix, or a line on what is there instead.
+/// Embree in a prefix, or one line about its contents.
 fn in_prefix(prefix: &Path, multiarch: &str) -> Result<Embree, String> {
-    // The most specific first: a plain `lib` may hold the libraries of another architecture.
+    // Most specific first: a plain `lib` may hold the libraries of another architecture.
     let libs = [format!("lib/{multiarch}"), "lib64".into(), "lib".into()].map(|lib| prefix.join(lib));
     in_folders(&prefix.join("include"), &libs)
 }
@@ -189,7 +192,7 @@ fn in_folders(include: &Path, libs: &[PathBuf]) -> Result<Embree, String> {
     }
 }
 
-/// Reads `#define RTC_VERSION_MAJOR 4` and its like from `rtcore_config.h`.
+/// Reads numbers such as `#define RTC_VERSION_MAJOR 4` from `rtcore_config.h`.
 fn header_version(headers: &Path) -> Result<Version, String> {
     let config = headers.join("rtcore_config.h");
     let text = fs::read_to_string(&config).map_err(|error| format!("cannot read {}: {error}", config.display()))?;

@@ -1,31 +1,33 @@
 //! Raw bindings to Intel [Embree 4](https://www.embree.org), generated at build time from the
-//! headers beside the library that is linked.
+//! headers of the linked library.
 //!
-//! The layout of Embree's structures depends on how it was compiled: `RTCRayHit` has 96 bytes with
-//! instance arrays and 80 without. Bindings made elsewhere would be wrong for one of the two, and
-//! Embree would write past the end. A program should still check, by `RTC_DEVICE_PROPERTY_VERSION`,
-//! that the library it is run with is of `RTC_VERSION_MAJOR` and not older than `RTC_VERSION`.
+//! The layout of Embree's structures depends on its build options: `RTCRayHit` has 96 bytes with
+//! instance arrays and 80 without. Bindings from another machine would be wrong for one of the two,
+//! and Embree would write past the end. A program should still check, by
+//! `RTC_DEVICE_PROPERTY_VERSION`, that the library at run time has the major version
+//! `RTC_VERSION_MAJOR` and is not older than `RTC_VERSION`.
 //!
-//! Names are those of the C header. An enum is a newtype over an integer, because C may return
-//! values that the header does not name; its values are associated constants
-//! (`RTCError::RTC_ERROR_NONE`), and flags combine with `|`. The header's inline helpers
-//! (`rtcInitIntersectArguments` and the like) are not bound; null arguments mean their defaults.
+//! Names are as in the C header. An enum is a newtype over an integer, because C may return values
+//! that the header does not name. Its values are associated constants (`RTCError::RTC_ERROR_NONE`),
+//! and flags combine with `|`. The header's inline helpers (`rtcInitIntersectArguments` and
+//! similar) are not bound; null arguments mean their defaults.
 //!
-//! docs.rs has no Embree, so the page there has no bindings: `cargo doc -p embrasure-embree-sys` beside an installed Embree shows them.
+//! docs.rs has no Embree, so the page there has no bindings. `cargo doc -p embrasure-embree-sys`
+//! with an installed Embree documents them.
 //!
-//! Embree is looked for in this order: `EMBREE_DIR` (a prefix), `EMBREE_INCLUDE_DIR` with
+//! The build searches for Embree in this order: `EMBREE_DIR` (a prefix), `EMBREE_INCLUDE_DIR` with
 //! `EMBREE_LIB_DIR`, the workspace's `.deps/embree`, the system's usual prefixes. The build script
-//! of a crate that depends on this one reads what was found in:
+//! of a crate that depends on this crate can read these variables:
 //!
 //! | variable | value |
 //! |---|---|
-//! | `DEP_EMBREE4_VERSION` | the version of the headers, such as `4.3.3` |
-//! | `DEP_EMBREE4_LIB_DIR` | the folder of the library |
-//! | `DEP_EMBREE4_RPATH` | the same where the dynamic loader needs to be told, else empty |
+//! | `DEP_EMBREE4_VERSION` | version of the headers, such as `4.3.3` |
+//! | `DEP_EMBREE4_LIB_DIR` | folder of the library |
+//! | `DEP_EMBREE4_RPATH` | folder of the library if the loader does not search it, else empty |
 
 #[cfg(not(without_bindings))]
 mod bindings {
-    // Generated code is not held to the house rules:
+    // Generated code is exempt from the project's rules:
     #![allow(
         // the names are Embree's,
         non_camel_case_types,
@@ -46,8 +48,8 @@ mod bindings {
 #[cfg(not(without_bindings))]
 pub use bindings::*;
 
-// What a safe layer takes for granted. bindgen has already held every structure against libclang's
-// view of the header; this holds that view against Embree's documentation.
+// Assumptions of a safe layer. bindgen has already checked every structure against libclang's view
+// of the header. These assertions check that view against Embree's documentation.
 #[cfg(not(without_bindings))]
 const _: () = {
     use core::mem::offset_of;
@@ -74,8 +76,8 @@ const _: () = {
     assert!(offset_of!(RTCHit, geomID) == 24);
     assert!(offset_of!(RTCHit, instID) == 28);
 
-    // A hit has seven words, then an id for each level of instancing, or two with instance arrays:
-    // at the usual single level, ray and hit come to 80 or 96 bytes.
+    // A hit has seven words, then an id for each level of instancing, or two with instance arrays.
+    // At the usual single level, ray and hit together have 80 or 96 bytes.
     let ids = RTC_MAX_INSTANCE_LEVEL_COUNT as usize * (1 + RTC_GEOMETRY_INSTANCE_ARRAY as usize);
     assert!(offset_of!(RTCRayHit, ray) == 0);
     assert!(offset_of!(RTCRayHit, hit) == 48);

@@ -1,4 +1,4 @@
-//! Embree itself, called through the bindings: the library that is loaded fits the headers.
+//! Calls of Embree through the bindings: the loaded library must match the headers.
 
 #![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
 
@@ -63,7 +63,7 @@ impl Scene {
 
             let scene = rtcNewScene(device.0);
             assert!(!scene.is_null());
-            // Any id but 0, so that a hit that was never written cannot pass for one.
+            // Any id except 0, so that a hit that was not written cannot pass the test.
             rtcAttachGeometryByID(scene, geometry, GEOMETRY);
             rtcReleaseGeometry(geometry);
             rtcCommitScene(scene);
@@ -93,7 +93,7 @@ impl Drop for Scene {
 
 const GEOMETRY: u32 = 7;
 
-/// A value between canaries: a library whose structure is larger than ours would overwrite them.
+/// A value between guard bytes: a library with a larger structure would overwrite them.
 #[repr(C, align(16))]
 struct Guarded<T> {
     before: [u8; 64],
@@ -125,7 +125,7 @@ impl<T> Guarded<T> {
     }
 }
 
-/// A ray that travels along -z from a height of 2.
+/// A ray in direction −z from a height of 2.
 fn downwards(x: f32, y: f32) -> RTCRay {
     RTCRay {
         org_x: x,
@@ -143,7 +143,7 @@ fn downwards(x: f32, y: f32) -> RTCRay {
     }
 }
 
-/// The query for a closest hit: nothing is hit yet, and the other fields hold what no hit leaves.
+/// Query for the closest hit: no hit yet, and the other fields hold values that no hit has.
 fn closest(ray: RTCRay) -> RTCRayHit {
     // SAFETY: RTCHit is made of floats and integers, for which all bytes are valid.
     let stale: RTCHit = unsafe { std::mem::transmute([0x77_u8; size_of::<RTCHit>()]) };
@@ -175,7 +175,7 @@ fn a_hit_is_read_back_and_stays_within_its_structure() {
     );
     assert_eq!([hit.Ng_x, hit.Ng_y, hit.Ng_z], [0.0, 0.0, 1.0]);
     assert_eq!((hit.geomID, hit.primID), (GEOMETRY, 0));
-    // No instance: this also holds our constant against the library's own.
+    // No instance. This also checks our constant against the library's.
     assert!(
         hit.instID.iter().all(|&id| id == RTC_INVALID_GEOMETRY_ID),
         "instID = {:?}",
@@ -229,7 +229,7 @@ fn a_bad_call_leaves_an_error_that_is_read_once() {
     // SAFETY: the device is alive. A type that Embree does not know is an error.
     let geometry = unsafe { rtcNewGeometry(device.0, RTCGeometryType(12345)) };
     assert!(geometry.is_null());
-    // Which error it is differs between versions.
+    // The error code differs between versions.
     assert_ne!(device.error(), RTCError::RTC_ERROR_NONE);
     assert_eq!(device.error(), RTCError::RTC_ERROR_NONE);
 }

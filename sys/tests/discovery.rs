@@ -1,4 +1,4 @@
-//! The build script's search for Embree, shown folders made for the purpose.
+//! Tests of the build script's search for Embree, on generated folders.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use discover::{Places, Version, discover, needs_rpath, system_prefixes};
 
 const MULTIARCH: &str = "x86_64-linux-gnu";
 
-/// An empty folder, one for each test.
+/// An empty folder for each test.
 fn sandbox(test: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join("discovery").join(test);
     if root.exists() {
@@ -25,7 +25,7 @@ fn write(file: &Path, text: &str) {
     fs::write(file, text).unwrap();
 }
 
-/// Headers of a version in `include`, below the folder that Embree of that major version uses.
+/// Creates headers of a version in `include`, in the subfolder of the major version.
 fn headers(include: &Path, Version(major, minor, patch): Version) {
     let folder = include.join(format!("embree{major}"));
     write(&folder.join("rtcore.h"), "#include \"rtcore_config.h\"\n");
@@ -40,13 +40,13 @@ fn headers(include: &Path, Version(major, minor, patch): Version) {
     );
 }
 
-/// A whole Embree 4 with its library at `library`, which is relative to the prefix.
+/// Creates a complete Embree 4 with its library at `library`, relative to the prefix.
 fn install(prefix: &Path, version: Version, library: &str) {
     headers(&prefix.join("include"), version);
     write(&prefix.join(library), "");
 }
 
-/// Places below the root, all of them empty so far.
+/// Locations below the root, all empty at first.
 fn places(root: &Path) -> Places {
     Places {
         embree_dir: None,
@@ -171,7 +171,7 @@ fn embree_dir_comes_before_all() {
     ] {
         let prefix = root.join(library.replace('/', "_"));
         install(&prefix, Version(4, 1, 0), library);
-        // The pair is not even looked at.
+        // The pair of folders is ignored.
         let lib_dir = Some(root.join("nowhere"));
         let embree = discover(&Places {
             embree_dir: Some(prefix.clone()),

@@ -1,8 +1,10 @@
-//! [Open Image Denoise 2](https://www.openimagedenoise.org) on the CPU, for still pictures with guides.
+//! [Open Image Denoise 2](https://www.openimagedenoise.org) on the CPU, for still pictures with
+//! guides.
 //!
-//! The `oidn` crate links the library and binds it. Its own safe filter (2.4.1) always has a colour image, so that guides
-//! cannot be filtered by themselves, names the parameter `cleanAux` wrongly, which the library passes over, and takes no
-//! number of threads and no limit of memory. This crate makes the same few calls with these four.
+//! The `oidn` crate links the library and binds it. Its own safe filter (2.4.1) always has a colour
+//! image, so that guides cannot be filtered separately. It misspells the parameter `cleanAux`,
+//! which the library then ignores. It accepts no number of threads and no memory limit. This crate
+//! makes the same few calls with these four additions.
 
 #![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
 
@@ -11,7 +13,7 @@ use std::ffi::CStr;
 use std::fmt;
 use std::ptr;
 
-/// What Open Image Denoise says has failed.
+/// Error message of Open Image Denoise.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error(String);
 
@@ -24,10 +26,12 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 impl Error {
-    /// The first error of a device since it was last asked; of this thread where the handle is null. `None`: there was none.
+    /// First error of a device since the last check, or of this thread if the handle is null.
+    /// `None` if there was no error.
     fn of(device: OIDNDevice) -> Option<Self> {
         let mut message = ptr::null();
-        // SAFETY: the handle is a live device or null, for which the library has the errors of the thread.
+        // SAFETY: the handle is a live device or null, for which the library has the errors of the
+        // thread.
         let code = unsafe { oidnGetDeviceError(device, &mut message) };
         if code == OIDNError_OIDN_ERROR_NONE {
             return None;
@@ -35,12 +39,13 @@ impl Error {
         if message.is_null() {
             return Some(Self(format!("error {code}")));
         }
-        // SAFETY: the library's message ends with a zero, and is there until the next error of this thread.
+        // SAFETY: the library's message ends with a zero, and is there until the next error of this
+        // thread.
         let words = unsafe { CStr::from_ptr(message) }.to_string_lossy();
         Some(Self(words.into_owned()))
     }
 
-    /// That error, or `words` where the library names none.
+    /// First error of a device, or `words` if the library reports none.
     fn or(device: OIDNDevice, words: &str) -> Self {
         Self::of(device).unwrap_or_else(|| Self(words.into()))
     }
@@ -56,7 +61,8 @@ pub struct Device {
 }
 
 impl Device {
-    /// A device of `threads` threads. Its filters take at most `max_memory_mb` MiB besides the images, and filter larger pictures in tiles.
+    /// Device with `threads` threads. Its filters take at most `max_memory_mb` MiB without the
+    /// images, and process larger pictures in tiles.
     pub fn new(threads: usize, max_memory_mb: u32) -> Result<Self, Error> {
         // SAFETY: the type is one of the header's. Null is an answer, and handled.
         let handle = unsafe { oidnNewDevice(OIDNDeviceType_OIDN_DEVICE_TYPE_CPU) };
@@ -64,11 +70,11 @@ impl Device {
             return Err(Error::or(handle, "no device"));
         }
         let threads = i32::try_from(threads).unwrap_or(i32::MAX);
-        // SAFETY: the handle is a live device, which the parameters are set of before it is committed, as the library asks for;
-        // the wrapper owns it from then on and releases it.
+        // SAFETY: the handle is a live device, which the parameters are set of before it is
+        // committed, as the library asks for; the wrapper owns it from then on and releases it.
         let device = unsafe {
             oidnSetDeviceInt(handle, c"numThreads".as_ptr(), threads);
-            // Threads that are bound to cores wait there for whatever else the machine does.
+            // Threads bound to cores would wait for other programs on these cores.
             oidnSetDeviceBool(handle, c"setAffinity".as_ptr(), false);
             oidnCommitDevice(handle);
             oidn::Device::from_raw(handle)
@@ -83,7 +89,7 @@ impl Device {
         unsafe { self.device.raw() }
     }
 
-    /// An error where a call has failed since the last check.
+    /// Returns an error if a call failed since the last check.
     fn check(&self) -> Result<(), Error> {
         Error::of(self.raw()).map_or(Ok(()), Err)
     }
@@ -102,17 +108,17 @@ impl Device {
         numbers.join(".")
     }
 
-    /// An albedo without its noise; three numbers from 0 to 1 a pixel, row by row.
+    /// Denoises an albedo: three numbers from 0 to 1 per pixel, row by row.
     pub fn albedo(&self, albedo: &[f32], size: Size) -> Result<Vec<f32>, Error> {
         self.run(&[(c"albedo", albedo)], &[], Quality::HIGH, size)
     }
 
-    /// Normals without their noise; three numbers from −1 to 1 a pixel, row by row.
+    /// Denoises normals: three numbers from −1 to 1 per pixel, row by row.
     pub fn normal(&self, normal: &[f32], size: Size) -> Result<Vec<f32>, Error> {
         self.run(&[(c"normal", normal)], &[], Quality::HIGH, size)
     }
 
-    /// A picture of linear radiance without its noise, by guides that have none: albedo and normals, if there are any.
+    /// Denoises a picture of linear radiance, with optional denoised guides: albedo and normals.
     pub fn color(&self, color: &[f32], guides: Option<[&[f32]; 2]>, size: Size) -> Result<Vec<f32>, Error> {
         let flags: &[&CStr] = if guides.is_some() {
             &[c"hdr", c"cleanAux"]
@@ -122,13 +128,13 @@ impl Device {
         self.run(&images(color, guides), flags, Quality::HIGH, size)
     }
 
-    /// A picture of linear radiance with little noise, by the library's fast quality and by guides
-    /// that may have noise: albedo and normals, if there are any.
+    /// Denoises a picture of linear radiance with the library's fast quality, with optional noisy
+    /// guides: albedo and normals. Some noise remains.
     pub fn color_fast(&self, color: &[f32], guides: Option<[&[f32]; 2]>, size: Size) -> Result<Vec<f32>, Error> {
         self.run(&images(color, guides), &[c"hdr"], Quality::FAST, size)
     }
 
-    /// Runs the filter `RT` over `images`, named as it names them, with `flags` on.
+    /// Runs the filter `RT` on the named `images`, with `flags` enabled.
     fn run(
         &self,
         images: &[(&CStr, &[f32])],
@@ -150,7 +156,8 @@ impl Device {
         let filter = Filter::new(self)?;
         for (name, buffer) in &buffers {
             let format = OIDNFormat_OIDN_FORMAT_FLOAT3;
-            // SAFETY: filter and buffer are live, and the buffer has width · height pixels of three floats.
+            // SAFETY: filter and buffer are live, and the buffer has width · height pixels of three
+            // floats.
             unsafe { oidnSetFilterImage(filter.0, name.as_ptr(), buffer.raw(), format, width, height, 0, 0, 0) };
         }
         for flag in flags {
@@ -163,7 +170,8 @@ impl Device {
         let limit = i32::try_from(self.max_memory_mb).unwrap_or(i32::MAX);
         // SAFETY: the filter is live, and the name ends with a zero.
         unsafe { oidnSetFilterInt(filter.0, c"maxMemoryMB".as_ptr(), limit) };
-        // SAFETY: the filter is live, and so is all that it refers to; it is done when the call returns.
+        // SAFETY: the filter is live, and so is all that it refers to; it is done when the call
+        // returns.
         unsafe {
             oidnCommitFilter(filter.0);
             oidnExecuteFilter(filter.0);
@@ -174,7 +182,7 @@ impl Device {
     }
 }
 
-/// A picture and its guides, as the filter `RT` names them.
+/// A picture and its guides, with their names in the filter `RT`.
 fn images<'a>(color: &'a [f32], guides: Option<[&'a [f32]; 2]>) -> Vec<(&'static CStr, &'a [f32])> {
     let guides = guides.map(|[albedo, normal]| [(c"albedo", albedo), (c"normal", normal)]);
     std::iter::once((c"color", color))
@@ -182,7 +190,7 @@ fn images<'a>(color: &'a [f32], guides: Option<[&'a [f32]; 2]>) -> Vec<(&'static
         .collect()
 }
 
-/// Quality of a filter, as the library numbers it.
+/// Quality of a filter, with the library's number.
 #[derive(Clone, Copy)]
 struct Quality(i32);
 
@@ -191,12 +199,13 @@ impl Quality {
     const FAST: Self = Self(OIDNQuality_OIDN_QUALITY_FAST);
 }
 
-/// A filter, released where it goes out of use.
+/// A filter, released on drop.
 struct Filter(OIDNFilter);
 
 impl Filter {
     fn new(device: &Device) -> Result<Self, Error> {
-        // SAFETY: the handle is a live device, and the name ends with a zero. Null is an answer, and handled.
+        // SAFETY: the handle is a live device, and the name ends with a zero. Null is an answer,
+        // and handled.
         let handle = unsafe { oidnNewFilter(device.raw(), c"RT".as_ptr()) };
         if handle.is_null() {
             return Err(Error::or(device.raw(), "no filter"));

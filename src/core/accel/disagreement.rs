@@ -5,11 +5,16 @@
 //! computed in f64. This checks ids and barycentrics without a second backend, and finds errors
 //! that both backends share.
 //!
-//! A hit in only one backend is explained by rounding in four cases: the ray passes the boundary
-//! edge of a surface; it is parallel to the surface; it crosses at an end of its interval; or two
-//! surfaces coincide. If the ray passes an edge, eight rays beside it are traced. If all of them
-//! hit a surface at a similar distance, the edge is not a boundary, and the ray has leaked. All
-//! other differences are defects, and `tests/it/rays/backends.rs` allows none.
+//! Rounding explains a hit in only one backend in four cases:
+//!
+//! - The ray passes the boundary edge of a surface.
+//! - The ray is parallel to the surface.
+//! - The crossing is at an end of the ray's interval.
+//! - Two surfaces coincide.
+//!
+//! If the ray passes an edge, eight rays beside it are traced. If all of them hit a surface at a
+//! similar distance, the edge is not a boundary, and the ray has leaked. All other differences are
+//! defects, and `tests/it/rays/backends.rs` allows none.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, Query};

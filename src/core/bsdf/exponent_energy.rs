@@ -29,8 +29,8 @@ pub(super) fn phong_reflected(exponent: f32, cos: f32) -> f32 {
     lower + t * (upper - lower)
 }
 
-/// Directional albedo of Blinn's grooves of mirrors towards a direction with the cosine `cos`, and
-/// the same weighted by `(1 − cos)⁵` of the angle with the facet.
+/// Directional albedo of Blinn's grooves of mirrors towards a direction with the cosine `cos`:
+/// unweighted, and weighted by `(1 − cos)⁵` of the angle with the facet.
 pub(super) fn blinn_reflected(exponent: f32, cos: f32) -> [f32; 2] {
     let (node, t) = nodes(exponent);
     let (lower, upper) = (blinn_rows(node), blinn_rows(node + 1));

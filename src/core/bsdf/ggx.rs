@@ -50,8 +50,8 @@ impl Ggx {
         area * area * area / (PI * t * t)
     }
 
-    /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86): the length of `w` after the
-    /// surface is stretched until its facets have the distribution of a sphere.
+    /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86). It is the length of `w`
+    /// after a stretch of the surface that gives its facets the distribution of a sphere.
     #[inline(always)]
     pub fn stretched(&self, w: Vec3) -> f32 {
         let (x, y) = (self.alpha.x * w.x, self.alpha.y * w.y);

@@ -7,7 +7,7 @@
 //! without FMA, so that all processors return the same bits. Other BSDFs and single vertices are
 //! evaluated by [`super::BsdfView`]. Both return equal values up to rounding.
 
-// One index for all arrays of a loop, which the compiler needs to vectorise it
+// A single index for all arrays of a loop, which the compiler needs to vectorise it
 #![allow(clippy::needless_range_loop)]
 
 use super::energy::{ConductorRows, ConductorTables, NODES};

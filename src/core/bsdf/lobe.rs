@@ -89,7 +89,7 @@ impl Lobe {
     /// direction. `None` if the lobe scatters no light.
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         if self.is_delta() {
-            // Chooses the first of two single directions with its share as probability
+            // Choose the first of two single directions with its share as probability
             let [first, second] = self.directions(wo, mode);
             return first.filter(|s| u.x < s.pdf).or(second);
         }

@@ -136,8 +136,8 @@ impl BsdfSample {
 /// The scattering function at one surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
-    /// One lobe. If it has parts ([`Lobe::has_parts`]), [`Bsdf::sample`] needs the number `u_lobe`
-    /// for them.
+    /// A single lobe. If it has parts ([`Lobe::has_parts`]), [`Bsdf::sample`] needs the number
+    /// `u_lobe` for them.
     Single(Lobe),
     /// A sum of lobes.
     Mix(Mix),

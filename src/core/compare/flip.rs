@@ -292,7 +292,7 @@ fn features(gray: &Plane) -> Vec<[f32; 2]> {
     edges.into_iter().zip(points).map(|(e, p)| [e, p]).collect()
 }
 
-/// One channel of a picture.
+/// A channel of a picture.
 struct Plane {
     values: Vec<f32>,
     width: usize,

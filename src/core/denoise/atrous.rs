@@ -20,8 +20,8 @@
 //!   flat surfaces.
 //! - Differences from the pixel are summed instead of values, so that constant light stays
 //!   bit-identical.
-//! - Differences of luminance are relative to the noise of the pixel only. With the noise of both
-//!   pixels, the kitchen's error is another 5 % lower, but the light of lamps leaks over their
+//! - Differences of luminance are relative to the noise of the pixel only. The noise of both pixels
+//!   would lower the kitchen's error by another 5 %. But the light of lamps would leak over their
 //!   edges: the Cornell box at 8 samples gets 1.7 times the error.
 //! - The sigmas have about the minimum relMSE at 16 samples per pixel on the scenes that ship with
 //!   the project. The sigma of normals is larger than that optimum. Pixels on edges, whose mean
@@ -120,7 +120,7 @@ impl Input {
                 FilteredLight { value, variance }
             })
             .collect();
-        // One sample per pixel has no variance; estimate it from the neighbours.
+        // With one sample per pixel, the variance is unknown; estimate it from the neighbours.
         if light.iter().any(|light| !light.variance.is_finite()) {
             let estimates: Vec<f32> = (0..light.len())
                 .into_par_iter()
@@ -291,7 +291,7 @@ fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [u
     blurred.into_iter().map(factor).collect()
 }
 
-/// One pass with a tap distance of `step` pixels.
+/// A single pass with a tap distance of `step` pixels.
 fn pass(guides: &[Guide], light: &[FilteredLight], size: [usize; 2], step: usize) -> Vec<FilteredLight> {
     let pixel = |i: usize| {
         let (guide, own) = (&guides[i], light[i]);

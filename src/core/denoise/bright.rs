@@ -1,15 +1,15 @@
 //! Light that is too bright for filters: lamps in view, and other bright pixels without noise.
 //!
-//! Filters change such light by fractions of its value, and spread it. Open Image Denoise made a
-//! lamp of radiance 10⁴ darker by 3 % and a lamp of 10⁶ brighter by 24 %, among surfaces of
-//! radiance 1: its network has logarithms of radiance as input. A blur spreads a lamp over its
-//! edge, by 10⁵ around a lamp of 10⁶.
+//! Filters change such light by fractions of its value, and spread it. Among surfaces of radiance
+//! 1, Open Image Denoise made a lamp of radiance 10⁴ darker by 3 %, and a lamp of 10⁶ brighter by
+//! 24 %. Its network has logarithms of radiance as input. A blur spreads a lamp over its edge, by
+//! 10⁵ around a lamp of 10⁶.
 //!
-//! Light above a limit is therefore removed from the picture and added again after the filter, if
-//! it is not noise: the first surface emits it, or it exceeds three standard deviations of the
-//! pixel. The limit is [`LIMIT`] times the geometric mean of the picture's luminance. The rest of a
-//! lamp is in the range of the filters, so the edges of usual lamps are still smoothed.
-//! lamp is no more than filters can handle, so the edges of usual lamps are still smoothed.
+//! Light above a limit is therefore removed from the picture and added again after the filter,
+//! unless it is noise. It is not noise if the first surface emits it, or if it exceeds three
+//! standard deviations of the pixel. The limit is [`LIMIT`] times the geometric mean of the
+//! picture's luminance. The rest of a lamp is in the range of the filters, so the edges of usual
+//! lamps are still smoothed.
 
 use super::layers::Layers;
 use crate::color::Spectrum;

@@ -136,10 +136,10 @@ impl Denoiser {
         self.apply_with(image, None)
     }
 
-    /// Writes the denoised picture to `R G B` of `image` and the raw picture to `raw.R raw.G
-    /// raw.B`; with a background, also the denoised and the raw coverage. Other channels stay:
-    /// `variance` is the variance of the raw picture. An image that was denoised before is denoised
-    /// again from its raw picture.
+    /// Writes the denoised picture to `R G B` of `image`, and the raw picture to `raw.R raw.G
+    /// raw.B`. With a background, it also writes the denoised and the raw coverage. Other channels
+    /// stay: `variance` is the variance of the raw picture. An image that was denoised before is
+    /// denoised again from its raw picture.
     ///
     /// Light of lamps in view that is far brighter than the picture stays as rendered.
     ///

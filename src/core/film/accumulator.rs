@@ -126,7 +126,7 @@ impl Accumulator {
         };
     }
 
-    /// Subtracts the last samples again, which are part of a block.
+    /// Subtracts the samples that were added last; they are fewer than a full block.
     pub fn take_back(&mut self, block: &Block) {
         let taken = Self::of(block);
         let without = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));

@@ -68,7 +68,7 @@ impl BackgroundSum {
         self.block_spread = f64::NAN;
     }
 
-    /// Subtracts the share of the last samples again, which are part of a block.
+    /// Subtracts the share of the samples that were added last; they are fewer than a full block.
     pub fn take_back(&mut self, share: [f64; 3]) {
         self.change(share, Fixed::minus);
     }

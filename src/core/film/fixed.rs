@@ -61,7 +61,7 @@ fixed_point! {
     Fixed: i128, 64, 4
 }
 fixed_point! {
-    /// Sums of less than 2³¹ values up to 1, with a resolution of 2⁻³².
+    /// Sums of fewer than 2³¹ values up to 1, with a resolution of 2⁻³².
     Narrow: i64, 32, 2
 }
 

@@ -8,12 +8,12 @@ use std::borrow::Cow;
 /// Value of the channel `Z` without a surface. Finite, because some tools cannot read infinities.
 pub const Z_BACKGROUND: f32 = 1e10;
 
-/// One channel of an image, row by row from the top.
+/// A channel of an image, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Name in the file, `layer.component`.
     pub name: Cow<'static, str>,
-    /// One value per pixel of the crop.
+    /// Values of the crop's pixels.
     pub values: Vec<f32>,
 }
 

@@ -1,11 +1,11 @@
-//! One iteration of a method whose light paths contribute to any pixel: one sample of every pixel
+//! An iteration of a method whose light paths contribute to any pixel: one sample of every pixel
 //! of a film.
 
 use super::{Block, Film, FilmSample, FirstSurface, LightPaths, PixelBlock, Rect};
 use crate::color::Spectrum;
 use crate::math::UVec2;
 
-/// One sample of every pixel of a film, to which light paths add in any order.
+/// A sample of every pixel of a film, to which light paths add in any order.
 #[derive(Clone, Debug)]
 pub struct Iteration {
     crop: Rect,

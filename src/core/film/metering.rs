@@ -8,7 +8,7 @@
 //! - Luminances are means over blocks of 4 × 4 pixels, which reduces noise and single fireflies.
 //!   The blocks are aligned to the full image.
 //! - The target of the log-average rises with the background's share of the picture: linearly from
-//!   0.18 without background to 0.28 at a quarter. The subject then differs from its background.
+//!   0.18 without background to 0.28 at a quarter. The subject then stands out from its background.
 //! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8
 //!   stops darker than the brightest 5 % count as 8 stops, so that black corners do not set the
 //!   exposure.

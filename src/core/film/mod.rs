@@ -295,8 +295,8 @@ impl Film {
     }
 
     /// Estimate of the picture's relative error: the square root of [`Film::error`]. Below two
-    /// blocks of samples, it assumes independent samples, which is too large for low-discrepancy
-    /// samples. `None` before the second sample.
+    /// blocks of samples, it assumes independent samples, which overestimates the error of
+    /// low-discrepancy samples. `None` before the second sample.
     pub fn relative_error(&self) -> Option<f64> {
         let by_blocks = self.error();
         let squared = if by_blocks.is_finite() {

@@ -3,7 +3,7 @@
 use super::{Block, FeatureBlock, FirstSurface, PartBlock};
 use crate::color::Spectrum;
 
-/// One sample of a pixel, as added to the film.
+/// A sample of a pixel, as added to the film.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FilmSample<'a> {
     /// Weighted radiance.

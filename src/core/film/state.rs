@@ -111,7 +111,7 @@ const FEATURES: [&str; FeatureSums::SUMS] = [
     "points.caustics",
     "points.gradient",
 ];
-/// Names of its coverages.
+/// Names of the coverages of [`FeatureSums`].
 const COVERAGES: [&str; 3] = ["objects", "parts", "materials"];
 
 /// Name of the sum of the share of the background.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub struct Rect {
     /// First column and row.
     pub min: UVec2,
-    /// One past the last column and row.
+    /// Column and row after the last.
     pub max: UVec2,
 }
 
@@ -67,7 +67,7 @@ pub enum Turn {
     Add,
     /// Adds one sample that is in no block.
     AddAlone,
-    /// Subtracts the last samples again, which are part of a block.
+    /// Subtracts the samples that were added last; they are fewer than a full block.
     TakeBack,
 }
 
@@ -81,7 +81,7 @@ pub struct Tile {
     /// Number of samples per pixel that are scheduled.
     target: u32,
     pixels: Vec<Accumulator>,
-    /// One per pixel; empty without features.
+    /// Sums of features, one per pixel; empty without features.
     features: Vec<FeatureSums>,
     /// Number of separate parts of the light. `part_sums` holds their sums, pixel by pixel.
     parts: usize,

@@ -159,7 +159,7 @@ impl Mesh {
     }
 
     /// Unit tangents along u and v of triangle `prim` with these corners. `None` if it has no
-    /// texture coordinates, or if they do not span it.
+    /// texture coordinates, or if these are degenerate.
     pub fn tangents(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> Option<[Vec3; 2]> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
         let ([e1, e2], [d1, d2]) = ([p1 - p0, p2 - p0], [t1 - t0, t2 - t0]);
@@ -298,10 +298,10 @@ impl Facet {
     /// Facet of the triangle with these corners.
     ///
     /// An intersector later subtracts the ray's origin from the corners, and rounds edges as long
-    /// as the triangle. Some roundings of the longest edge E move the plane, by up to E² over twice
-    /// the area; narrow triangles move most. This error does not vanish on a plane through the
-    /// origin, where an intersector would hit the surface again. For slivers the offset is at most
-    /// half their width, so that rays do not skip geometry beside them.
+    /// as the triangle. Some roundings of the longest edge E move the plane. For narrow triangles,
+    /// the factor E² over twice the area amplifies them. This error does not vanish on a plane
+    /// through the origin, where an intersector would hit the surface again. For slivers the offset
+    /// is at most half their width, so that rays do not skip geometry beside them.
     pub fn new([p0, p1, p2]: [Vec3; 3]) -> Self {
         let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
         let longest = [p1 - p0, p2 - p1, p0 - p2]
@@ -354,9 +354,10 @@ impl SurfacePoint {
     /// `normals` at its corners. `b` are the weights of the corners.
     ///
     /// The shading normal is interpolated. Rays start at the height of the curved surface over the
-    /// facet, if it bulges to their side: otherwise the facets' edges would be visible at grazing
-    /// angles (Hanika 2021, "Hacking the Shadow Terminator", eq. 1: the point is projected onto the
-    /// planes at the corners in front of it, and the projections are interpolated).
+    /// facet, if it bulges to their side. Otherwise the facets' edges would be visible at grazing
+    /// angles. The height follows Hanika 2021, "Hacking the Shadow Terminator", eq. 1: the point is
+    /// projected onto the planes at the corners in front of it, and the projections are
+    /// interpolated.
     #[inline(never)]
     pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;

@@ -175,8 +175,8 @@ impl Maps {
             return Vec3::new(n.x, n.y, n.z.max(1e-3));
         }
         let Some(map) = &self.bump else { return Vec3::Z };
-        // Heights are in texels, so that a picture is equally rough on large and small walls (Blinn
-        // 1978, "Simulation of Wrinkled Surfaces", leaves their unit open, and so does MTL).
+        // Heights are in texels, so that a picture is equally rough on large and small walls. Blinn
+        // 1978, "Simulation of Wrinkled Surfaces", and MTL leave their unit open.
         let texture = map.texture(spot);
         let (width, height) = texture.size();
         let texels = Vec2::new(width as f32, height as f32) * map.mapping.scale.abs();

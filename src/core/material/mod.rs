@@ -1,7 +1,7 @@
 //! Materials: the user's parameters of a surface, and the resulting BSDF.
 //!
 //! A [`Material`] holds the user's parameters. `Material::bsdf` computes lobes from its constants
-//! once, when the scene is frozen, and vertices refer to this BSDF: building or copying it at every
+//! once, when the scene is frozen, and vertices refer to this BSDF. Building or copying it at every
 //! hit cost 5 % of a render. If textures vary a material (`maps`), `Material::bsdf_at` builds a
 //! BSDF for the point. The integrator provides a slot (`BsdfSlot`) for the lifetime of the vertex.
 //! The slot holds the BSDF and its view, so that nothing is allocated.

@@ -5,9 +5,9 @@ use std::ops::Range;
 
 /// A value that hashes include.
 ///
-/// Values that differ in anything that affects a render have different bytes, even in a sequence of
-/// values: values of variable length begin with their length, and enums with the number of the
-/// variant. Floats are encoded by their bits, so that NaN is equal to NaN.
+/// Values that affect a render differently have different bytes, even in a sequence of values.
+/// Values of variable length begin with their length, and enums with the number of the variant.
+/// Floats are encoded by their bits, so that NaN is equal to NaN.
 pub trait Encode {
     /// Passes the value's bytes to `sink`, part by part.
     fn encode(&self, sink: &mut dyn FnMut(&[u8]));

@@ -3,9 +3,9 @@ use super::{DVec3, Quat, Vec3};
 /// Directions by azimuth and elevation above a horizontal plane.
 ///
 /// With +y up, azimuth 0 is +z, the position of a camera without rotation, and azimuths grow
-/// towards +x: counter-clockwise seen from above. For another up axis, the frame is rotated from +y
-/// by the smallest rotation, which keeps directions perpendicular to both axes: with +z up, azimuth
-/// 0 is −y, and +x stays at 90°. With −y up, the rotation is around +x.
+/// towards +x: counter-clockwise seen from above. For another up axis, the smallest rotation from
+/// +y turns the frame. It keeps directions perpendicular to both axes: with +z up, azimuth 0 is −y,
+/// and +x stays at 90°. With −y up, the rotation is around +x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
     up: Vec3,

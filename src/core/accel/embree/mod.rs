@@ -14,8 +14,8 @@
 //!   Embree scene.
 //! - Rays are stored in 16-byte words, as Embree loads them. Stored field by field, every query had
 //!   a store-forwarding stall, 3.5 % of a render.
-//! - Embree's interval is closed. The wrapper moves both ends inwards by one float, and the lower
-//!   end to at least the smallest positive number, so that a ray does not hit the surface at its
+//! - Embree's interval is closed. The wrapper moves both ends inwards by one float. The lower end
+//!   is at least the smallest positive number, so that a ray does not hit the surface at its
 //!   origin.
 //! - `t` of one hit may differ in its last digit between single rays, packets and occlusion
 //!   (measured with AVX-512 and motion).

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 /// Size of the regions that a test compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// One pixel: Student's t, with the degrees of freedom of the picture with fewer samples. If
+    /// Single pixel: Student's t, with the degrees of freedom of the picture with fewer samples. If
     /// light is found rarely, the variance of most pixels is too low. The variance is therefore at
     /// least the mean over the 5 × 5 pixels around it, and over its tile.
     Pixel,

@@ -66,7 +66,7 @@ fn noise_on_a_wall_falls_fiftyfold() {
     assert!((mean / 0.5 - 1.0).abs() < 0.02, "mean {mean}");
 }
 
-/// One pixel in fifty has a bright sample, which its variance includes; the total light is
+/// A fiftieth of the pixels has a bright sample, which its variance includes; the total light is
 /// unchanged.
 #[test]
 fn fireflies_leave_no_blotches() {

@@ -5,10 +5,11 @@
 //! surface. Steps are uniform, so there are no cracks. Positions are connected by their indices in
 //! the file, independent of seams in texture coordinates.
 //!
-//! - Meshes of triangles only use Loop's scheme, all other meshes the scheme of Catmull and Clark.
+//! - Meshes that have only triangles use Loop's scheme. All other meshes use the scheme of Catmull
+//!   and Clark.
 //! - Boundaries are smooth curves, and vertices of a single face keep their position, as in
 //!   OpenSubdiv's `EDGE_AND_CORNER`.
-//! - Edges of three or more faces stay sharp, and edges between faces of opposite orientation.
+//! - Edges of three or more faces, and edges between faces of opposite orientation, stay sharp.
 //! - Texture coordinates are smooth inside their islands and linear along their boundaries. Colours
 //!   are means of their neighbours.
 //! - Vertices at one position are joined if this closes boundaries and creates no edge of three

@@ -13,8 +13,8 @@ pub const BLADES: [u32; 2] = [3, 32];
 pub struct Aperture {
     /// Number of blades, equal to the number of sides of the polygon; within [`BLADES`].
     pub blades: u32,
-    /// Angle of the first corner from the right of the image, counter-clockwise in the view
-    /// direction, in degrees.
+    /// Angle of the first corner from the right of the image, counter-clockwise as seen by the
+    /// camera, in degrees.
     pub rotation: f32,
 }
 

@@ -23,7 +23,7 @@
 //! - Differences of luminance are relative to the noise of the pixel only. The noise of both pixels
 //!   would lower the kitchen's error by another 5 %. But the light of lamps would leak over their
 //!   edges: the Cornell box at 8 samples gets 1.7 times the error.
-//! - The sigmas have about the minimum relMSE at 16 samples per pixel on the scenes that ship with
+//! - The sigmas give about the minimum relMSE at 16 samples per pixel on the scenes that ship with
 //!   the project. The sigma of normals is larger than that optimum. Pixels on edges, whose mean
 //!   normals lie in between, then find similar pixels.
 

@@ -77,7 +77,7 @@ quantities! {
         /// Emitted radiance on the front side, W·sr⁻¹·m⁻². A texture multiplies it; with a black
         /// constant, the texture is used alone.
         emission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
-        /// Opacity.
+        /// Opacity, 0 to 1.
         opacity: f32 = 1.0, in SHARE;
         /// False for a surface that camera rays pass without a hit.
         camera_visible: bool = true;

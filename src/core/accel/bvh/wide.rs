@@ -40,9 +40,10 @@ impl Node {
     }
 }
 
-/// Converts a binary hierarchy to four children per node. A node is replaced by its children,
-/// largest surface first, until four boxes are reached. The root is first. Primitive `i` of the
-/// binary hierarchy stands for the items from `starts[i]` to `starts[i + 1]`.
+/// Converts a binary hierarchy to four children per node. A wide node starts with a binary node.
+/// The member with the largest surface is replaced by its two children, until there are four
+/// members. The root is first. Primitive `i` of the binary hierarchy stands for the items from
+/// `starts[i]` to `starts[i + 1]`.
 pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
     let Some(root) = binary.nodes.first() else {
         return Vec::new();

@@ -11,7 +11,8 @@
 //! the renderer writes the attribute `embrasure.commonErrors`). If samples are independent
 //! iterations (`pssmlt`, `mlt`, `sppm`), pixels are tested as usual, and tiles as if their pixels
 //! had the same error. If all samples use one map (`photon-map`, `irradiance-cache`), no variance
-//! is right. The whole is then tested by its tiles, as if there were fewer of them.
+//! is right. The whole picture is then tested by its tiles, with a reduced number of independent
+//! tiles.
 
 mod noise;
 
@@ -386,8 +387,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let weights: f64 = weighted.clone().map(|(weight, _)| weight).sum();
     let max = match common {
         CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
-        // Few tiles are independent, and a difference in one place must not look like noise. Clamp
-        // each term to the median of all terms.
+        // Few tiles are independent, and a difference that varies over the picture must not look
+        // like noise. Clamp each term to the median of all terms.
         CommonErrors::Sample | CommonErrors::Picture => {
             let sizes = weighted.clone().map(|(_, term)| term.abs());
             let mut sizes: Vec<f64> = sizes.filter(|size| *size > 0.0).collect();

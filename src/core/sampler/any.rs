@@ -1,13 +1,13 @@
 //! All samplers as one enum, matched at each draw.
 //!
-//! The renderer is not monomorphised per sampler, because compiling it once for each sampler, backend and integrator would gain little
-//! (docs/benchmarks.md, "Shared paths").
+//! The renderer is not monomorphised per sampler, because compiling it once for each sampler,
+//! backend and integrator would gain little (docs/benchmarks.md, "Shared paths").
 
 use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, SampleKey, Sampler};
 use super::{Sobol, Stratified, ZSobol};
 use crate::math::Vec2;
 
-/// The samplers there are.
+/// Kinds of samplers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SamplerKind {
@@ -32,7 +32,7 @@ pub enum SamplerKind {
 }
 
 impl SamplerKind {
-    /// Each by the name that users type, the default first.
+    /// Kinds by the names that users type, the default first.
     pub const NAMES: &[(&str, Self)] = &[
         ("zsobol", Self::ZSobol),
         ("sobol", Self::Sobol),
@@ -45,7 +45,7 @@ impl SamplerKind {
         ("antithetic", Self::Antithetic),
     ];
 
-    /// Whether its numbers depend on how many samples a pixel gets in all.
+    /// Returns true if the numbers depend on the total number of samples per pixel.
     pub fn knows_count(self) -> bool {
         match self {
             Self::Hammersley | Self::Orthogonal => true,
@@ -59,7 +59,8 @@ impl SamplerKind {
         }
     }
 
-    /// A sampler of this kind, for `count` samples of a pixel: some want to know.
+    /// A sampler of this kind. Kinds with [`SamplerKind::knows_count`] use `count`, the samples per
+    /// pixel.
     pub fn with_seed(self, seed: u64, count: u32) -> AnySampler {
         match self {
             Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),
@@ -75,8 +76,8 @@ impl SamplerKind {
     }
 }
 
-/// A sampler that was chosen when the program runs. Every draw asks which, always with the same answer, which costs less than
-/// a renderer for each would.
+/// A sampler that is chosen at run time. Every draw matches the kind, always with the same result.
+/// This costs less than one renderer per sampler.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)] // Each holds the sampler of its name.
 pub enum AnySampler {
@@ -90,7 +91,7 @@ pub enum AnySampler {
     Antithetic(Antithetic),
 }
 
-/// `$use` with `$sampler` for whichever sampler it is.
+/// `$use` with the sampler inside `$any` as `$sampler`.
 macro_rules! with {
     ($any:expr, $sampler:ident => $use:expr) => {
         match $any {
@@ -150,7 +151,7 @@ impl Sampler for AnySampler {
     }
 }
 
-// The default is what most renders draw from; the others are kept out of its way.
+// Most renders draw from the default sampler; the others are not inlined, to keep its path short.
 impl AnySampler {
     #[inline(never)]
     fn other_1d(&self, dimension: Dimension) -> f32 {
@@ -173,7 +174,7 @@ mod tests {
     use super::*;
     use crate::sampler::{Bounce, points};
 
-    /// What every sampler must be is asked of every one of them.
+    /// All samplers: every test below runs for each of them.
     fn all() -> impl Iterator<Item = (&'static str, SamplerKind)> {
         SamplerKind::NAMES.iter().copied()
     }
@@ -191,7 +192,7 @@ mod tests {
         }
     }
 
-    /// Several points at once have the bits of one after the other.
+    /// Batched points are bit-identical to single draws.
     #[test]
     fn batches_are_single_draws() {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
@@ -218,7 +219,8 @@ mod tests {
         }
     }
 
-    /// χ² of single samples over 16 × 16 cells, each sample of another pixel and seed: every one must be uniform by itself.
+    /// χ² of single samples over 16 × 16 cells, each sample from another pixel and seed: every
+    /// sample must be uniform on its own.
     #[test]
     fn single_samples_are_uniform() {
         let dimensions = [
@@ -252,8 +254,8 @@ mod tests {
         }
     }
 
-    /// Numbers of different dimensions are independent, and those of neighbouring pixels if one is
-    /// separate.
+    /// Numbers of different dimensions are independent; those of neighbouring pixels are if one
+    /// sampler is separate.
     #[test]
     fn dimensions_and_separate_pixels_are_not_correlated() {
         let here = Dimension::bounce(0, Bounce::Direction);
@@ -270,12 +272,12 @@ mod tests {
         const N: u32 = 64;
         for (name, kind) in all() {
             for (dimension, dx, are_separate) in others {
-                // Other samplers are the same if they are separate.
+                // Other samplers do not change if they are separate.
                 if kind != SamplerKind::ZSobol && dx == 0 && dimension == here {
                     continue;
                 }
-                // Of means over one seed, whose spread is what chance leaves of a correlation: x with x,
-                // and x with y
+                // Means over one seed. Their spread is the correlation that chance leaves: x with
+                // x, and x with y
                 let mut products = [Vec::new(), Vec::new()];
                 for seed in 0..SEEDS {
                     let of = |x, dimension, is_separate| {
@@ -302,7 +304,7 @@ mod tests {
         }
     }
 
-    /// In every elementary interval that is claimed there is one point.
+    /// Every elementary interval that the sampler claims holds one point.
     #[test]
     fn strata_hold_one_sample_each() {
         let cells = |kind: SamplerKind, seed, [columns, rows]: [u32; 2]| {
@@ -330,7 +332,8 @@ mod tests {
                 }
             }
         }
-        // Halton's bases for the film are 2 and 3: any 2ᵃ 3ᵇ samples in a row have one in each box of such sides.
+        // Halton's bases for the film are 2 and 3: any 2ᵃ 3ᵇ consecutive samples have one in each
+        // box of these sides.
         for start in [0, 5, 1000] {
             let points = points(
                 SamplerKind::Halton.with_seed(8, 64),
@@ -344,7 +347,8 @@ mod tests {
         }
     }
 
-    /// How the variance of a mean falls from 4 to 64 samples, as a power of their number: (smooth, with an edge).
+    /// Exponent with which the variance of a mean falls from 4 to 64 samples: (smooth, with an
+    /// edge).
     #[test]
     fn errors_fall_as_theory_says() {
         const SEEDS: u64 = 2000;
@@ -362,7 +366,8 @@ mod tests {
             let slope = |f: Integrand| (error(kind, 64, f) / error(kind, 4, f)).log2() / 4.0;
             let slopes = [slope((&smooth, 0.5)), slope((&edge, std::f64::consts::FRAC_PI_4))];
             println!("{name}: smooth {:.2}, edge {:.2}", slopes[0], slopes[1]);
-            // At least as steep as this; patterns of 64 are no patterns at 4, and fall faster in between.
+            // Minimum slopes. Patterns of 64 are not stratified at 4 samples, so errors fall faster
+            // in between.
             let [smooth, edge] = match kind {
                 SamplerKind::Independent | SamplerKind::Antithetic => [-1.0, -1.0],
                 SamplerKind::Stratified => [-1.4, -1.2],

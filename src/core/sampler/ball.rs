@@ -1,7 +1,9 @@
-//! Point sets on the unit sphere from low-discrepancy points in the cube: those in the ball, projected from its centre.
+//! Point sets on the unit sphere: low-discrepancy points of the cube that lie in the ball,
+//! projected from its centre.
 //!
-//! Points of the cube [−1, 1)³ outside the unit ball are rejected. A point that is uniform in the ball has a uniform direction, so a set keeps what it has
-//! of uniformity. The sets are the same in every render: nothing here is random.
+//! Points of the cube [−1, 1)³ outside the unit ball are rejected. A point that is uniform in the
+//! ball has a uniform direction, so a set keeps its uniformity. The sets are the same in every
+//! render: they are not random.
 
 use super::halton::plain_radical_inverse;
 use super::sobol::second_dimension;
@@ -15,14 +17,16 @@ pub enum CubePoints {
     /// Halton's sequence in the bases 2, 3 and 5.
     #[default]
     Halton,
-    /// Hammersley's set: the index over the number of points, and Halton's sequence in the bases 2 and 3.
+    /// Hammersley's set: the index over the number of points, and Halton's sequence in the bases 2
+    /// and 3.
     Hammersley,
     /// The first three dimensions of Sobol's sequence.
     Sobol,
 }
 
 impl CubePoints {
-    /// The first 2^`bits` points in the ball as unit vectors, in the order of the sequence; `bits` is [`MAX_BITS`] at most.
+    /// The first 2^`bits` points in the ball as unit vectors, in the order of the sequence; `bits`
+    /// is at most [`MAX_BITS`].
     pub(super) fn directions(self, bits: u32) -> &'static [Vec3] {
         static SETS: [[OnceLock<Vec<Vec3>>; MAX_BITS as usize + 1]; 3] =
             [const { [const { OnceLock::new() }; MAX_BITS as usize + 1] }; 3];
@@ -33,7 +37,8 @@ impl CubePoints {
     fn make(self, count: usize) -> Vec<Vec3> {
         match self {
             Self::Halton | Self::Sobol => (1..).filter_map(|i| in_ball(self.point(i, 0))).take(count).collect(),
-            // The set depends on how many points the cube has: as many as leave enough in the ball.
+            // The set depends on the number of points in the cube: use the smallest that leaves
+            // enough in the ball.
             Self::Hammersley => {
                 let set = |n: u32| (0..n).filter_map(move |i| in_ball(self.point(i, n))).take(count);
                 let n = (count as u32..).find(|&n| set(n).count() == count).unwrap_or_default();
@@ -42,7 +47,7 @@ impl CubePoints {
         }
     }
 
-    /// Point `i` of the unit cube; `n` is the number of points where the set depends on it.
+    /// Point `i` of the unit cube. `n` is the number of points, which only Hammersley's set needs.
     fn point(self, i: u32, n: u32) -> DVec3 {
         let unit = |bits: u32| bits as f64 / 2f64.powi(32);
         match self {
@@ -58,8 +63,9 @@ impl CubePoints {
     }
 }
 
-/// Third coordinate of Sobol's point `i`, times 2³²: the primitive polynomial is x² + x + 1, and the first direction numbers are 1 and 3 (Joe and Kuo 2008,
-/// "Constructing Sobol Sequences with Better Two-Dimensional Projections").
+/// Third coordinate of Sobol's point `i`, times 2³²: the primitive polynomial is x² + x + 1, and
+/// the first direction numbers are 1 and 3 (Joe and Kuo 2008, "Constructing Sobol Sequences with
+/// Better Two-Dimensional Projections").
 fn third_dimension(i: u32) -> u32 {
     let (mut m, mut next, mut coordinate) = (1u32, 3u32, 0);
     for digit in 0..u32::BITS {
@@ -71,7 +77,7 @@ fn third_dimension(i: u32) -> u32 {
     coordinate
 }
 
-/// The direction of a point of the unit cube from its centre, if the point lies in the ball.
+/// Direction of a point of the unit cube from its centre; `None` if the point is outside the ball.
 fn in_ball(point: DVec3) -> Option<Vec3> {
     let p = 2.0 * point - DVec3::ONE;
     let r2 = p.length_squared();
@@ -86,7 +92,8 @@ mod tests {
 
     const ALL: [CubePoints; 3] = [CubePoints::Halton, CubePoints::Hammersley, CubePoints::Sobol];
 
-    /// Random points have a discrepancy of about 1/√n: 0.05 for 512 of them, here measured with the hash that other samplers use.
+    /// Random points have a discrepancy of about 1/√n: 0.05 for 512 points, measured here with the
+    /// hash of the other samplers.
     #[test]
     fn sets_are_more_uniform_than_random_points() {
         let random: Vec<Vec3> = (0..512)
@@ -112,7 +119,7 @@ mod tests {
                 let mut sorted: Vec<_> = set.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
                 sorted.sort_unstable();
                 sorted.dedup();
-                // Points on a line through the centre have one direction.
+                // Points on a line through the centre have the same direction.
                 assert!(sorted.len() * 100 >= set.len() * 98, "{points:?} {bits}");
             }
         }

@@ -5,19 +5,20 @@ use super::sphere::pair;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
 
-/// Star discrepancy of points in the unit square: the largest difference between the share of `points` in a box with a corner at the origin and the box's
-/// area.
+/// Star discrepancy of points in the unit square: the largest difference between the share of
+/// `points` in a box with a corner at the origin and the box's area.
 ///
-/// Exact but for roundings of f64. Boxes whose edges go through points are extremal (Niederreiter 1972, "Discrepancy and Convex Programming"), and a sweep over
-/// x with a sorted list of y visits them in O(n²) steps. 0 without points.
+/// Exact except for f64 rounding. Boxes whose edges go through points are extremal (Niederreiter
+/// 1972, "Discrepancy and Convex Programming"). A sweep over x with a sorted list of y visits them
+/// in O(n²) steps. Returns 0 without points.
 pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     let mut sorted: Vec<[f64; 2]> = points.iter().map(|p| [p.x.into(), p.y.into()]).collect();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let share = |count: usize| count as f64 / points.len() as f64;
-    // Heights of the points to the left of the sweep, in order
+    // Heights of the points to the left of the sweep, sorted
     let mut heights: Vec<f64> = Vec::with_capacity(points.len());
     let mut largest = 0.0f64;
-    // Boxes without their upper edges lack points: each reaches up to the next point.
+    // Open boxes have too few points: each box extends up to the next point.
     let open = |width: f64, heights: &[f64]| {
         let tops = heights.iter().copied().chain([1.0]).enumerate();
         tops.fold(0.0, |max: f64, (below, top)| max.max(width * top - share(below)))
@@ -29,7 +30,7 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
             let place = heights.partition_point(|height| height <= y);
             heights.insert(place, *y);
         }
-        // Boxes with their upper edges have points too many: each ends at its last point.
+        // Closed boxes have too many points: each box ends at its last point.
         let tops = heights.iter().enumerate();
         largest = tops.fold(largest, |max, (below, top)| max.max(share(below + 1) - width * top));
     }
@@ -39,8 +40,8 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     largest.max(open(1.0, &heights))
 }
 
-/// Largest difference between the share of `points` in a spherical cap and the cap's share of the sphere, over 512 axes and 199 heights: a lower bound of the
-/// spherical cap discrepancy.
+/// Largest difference between the share of `points` in a spherical cap and the cap's share of the
+/// sphere, over 512 axes and 199 heights: a lower bound of the spherical cap discrepancy.
 pub fn cap_discrepancy(points: &[Vec3]) -> f64 {
     let axes = (0..512).map(|i| uniform_sphere(pair(numbered(1, i))));
     let of_axis = |axis: Vec3| {
@@ -61,7 +62,7 @@ mod tests {
     use super::*;
     use crate::sampler::{Dimension, SamplerKind, points};
 
-    /// All boxes with corners at coordinates of points, counted one by one.
+    /// Star discrepancy from all boxes with corners at coordinates of points.
     fn by_brute_force(points: &[Vec2]) -> f64 {
         let edges = |axis: usize| points.iter().map(move |p| p[axis]).chain([1.0]).collect::<Vec<f32>>();
         let n = points.len() as f64;
@@ -87,15 +88,16 @@ mod tests {
                 assert!((found - expected).abs() < 1e-12, "{name} {n}: {found} for {expected}");
             }
         }
-        // Points in the same places and in one line
+        // Points in the same places and on one line
         let line = [[0.5, 0.25], [0.5, 0.25], [0.5, 0.75], [0.0, 0.75], [0.25, 0.25]].map(Vec2::from);
         assert!((star_discrepancy(&line) - by_brute_force(&line)).abs() < 1e-12);
         assert_eq!(star_discrepancy(&[Vec2::splat(0.5)]), 0.75);
         assert_eq!(star_discrepancy(&[]), 0.0);
     }
 
-    /// Hammersley's set of 2ᵐ points in base 2 has m/3 + 13/9 − (−1)ᵐ 4/(9·2ᵐ) over their number (Halton and Zaremba 1969, "The Extreme and L² Discrepancies of Some
-    /// Plane Sets").
+    /// Star discrepancy of Hammersley's set of 2ᵐ points in base 2: m/3 + 13/9 − (−1)ᵐ 4/(9·2ᵐ)
+    /// over their number (Halton and Zaremba 1969, "The Extreme and L² Discrepancies of Some Plane
+    /// Sets").
     #[test]
     fn star_discrepancy_of_hammersley_points_is_in_closed_form() {
         for m in 2..=10u32 {

@@ -1,8 +1,9 @@
 //! Directions from spherical Fibonacci points (`--directions fibonacci`).
 //!
-//! It is a sampler around the chosen one, with a warp of its own in `integrator/path/strategy.rs`. Each can be combined with anything else: whatever
-//! the sampler, the warp has the cosine's density; whatever the warp, the numbers are uniform. It costs more time than its lower error saves
-//! (docs/benchmarks.md, "Fibonacci directions").
+//! This sampler wraps the chosen sampler; `integrator/path/strategy.rs` has its warp. Both work in
+//! any combination: the warp has the cosine's density with any sampler, and the numbers are uniform
+//! with any warp. It costs more time than its lower error saves (docs/benchmarks.md, "Fibonacci
+//! directions").
 
 use super::hash::{numbered, permute, pixel};
 use super::sphere::{moved_on_disk, pair, rotation, set_bits};
@@ -10,31 +11,34 @@ use super::{AnySampler, Bounce, Dimension, SampleKey, Sampler};
 use crate::math::{Vec2, Vec3, hash::mix};
 use crate::sampling::warp::{square_of_sphere, uniform_sphere};
 
-/// The golden ratio's fraction.
+/// Fraction of the golden ratio.
 const GOLDEN_SECTION: f32 = 0.618_034;
 
-/// Directions from spherical Fibonacci points, each moved at random on a disk in its tangent plane. All other numbers are another sampler's.
+/// Directions from spherical Fibonacci points, each moved at random on a disk in its tangent plane.
+/// All other numbers come from another sampler.
 ///
-/// Of every n samples, each has another point of a spherical Fibonacci set (Marques et al. 2013, "Spherical Fibonacci Point
-/// Sets for Illumination Integrals"), in an order of its own for each decision. n is the largest power of 2 that is no more than the
-/// count of samples, up to 1024. The disks' radius is 1/√n, half that of the part of the sphere that a point owns. Each set is
-/// turned by a uniform rotation, so that every direction by itself is exactly uniform on the sphere, whatever
-/// points and disks there are: densities are known.
+/// Each of n samples has another point of a spherical Fibonacci set (Marques et al. 2013,
+/// "Spherical Fibonacci Point Sets for Illumination Integrals"), in a separate order for each
+/// decision. n is the largest power of 2 up to the number of samples, at most 1024. The radius of
+/// the disks is 1/√n: half the radius of a point's share of the sphere. A uniform rotation turns
+/// each set. So every single direction is exactly uniform on the sphere for any points and disks:
+/// densities are known.
 ///
-/// Points are given as what [`uniform_sphere`] maps to them, and sets are independent of each other.
+/// The sampler returns points of the unit square that [`uniform_sphere`] maps to the directions.
+/// Sets are independent of each other.
 #[derive(Clone, Copy, Debug)]
 pub struct Fibonacci {
     others: AnySampler,
     seed: u64,
-    /// Of seed, pixel and set.
+    /// Hash of seed, pixel and set.
     key: u64,
     sample: u32,
-    /// Points of a set, as a power of two.
+    /// Number of points of a set, as a power of two.
     bits: u32,
 }
 
 impl Fibonacci {
-    /// Directions for the given seed and number of samples of a pixel; what else is drawn comes from `others`.
+    /// Directions for `seed` and `count` samples per pixel. All other numbers come from `others`.
     pub fn new(seed: u64, count: u32, others: AnySampler) -> Self {
         Self {
             others,
@@ -121,7 +125,7 @@ mod tests {
         }
     }
 
-    /// χ² of single samples over 16 × 16 cells of equal area, each of another seed and pixel.
+    /// χ² of single samples over 16 × 16 cells of equal area, each from another seed and pixel.
     #[test]
     fn single_samples_are_uniform() {
         for (sample, count) in [(0, 64), (3, 64), (70, 64), (5, 1), (1000, 1024)] {
@@ -139,16 +143,17 @@ mod tests {
         }
     }
 
-    /// Points keep away from each other, as far as the disks let them, and leave no large hole.
+    /// Points are as far from each other as the disks allow, and leave no large gap.
     #[test]
     fn points_are_spread_over_the_sphere() {
         for seed in 0..50 {
             let points = directions(seed, 64);
-            // Neighbours among the n points are some 3/√n apart, of which two disks' radii take 2/√n.
+            // Neighbours among the n points are some 3/√n apart, from which the radii of two disks
+            // take 2/√n.
             let pairs = points.iter().enumerate();
             let nearest = pairs.flat_map(|(i, a)| points[..i].iter().map(move |b| a.distance(*b)));
             let nearest = nearest.fold(f32::INFINITY, f32::min);
-            // The largest hole, as seen from points all over the sphere
+            // Largest gap, measured from points all over the sphere
             let all = (0..1000).map(|i| uniform_sphere(spiral(i, 1000)));
             let hole = all.map(|w| points.iter().map(|p| p.distance(w)).fold(f32::INFINITY, f32::min));
             let hole = hole.fold(0.0, f32::max);
@@ -156,7 +161,8 @@ mod tests {
         }
     }
 
-    /// The mean of a smooth integrand over the hemisphere, against that of independent directions of the same density.
+    /// Mean of a smooth integrand over the hemisphere, compared to independent directions with the
+    /// same density.
     #[test]
     fn smooth_integrands_have_less_error() {
         let (a, b) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.8, 0.6));

@@ -5,7 +5,8 @@ use super::{Dimension, SampleKey, Sampler};
 use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
 
-/// Decisions that have bases of their own, two for each; those after them begin again.
+/// Number of decisions with separate bases, two for each. Later decisions start again with the
+/// first bases.
 const DECISIONS: usize = 64;
 const PRIMES: [u32; 2 * DECISIONS] = primes();
 
@@ -27,8 +28,9 @@ const fn primes() -> [u32; 2 * DECISIONS] {
     primes
 }
 
-/// Halton's sequence: the digits of the sample's index, mirrored at the point, in another prime base for each dimension; each
-/// digit is permuted at random by those before it (Owen 2017, "A randomized Halton algorithm in R").
+/// Halton's sequence: the digits of the sample's index, mirrored at the point, in another prime
+/// base for each dimension. Each digit is permuted at random by the digits before it (Owen 2017, "A
+/// randomized Halton algorithm in R").
 #[derive(Clone, Copy, Debug)]
 pub struct Halton {
     seed: u64,
@@ -68,13 +70,14 @@ impl Sampler for Halton {
     }
 }
 
-/// Hammersley's set of a count that is known ahead: one coordinate counts through the samples, the other mirrors the digits of that
-/// count. Each dimension counts in an order of its own; where more samples are taken than the count, another set begins.
+/// Hammersley's set for a known count: one coordinate counts through the samples, and the other
+/// mirrors the digits of the counter. Each dimension counts in a separate order. Samples beyond the
+/// count start another set.
 #[derive(Clone, Copy, Debug)]
 pub struct Hammersley {
     seed: u64,
     key: u64,
-    /// Place in the set.
+    /// Index in the set.
     sample: u32,
     count: u32,
 }
@@ -90,7 +93,7 @@ impl Hammersley {
         }
     }
 
-    /// The place in the order of `dimension`, and bits that are its own.
+    /// Place in the order of `dimension`, and random bits of the dimension.
     fn place(&self, dimension: Dimension) -> (u32, u64) {
         let order = numbered(self.key, dimension.index());
         (permute_below(self.count, self.sample, order), mix(order))
@@ -115,7 +118,8 @@ impl Sampler for Hammersley {
     }
 }
 
-/// A permutation of the numbers below `n`: one of the next power of two, walked until it is back among them.
+/// A permutation of the numbers below `n`: permutes the next power of two, and repeats until the
+/// result is below `n`.
 fn permute_below(n: u32, x: u32, key: u64) -> u32 {
     let bits = u32::BITS - (n - 1).leading_zeros();
     let mut x = permute(x, bits, key);
@@ -136,8 +140,9 @@ pub(super) fn plain_radical_inverse(base: u32, mut index: u32) -> f64 {
     x
 }
 
-/// The digits of `index` in `base`, mirrored at the point, each permuted by a hash of `key` and those before it. (A shift would not do: of
-/// fewer samples than the base there is one digit alone, and two large bases would count in step.)
+/// The digits of `index` in `base`, mirrored at the point. Each is permuted by a hash of `key` and
+/// the digits before it. (A shift is not enough: with fewer samples than the base there is only one
+/// digit, and two large bases would count in step.)
 // ANCHOR: radical_inverse
 pub(super) fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
     let (mut x, mut scale, mut key) = (0.0, 1.0, key);

@@ -4,8 +4,9 @@ use crate::math::hash::{GOLDEN_GAMMA, mix};
 
 /// Independent uniform variates by hashing a counter.
 ///
-/// The generator is SplitMix64 (Steele, Lea and Flood 2014) turned into a function of its counter: a key is hashed
-/// from seed, pixel and sample, and dimension `d` reads the `d`-th number of the key's sequence.
+/// The generator is SplitMix64 (Steele, Lea and Flood 2014) turned into a function of its counter:
+/// a key is hashed from seed, pixel and sample, and dimension `d` reads the `d`-th number of the
+/// key's sequence.
 #[derive(Clone, Copy, Debug)]
 pub struct Independent {
     seed: u64,
@@ -64,7 +65,8 @@ mod tests {
         assert_ne!(s.get_2d(Dimension::bounce(4, Bounce::Direction)), a);
     }
 
-    /// χ² over `n × n` cells of pairs of variates: each pair of neighbouring addresses must look independent.
+    /// χ² over `n × n` cells of pairs of variates: each pair of neighbouring addresses must look
+    /// independent.
     fn chi2(pairs: impl Iterator<Item = (f32, f32)>, n: usize) -> f64 {
         let mut counts = vec![0u32; n * n];
         let mut total = 0.0;
@@ -139,7 +141,8 @@ mod tests {
             ),
         ];
         for (what, x2) in tests {
-            // 255 degrees of freedom: mean 255, standard deviation 22.6; five of them are a one-in-a-million event.
+            // 255 degrees of freedom: mean 255, standard deviation 22.6; five of them are a
+            // one-in-a-million event.
             assert!(x2 < 255.0 + 5.0 * 22.6, "{what}: χ² = {x2:.1}");
         }
     }

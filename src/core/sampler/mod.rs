@@ -1,8 +1,10 @@
 //! Random numbers: pure functions of (seed, pixel, sample index, dimension).
 //!
-//! No state of a generator outlives a sample, so a picture does not depend on threads or on the order of work. Dimensions come in fixed blocks
-//! (camera; at each vertex: light choice, light point, lobe, direction, roulette): a draw that is skipped shifts no other. Numbers that belong to no
-//! pixel, such as those of photons and chains, have sample keys in rows below all images ([`Stream`]).
+//! Generators keep no state between samples, so the image does not depend on threads or on the
+//! order of work. Dimensions come in fixed blocks (camera; at each vertex: light choice, light
+//! point, lobe, direction, roulette): a skipped draw does not shift the others. Numbers that belong
+//! to no pixel, such as those of photons and chains, have sample keys in rows below all images
+//! ([`Stream`]).
 
 mod antithetic;
 mod any;
@@ -38,7 +40,7 @@ pub use z_sobol::ZSobol;
 
 use crate::math::{UVec2, Vec2};
 
-/// Names one sample of one pixel, the unit of work and of replay.
+/// Key of one sample of one pixel, the unit of work and of replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SampleKey {
     /// Column, from the left of the full image.
@@ -71,7 +73,7 @@ impl SampleKey {
 pub enum Stream {
     /// Markov chains of Metropolis light transport: a column for each chain.
     Chains,
-    /// Paths that Markov chains may start with: a column for each path, or work item.
+    /// Paths that Markov chains may start with: a column for each path or work item.
     Bootstrap,
     /// Photon paths: a column for each work item.
     Photons,
@@ -79,12 +81,13 @@ pub enum Stream {
     Iteration,
     /// Paths that make an importance image: a column for each of its cells.
     ImportanceImage,
-    /// Paths and rays that learn what of the sky is seen: a column for each path, or cell of a grid.
+    /// Paths and rays that learn which parts of the sky are visible: a column for each path or grid
+    /// cell.
     Visibility,
 }
 
 impl Stream {
-    /// Row of the stream's keys. Streams share a row only where no integrator draws from both.
+    /// Row of the stream's keys. Two streams share a row only if no integrator draws from both.
     fn row(self) -> u32 {
         match self {
             Self::Chains => u32::MAX,
@@ -95,7 +98,7 @@ impl Stream {
     }
 }
 
-/// Names one decision along a path. Blocks are fixed, so a draw that is skipped never shifts a later one.
+/// Key of one decision along a path. Blocks are fixed, so a skipped draw never shifts a later one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension(u32);
 
@@ -103,13 +106,13 @@ pub struct Dimension(u32);
 #[derive(Clone, Copy, Debug)]
 #[repr(u32)]
 pub enum Bounce {
-    /// Which light to sample, and whether the path goes on (2-D).
+    /// Choice of the light, and Russian roulette (2-D).
     Decisions,
-    /// Where on the light (2-D).
+    /// Point on the light (2-D).
     LightPoint,
-    /// Which lobe of the BSDF.
+    /// Choice of the BSDF lobe.
     Lobe,
-    /// The direction from the lobe (2-D).
+    /// Direction from the lobe (2-D).
     Direction,
 }
 
@@ -120,13 +123,13 @@ impl Dimension {
     pub const PIXEL: Self = Self(0);
     /// Position on the lens (2-D).
     pub const LENS: Self = Self(1);
-    /// When, between the shutter's opening and closing.
+    /// Time between shutter open and close.
     pub const TIME: Self = Self(2);
-    /// Which technique makes a path, where only one of several does.
+    /// Choice of the technique that makes a path, if only one of several does.
     pub const TECHNIQUE: Self = Self(3);
-    /// Whether a camera ray passes thin surfaces.
+    /// Choice if a camera ray passes thin surfaces.
     pub const THIN_SURFACES: Self = Self(4);
-    /// Wavelength of a path's light, where glass disperses it.
+    /// Wavelength of a path's light, if glass disperses it.
     pub const WAVELENGTH: Self = Self(5);
 
     /// The decision `what` at the vertex reached after `depth` scatterings.
@@ -138,21 +141,22 @@ impl Dimension {
         )
     }
 
-    /// Dimension `index` of those that repeat this one, where a decision is taken several times.
+    /// Repetition `index` of this dimension, if a decision is taken several times.
     pub fn nth(self, index: u32) -> Self {
-        // Above all depths of paths that are short enough to be waited for
+        // Above all practical path depths
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
     }
 
-    /// Whether the dimension is the decision `what` at some vertex.
+    /// Returns true if the dimension is the decision `what` at any vertex.
     fn is(self, what: Bounce) -> bool {
         self.0 >= Self::BLOCK && self.0 % Self::BLOCK == what as u32
     }
 
-    /// Place in the order of a path, without the numbers that blocks keep free.
+    /// Index in the order of a path, without the unused numbers of the blocks.
     fn ordinal(self) -> u32 {
         const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
-        /// Few scenes move: behind all paths that are short enough to be waited for, time displaces nothing.
+        /// Few scenes move, so time comes after all practical path depths and displaces no other
+        /// dimension.
         const OF_TIME: u32 = (1 << 20) - 1;
         /// Few scenes have thin glass.
         const OF_THIN_SURFACES: u32 = OF_TIME - 1;
@@ -169,7 +173,8 @@ impl Dimension {
         }
     }
 
-    /// A number above the index of any decision of paths that scatter `depth` times, but for those that repeat others.
+    /// A number above the index of any decision of paths with `depth` scatterings, except
+    /// repetitions ([`Dimension::nth`]).
     pub fn end(depth: u32) -> u32 {
         Self::BLOCK.saturating_mul(depth.saturating_add(2))
     }
@@ -180,26 +185,30 @@ impl Dimension {
     }
 }
 
-/// A source of uniform variates in [0, 1), addressed by sample and dimension; it keeps no state between draws.
+/// Source of uniform variates in [0, 1), addressed by sample and dimension, without state between
+/// draws.
 pub trait Sampler: Clone + Send + Sync {
-    /// Turns to the sample `key`.
+    /// Starts the sample `key`.
     fn start(&mut self, key: SampleKey);
 
-    /// Makes the numbers of different pixels independent of each other, from the next start on.
+    /// Makes the numbers of different pixels independent of each other, from the next
+    /// [`Sampler::start`] on.
     fn separate(&mut self) {}
 
-    /// One variate.
+    /// A variate.
     fn get_1d(&self, dimension: Dimension) -> f32;
 
     /// Two variates that are well distributed together.
     fn get_2d(&self, dimension: Dimension) -> Vec2;
 
-    /// [`Sampler::get_2d`] in up to four dimensions. Samplers may draw them faster than one after the other.
+    /// [`Sampler::get_2d`] in at most four dimensions. Samplers may draw them faster than one by
+    /// one.
     fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
         dimensions.map(|dimension| self.get_2d(dimension))
     }
 
-    /// [`Sampler::get_2d`] in two dimensions, a pair for each of `count` samples from `key` on, at most four. Other pairs are unspecified.
+    /// [`Sampler::get_2d`] in two dimensions, for each of `count` samples (at most four) from `key`
+    /// on. Other pairs are unspecified.
     fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         let mut sampler = self.clone();
         std::array::from_fn(|i| {
@@ -213,7 +222,7 @@ pub trait Sampler: Clone + Send + Sync {
     }
 }
 
-/// The points of `samples` in `dimension`, in column `x` of a row.
+/// Points of `samples` in `dimension`, in column `x` of a row.
 #[cfg(test)]
 fn points(mut sampler: impl Sampler, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
     let point = |sample| {

@@ -2,30 +2,34 @@ use super::hash::{numbered, permute, permute_few, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};
 use crate::math::{Vec2, hash::mix};
 
-/// Levels of a factor at most, as a power of two.
+/// Maximum number of levels of a factor, as a power of two.
 const MAX_BITS: usize = 5;
-/// Irreducible polynomials over GF(2) by their degree k, a coefficient a bit: GF(2ᵏ) is what is left modulo them.
+/// Irreducible polynomials over GF(2) by their degree k, a bit per coefficient: GF(2ᵏ) are the
+/// remainders modulo them.
 const POLYNOMIALS: [u32; MAX_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0b10_0101];
 
-/// Orthogonal arrays of strength 2 (Jarosz et al. 2019, "Orthogonal Array Sampling for Monte Carlo Rendering"): of s² samples,
-/// one lies in each of s × s squares of *any* two numbers of an array, whichever decisions draw them, and one in each of
-/// s² intervals of every number.
+/// Orthogonal arrays of strength 2 (Jarosz et al. 2019, "Orthogonal Array Sampling for Monte Carlo
+/// Rendering"). Of s² samples, one lies in each of s × s squares of *any* two numbers of an array,
+/// from any decisions. One also lies in each of s² intervals of every number.
 ///
-/// Bush's construction over the field of s = 2ᵏ elements: run (a, b) has level a + j b in factor j, for all j of the field. Decisions take
-/// two factors each in the order of a path, so that those of neighbours are in one array: four of them where s is 8,
-/// eight where it is 16. Arrays are independent of each other.
+/// Bush's construction over the field of s = 2ᵏ elements: run (a, b) has level a + j b in factor j,
+/// for all j of the field. Decisions take two factors each in the order of a path, so that
+/// neighbouring decisions are in one array: four of them if s is 8, eight if it is 16. Arrays are
+/// independent of each other.
 ///
-/// Levels are permuted at random, as in the paper; within a level all levels of the decision's other factor have parts of their own, as in
-/// correlated multi-jitter. Digits scrambled after Owen, which make a (0,2)-net of each decision, were measured to gain less.
+/// Levels are permuted at random, as in the paper. Within a level, all levels of the decision's
+/// other factor have separate parts, as in correlated multi-jitter. Owen scrambling of the digits,
+/// which makes a (0,2)-net of each decision, was measured to gain less.
 ///
-/// s² is the largest power of 4 that is no more than the count of samples, up to 1024. Blocks of s² are independent.
+/// s² is the largest power of 4 up to the number of samples, at most 1024. Blocks of s² are
+/// independent.
 #[derive(Clone, Copy, Debug)]
 pub struct Orthogonal {
     seed: u64,
-    /// Of seed, pixel and block.
+    /// Hash of seed, pixel and block.
     key: u64,
     sample: u32,
-    /// Levels of a factor, as a power of two.
+    /// Number of levels of a factor, as a power of two.
     bits: u32,
 }
 
@@ -40,18 +44,18 @@ impl Orthogonal {
         }
     }
 
-    /// The sample's place in its block.
+    /// Index of the sample in its block.
     fn within(&self) -> u32 {
         self.sample & ((1 << (2 * self.bits)) - 1)
     }
 
-    /// The sample's levels in the two factors of a decision, and a key of that decision's own.
+    /// The sample's levels in the two factors of a decision, and a key of that decision.
     fn levels(&self, dimension: Dimension) -> (u32, u32, u64) {
         // s factors, two for each decision
         let decision_bits = self.bits - 1;
         let array = numbered(self.key, dimension.ordinal() >> decision_bits);
         let pair = dimension.ordinal() & ((1 << decision_bits) - 1);
-        // One run for all that draw from the array
+        // All decisions that draw from the array share a run
         let run = permute(self.within(), 2 * self.bits, array);
         let (a, b) = (run >> self.bits, run & ((1 << self.bits) - 1));
         // Factors j and j + 1 of an even j, whose products with b differ by b
@@ -68,12 +72,13 @@ impl Orthogonal {
         })
     }
 
-    /// A number in the stratum `level`. All levels of the decision's other factor have parts of it of their own.
+    /// A number in the stratum `level`. Each level `other` of the decision's other factor has a
+    /// separate part of the stratum.
     fn coordinate(&self, level: u32, other: u32, key: u64, jitter: u32) -> f32 {
         let stratum = permute_few(level, self.bits, key);
         let part = permute_few(other, self.bits, !key);
         let strata_bits = 2 * self.bits;
-        // Put together as digits, since a sum might round up into the next stratum
+        // Join the digits, since a sum might round up into the next stratum
         unit_f32((((stratum << self.bits) | part) << (32 - strata_bits)) | (jitter >> strata_bits))
     }
 }
@@ -104,7 +109,7 @@ mod tests {
     use super::*;
     use crate::sampler::{Bounce, SamplerKind};
 
-    /// The numbers that `dimensions` draw for the samples of block `block`: a list of each.
+    /// Numbers that `dimensions` draw for the samples of block `block`: a list per number.
     fn numbers(sampler: &mut Orthogonal, dimensions: &[Dimension], block: u32) -> Vec<Vec<f32>> {
         let runs = 1 << (2 * sampler.bits);
         let mut all = vec![Vec::new(); 2 * dimensions.len()];
@@ -123,7 +128,8 @@ mod tests {
         numbers.iter().map(move |u| (u * n as f32) as u32)
     }
 
-    /// One in each of s × s squares of any two numbers of an array, and in each of s² intervals of every one.
+    /// Each of s × s squares of any two numbers of an array holds one sample, and so does each of
+    /// s² intervals of every number.
     #[test]
     fn all_pairs_of_an_array_are_stratified() {
         let camera = [Dimension::PIXEL, Dimension::LENS];
@@ -153,7 +159,8 @@ mod tests {
         }
     }
 
-    /// What depends on two decisions together is what is not stratified where they are combined at random.
+    /// Integrands that depend on two decisions together have a lower error than with random
+    /// combinations.
     #[test]
     fn errors_of_two_decisions_fall_too() {
         let [here, there] = [Bounce::LightPoint, Bounce::Decisions].map(|what| Dimension::bounce(0, what));

@@ -1,13 +1,18 @@
-//! Perturbed quasi-Monte Carlo directions (`--directions perturbed-qmc`), as Kim proposed them for hemispheres.
+//! Perturbed quasi-Monte Carlo directions (`--directions perturbed-qmc`), as Kim proposed them for
+//! hemispheres.
 //!
-//! A low-discrepancy point set on the sphere (`ball.rs`) has the same points in each pixel: by itself its error is a pattern, which eyes find at once. Kim
-//! moves each point on a disk in its tangent plane, by another low-discrepancy sequence that runs over the pixels: patterns become noise, and the points
-//! stay well distributed. `integrator/path/strategy.rs` maps the sphere to the hemisphere, uniformly or by the cosine.
+//! A low-discrepancy point set on the sphere (`ball.rs`) has the same points in each pixel, so its
+//! error alone is a visible pattern. Kim moves each point on a disk in its tangent plane, by
+//! another low-discrepancy sequence that runs over the pixels. Patterns become noise, and the
+//! points stay well distributed. `integrator/path/strategy.rs` maps the sphere to the hemisphere,
+//! uniformly or by the cosine.
 //!
-//! Random scrambling, here a rotation of the set for each pixel and vertex, makes every direction exactly uniform, and the estimate unbiased whatever the
-//! points and disks. Without it the estimate converges with the number of points and of pixels that are looked at, and no further.
+//! Random scrambling, here a rotation of the set for each pixel and vertex, makes every direction
+//! exactly uniform. The estimate is then unbiased for any points and disks. Without scrambling, the
+//! estimate only converges with the number of points and the number of pixels together.
 //!
-//! docs/benchmarks.md, "Perturbed quasi-Monte Carlo directions", compares it with Owen-scrambled Sobol points, which win.
+//! docs/benchmarks.md, "Perturbed quasi-Monte Carlo directions", compares it with Owen-scrambled
+//! Sobol points, which win.
 
 use super::ball::CubePoints;
 use super::halton::radical_inverse;
@@ -20,18 +25,21 @@ use crate::sampling::warp::square_of_sphere;
 /// Options of [`PerturbedQmc`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Perturbation {
-    /// Points in the cube, of which directions are made.
+    /// Points in the cube, the source of the directions.
     pub points: CubePoints,
-    /// Radius of the disks, as a multiple of 2/√n: at 1 a disk is as large as the part of the sphere that one of n points owns. At 0 points stay.
+    /// Radius of the disks, as a multiple of 2/√n. At 1 a disk is as large as a point's share of
+    /// the sphere, for n points. At 0 points are not moved.
     pub size: f32,
-    /// Whether the set is turned at random for each pixel and vertex.
+    /// True if the set is rotated at random for each pixel and vertex.
     pub is_scrambled: bool,
 }
 
-/// Perturbed quasi-Monte Carlo directions; all other numbers are another sampler's.
+/// Perturbed quasi-Monte Carlo directions. All other numbers come from another sampler.
 ///
-/// Of every n samples each takes another of n points, in an order of its own for each vertex. n is the largest power of 2 that is no more than the count of
-/// samples, up to 1024. Points are given as what [`uniform_sphere`](crate::sampling::warp::uniform_sphere) maps to them.
+/// Each of n samples takes another of n points, in a separate order for each vertex. n is the
+/// largest power of 2 up to the number of samples, at most 1024. The sampler returns points of the
+/// unit square that [`uniform_sphere`](crate::sampling::warp::uniform_sphere) maps to the
+/// directions.
 #[derive(Clone, Copy, Debug)]
 pub struct PerturbedQmc {
     others: AnySampler,
@@ -44,7 +52,7 @@ pub struct PerturbedQmc {
 }
 
 impl PerturbedQmc {
-    /// Directions for the given seed and number of samples of a pixel; all other numbers come from `others`.
+    /// Directions for `seed` and `count` samples per pixel. All other numbers come from `others`.
     pub fn new(seed: u64, count: u32, options: Perturbation, others: AnySampler) -> Self {
         let bits = set_bits(count);
         Self {
@@ -59,12 +67,12 @@ impl PerturbedQmc {
 
     /// The sample's point on the unit sphere.
     fn point(&self, dimension: Dimension) -> Vec3 {
-        // One order of points in all pixels and for all seeds
+        // The order of points is the same for all pixels and seeds
         let (sample, n) = (self.key.sample, self.points.len() as u32);
         let index = permute(sample % n, self.bits, mix(dimension.index().into()));
         let mut point = self.points[index as usize];
 
-        // Move it on a disk, whose points are well distributed over the pixels
+        // Move it on a disk. The positions on the disk are well distributed over the pixels.
         if self.options.size > 0.0 {
             let set = numbered(numbered(mix(self.seed), dimension.index()), sample);
             let place = morton(self.key);
@@ -72,7 +80,7 @@ impl PerturbedQmc {
             point = moved_on_disk(point, u, 2.0 * self.options.size / (n as f32).sqrt());
         }
 
-        // Turn the set
+        // Rotate the set
         if self.options.is_scrambled {
             let block = numbered(pixel(self.seed, self.key), sample >> self.bits);
             point = rotation(numbered(block, dimension.index())) * point;
@@ -106,7 +114,7 @@ impl Sampler for PerturbedQmc {
     }
 }
 
-/// Number of a pixel along the Morton curve, of the lower 16 bits of its coordinates.
+/// Index of a pixel along the Morton curve, from the lower 16 bits of its coordinates.
 fn morton(key: SampleKey) -> u32 {
     let spread = |v: u32| {
         let v = v & 0xffff;
@@ -161,7 +169,8 @@ mod tests {
         }
     }
 
-    /// Without perturbation and scrambling all pixels and seeds have the points of the set, in one order.
+    /// Without perturbation and scrambling, all pixels and seeds have the points of the set in one
+    /// order.
     #[test]
     fn plain_sets_are_the_same_everywhere() {
         for set in ALL {
@@ -177,7 +186,7 @@ mod tests {
         }
     }
 
-    /// Disks have the radius that they should, and points are uniform on them.
+    /// Disks have the expected radius, and points are uniform on them.
     #[test]
     fn points_move_on_their_disks() {
         let [still, moved] = [0.0, 1.0].map(|size| {
@@ -186,7 +195,8 @@ mod tests {
             let all = (0..256).flat_map(of_seed).map(uniform_sphere);
             all.collect::<Vec<_>>()
         });
-        // Squared tangents of the angles: on a disk their mean is half the radius squared, with a standard error of 0.45 %.
+        // Squared tangents of the angles. On a disk their mean is half the radius squared, with a
+        // standard error of 0.45 %.
         let squared = 0.25f32 * 0.25;
         let tangents = still
             .iter()
@@ -198,7 +208,8 @@ mod tests {
         assert!((mean / (0.5 * squared) - 1.0).abs() < 0.02, "{mean}");
     }
 
-    /// χ² of single samples over 16 × 16 cells of equal area, each of another seed and pixel: with scrambling, exactly uniform.
+    /// χ² of single samples over 16 × 16 cells of equal area, each from another seed and pixel.
+    /// Scrambled samples are exactly uniform.
     #[test]
     fn scrambled_directions_are_uniform() {
         for (set, sample, count) in [

@@ -1,8 +1,9 @@
 //! Primary samples: a sampler whose random numbers are the state of a Markov chain.
 //!
-//! Numbers are addressed by dimension, and steps are hashes. The value of a number follows from the key of the chain and the steps that it has
-//! accepted, whether or not the number was asked for in between; it is computed when it is asked for. Known values are cached in atomics
-//! (`AtomicU64`, relaxed), because samplers are shared by reference. The cache saves work and decides no value.
+//! Numbers are addressed by dimension, and steps are hashes. The value of a number follows from the
+//! key of the chain and its accepted steps. It is computed on request and does not depend on
+//! earlier requests. Known values are cached in atomics (`AtomicU64`, relaxed), because samplers
+//! are shared by reference. The cache saves work and changes no value.
 
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::Vec2;
@@ -21,43 +22,47 @@ pub enum Step {
 /// Ratio of the largest to the smallest small step.
 const STEP_RATIO: f32 = 16.0;
 
-/// The numbers of a Markov chain in the space of primary samples: a point of the unit cube of all random numbers that a path might ask for, and
-/// the step from it that is proposed (Kelemen, Szirmay-Kalos, Antal and Csonka 2002).
+/// Numbers of a Markov chain in the space of primary samples: a point of the unit cube of all
+/// random numbers that a path may request, and the proposed step from it (Kelemen, Szirmay-Kalos,
+/// Antal and Csonka 2002).
 ///
-/// A small step moves each number, either way and around the end of the unit interval, by `size · 16^−u` with a uniform u: distances from
-/// `size / 16` to `size`, the shorter ones more often, as there §3.2 has them from 1/1024 to 1/64. All steps of a chain, and what is decided at them,
-/// are hashes of its key, the step's number and the dimension: a number that is not asked for needs not be moved, and is where it would be when it is
-/// asked for at last. Numbers are whole multiples of 2⁻³², of which a step is a permutation, so that a chain which accepts all steps stays uniform.
+/// A small step moves each number up or down, with wrap-around in the unit interval, by `size ·
+/// 16^−u` with a uniform u. Distances range from `size / 16` to `size`, the shorter ones more
+/// often, as in §3.2 of the paper from 1/1024 to 1/64. All steps of a chain and their decisions are
+/// hashes of the chain's key, the step's number and the dimension. So numbers are moved only on
+/// request, with the same result. Numbers are integer multiples of 2⁻³². A step is a permutation of
+/// them, so a chain that accepts all steps stays uniform.
 #[derive(Debug)]
 pub struct PrimarySampler {
-    /// Of all that the chain decides.
+    /// Key of all decisions of the chain.
     key: u64,
     /// Steps proposed so far.
     proposed: u32,
-    /// Where the last large step has led.
+    /// Origin: the point after the last accepted large step.
     origin: u64,
-    /// Small steps accepted since then.
+    /// Small steps accepted since the last large step.
     steps: Vec<u64>,
-    /// The step that is looked at.
+    /// Step that is proposed now.
     proposal: Option<(Step, u64)>,
-    /// The longest small step.
+    /// Length of the longest small step.
     size: f32,
-    /// Of the first coordinates what they are after some of `steps`, in the upper half, and in the lower half, counted through all of the
-    /// chain from 1 on, after which. It saves taking those steps again, and decides no bit. Samplers are asked by shared reference: hence words that
-    /// such a reference may change.
+    /// Cache of the first coordinates. The upper half of a word is a value. The lower half is the
+    /// number of the step after which it is valid, counted over the whole chain from 1. The cache
+    /// saves repeated steps and changes no bit. Words are atomic because samplers are shared by
+    /// reference.
     known: Vec<AtomicU64>,
-    /// Steps of the chain, counted likewise, up to the last large one.
+    /// Number of accepted steps up to the last large one, counted in the same way.
     restarted: u32,
 }
 
 impl PrimarySampler {
-    /// The point of the name `origin`.
+    /// The point named `origin`.
     pub fn new(origin: u64) -> Self {
         Self::chain(origin, origin, 0.0, 0)
     }
 
-    /// A chain of the name `key` from there on, with small steps up to `size`, for paths that mostly ask for dimensions of an index below
-    /// `dimensions`.
+    /// A chain with the key `key` from `origin` on, with small steps up to `size`. `dimensions` is
+    /// the size of the cache: most requests have a dimension below it.
     pub fn chain(origin: u64, key: u64, size: f32, dimensions: u32) -> Self {
         Self {
             key,
@@ -71,7 +76,8 @@ impl PrimarySampler {
         }
     }
 
-    /// Proposes a step, a large one with a probability: numbers are then those of the proposal.
+    /// Proposes a step, a large one with a probability. Draws then return the numbers of the
+    /// proposal.
     pub fn propose(&mut self, large_step_probability: f32) -> Step {
         let step = hash::numbered(self.key, self.proposed);
         self.proposed = self.proposed.wrapping_add(1);
@@ -84,7 +90,8 @@ impl PrimarySampler {
         kind
     }
 
-    /// Accepts the step with a probability, and says whether it did; else numbers are again what they were.
+    /// Accepts the step with a probability, and returns true if accepted. If rejected, the numbers
+    /// are those before the proposal.
     pub fn decide(&mut self, probability: f32) -> bool {
         let Some((kind, step)) = self.proposal.take() else {
             return false;
@@ -102,7 +109,7 @@ impl PrimarySampler {
         is_accepted
     }
 
-    /// One of the numbers, in 2⁻³².
+    /// Number of a dimension, in units of 2⁻³².
     fn number(&self, dimension: Dimension, component: u32) -> u32 {
         let coordinate = coordinate(dimension).wrapping_mul(2).wrapping_add(component);
         match self.proposal {
@@ -112,7 +119,7 @@ impl PrimarySampler {
         }
     }
 
-    /// A coordinate of the point where the chain is.
+    /// Coordinate of the current point of the chain, without the proposal.
     fn accepted(&self, coordinate: u32) -> u32 {
         let known = self.known.get(coordinate as usize);
         let word = known.map_or(0, |word| word.load(Ordering::Relaxed));
@@ -149,13 +156,13 @@ fn unit(step: u64, which: u32) -> f32 {
     hash::unit_f32((hash::numbered(step, which) >> 32) as u32)
 }
 
-/// A coordinate of the point named `origin`.
+/// Coordinate of the point named `origin`.
 fn drawn(origin: u64, coordinate: u32) -> u32 {
     (hash::numbered(origin, coordinate) >> 32) as u32
 }
 
-/// A technique that draws a point of the lens for a path from a light has the one that a path from the camera would have: only one of them is there,
-/// and the point stays where the other takes over.
+/// Maps lens dimensions of light paths to the lens dimension of camera paths. A path has only one
+/// of them, and the lens point is kept when the technique changes.
 fn coordinate(dimension: Dimension) -> u32 {
     match dimension.index() {
         index if index & 0xffff == Dimension::LENS.index() => Dimension::LENS.index(),
@@ -175,7 +182,7 @@ impl Clone for PrimarySampler {
 }
 
 impl Sampler for PrimarySampler {
-    /// Turns to a point of its own for each key.
+    /// Starts a separate point for each key.
     fn start(&mut self, key: SampleKey) {
         let origin = mix(hash::pixel(self.key, key).wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);
         *self = Self::chain(origin, self.key, self.size, self.known.len() as u32 / 2);
@@ -202,7 +209,8 @@ mod tests {
         Dimension::bounce(3, Bounce::Direction)
     }
 
-    /// χ² of the places, among 256, of chains that have gone `steps` small steps, and in between large ones with a probability.
+    /// χ² over 256 cells of chains after `steps` small steps, mixed with large ones with a
+    /// probability.
     fn assert_uniform(steps: u32, large: f32) {
         const CHAINS: u32 = 51_200;
         let mut counts = [[0.0f64; 256]; 2];
@@ -232,7 +240,7 @@ mod tests {
         assert_uniform(20, 0.2);
     }
 
-    /// The middle number of one long chain: steps lead everywhere, and as often.
+    /// The middle number of one long chain: steps reach all places equally often.
     #[test]
     fn a_long_chain_is_everywhere_equally_often() {
         const STEPS: u32 = 400_000;
@@ -243,13 +251,15 @@ mod tests {
             chain.decide(1.0);
             counts[(chain.get_1d(HERE) * 16.0) as usize] += 1.0;
         }
-        // Large steps make it forget within ten: so many times the variance of independent numbers, and less than twice that.
+        // Large steps forget the state within ten steps: at most 20 times the variance of
+        // independent numbers.
         let expected = STEPS as f64 / 16.0;
         let z = |count: f64| (count - expected) / (20.0 * expected).sqrt();
         assert!(counts.iter().all(|&count| z(count).abs() < 4.0), "{counts:?}");
     }
 
-    /// Distances have a density of 1 / distance, from a sixteenth of the size to the size, to either side.
+    /// Distances have a density of 1 / distance, from a sixteenth of the size to the size, in both
+    /// directions.
     #[test]
     fn small_steps_are_as_long_as_they_should_be() {
         const N: usize = 100_000;
@@ -271,14 +281,14 @@ mod tests {
         assert!(chi2 < 31.0 + 5.0 * 7.9, "χ² = {chi2}");
     }
 
-    /// Neither what was asked for before, nor what is remembered, changes a number.
+    /// A number depends neither on earlier requests nor on the cache.
     #[test]
     fn numbers_do_not_depend_on_what_was_drawn() {
         let mut chains = [100, 100, 0, 30].map(|dimensions| PrimarySampler::chain(5, 6, 0.1, dimensions));
         for i in 0..300 {
             let kinds = [0, 1, 2, 3].map(|c| chains[c].propose(0.1));
             assert!(kinds.iter().all(|kind| *kind == kinds[0]));
-            // The first is asked all the time, the others now and then
+            // The first chain is read at every step, the others now and then
             chains[0].get_2d(there());
             if i % 7 == 0 {
                 chains[1].get_2d(there());

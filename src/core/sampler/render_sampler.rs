@@ -1,14 +1,14 @@
 use super::{AnySampler, Dimension, Fibonacci, PerturbedQmc, SampleKey, Sampler};
 use crate::math::Vec2;
 
-/// Sampler of a render. Most renders draw from the first; the others are kept out of its way.
+/// Sampler of a render. Most renders use the first kind; the others are not inlined.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderSampler {
-    /// One for all numbers.
+    /// A single sampler for all numbers.
     Plain(AnySampler),
-    /// Spherical Fibonacci points for directions, and another sampler for all else.
+    /// Spherical Fibonacci points for directions, and another sampler for all other numbers.
     Fibonacci(Fibonacci),
-    /// Perturbed points for directions, and another sampler for all else.
+    /// Perturbed points for directions, and another sampler for all other numbers.
     PerturbedQmc(PerturbedQmc),
 }
 

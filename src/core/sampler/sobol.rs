@@ -1,22 +1,24 @@
-//! The default sampler: a scrambled (0,2)-sequence for each dimension of each pixel. Order and digits are scrambled by hashes of seed, pixel and
-//! dimension, so the sampler needs no state.
+//! Scrambled (0,2)-sequences, one for each dimension of each pixel. Order and digits are scrambled
+//! by hashes of seed, pixel and dimension, so the sampler has no state.
 
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::{Vec2, hash::GOLDEN_GAMMA};
 use multiversion::multiversion;
 use std::array::from_fn;
 
-/// Sobol's (0,2)-sequence with Owen scrambling by hashes (Burley 2020, "Practical Hash-based Owen Scrambling").
+/// Sobol's (0,2)-sequence with Owen scrambling by hashes (Burley 2020, "Practical Hash-based Owen
+/// Scrambling").
 ///
-/// Each dimension of each pixel has a sequence of its own: the order of its points and their digits are scrambled
-/// by seeds that depend on seed, pixel and dimension, so that dimensions are padded without correlation. Within one of
-/// them the first 2ᵏ samples, and every aligned 2ᵏ after them, are stratified in all elementary intervals.
+/// Each dimension of each pixel has a separate sequence. Seed, pixel and dimension select the
+/// scrambling of its order and digits, so that dimensions are padded without correlation. Within
+/// one dimension, the first 2ᵏ samples and every aligned 2ᵏ after them are stratified in all
+/// elementary intervals.
 #[derive(Clone, Copy, Debug)]
 pub struct Sobol {
     seed: u64,
-    /// Of seed and pixel.
+    /// Hash of seed and pixel.
     key: u64,
-    /// Index of the sample, its digits in reversed order.
+    /// Index of the sample with its digits reversed.
     reversed: u32,
 }
 
@@ -30,10 +32,10 @@ impl Sobol {
         }
     }
 
-    /// The place in the sequence, shuffled, and seeds for the digits of two coordinates.
+    /// Shuffled index in the sequence, and seeds for the digits of two coordinates.
     fn place(&self, dimension: Dimension) -> (u32, [u32; 2]) {
         let bits = hash::numbered(self.key, dimension.index());
-        // Shuffled by scrambling the index's own digits, which keeps aligned blocks together
+        // The scrambled digits of the index itself are a shuffle that keeps aligned blocks together
         let index = scramble(self.reversed, order(bits)).reverse_bits();
         (index, [(bits >> 32) as u32, bits as u32])
     }
@@ -77,23 +79,25 @@ impl Sampler for Sobol {
     }
 }
 
-// Vectors of several points, compiled for AVX2 too; integers give the same bits on all processors. What seeds the sequences is passed in registers: an array
-// that was written number by number has to reach memory before a vector can be read from it.
+// Vectors of several points, compiled for AVX2 too; integers give the same bits on all processors.
+// The seeds of the sequences are passed in registers: an array that is written number by number
+// must reach memory before a vector can be read from it.
 
-/// The points at one index of four sequences, the first coordinates and the second ones.
+/// Points of four sequences at one index: all first coordinates, then all second ones.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_four_sequences(reversed: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
     points([reversed; 4], [a, b, c, d])
 }
 
-/// The points at four indices from `sample` on of one sequence, and then of another one.
+/// Points at four indices from `sample` on, of one sequence and then of another.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_two_sequences(sample: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
     points(reversed, [a, a, a, a, b, b, b, b])
 }
 
-/// Points as [`Sobol::get_2d`] draws them: `reversed` are the digits of their indices in reversed order, and `bits` seed the scrambling of their sequences.
+/// Points as [`Sobol::get_2d`] draws them. `reversed` are the indices with their digits reversed,
+/// and `bits` are the seeds of the scrambling.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
     let index: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
@@ -102,17 +106,18 @@ fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
     [x, y].map(|digits| digits.map(hash::unit_f32))
 }
 
-/// Seed of the order of a sequence's points, of the bits that seed its scrambling: not independent of the seeds of the digits; it need only differ where
-/// they do.
+/// Seed of the order of a sequence's points, from the bits that seed its scrambling. It is not
+/// independent of the seeds of the digits; it must only differ if they differ.
 #[inline(always)]
 pub(super) fn order(bits: u64) -> u32 {
     (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32
 }
 
-/// Sobol's second coordinate of point `index`, digits in reversed order; the first one is the index itself.
+/// Sobol's second coordinate of point `index`, digits in reversed order. The first coordinate is
+/// the index itself.
 ///
-/// Its generator matrix is Pascal's triangle modulo 2, whose entry (i, j) is 1 where the digits of i are among those of j
-/// (Lucas): a sum over supersets, which is taken one digit at a time.
+/// Its generator matrix is Pascal's triangle modulo 2: entry (i, j) is 1 if the digits of i are
+/// among the digits of j (Lucas). The product is a sum over supersets, one digit at a time.
 #[inline(always)]
 pub(super) fn second_dimension(index: u32) -> u32 {
     let mut y = index;
@@ -124,8 +129,8 @@ pub(super) fn second_dimension(index: u32) -> u32 {
     y
 }
 
-/// Owen scrambling of a number whose digits are in reversed order: each is flipped or not by a hash of those below it (Laine and
-/// Karras 2011; constants of Burley 2020, listing 2).
+/// Owen scrambling of a number whose digits are in reversed order. Each digit is flipped by a hash
+/// of the digits below it (Laine and Karras 2011; constants of Burley 2020, listing 2).
 #[inline(always)]
 pub(super) fn scramble(mut x: u32, seed: u32) -> u32 {
     x = x.wrapping_add(seed);
@@ -157,7 +162,7 @@ mod tests {
 
     #[test]
     fn aligned_blocks_are_nets() {
-        // Each elementary interval of area 2⁻ᵏ holds one of 2ᵏ points, whatever its shape.
+        // Each elementary interval of area 2⁻ᵏ, of any shape, holds one of 2ᵏ points.
         for (k, start) in [(0, 3), (1, 0), (3, 8), (4, 0), (4, 48), (6, 64), (8, 256)] {
             let n = 1u32 << k;
             for seed in 0..20 {
@@ -203,7 +208,8 @@ mod tests {
         (0..SEEDS).map(one).sum::<f64>() / SEEDS as f64
     }
 
-    /// Owen 1997: the variance falls as n⁻³ for smooth integrands; an edge leaves n⁻³ᐟ². Independent samples have n⁻¹.
+    /// Owen 1997: the variance falls as n⁻³ for smooth integrands, and as n⁻³ᐟ² with an edge. For
+    /// independent samples it falls as n⁻¹.
     #[test]
     fn errors_fall_as_theory_says() {
         let slope = |f: &dyn Fn(Vec2) -> f64, exact| {

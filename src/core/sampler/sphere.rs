@@ -1,4 +1,4 @@
-//! Parts of samplers that take directions from point sets on the unit sphere.
+//! Shared parts of samplers that take directions from point sets on the unit sphere.
 
 use super::hash::{numbered, unit_f32};
 use crate::math::{Frame, Quat, Vec2, Vec3};
@@ -8,12 +8,13 @@ use std::f32::consts::TAU;
 /// Maximum number of points of a set, as a power of two.
 pub(super) const MAX_BITS: u32 = 10;
 
-/// Number of points of the set for `count` samples, as a power of two: the largest that is no more than `count`.
+/// Number of points of the set for `count` samples, as a power of two: the largest up to `count`.
 pub(super) fn set_bits(count: u32) -> u32 {
     count.max(1).ilog2().min(MAX_BITS)
 }
 
-/// The unit vector `base`, moved to the place `u` of a disk in its tangent plane and back to the sphere.
+/// The unit vector `base`, moved to the point `u` of a disk in its tangent plane and projected back
+/// to the sphere.
 pub(super) fn moved_on_disk(base: Vec3, u: Vec2, radius: f32) -> Vec3 {
     let moved = radius * uniform_disk(u);
     Frame::from_z(base).to_world(moved.extend(1.0).into()).normalize()
@@ -27,7 +28,7 @@ pub(super) fn rotation(key: u64) -> Quat {
     Quat::from_xyzw(xy.x, xy.y, zw.x, zw.y)
 }
 
-/// Two uniform variates of 64 random bits.
+/// Two uniform variates from 64 random bits.
 pub(super) fn pair(bits: u64) -> Vec2 {
     Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32))
 }

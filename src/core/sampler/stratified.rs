@@ -3,27 +3,28 @@ use super::{Dimension, SampleKey, Sampler};
 use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
 
-/// Strata on a side of the unit square.
+/// Strata per side of the unit square, as a power of two.
 const SIDE_BITS: u32 = 3;
-/// Samples that share a pattern: one in each stratum.
+/// Samples that share a pattern, one in each stratum, as a power of two.
 const BLOCK_BITS: u32 = 2 * SIDE_BITS;
 
-/// Jittered strata: of every 64 samples, one lies in each of 8 × 8 squares, or 64 intervals, in an order of its own for each
-/// dimension (Cook, Porter and Carpenter 1984). Correlated multi-jitter stratifies columns and rows by 64 too
-/// (Kensler 2013, "Correlated Multi-Jittered Sampling").
+/// Jittered strata: of every 64 samples, one lies in each of 8 × 8 squares, or 64 intervals, in a
+/// separate order for each dimension (Cook, Porter and Carpenter 1984). Correlated multi-jitter
+/// also stratifies columns and rows by 64 (Kensler 2013, "Correlated Multi-Jittered Sampling").
 ///
-/// Blocks of 64 are independent of each other, so any sample can be taken by itself, and no count need be known.
+/// Blocks of 64 are independent of each other, so any sample can be drawn separately, and the
+/// number of samples is not needed.
 #[derive(Clone, Copy, Debug)]
 pub struct Stratified {
     seed: u64,
-    /// Of seed, pixel and block.
+    /// Hash of seed, pixel and block.
     key: u64,
     sample: u32,
     multi_jitter: bool,
 }
 
 impl Stratified {
-    /// Jitter in squares alone.
+    /// Jitter in squares only.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -41,7 +42,8 @@ impl Stratified {
         }
     }
 
-    /// The pattern of `dimension`, the stratum in it, and bits for the place within that.
+    /// Key of the pattern of `dimension`, stratum in it, and random bits for the place in the
+    /// stratum.
     fn place(&self, dimension: Dimension) -> (u64, u32, u64) {
         let pattern = numbered(self.key, dimension.index());
         let within = self.sample & ((1 << BLOCK_BITS) - 1);
@@ -72,7 +74,7 @@ impl Sampler for Stratified {
         let mut within = Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32));
         let side = (1 << SIDE_BITS) as f32;
         if self.multi_jitter {
-            // All rows of a column, and all columns of a row, have parts of their own.
+            // All rows of a column, and all columns of a row, have separate parts.
             let part = |other, key| permute_few(other, SIDE_BITS, mix(pattern ^ key)) as f32;
             within = (within + Vec2::new(part(row, 1), part(column, 2))) / side;
         }

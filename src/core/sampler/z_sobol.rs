@@ -5,40 +5,40 @@ use crate::math::{Vec2, hash::mix};
 use multiversion::multiversion;
 use std::array::from_fn;
 
-/// Pixels on a side of the square that shares a net, as a power of two.
+/// Side in pixels of the square that shares a net, as a power of two.
 const SIDE_BITS: u32 = 16;
 
 /// Points of a net that extends over samples and over pixels.
 ///
 /// In each dimension, the first 2ᵏ samples of each pixel, and every aligned 2ᵏ after them, are a
-/// (0, k, 2)-net, as those of [`Sobol`](super::Sobol). Those of all pixels of an aligned square of
-/// 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Errors of neighbouring pixels then differ, and cancel
+/// (0, k, 2)-net, as in [`Sobol`](super::Sobol). The samples of all pixels of an aligned square of
+/// 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Errors of neighbouring pixels then differ and cancel
 /// over an area, as along the Z-shaped curve of Ahmed and Wonka 2020 ("Screen-Space Blue-Noise
 /// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels"). That curve needs
 /// the number of samples ahead. This net holds for all k and r at once.
 ///
 /// The construction is that of nets from rational functions (Niederreiter and Özbudak 2002,
 /// "Constructions of digital nets using global function fields"), over GF(2). A point is a function
-/// f. Its digits in x are the coefficients of f in powers of z, and those in y the coefficients in
-/// powers of z + 1. Bits of the sample's index are the coefficients of a polynomial of a degree
-/// below k. The pixel's digit of level j of the Z-shaped curve, which are two bits, is the numerator
-/// of a fraction with the denominator qʲ⁺¹, where q = z² + z + 1. The functions of a square and of
-/// 2ᵏ samples form a space of dimension k + 2r, and have at most k - 1 + 2r poles. One whose first a
-/// digits in x and b digits in y are 0, where a + b = k + 2r, has more zeros than poles, so it is 0.
-/// Each elementary interval therefore holds one point.
+/// f. Its digits in x are the coefficients of f in powers of z, and its digits in y the
+/// coefficients in powers of z + 1. Bits of the sample's index are the coefficients of a polynomial
+/// of a degree below k. The pixel's digit of level j of the Z-shaped curve, two bits, is the
+/// numerator of a fraction with the denominator qʲ⁺¹, where q = z² + z + 1. The functions of a
+/// square and of 2ᵏ samples form a space of dimension k + 2r, and have at most k - 1 + 2r poles. A
+/// function whose first a digits in x and b digits in y are 0, with a + b = k + 2r, has more zeros
+/// than poles, so it is 0. Each elementary interval therefore holds one point.
 ///
-/// In each dimension the order of the samples, that of the pixels, and the digits are scrambled
+/// In each dimension the order of the samples, the order of the pixels and the digits are scrambled
 /// (Owen 1995) by seeds that are the same for all pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct ZSobol {
     seed: u64,
-    /// True if each pixel has nets of its own.
+    /// True if each pixel has separate nets.
     is_separate: bool,
-    /// Of seed and square, or pixel.
+    /// Hash of seed and square, or of seed and pixel.
     key: u64,
-    /// Index of the sample, its digits in reversed order.
+    /// Index of the sample with its digits reversed.
     reversed: u32,
-    /// Place of the pixel along the curve, its digits in reversed order; 0 if nets are separate.
+    /// Index of the pixel along the curve with its digits reversed; 0 if nets are separate.
     pixel: u32,
 }
 
@@ -109,26 +109,26 @@ impl Sampler for ZSobol {
     }
 }
 
-/// One point in each of four dimensions, the first coordinates and the second ones.
+/// A point in each of four dimensions: all first coordinates, then all second ones.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_four_dimensions(reversed: u32, pixel: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
     points([reversed; 4], pixel, [a, b, c, d])
 }
 
-/// The points of four samples from `sample` on in one dimension, and then in another one.
+/// Points of four samples from `sample` on, in one dimension and then in another.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_two_dimensions(sample: u32, pixel: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
     points(reversed, pixel, [a, a, a, a, b, b, b, b])
 }
 
-/// Points of samples `reversed` of one pixel, in dimensions whose scrambling `bits` seed.
+/// Points of samples `reversed` of one pixel. `bits` seed the scrambling of the dimensions.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f32; N]; 2] {
     let sample: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
     let numerator: [u32; N] = from_fn(|i| numerator(scramble(pixel, order_of_pixels(bits[i]))));
-    // f = sample + numerator / q¹⁶, where 1 / q¹⁶ = 1 / (z³² + z¹⁶ + 1) = 1 + z¹⁶ up to z³¹, also in
-    // powers of z + 1
+    // f = sample + numerator / q¹⁶, where 1 / q¹⁶ = 1 / (z³² + z¹⁶ + 1) = 1 + z¹⁶ up to z³¹, also
+    // in powers of z + 1
     let x: [u32; N] = from_fn(|i| sample[i] ^ numerator[i] ^ (numerator[i] << 16));
     let y: [u32; N] = from_fn(|i| second_dimension(sample[i] ^ numerator[i]) ^ (second_dimension(numerator[i]) << 16));
     let x: [u32; N] = from_fn(|i| scramble(x[i], (bits[i] >> 32) as u32).reverse_bits());
@@ -136,16 +136,16 @@ fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f
     [x, y].map(|digits| digits.map(unit_f32))
 }
 
-/// Seed of the order of the pixels, of the bits that seed the scrambling of a dimension.
+/// Seed of the order of the pixels, from the bits that seed the scrambling of a dimension.
 #[inline(always)]
 fn order_of_pixels(bits: u64) -> u32 {
     (bits.wrapping_mul(0xd6e8_feb8_6659_fd93) >> 32) as u32
 }
 
-/// The sum of dⱼ qʲ as a polynomial, where bits 2j and 2j + 1 of `digits` are the polynomial dⱼ.
+/// Sum of dⱼ qʲ as a polynomial; bits 2j and 2j + 1 of `digits` are the polynomial dⱼ.
 #[inline(always)]
 fn numerator(digits: u32) -> u32 {
-    // Neighbours are joined: high qⁿ + low, where qⁿ = z²ⁿ + zⁿ + 1 for the powers of two n
+    // Join neighbours: high qⁿ + low, with qⁿ = z²ⁿ + zⁿ + 1 for the powers of two n
     let high = (digits >> 2) & 0x3333_3333;
     let n = digits ^ high ^ (high << 1);
     let high = (n >> 4) & 0x0f0f_0f0f;
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use crate::sampler::Bounce;
 
-    /// Over every aligned square of pixels the samples are a net: what makes errors cancel.
+    /// The samples of every aligned square of pixels are a net, so that errors cancel.
     #[test]
     fn squares_of_pixels_share_a_net() {
         for (side_bits, count) in [(1, 1u32), (2, 1), (1, 4), (3, 1), (2, 16), (1, 8), (3, 64), (0, 256)] {

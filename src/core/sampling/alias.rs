@@ -16,7 +16,7 @@ struct Bin {
 impl AliasTable {
     /// Probabilities proportional to `weights`, which are finite and ≥ 0.
     ///
-    /// `None` when there are no weights or all are zero.
+    /// `None` if there are no weights or all are zero.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let sum: f64 = weights.iter().sum();
         if !(sum > 0.0 && sum.is_finite()) {
@@ -32,7 +32,7 @@ impl AliasTable {
             })
             .collect();
 
-        // Pair each bin that is under-full with one that is over-full, until every bin holds 1/n.
+        // Pair each under-full bin with an over-full one, until every bin holds 1/n.
         let mut fill: Vec<f64> = weights.iter().map(|w| w / sum * n as f64).collect();
         let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| fill[i] < 1.0);
         while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
@@ -45,7 +45,8 @@ impl AliasTable {
                 small.push(l);
             }
         }
-        // The remainder differs from 1 by rounding only, but an index of probability zero must never be drawn.
+        // The remainder differs from 1 by rounding only, but an index of probability zero must
+        // never be drawn.
         let some = weights.iter().position(|&w| w > 0.0)?;
         for i in small.into_iter().chain(large) {
             if weights[i] == 0.0 {

@@ -12,7 +12,7 @@ pub struct Distribution1D {
 }
 
 impl Distribution1D {
-    /// Proportional to `weights`, all finite and ≥ 0; uniform where they sum to 0.
+    /// Proportional to `weights`, all finite and ≥ 0; uniform if they sum to 0.
     ///
     /// # Panics
     /// Without weights.
@@ -48,9 +48,10 @@ impl Distribution1D {
         self.integral
     }
 
-    /// Draws `x` in [0, 1) by inversion; also its step.
+    /// Draws `x` in [0, 1) by inversion; returns `x` and its step.
     pub fn sample(&self, u: f32) -> (f32, usize) {
-        // The last step that begins at or below u, which has width unless u is at the very end.
+        // The last step that begins at or below u. Its width is positive, except if u is at the
+        // very end.
         let i = self.cdf.partition_point(|&c| c <= u).clamp(1, self.len()) - 1;
         let (low, high) = (self.cdf[i], self.cdf[i + 1]);
         let within = if high > low {
@@ -61,7 +62,8 @@ impl Distribution1D {
         (self.place(i, within), i)
     }
 
-    /// Draws `x` among the steps `steps` alone, by inversion; also its step. Their probability must be above 0.
+    /// Draws `x` among the steps `steps` only, by inversion; returns `x` and its step. Their
+    /// probability must be above 0.
     fn sample_within(&self, steps: &Range<usize>, u: f32) -> (f32, usize) {
         let (low, high) = (self.cdf[steps.start], self.cdf[steps.end]);
         // The number before `high`, which is positive
@@ -74,9 +76,9 @@ impl Distribution1D {
         self.cdf[steps.end] - self.cdf[steps.start]
     }
 
-    /// The place at `within`, in [0, 1), of the step `i`.
+    /// The place at `within`, in [0, 1), of step `i`.
     fn place(&self, i: usize, within: f32) -> f32 {
-        // Rounding must not move the place into a neighbour, whose density is another.
+        // Rounding must not move the place into a neighbour, which has another density.
         let mut x = ((i as f32 + within) / self.len() as f32).min(ALMOST_ONE);
         while self.step(x) > i {
             x = f32::from_bits(x.to_bits() - 1);
@@ -104,14 +106,15 @@ impl Distribution1D {
 /// A density over the unit square that is constant in each cell of a grid (PBR4 §A.5.6).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution2D {
-    /// Over x, for each row.
+    /// Distribution over x, for each row.
     rows: Vec<Distribution1D>,
-    /// Over y.
+    /// Distribution over y.
     marginal: Distribution1D,
 }
 
 impl Distribution2D {
-    /// Proportional to `weights`, given row by row, `width` to a row; all finite and ≥ 0.
+    /// Proportional to `weights`, given row by row with `width` weights per row; all finite and ≥
+    /// 0.
     ///
     /// # Panics
     /// Without weights, or with an incomplete row.
@@ -138,7 +141,8 @@ impl Distribution2D {
         self.marginal.probability(&(row..row + 1)) as f64 * self.rows[row].probability(columns) as f64
     }
 
-    /// Draws a point in the columns `columns` of the row `row`, whose probability must be above 0; also its density in the whole square.
+    /// Draws a point in the columns `columns` of row `row`, whose probability must be above 0.
+    /// Returns the point and its density in the whole square.
     pub fn sample_within(&self, row: usize, columns: &Range<usize>, u: Vec2) -> (Vec2, f32) {
         let (x, column) = self.rows[row].sample_within(columns, u.x);
         let pdf = self.marginal.pdf_of_step(row) * self.rows[row].pdf_of_step(column);
@@ -151,7 +155,7 @@ impl Distribution2D {
         self.marginal.pdf_of_step(row) * self.rows[row].pdf(p.x)
     }
 
-    /// Bytes of its tables.
+    /// Bytes of the tables.
     pub fn bytes(&self) -> usize {
         (self.rows.len() + 1) * size_of_val(self.marginal.cdf.as_slice()).max(size_of_val(self.rows[0].cdf.as_slice()))
     }

@@ -1,9 +1,12 @@
-//! Weights of multiple importance sampling (Veach 1997, §9.2). Where a strategy takes n samples, its density is n times that of one.
+//! Weights of multiple importance sampling (Veach 1997, §9.2). If a strategy takes n samples, its
+//! density is n times that of one sample.
 //!
-//! These are weights of two strategies, for `integrator/path`. Strategies of a bidirectional path are weighted in
-//! `integrator/bidirectional/connection/weights.rs`. `Heuristic` of `integrator/path/strategy.rs` chooses the heuristic for both.
+//! These weights are for two strategies, for `integrator/path`. Strategies of a bidirectional path
+//! are weighted in `integrator/bidirectional/connection/weights.rs`. `Heuristic` of
+//! `integrator/path/strategy.rs` chooses the heuristic for both.
 
-/// Balance heuristic: the weight of the strategy whose density is `pdf`, against `other`; limits as in [`power_heuristic`].
+/// Balance heuristic: the weight of the strategy whose density is `pdf`, against `other`; limits as
+/// in [`power_heuristic`].
 pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {
     if pdf <= 0.0 {
         return 0.0;
@@ -13,7 +16,8 @@ pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {
 
 /// Power heuristic with β = 2: the weight of the strategy whose density is `pdf`, against `other`.
 ///
-/// 0 where `pdf` is 0; 1 where `other` is 0. Ratios are formed first, so that large densities do not overflow.
+/// Returns 0 if `pdf` is 0, and 1 if `other` is 0. Ratios are formed first, so that large densities
+/// do not overflow.
 // ANCHOR: power
 pub fn power_heuristic(pdf: f32, other: f32) -> f32 {
     if pdf <= 0.0 {

@@ -1,4 +1,5 @@
-//! From uniform variates to values and densities. No random numbers are made here, and no scene is known.
+//! Maps from uniform variates to values and densities. This module makes no random numbers and has
+//! no scene.
 
 mod alias;
 pub mod distribution;

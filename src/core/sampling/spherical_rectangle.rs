@@ -1,26 +1,30 @@
-//! Uniform sampling of the solid angle of a rectangle (Ureña, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical Rectangles").
+//! Uniform sampling of the solid angle of a rectangle (Ureña, Fajardo and King 2013, "An
+//! Area-Preserving Parametrization for Spherical Rectangles").
 
 use crate::math::{Vec2, Vec3, atan2, sin_cos_turns};
 use std::f32::consts::TAU;
 
-/// A rectangle as seen from a point: the region that its directions take on the unit sphere.
+/// A rectangle as seen from a point: the region of its directions on the unit sphere.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalRectangle {
     /// Unit vectors along the edges and from the rectangle's plane to the point.
     axes: [Vec3; 3],
-    /// Where the edges are along the first two axes, seen from the point, and the plane along the third: below 0.
+    /// Coordinates of the edges along the first two axes, relative to the point, and of the plane
+    /// along the third, which is negative.
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
     /// A complex number whose argument is the sum of the two interior angles at the left edge.
     left: [f64; 2],
-    /// Modulus of `left`, divided by the distances of the point from the lines of the lower and the upper edge.
+    /// Modulus of `left`, divided by the distances of the point from the lines of the lower and the
+    /// upper edge.
     left_modulus: f64,
     solid_angle: f32,
 }
 
 impl SphericalRectangle {
-    /// The rectangle with the corner `corner` and two orthogonal edges along unit vectors, of these lengths, seen from `p`; `None` in its plane.
+    /// The rectangle with the corner `corner` and two orthogonal edges along the unit vectors
+    /// `edges`, with lengths `lengths`, as seen from `p`; `None` if `p` is in its plane.
     #[inline(always)]
     pub fn new(corner: Vec3, edges: [Vec3; 2], lengths: [f32; 2], p: Vec3) -> Option<Self> {
         let to = corner - p;
@@ -31,8 +35,10 @@ impl SphericalRectangle {
             let start = to.dot(edges[i]);
             [f64::from(start), f64::from(start + lengths[i])]
         });
-        // The interior angle at the corner (x, y) is the argument of ± x y + i |z| r, r being the corner's distance, and complex numbers add their arguments
-        // as they are multiplied: one arc tangent is enough. The four angles sum to the solid angle and a full turn. Shares of the width have no overflow.
+        // The interior angle at the corner (x, y) is the argument of ± x y + i |z| r, with the
+        // corner's distance r. Arguments add when complex numbers are multiplied, so one arc
+        // tangent is enough. The sum of the four angles is the solid angle plus a full turn. Scaled
+        // coordinates cannot overflow.
         let scale = 1.0 / f64::from(lengths[0] + lengths[1]);
         let corners = [
             (x[1], y[0], 1.0),
@@ -61,7 +67,8 @@ impl SphericalRectangle {
         })
     }
 
-    /// Whether its solid angle is known to enough digits to be sampled: few are right of small ones, and of nearly the half sphere.
+    /// Returns true if the solid angle is accurate enough for sampling. Small ones, and those near
+    /// the half sphere, have few correct digits.
     #[inline]
     pub fn is_accurate(&self) -> bool {
         (0.01..6.2).contains(&self.solid_angle)
@@ -73,15 +80,17 @@ impl SphericalRectangle {
         self.solid_angle
     }
 
-    /// Vectors from the point to places of the rectangle, and their directions, unit vectors, which are uniform over the solid angle.
+    /// Vectors from the point to points of the rectangle, and their directions (unit vectors),
+    /// uniform over the solid angle.
     ///
     /// Several samples take little more time than one, because they share the latency of each step.
     #[inline(always)]
     pub fn sample<const N: usize>(&self, u: [Vec2; N]) -> [(Vec3, Vec3); N] {
         let ([x0, x1], [y0, y1]) = (self.x, self.y);
         let z_squared = self.z * self.z;
-        // The x that cuts the first number's share off the solid angle: |z| / √(f² − b₀²) in the paper. Its f and b₀ have the distance from the lower edge's
-        // line as their denominator, which is taken out here with the sine of f: a single root is left.
+        // x that cuts the share u.x off the solid angle: |z| / √(f² − b₀²) in the paper. Its f and
+        // b₀ have the distance from the lower edge's line as denominator. We cancel it together
+        // with the sine of f, so that only one root is left.
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let (s, c) = sin_cos_turns(u[i].x * self.solid_angle * (1.0 / TAU));
@@ -105,7 +114,7 @@ impl SphericalRectangle {
             x[i] = smaller(larger(x_squared.sqrt().copysign(side), x0), x1);
             squared[i] = z_squared + x_squared;
         }
-        // On the line there, the sine of the height is uniform.
+        // On the line at this x, the sine of the height is uniform.
         let (mut y, mut nearness) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let [h0, h1] = self.y.map(|y| y / (squared[i] + y * y).sqrt());
@@ -149,7 +158,7 @@ mod tests {
         SphericalRectangle::new(CORNER, EDGES.map(Vec3::normalize), EDGES.map(Vec3::length), p)
     }
 
-    /// Its solid angle is that of two triangles, from near and from afar.
+    /// The solid angle equals that of two triangles, from near and far.
     #[test]
     fn solid_angles_are_those_of_two_triangles() {
         let [a, b] = EDGES;
@@ -170,7 +179,8 @@ mod tests {
         assert!(seen(Vec3::new(5.0, 1.0, 1.5)).is_none());
     }
 
-    /// Moments of directions over a grid of numbers against those of the area, weighted by what a part of it takes of the sphere.
+    /// Moments of directions over a grid of numbers, compared to moments over the area, weighted by
+    /// solid angle.
     #[test]
     fn directions_are_uniform() {
         const N: usize = 400;
@@ -199,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Corners of the square are corners of the rectangle.
+    /// Corners of the unit square map to corners of the rectangle.
     #[test]
     fn all_of_the_rectangle_is_sampled() {
         let rectangle = seen(Vec3::ZERO).unwrap();

@@ -3,7 +3,7 @@
 use crate::math::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 
-/// A triangle as seen from a point: the region its corners' directions span on the unit sphere.
+/// A triangle as seen from a point: the region of its directions on the unit sphere.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalTriangle {
     corners: [DVec3; 3],
@@ -11,11 +11,12 @@ pub struct SphericalTriangle {
 }
 
 impl SphericalTriangle {
-    /// The triangle of `corners` seen from `p`; `None` from a corner itself.
+    /// The triangle of `corners` as seen from `p`; `None` if `p` is a corner.
     pub fn new(corners: [Vec3; 3], p: Vec3) -> Option<Self> {
         let [a, b, c] = corners.map(|q| (q.as_dvec3() - p.as_dvec3()).try_normalize());
         let (a, b, c) = (a?, b?, c?);
-        // Van Oosterom and Strackee 1983: no difference of nearly equal angles, so tiny triangles keep their digits.
+        // Van Oosterom and Strackee 1983: no difference of nearly equal angles, so tiny triangles
+        // stay accurate.
         let volume = a.dot(b.cross(c)).abs();
         let solid_angle = 2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         Some(Self {
@@ -29,8 +30,8 @@ impl SphericalTriangle {
         self.solid_angle
     }
 
-    /// Direction uniform over the solid angle (Arvo 1995, "Stratified Sampling of Spherical Triangles"); `None` for a triangle
-    /// seen from its own plane.
+    /// Direction uniform over the solid angle (Arvo 1995, "Stratified Sampling of Spherical
+    /// Triangles"); `None` if the point is in the triangle's plane.
     pub fn sample(&self, u: Vec2) -> Option<DVec3> {
         let [a, b, c] = self.corners;
         // Interior angles at A, B and C
@@ -43,23 +44,23 @@ impl SphericalTriangle {
         let (alpha, beta, gamma) = (angle(ca, ab), angle(ab, bc), angle(bc, ca));
         let (sin_alpha, cos_alpha) = alpha.sin_cos();
 
-        // Move C along the arc AC to where the triangle has the first number's share of the area.
+        // Move C along the arc AC until the triangle has the share u.x of the area.
         let area = u.x as f64 * (alpha + beta + gamma - PI);
         let (s, t) = (area - alpha).sin_cos();
         let (uu, v) = (t - cos_alpha, s + sin_alpha * a.dot(b));
         let q = ((v * t - uu * s) * cos_alpha - v) / ((v * s + uu * t) * sin_alpha);
-        // 0/0 where nothing of the area is taken: C is at A then.
+        // 0/0 if the share is 0: C is at A then.
         let q = if q.is_finite() { q.clamp(-1.0, 1.0) } else { 1.0 };
         let c_moved = q * a + (1.0 - q * q).sqrt() * orthogonal(c, a)?;
 
-        // A point on the arc from B to there, by the second number
+        // Point on the arc from B to the moved C, by u.y
         let z = 1.0 - u.y as f64 * (1.0 - c_moved.dot(b));
         let across = orthogonal(c_moved, b).unwrap_or(DVec3::ZERO);
         Some((z * b + (1.0 - z * z).max(0.0).sqrt() * across).normalize_or_zero())
     }
 }
 
-/// Unit vector of the part of `x` that is orthogonal to the unit vector `y`.
+/// Unit vector of the component of `x` orthogonal to the unit vector `y`.
 fn orthogonal(x: DVec3, y: DVec3) -> Option<DVec3> {
     (x - x.dot(y) * y).try_normalize()
 }
@@ -88,7 +89,8 @@ mod tests {
         assert!((far.solid_angle() / 0.5e-8 - 1.0).abs() < 1e-3);
     }
 
-    /// The mean of any function over the samples is its mean over the solid angle, which area sampling knows too.
+    /// The mean of a function over the samples is its mean over the solid angle, as with area
+    /// sampling.
     #[test]
     fn samples_cover_the_solid_angle_uniformly() {
         for scale in [1.0, 0.1] {

@@ -1,14 +1,16 @@
 //! Warps from the unit square to the shapes a path tracer samples, each with its density.
 //!
-//! Directions are unit vectors in a local frame whose +z is the normal; densities are per solid angle or area.
+//! Directions are unit vectors in a local frame whose +z is the normal; densities are per solid
+//! angle or area.
 
 use crate::math::{Vec2, Vec3, atan2, float::ALMOST_ONE, sin_cos_eighth_turn, sin_cos_turns};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
-/// Uniform point on the unit disk by the concentric map (Shirley and Chiu 1997). Density `1/π` per area.
+/// Uniform point on the unit disk by the concentric map (Shirley and Chiu 1997). Density `1/π` per
+/// area.
 ///
-/// Choices are selections, not branches: which wedge a point falls in is random, and mispredicted branches cost more
-/// than both sides.
+/// The code selects instead of branching: the wedge of a point is random, and mispredicted branches
+/// cost more than both sides.
 pub fn uniform_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
     let steep = o.x.abs() <= o.y.abs();
@@ -22,7 +24,8 @@ pub fn uniform_disk(u: Vec2) -> Vec2 {
     }
 }
 
-/// Cosine-weighted direction on the upper hemisphere: the disk lifted onto it (Malley's method).
+/// Cosine-weighted direction on the upper hemisphere: a point of the disk, projected up to the
+/// hemisphere (Malley's method).
 // ANCHOR: cosine
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = uniform_disk(u);
@@ -31,20 +34,23 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 }
 // ANCHOR_END: cosine
 
-/// Cosine-weighted direction on the upper hemisphere: that of the normal plus the point of the unit sphere that
-/// [`uniform_sphere`] maps `u` to. The sum halves the angle to the normal, so that its sine is `√u.x`.
+/// Cosine-weighted direction on the upper hemisphere: the direction of the normal plus the point of
+/// the unit sphere that [`uniform_sphere`] maps `u` to. The sum halves the angle to the normal, so
+/// its sine is `√u.x`.
 pub fn cosine_hemisphere_of_sphere(u: Vec2) -> Vec3 {
     let (sin, cos) = sin_cos_turns(u.y);
     let r = u.x.sqrt();
     Vec3::new(r * cos, r * sin, (1.0 - u.x).sqrt())
 }
 
-/// Density of [`cosine_hemisphere`] and [`cosine_hemisphere_of_sphere`] per solid angle, `cos θ / π` for `cos θ > 0`.
+/// Density of [`cosine_hemisphere`] and [`cosine_hemisphere_of_sphere`] per solid angle, `cos θ /
+/// π` for `cos θ > 0`.
 pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * FRAC_1_PI
 }
 
-/// Direction on the upper hemisphere with density proportional to `cosⁿ θ`, by `cos θ = (1 − ξ)^{1/(n+1)}`.
+/// Direction on the upper hemisphere with density proportional to `cosⁿ θ`, by `cos θ = (1 −
+/// ξ)^{1/(n+1)}`.
 // ANCHOR: cosine_power
 pub fn cosine_power_hemisphere(u: Vec2, exponent: f32) -> Vec3 {
     let z = (1.0 - u.x).powf(1.0 / (exponent + 1.0)).min(1.0);
@@ -67,13 +73,15 @@ pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
     cosine_power_hemisphere(u, 0.0)
 }
 
-/// Uniform direction on the upper hemisphere: the point of the unit sphere that [`uniform_sphere`] maps `u` to, mirrored if it is below.
+/// Uniform direction on the upper hemisphere: the point of the unit sphere that [`uniform_sphere`]
+/// maps `u` to, mirrored if it is below.
 pub fn uniform_hemisphere_of_sphere(u: Vec2) -> Vec3 {
     let w = uniform_sphere(u);
     Vec3::new(w.x, w.y, w.z.abs())
 }
 
-/// Density of [`uniform_hemisphere`] and [`uniform_hemisphere_of_sphere`] per solid angle, `1 / 2π`.
+/// Density of [`uniform_hemisphere`] and [`uniform_hemisphere_of_sphere`] per solid angle, `1 /
+/// 2π`.
 pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 * FRAC_1_PI;
 
 /// Uniform direction on the unit sphere. Density [`UNIFORM_SPHERE_PDF`].
@@ -87,7 +95,7 @@ pub fn uniform_sphere(u: Vec2) -> Vec3 {
 /// The point of the unit square that [`uniform_sphere`] maps to the unit vector `w`.
 pub fn square_of_sphere(w: Vec3) -> Vec2 {
     let azimuth = atan2(w.y, w.x) * (0.5 * FRAC_1_PI);
-    // Roundings must not reach 1.
+    // Rounding must not reach 1.
     let u = Vec2::new(0.5 - 0.5 * w.z, if azimuth < 0.0 { azimuth + 1.0 } else { azimuth });
     u.clamp(Vec2::ZERO, Vec2::splat(ALMOST_ONE))
 }
@@ -95,16 +103,18 @@ pub fn square_of_sphere(w: Vec3) -> Vec2 {
 /// Density of [`uniform_sphere`] per solid angle, `1 / 4π`.
 pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
-/// Uniform direction of the cone about +z whose half-angle has the cosine `cos`. Density [`uniform_cone_pdf`].
+/// Uniform direction of the cone around +z whose half-angle has the cosine `cos`. Density
+/// [`uniform_cone_pdf`].
 pub fn uniform_cone(u: Vec2, cos: f32) -> Vec3 {
     uniform_cap(u, 1.0 - cos)
 }
 
-/// Uniform direction of the cap about +z whose depth, 1 − cos of its half-angle, is `depth`. Density [`uniform_cap_pdf`].
+/// Uniform direction of the cap around +z with the depth `depth`, 1 − cos of its half-angle.
+/// Density [`uniform_cap_pdf`].
 ///
-/// Narrow caps keep the digits of their size, which their cosine does not have.
+/// The depth is accurate for narrow caps; the cosine is not.
 pub fn uniform_cap(u: Vec2, depth: f32) -> Vec3 {
-    // 1 − z, and the sine by it
+    // 1 − z, and the sine from it
     let depth = u.x * depth;
     let r = (depth * (2.0 - depth)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = sin_cos_turns(u.y);
@@ -123,8 +133,8 @@ pub fn uniform_cap_pdf(depth: f32) -> f32 {
 
 /// Uniform point in a triangle as the barycentric coordinates of its second and third vertex.
 ///
-/// The square is folded with little distortion (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
-/// Density: one over the triangle's area.
+/// The square is folded with little distortion (Heitz 2019, "A Low-Distortion Map Between Triangle
+/// and Square"). Density: one over the triangle's area.
 pub fn uniform_triangle(u: Vec2) -> (f32, f32) {
     let below = u.x < u.y;
     let (less, more) = if below { (u.x, u.y) } else { (u.y, u.x) };
@@ -217,7 +227,7 @@ mod tests {
         for cos in [-1.0, -0.3, 0.5, 0.99, 0.999_99] {
             let dirs = || grid(512).map(|u| uniform_cone(u, cos));
             assert!(dirs().all(|d| (d.length() - 1.0).abs() < 1e-5 && d.z >= cos - 1e-6));
-            // z is uniform between the cosine and 1, and the squares of x and y share what it leaves.
+            // z is uniform between the cosine and 1; x² and y² share the rest.
             let (low, span) = (cos as f64, 1.0 - cos as f64);
             let depth = mean(dirs().map(|d| 1.0 - d.z as f64)) / span;
             assert!((depth - 0.5).abs() < 1e-2, "{cos}: {depth}");

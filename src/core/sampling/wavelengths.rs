@@ -1,37 +1,40 @@
-//! Wavelengths of light that is kept in three channels.
+//! Wavelengths for light with three channels.
 //!
-//! Glass refracts each wavelength by an index of its own, and a channel of linear Rec.709 is light of many. Here the light of a channel is taken to be spread
-//! over wavelengths as the channel's matching function says, as far as that is positive: its share of all light at a wavelength. A path draws one
-//! wavelength from the mean of the three channels and weighs each channel by its own share over that mean. That is hero wavelength sampling (Wilkie et al. 2014) with a channel as
-//! the hero, and the balance heuristic over the channels: weights are 3 at most, and their mean is 1 in each channel, so that white light stays white.
+//! Glass refracts each wavelength by another index, and a channel of linear Rec.709 contains many
+//! wavelengths. We assume that the light of a channel is distributed over wavelengths by the
+//! positive part of the channel's matching function. A path draws one wavelength from the mean of
+//! the three distributions. Each channel has the weight of its own share over that mean. This is
+//! hero wavelength sampling (Wilkie et al. 2014) with a channel as the hero, and the balance
+//! heuristic over the channels. Weights are at most 3, and their mean is 1 in each channel, so that
+//! white light stays white.
 
 use super::distribution::Distribution1D;
 use std::sync::OnceLock;
 
-/// Nanometres: the first wavelength, and the width of a band.
+/// First wavelength and width of a band, both in nanometres.
 const FIRST: f32 = 380.0;
 const BAND: f32 = 5.0;
 /// Number of bands, up to 730 nm.
 const BANDS: usize = 70;
 
-/// A wavelength that stands for the light of all channels.
+/// A wavelength that represents the light of all channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wavelength {
     /// Wavelength in vacuum, nanometres.
     pub nanometers: f32,
-    /// Factor of the light of each channel that has been refracted by this wavelength.
+    /// Factor for each channel of light that is refracted at this wavelength.
     pub weight: [f32; 3],
 }
 
 struct Bands {
     /// Share of each channel's light in each band.
     shares: [[f32; 3]; BANDS],
-    /// The mean of the channels.
+    /// Mean of the channels.
     mean: Distribution1D,
 }
 
 impl Wavelength {
-    /// The wavelength that `u`, in [0, 1), draws from the mean of all channels.
+    /// Draws a wavelength from the mean of all channels with `u` in [0, 1).
     pub fn sample(u: f32) -> Self {
         let bands = bands();
         let (place, band) = bands.mean.sample(u);
@@ -42,7 +45,7 @@ impl Wavelength {
         }
     }
 
-    /// The middle of each band with the share of each channel's light in it.
+    /// Middle of each band in nanometres, with the share of each channel's light in the band.
     pub fn bands() -> impl Iterator<Item = (f32, [f32; 3])> {
         let middles = (0..BANDS).map(|band| FIRST + BAND * (band as f32 + 0.5));
         middles.zip(bands().shares)
@@ -67,8 +70,9 @@ fn bands() -> &'static Bands {
     })
 }
 
-/// The positive part of the matching functions of linear Rec.709 at a wavelength in nanometres, by the fit of CIE 1931 of Wyman, Sloan and Shirley 2013 ("Simple
-/// Analytic Approximations to the CIE XYZ Color Matching Functions", eq. 4).
+/// Positive part of the matching functions of linear Rec.709 at a wavelength in nanometres, by the
+/// fit of CIE 1931 of Wyman, Sloan and Shirley 2013 ("Simple Analytic Approximations to the CIE XYZ
+/// Color Matching Functions", eq. 4).
 fn matching(nanometers: f64) -> [f64; 3] {
     let lobe = |height: f64, middle: f64, widths: [f64; 2]| {
         let width = widths[usize::from(nanometers >= middle)];
@@ -82,7 +86,7 @@ fn matching(nanometers: f64) -> [f64; 3] {
         -0.9689 * x + 1.8758 * y + 0.0415 * z,
         0.0557 * x - 0.2040 * y + 1.0570 * z,
     ];
-    // No band is without light of any channel.
+    // Every band has light of all channels.
     rgb.map(|v| v.max(1e-4))
 }
 
@@ -108,7 +112,7 @@ mod tests {
         assert!(shares.iter().all(|sum| (sum - 1.0).abs() < 1e-5), "{shares:?}");
     }
 
-    /// Each channel is brightest where its colour is in the spectrum.
+    /// Each channel is brightest at its colour in the spectrum.
     #[test]
     fn channels_have_their_colors() {
         for (c, expected) in [(0, 570.0..630.0), (1, 510.0..560.0), (2, 430.0..470.0)] {

@@ -1,27 +1,29 @@
 use crate::math::{Bounds3, Vec3};
 
-/// Cells along the longest side at most, and fewer where that would be too many cells.
+/// Candidate numbers of cells along the longest side, tried from the largest.
 const RESOLUTIONS: [u32; 14] = [48, 40, 32, 28, 24, 20, 16, 13, 10, 8, 6, 4, 2, 1];
-/// Share of points, at each end of each axis, that may lie outside of the grid: few paths come to them, and they may be far away.
+/// Share of points, at each end of each axis, that may lie outside of the grid: few paths reach
+/// them, and they may be far away.
 const OUTSIDE: f64 = 0.005;
 /// Number of a cell without surfaces.
 const EMPTY: u32 = u32::MAX;
 
-/// Cells of a box, of which those with surfaces are numbered.
+/// Cells of a box. Cells with surfaces are numbered.
 #[derive(Clone, Debug)]
 pub(super) struct CellGrid {
     min: Vec3,
-    /// Cells for a unit of length.
+    /// Cells per scene unit.
     scale: f32,
     counts: [u32; 3],
-    /// Number of each cell; [`EMPTY`] where no surface is known.
+    /// Number of each cell; [`EMPTY`] if it has no known surface.
     numbers: Vec<u32>,
-    /// Place of each numbered cell.
+    /// Grid coordinates of each numbered cell.
     places: Vec<[u32; 3]>,
 }
 
 impl CellGrid {
-    /// The finest grid around nearly all of `points` of which no more than `max_cells` cells hold any of them.
+    /// The finest grid around nearly all of `points` with at most `max_cells` cells that hold
+    /// points.
     pub fn new(points: &[Vec3], max_cells: usize) -> Option<Self> {
         let bounds = bounds_of_most(points)?;
         RESOLUTIONS.into_iter().find_map(|resolution| {
@@ -60,12 +62,12 @@ impl CellGrid {
         }
     }
 
-    /// Index of the cell of `p`, if that is within the box.
+    /// Index of the cell of `p`, if it is within the box.
     #[inline(always)]
     fn index(&self, p: Vec3) -> Option<usize> {
         let x = (p - self.min) * self.scale;
         let end = Vec3::from_array(self.counts.map(|n| n as f32));
-        // Also false for what is not a number
+        // Also false for NaN
         if !(x.cmpge(Vec3::ZERO).all() && x.cmplt(end).all()) {
             return None;
         }
@@ -84,7 +86,7 @@ impl CellGrid {
         self.places.len()
     }
 
-    /// Numbers of the six cells beside the one of number `cell`.
+    /// Numbers of the six cells beside cell `cell`.
     pub fn neighbours(&self, cell: usize) -> [Option<u32>; 6] {
         std::array::from_fn(|i| {
             let mut at = self.places[cell];
@@ -99,7 +101,8 @@ impl CellGrid {
         })
     }
 
-    /// Number of the group of up to eight neighbouring cells to which each cell belongs, in the order in which groups are met.
+    /// Group of each cell: up to eight neighbouring cells. Groups are numbered in the order of
+    /// their first cells.
     pub fn groups(&self) -> Vec<usize> {
         let size = self.counts.map(|n| n.div_ceil(2) as usize);
         let mut numbers = vec![None; size.iter().product()];
@@ -114,21 +117,21 @@ impl CellGrid {
         self.places.iter().map(group).collect()
     }
 
-    /// Middle of the cell of number `cell`, and the radius of a ball of its extent.
+    /// Middle of cell `cell`, and the radius of a ball that encloses it.
     pub fn ball(&self, cell: usize) -> (Vec3, f32) {
         let size = 1.0 / self.scale;
         let place = Vec3::from_array(self.places[cell].map(|i| i as f32));
         (self.min + (place + 0.5) * size, 0.5 * 3f32.sqrt() * size)
     }
 
-    /// Bytes of its arrays.
+    /// Bytes of the arrays.
     pub fn bytes(&self) -> usize {
         size_of_val(self.numbers.as_slice()) + size_of_val(self.places.as_slice())
     }
 }
 
-/// A box around all of `points` but the outermost. Its borders are apart from round coordinates, where walls may be: there the last bits of a point
-/// would choose its cell.
+/// A box around all of `points` except the outermost. Its borders avoid round coordinates, which
+/// walls often have: on a border, rounding would choose a point's cell.
 fn bounds_of_most(points: &[Vec3]) -> Option<Bounds3> {
     let outside = (points.len() as f64 * OUTSIDE) as usize;
     let mut bounds = Bounds3::EMPTY;

@@ -4,7 +4,7 @@ use crate::math::{Ball, Vec2, encode_fields};
 use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use std::f64::consts::PI;
 
-/// An environment, infinitely far away, of the same radiance in every direction.
+/// An environment at infinity with the same radiance from every direction.
 #[derive(Clone, Copy, Debug)]
 pub struct ConstantLight {
     /// Radiance, W·sr⁻¹·m⁻².
@@ -14,7 +14,7 @@ pub struct ConstantLight {
 encode_fields!(ConstantLight { radiance });
 
 impl ConstantLight {
-    /// Draws a uniform direction of the sphere.
+    /// Samples a uniform direction of the sphere.
     pub(super) fn sample(&self, u: Vec2) -> LightSample {
         LightSample {
             wi: uniform_sphere(u),
@@ -30,13 +30,13 @@ impl ConstantLight {
         UNIFORM_SPHERE_PDF
     }
 
-    /// Draws light of a uniform direction that comes into `world`.
+    /// Samples light from a uniform direction that enters `world`.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Emission {
         let w = -uniform_sphere(u_direction);
         Emission::from_infinity(w, self.radiance, self.pdf(), u_position, world)
     }
 
-    /// What crosses a sphere of the scene's radius: `4π · π r² L`.
+    /// Power in watts through a sphere of the scene's radius: `4π · π r² L`.
     pub(super) fn power(&self, scene_radius: f32) -> f64 {
         4.0 * PI * PI * (scene_radius as f64).powi(2) * self.radiance.luminance() as f64
     }

@@ -15,7 +15,7 @@ pub struct DirectionalLight {
 encode_fields!(DirectionalLight { direction, irradiance });
 
 impl DirectionalLight {
-    /// The only direction there is.
+    /// The only direction of the light.
     pub(super) fn sample(&self) -> LightSample {
         LightSample {
             wi: -self.direction,
@@ -26,7 +26,7 @@ impl DirectionalLight {
         }
     }
 
-    /// Draws light that comes into `world`.
+    /// Samples light that enters `world`.
     pub(super) fn sample_emission(&self, u_position: Vec2, world: &Ball) -> Emission {
         Emission {
             is_delta_direction: true,
@@ -34,7 +34,7 @@ impl DirectionalLight {
         }
     }
 
-    /// What crosses a disk of the scene's radius: `π r² E`.
+    /// Power in watts through a disk of the scene's radius: `π r² E`.
     pub(super) fn power(&self, scene_radius: f32) -> f64 {
         PI * (scene_radius as f64).powi(2) * self.irradiance.luminance() as f64
     }

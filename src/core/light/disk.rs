@@ -1,11 +1,15 @@
 //! Disks that emit on one side.
 //!
-//! From nearer than the radius, directions are uniform over the solid angle of the square about the disk (`sampling/spherical_rectangle.rs`), and those
-//! beside the disk carry nothing: on the axis a share of at most 1 − π/4, near the rim up to a half. From farther away points are uniform over the area, which
-//! has less variance there (docs/benchmarks.md, "Disks"). The disk itself is a spherical ellipse on the sphere of directions, whose uniform sampling takes
-//! elliptic integrals or their inversion in each sample (Guillén et al. 2017, "Area-Preserving Parameterizations for Spherical Ellipses").
+//! From nearer than the radius, directions are uniform over the solid angle of the square around
+//! the disk (`sampling/spherical_rectangle.rs`). Directions beside the disk are rejected: on the
+//! axis a share of at most 1 − π/4, near the rim up to a half. From farther away, points are
+//! uniform over the area, which has less variance there (docs/benchmarks.md, "Disks"). The disk
+//! itself is a spherical ellipse on the sphere of directions. Its uniform sampling needs elliptic
+//! integrals or their inversion for each sample (Guillén et al. 2017, "Area-Preserving
+//! Parameterizations for Spherical Ellipses").
 //!
-//! In the world a disk is a square around it, which lets rays pass beside the disk (`scene/lamp_hulls.rs`).
+//! In the scene geometry a disk is a square around it. Rays that miss the disk pass the square
+//! (`scene/lamp_hulls.rs`).
 
 use super::tree::LightBounds;
 use super::{Emission, LightSample, area_pdf};
@@ -19,7 +23,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct DiskLight {
     center: Vec3,
-    /// Unit normal of its front.
+    /// Unit normal of the front.
     normal: Vec3,
     radius: f32,
     radiance: Spectrum,
@@ -33,7 +37,8 @@ encode_fields!(DiskLight {
 });
 
 impl DiskLight {
-    /// The disk about `center` of that radius and unit normal, emitting `radiance`, W·sr⁻¹·m⁻².
+    /// The disk around `center` with the given radius and unit normal, emitting `radiance`,
+    /// W·sr⁻¹·m⁻².
     pub fn new(center: Vec3, normal: Vec3, radius: f32, radiance: Spectrum) -> Self {
         Self {
             center,
@@ -53,7 +58,7 @@ impl DiskLight {
         self.radius
     }
 
-    /// Unit normal of its front.
+    /// Unit normal of the front.
     pub(crate) fn normal(&self) -> Vec3 {
         self.normal
     }
@@ -71,12 +76,13 @@ impl DiskLight {
         self.center + Frame::from_z(self.normal).to_world(place.into())
     }
 
-    /// Ray offset at its points.
+    /// Ray offset of points on the disk.
     fn ray_offset(&self) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius)
     }
 
-    /// The square about the disk on the sphere of directions at `p`, if that is what is sampled there.
+    /// The square around the disk on the sphere of directions at `p`; `None` if the disk is sampled
+    /// by area there.
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         if p.distance_squared(self.center) > self.radius * self.radius {
             return None;
@@ -87,7 +93,8 @@ impl DiskLight {
         SphericalRectangle::new(corner, edges, [2.0 * self.radius; 2], p).filter(SphericalRectangle::is_accurate)
     }
 
-    /// Draws a point on the disk, seen from `p`; `None` from behind, and where the point lies beside the disk.
+    /// Samples a point on the disk, seen from `p`; `None` from behind, or if the point lies beside
+    /// the disk.
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let (q, wi, pdf) = match self.seen(p) {
             Some(seen) => {
@@ -115,7 +122,8 @@ impl DiskLight {
         })
     }
 
-    /// Density per solid angle at `p` of sampling the point `q` of the disk, in direction `wi`; 0 behind it.
+    /// Density per solid angle at `p` of sampling the point `q` of the disk, in direction `wi`; 0
+    /// behind the disk.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         match self.seen(p) {
             Some(seen) if wi.dot(self.normal) < 0.0 => 1.0 / seen.solid_angle(),
@@ -124,29 +132,29 @@ impl DiskLight {
         }
     }
 
-    /// Whether `ray` crosses the plane of the disk beside it.
+    /// Returns true if `ray` crosses the plane of the disk outside of the disk.
     pub fn is_missed(&self, ray: &Ray) -> bool {
         let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let n = self.normal.as_dvec3();
         let t = to.dot(n) / d.dot(n);
         let squared = (t * d - to).length_squared();
-        // NaN along the plane
+        // NaN if the ray is parallel to the plane
         squared.is_nan() || squared >= f64::from(self.radius).powi(2)
     }
 
-    /// Draws light that sets out, from a point uniform over the area and with the cosine's density.
+    /// Samples emitted light from a point uniform over the area, with the cosine's density.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let at = (self.point(u_position), self.normal);
         let pdf_position = (1.0 / self.area()) as f32;
         Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
-    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.
+    /// Densities of the points, and of the unit direction `w` if the normal is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Position, size and emission of the light, as the light tree takes them.
+    /// Position, size and emission of the light for the light tree.
     pub(super) fn bounds(&self) -> LightBounds {
         LightBounds {
             center: self.center,
@@ -157,7 +165,7 @@ impl DiskLight {
         }
     }
 
-    /// Corners of the regular polygon of its area, with so many sides.
+    /// Corners of the regular polygon with `sides` sides and the area of the disk.
     pub(super) fn polygon(&self, sides: u32) -> impl Iterator<Item = Vec3> {
         let turn = 2.0 * PI / f64::from(sides);
         let radius = f64::from(self.radius) * (turn / turn.sin()).sqrt();
@@ -168,17 +176,17 @@ impl DiskLight {
         })
     }
 
-    /// Radiance of its front.
+    /// Radiance of the front.
     pub(super) fn radiance(&self) -> Spectrum {
         self.radiance
     }
 
-    /// Area, in squares of scene units.
+    /// Area in square scene units.
     pub(super) fn area(&self) -> f64 {
         PI * f64::from(self.radius).powi(2)
     }
 
-    /// `π A L`.
+    /// Power in watts: `π A L`.
     pub(super) fn power(&self) -> f64 {
         PI * self.area() * f64::from(self.radiance.luminance())
     }

@@ -1,4 +1,4 @@
-//! Emission: sampling of light paths at each kind of light, and the densities.
+//! Emission: sampling of light paths at each kind of light, and their densities.
 
 use super::Light;
 use crate::color::Spectrum;
@@ -6,36 +6,41 @@ use crate::math::{Ball, Frame, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_disk};
 use crate::texture::Texture;
 
-/// Light that sets out from a light source (Pharr, Jakob and Humphreys 2016, §16.1.2).
+/// Start of a light path on a light source (Pharr, Jakob and Humphreys 2016, §16.1.2).
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
-    /// Where, world space: on the light; for infinitely distant lights on a disk before the scene, of the scene's radius, perpendicular to `w`.
+    /// Start point, world space. For infinitely distant lights it lies on a disk in front of the
+    /// scene, with the scene's radius, perpendicular to `w`.
     pub p: Vec3,
-    /// Where its ray starts, clear of the light's own surface.
+    /// Origin of the ray, off the light's own surface.
     pub origin: Vec3,
-    /// Unit normal of the light there; zero for points; `w` for infinitely distant lights.
+    /// Unit normal of the light at `p`; zero for lights at a point; `w` for infinitely distant
+    /// lights.
     pub ng: Vec3,
-    /// Unit direction in which it travels, world space.
+    /// Unit direction of travel, world space.
     pub w: Vec3,
-    /// Radiance, W·sr⁻¹·m⁻²; of lights at a point intensity, W/sr; of parallel light irradiance, W·m⁻².
+    /// Radiance, W·sr⁻¹·m⁻²; intensity, W/sr, for lights at a point; irradiance, W·m⁻², for
+    /// parallel light.
     pub radiance: Spectrum,
     /// Opacity of the light's surface at `p`, which `radiance` includes.
     pub opacity: f32,
-    /// Density of `p` per area (for infinitely distant lights that of the disk); 1 for lights at a point.
+    /// Density of `p` per area of the light, or of the disk for infinitely distant lights; 1 for
+    /// lights at a point.
     pub pdf_position: f32,
-    /// Density of `w` per solid angle, where `p` is given; 1 for parallel light.
+    /// Density of `w` per solid angle, given `p`; 1 for parallel light.
     pub pdf_direction: f32,
-    /// Whether it comes from infinitely far away.
+    /// True if the light is infinitely far away.
     pub is_infinite: bool,
-    /// Whether there is no other place for it to come from.
+    /// True if the position has a delta distribution.
     pub is_delta_position: bool,
-    /// Whether there is no other direction for it to go.
+    /// True if the direction has a delta distribution.
     pub is_delta_direction: bool,
 }
 
 impl Emission {
-    /// Light that sets out from the point `p` of a surface of unit normal `ng`, in a direction that `u` draws with the cosine's density. Paths start `offset`
-    /// off the surface; `pdf_position` is the density of `p` per area.
+    /// Emission from the point `p` of a surface with unit normal `ng`, in a direction that `u`
+    /// samples with the cosine's density. Paths start `offset` off the surface; `pdf_position` is
+    /// the density of `p` per area.
     pub(super) fn of_surface(
         (p, ng): (Vec3, Vec3),
         offset: f32,
@@ -58,7 +63,7 @@ impl Emission {
         }
     }
 
-    /// Emission from a point of intensity `intensity`, W/sr, towards `w`.
+    /// Emission from a point with intensity `intensity`, W/sr, towards `w`.
     pub(super) fn of_point(position: Vec3, w: Vec3, intensity: Spectrum, pdf_direction: f32) -> Self {
         Self {
             p: position,
@@ -75,7 +80,8 @@ impl Emission {
         }
     }
 
-    /// Emission from infinitely far away in the direction `w` into `world`, through a point of the disk drawn with `u`.
+    /// Emission from infinity in the direction `w` into `world`, through a point of the disk
+    /// sampled with `u`.
     pub(super) fn from_infinity(w: Vec3, radiance: Spectrum, pdf_direction: f32, u: Vec2, world: &Ball) -> Self {
         let p = world.before(w, uniform_disk(u));
         Self {
@@ -93,7 +99,8 @@ impl Emission {
         }
     }
 
-    /// Cosine between the light's normal and the direction; 1 of points and at infinity.
+    /// Cosine between the light's normal and the direction; 1 for lights at a point and at
+    /// infinity.
     pub fn cos(&self) -> f32 {
         match self.is_infinite || self.is_delta_position {
             true => 1.0,
@@ -101,13 +108,13 @@ impl Emission {
         }
     }
 
-    /// What a path that sets out so carries, W: its mean over all draws is the light's power.
+    /// Flux of the path, W: its mean over all samples is the light's power.
     pub fn weight(&self) -> Spectrum {
-        // One after the other: of a tiny light the product of both densities may be beyond what numbers hold.
+        // Divide one by one: for a tiny light the product of both densities may overflow.
         self.radiance * (self.cos() / self.pdf_direction / self.pdf_position)
     }
 
-    /// Whether there is any light, and its densities are numbers.
+    /// Returns true if the light is not black and the densities are positive and finite.
     fn is_some(&self) -> bool {
         let is_density = |pdf: f32| pdf > 0.0 && pdf < f32::INFINITY;
         is_density(self.pdf_position) && is_density(self.pdf_direction) && !self.radiance.is_black()
@@ -115,9 +122,11 @@ impl Emission {
 }
 
 impl Light {
-    /// Draws light that sets out at `time`; `None` where the light sends none. `textures` are the scene's, and `world` holds all of its geometry.
+    /// Samples emitted light at `time`; `None` if the light is black for this sample. `textures`
+    /// are the scene's, and `world` holds all of its geometry.
     ///
-    /// Triangles and other lamps with a size emit from points uniform over their area, with the cosine's density; light from infinity passes points uniform over the disk.
+    /// Triangles and other lights with a size emit from points uniform over their area, with the
+    /// cosine's density. Light from infinity passes points uniform over the disk.
     pub fn sample_emission(
         &self,
         time: f32,
@@ -143,8 +152,9 @@ impl Light {
         Some(emission).filter(Emission::is_some)
     }
 
-    /// Densities with which [`Light::sample_emission`] draws a point of the light with normal `ng`, and from there the direction of travel `w`:
-    /// those that [`Emission`] has. For lights at a point the first is 1, and for parallel light the second, whatever `w` is: there is no other.
+    /// Densities of [`Light::sample_emission`], as in [`Emission`]: of a point of the light with
+    /// normal `ng`, and of the direction of travel `w` from there. For lights at a point the first
+    /// is 1. For parallel light the second is 1 for any `w`.
     pub fn emission_pdfs(&self, ng: Vec3, w: Vec3, time: f32, world: &Ball) -> [f32; 2] {
         let of_disk = |pdf_direction: f32| [1.0 / world.disk_area(), pdf_direction];
         match self {

@@ -1,23 +1,25 @@
-//! The choice of the light that a light path starts from, by power.
+//! Choice of the light that a light path starts from, by power.
 
 use super::{Light, LightId};
 
-/// Steps that random numbers in [0, 1) have: multiples of 2⁻²⁴.
+/// Number of values of random numbers in [0, 1): multiples of 2⁻²⁴.
 const STEPS: u32 = 1 << 24;
 
 /// Chooses the light that a path starts from, by power. A light without power is never chosen.
 ///
-/// Each light has a whole number of the steps of a random number, one at least, so that probabilities are exact however many lights there are:
-/// with a million of them a bin of an alias table would be sixteen steps wide, and its parts wrong by some percent. Of more lights than half of
-/// the steps, those of less power than a step are left out.
+/// Each light has a whole number of the steps of a random number, at least one, so that
+/// probabilities are exact for any number of lights. With a million lights, a bin of an alias table
+/// would be sixteen steps wide, and its parts wrong by some percent. If there are more lights than
+/// half of the steps, lights with less power than a step are left out.
 #[derive(Clone, Debug)]
 pub struct EmissionSelection {
-    /// The step at which the interval of each light ends, by [`LightId`]; none where nothing emits.
+    /// Step at which the interval of each light ends, by [`LightId`]; empty if there is no
+    /// emission.
     ends: Vec<u32>,
 }
 
 impl EmissionSelection {
-    /// Among `lights`, in a scene of such a radius.
+    /// Choice among `lights`, in a scene with the radius `scene_radius`.
     pub fn new(lights: &[Light], scene_radius: f32) -> Self {
         let power = |light: &Light| Some(light.power(scene_radius)).filter(|p| *p > 0.0 && p.is_finite());
         let (count, total) = lights
@@ -27,7 +29,7 @@ impl EmissionSelection {
         if count == 0 {
             return Self { ends: Vec::new() };
         }
-        // A step for each, and the rest by power
+        // A step for each light, and the rest by power
         let min = u32::from(count <= (STEPS / 2) as usize);
         let rest = (STEPS - min * count as u32) as f64;
         let (mut steps, mut so_far) = (0, 0.0);
@@ -36,13 +38,13 @@ impl EmissionSelection {
                 steps += min;
                 so_far += power;
             }
-            // The sum ends at the total to the bit, and the last interval at the last step.
+            // The sum ends exactly at the total, and the last interval at the last step.
             steps + (rest * (so_far / total)) as u32
         });
         Self { ends: ends.collect() }
     }
 
-    /// Draws a light, and its probability; `None` where nothing emits.
+    /// Samples a light; returns it with its probability. `None` if there is no emission.
     pub fn sample(&self, u: f32) -> Option<(LightId, f32)> {
         let step = ((u * STEPS as f32) as u32).min(STEPS - 1);
         let index = self.ends.partition_point(|&end| end <= step);
@@ -50,7 +52,7 @@ impl EmissionSelection {
         (index < self.ends.len()).then(|| (id, self.pmf(id)))
     }
 
-    /// Probability with which `light` is drawn.
+    /// Probability of `light`.
     pub fn pmf(&self, light: LightId) -> f32 {
         let index = light.0 as usize;
         let Some(end) = self.ends.get(index) else {
@@ -60,7 +62,7 @@ impl EmissionSelection {
         (end - start) as f32 / STEPS as f32
     }
 
-    /// Bytes of its table.
+    /// Bytes of the table.
     pub fn bytes(&self) -> usize {
         size_of_val(self.ends.as_slice())
     }
@@ -83,10 +85,11 @@ mod tests {
         intensities.map(light).collect()
     }
 
-    /// Over all numbers that may be drawn, each light comes as often as its probability says, which is that of its power but for a few steps.
+    /// Over all random numbers, the frequency of each light is its probability. The probability is
+    /// proportional to its power, within a few steps.
     #[test]
     fn probabilities_are_exact() {
-        // Of many magnitudes, some of them dark
+        // Intensities of many magnitudes, some of them zero
         let intensity = |i: u64| match mix(i) % 7 {
             0 => 0.0,
             k => 10f32.powi(k as i32 - 6) * (1.0 + (mix(i) >> 48) as f32 / 65536.0),
@@ -107,7 +110,7 @@ mod tests {
                     "{pmf} {share}"
                 );
                 if pmf > 0.0 {
-                    // The first and the last number of its interval
+                    // First and last number of the interval
                     for u in [before, before + pmf - 1.0 / steps] {
                         assert_eq!(selection.sample(u as f32), Some((id, pmf as f32)));
                     }
@@ -125,7 +128,7 @@ mod tests {
             assert!(selection.sample(0.5).is_none());
             assert_eq!((selection.pmf(LightId(0)), selection.bytes()), (0.0, 0));
         }
-        // NaN, or an unknown light, gives no panic.
+        // NaN or an unknown light does not panic.
         let one = EmissionSelection::new(&lights([0.0, 2.0].into_iter()), 1.0);
         for u in [f32::NAN, 1.0, -1.0, f32::INFINITY] {
             assert_eq!(one.sample(u), Some((LightId(1), 1.0)));

@@ -1,4 +1,4 @@
-//! Environments: images of latitude and longitude as lights.
+//! Environments: latitude-longitude images as lights.
 
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
@@ -7,14 +7,15 @@ use crate::sampling::distribution::Distribution2D;
 use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::Arc;
 
-/// Colours on the sphere of directions as an image of latitude and longitude.
+/// Colours on the sphere of directions as a latitude-longitude image.
 ///
-/// The top row is +y. The middle of the image is −z, where a camera without rotation looks, and +x is to the right of it.
+/// The top row is +y. The middle of the image is −z, the view direction of a camera without
+/// rotation, and +x is to the right of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LatLongImage {
-    /// Columns.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// Row by row from the top, `width · height` colours.
     pub texels: Vec<Spectrum>,
@@ -23,21 +24,21 @@ pub struct LatLongImage {
 /// Light from infinitely far away, by direction.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLight {
-    /// Shared by lights of the same picture.
+    /// Image, shared by lights with the same image.
     image: Arc<LatLongImage>,
-    /// Factor of the image's colours to radiance, W·sr⁻¹·m⁻².
+    /// Factor from the image's colours to radiance, W·sr⁻¹·m⁻².
     scale: f32,
-    /// From the image's directions to the world's.
+    /// Rotation from the image's frame to world space.
     rotation: Quat,
-    /// Shared as the image is.
+    /// Distribution over the image, shared like the image.
     distribution: Arc<Distribution2D>,
     /// Mean colour of the image over the sphere.
     mean: Spectrum,
-    /// Where the picture is from, which changes no light.
+    /// Source of the image. It changes no light.
     kind: EnvironmentKind,
 }
 
-/// Where the picture of an environment is from.
+/// Source of the image of an environment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EnvironmentKind {
     /// A file, or the program's own code.
@@ -50,7 +51,7 @@ pub enum EnvironmentKind {
 }
 
 impl EnvironmentKind {
-    /// The type of such a light, as users write it.
+    /// Type of the light, as users write it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Picture => "environment",
@@ -64,7 +65,7 @@ encode_fields!(LatLongImage { width, height, texels });
 
 impl Encode for EnvironmentLight {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
-        // The others follow from these, or change no light.
+        // The other fields follow from these, or change no light.
         let Self {
             image,
             scale,
@@ -80,14 +81,14 @@ impl Encode for EnvironmentLight {
 }
 
 impl EnvironmentLight {
-    /// `image` times `scale`, turned by `rotation`.
+    /// The light of `image` times `scale`, rotated by `rotation`.
     ///
     /// # Panics
-    /// Where the image is empty or incomplete; what reads images checks that.
+    /// If the image is empty or incomplete; image readers check this.
     pub fn new(image: LatLongImage, scale: f32, rotation: Quat) -> Self {
         assert_eq!(image.texels.len(), image.width * image.height);
-        // The distribution follows luminance × sin θ. A texel's weight is the mean of the interpolated image over it, so that
-        // no direction that shines has density 0.
+        // The distribution is proportional to luminance × sin θ. A texel's weight is the mean of
+        // the interpolated image over it, so that no direction with light has density 0.
         let (width, height) = (image.width, image.height);
         let mut weights = Vec::with_capacity(image.texels.len());
         let (mut sum, mut total) = ([0.0f64; 3], 0.0);
@@ -112,8 +113,8 @@ impl EnvironmentLight {
         }
     }
 
-    /// The light of the same picture, times `scale`, turned by `rotation`. Both lights share the
-    /// picture and its distribution.
+    /// A light with the same image, times `scale`, rotated by `rotation`. Both lights share the
+    /// image and its distribution.
     pub(crate) fn placed(&self, scale: f32, rotation: Quat) -> Self {
         Self {
             scale,
@@ -122,22 +123,22 @@ impl EnvironmentLight {
         }
     }
 
-    /// The environment with a picture of that origin.
+    /// The environment with its image marked as `kind`.
     pub fn of_kind(self, kind: EnvironmentKind) -> Self {
         Self { kind, ..self }
     }
 
-    /// Where its picture is from.
+    /// Source of the image.
     pub fn kind(&self) -> EnvironmentKind {
         self.kind
     }
 
-    /// The picture.
+    /// The image.
     pub fn image(&self) -> &LatLongImage {
         &self.image
     }
 
-    /// Factor of the picture's colours, and its rotation.
+    /// Factor of the image's colours, and rotation of the image.
     pub fn placement(&self) -> (f32, Quat) {
         (self.scale, self.rotation)
     }
@@ -147,33 +148,34 @@ impl EnvironmentLight {
         self.image.interpolated(place(self.rotation.inverse() * wi)) * self.scale
     }
 
-    /// Columns and rows of the picture.
+    /// Columns and rows of the image.
     pub(super) fn size(&self) -> [usize; 2] {
         [self.image.width, self.image.height]
     }
 
-    /// The unit direction at a place of the picture, from 0 to 1 to the right and downwards, and the radiance from there.
+    /// Unit direction at the image coordinates `s` and `t`, from 0 to 1 to the right and downwards,
+    /// and the radiance from there.
     pub(super) fn at(&self, s: f64, t: f64) -> (Vec3, Spectrum) {
         let st = Vec2::new(s as f32, t as f32);
         (self.rotation * direction(st), self.image.interpolated(st) * self.scale)
     }
 
-    /// Place in the picture, in [0, 1)², of the unit direction `wi`.
+    /// Image coordinates, in [0, 1)², of the unit direction `wi`.
     pub(super) fn place_of(&self, wi: Vec3) -> Vec2 {
         place(self.rotation.inverse() * wi)
     }
 
-    /// The distribution over the picture from which directions are drawn.
+    /// Distribution over the image from which directions are sampled.
     pub(super) fn distribution(&self) -> &Distribution2D {
         &self.distribution
     }
 
-    /// Draws a direction by luminance.
+    /// Samples a direction by luminance.
     pub(super) fn sample(&self, u: Vec2) -> Option<LightSample> {
         self.sample_at(self.distribution.sample(u))
     }
 
-    /// Light from the place `st` of the picture, which was drawn with the density `pdf` over the picture.
+    /// Light from the image point `st`, sampled with the density `pdf` over the image.
     pub(super) fn sample_at(&self, (st, pdf): (Vec2, f32)) -> Option<LightSample> {
         let w = direction(st);
         let wi = self.rotation * w;
@@ -187,7 +189,7 @@ impl EnvironmentLight {
         })
     }
 
-    /// Draws light that comes into `world`, its direction by luminance.
+    /// Samples light that enters `world`, its direction by luminance.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Option<Emission> {
         let LightSample { wi, radiance, pdf, .. } = self.sample(u_direction)?;
         Some(Emission::from_infinity(-wi, radiance, pdf, u_position, world))
@@ -200,7 +202,8 @@ impl EnvironmentLight {
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// What crosses a sphere of the scene's radius: `4π · π r² L`, of the mean radiance.
+    /// Power in watts through a sphere of the scene's radius: `4π · π r² L`, with the mean
+    /// radiance.
     pub(super) fn power(&self, scene_radius: f32) -> f64 {
         let r = scene_radius as f64;
         4.0 * (std::f64::consts::PI * r).powi(2) * (self.mean * self.scale).luminance() as f64
@@ -212,29 +215,30 @@ impl EnvironmentLight {
     }
 }
 
-/// The direction at `st` in [0, 1)² of the image.
+/// Direction at `st` in [0, 1)² of the image.
 fn direction(st: Vec2) -> Vec3 {
-    // The azimuth is half a turn smaller, which flips the signs of both.
+    // The azimuth is half a turn too small, which flips the signs of both.
     let (sin_phi, cos_phi) = sin_cos_turns(st.x);
     let (sin_theta, cos_theta) = sin_cos_turns(0.5 * st.y);
     Vec3::new(-sin_theta * sin_phi, cos_theta, sin_theta * cos_phi)
 }
 
-/// Place in the image, in [0, 1)², of the direction `w` of the image's frame.
+/// Image coordinates, in [0, 1)², of the direction `w` in the image's frame.
 fn place(w: Vec3) -> Vec2 {
     let s = 0.5 + atan2(w.x, -w.z) * (0.5 * FRAC_1_PI);
-    // Near the poles this keeps the digits that an arc cosine loses.
+    // Accurate near the poles, unlike an arc cosine.
     let t = atan2((w.x * w.x + w.z * w.z).sqrt(), w.y) * FRAC_1_PI;
     Vec2::new(if s >= 1.0 { 0.0 } else { s.max(0.0) }, t.min(ALMOST_ONE))
 }
 
-/// From density over the image to density over solid angle at the direction `w` of the image's frame: `1 / (2 π² sin θ)`.
+/// Factor from density over the image to density over solid angle, at the direction `w` in the
+/// image's frame: `1 / (2 π² sin θ)`.
 fn solid_angle_jacobian(w: Vec3) -> f32 {
     1.0 / (2.0 * PI * PI * w.x.hypot(w.z))
 }
 
 impl LatLongImage {
-    /// The texel in column `x` and row `y`; columns go round, rows end.
+    /// The texel in column `x` and row `y`. Columns wrap around, and rows are clamped.
     fn texel(&self, x: isize, y: isize) -> Spectrum {
         let x = x.rem_euclid(self.width as isize) as usize;
         let y = y.clamp(0, self.height as isize - 1) as usize;
@@ -250,7 +254,8 @@ impl LatLongImage {
         row(y) * (1.0 - f.y) + row(y + 1) * f.y
     }
 
-    /// Mean of the interpolated image over a texel: its neighbours count 1/8 and itself 6/8, in both directions.
+    /// Mean of the interpolated image over a texel. In both directions, the weight of the texel is
+    /// 6/8 and that of its neighbours 1/8.
     fn smoothed(&self, x: usize, y: usize) -> Spectrum {
         let (x, y) = (x as isize, y as isize);
         let row = |y| (self.texel(x - 1, y) + self.texel(x + 1, y)) * 0.125 + self.texel(x, y) * 0.75;
@@ -263,7 +268,7 @@ mod tests {
     use super::*;
     use std::f32::consts::TAU;
 
-    /// White where a direction's longitude lies in the image's left quarter of what is in front, black elsewhere.
+    /// White in column 2 of 8, the left quarter of the front half, and black elsewhere.
     fn stripe() -> LatLongImage {
         let (width, height) = (8, 4);
         let texels = (0..width * height).map(|i| if i % width == 2 { Spectrum::ONE } else { Spectrum::ZERO });

@@ -1,9 +1,9 @@
-//! Light groups: named groups of lights whose light is summed apart (`--aov lights`).
+//! Light groups: named groups of lights whose light is summed separately (`--aov lights`).
 
 use super::LightId;
 use crate::math::encode_fields;
 
-/// A group of lights, whose light is distinguished from that of others.
+/// Index of a light group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightGroupId(pub u8);
 
@@ -11,19 +11,20 @@ pub struct LightGroupId(pub u8);
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightGroups {
     names: Vec<String>,
-    /// By [`LightId`].
+    /// Group of each light, by [`LightId`].
     of_lights: Vec<u8>,
 }
 
 encode_fields!(LightGroups { names, of_lights });
 
 impl LightGroups {
-    /// Groups at most, with that of all other lights.
+    /// Maximum number of groups, including the group of all other lights.
     pub const MOST: usize = 16;
-    /// Name of the group of lights that are in none.
+    /// Name of the group of lights without a group.
     pub const DEFAULT: &str = "default";
 
-    /// Groups of these names, [`LightGroups::MOST`] less one at most and none of them [`LightGroups::DEFAULT`], that have no lights yet.
+    /// Groups with these names, without lights. At most [`LightGroups::MOST`] − 1 names; no name is
+    /// [`LightGroups::DEFAULT`].
     pub fn new(names: Vec<String>) -> Self {
         Self {
             names,
@@ -31,7 +32,7 @@ impl LightGroups {
         }
     }
 
-    /// The `count` lights that come next are in `group`, or in none.
+    /// Adds the next `count` lights to `group`, or to the default group.
     pub fn push(&mut self, group: Option<LightGroupId>, count: usize) {
         if self.names.is_empty() || count == 0 {
             return;
@@ -40,7 +41,7 @@ impl LightGroups {
         self.of_lights.resize(self.of_lights.len() + count, group);
     }
 
-    /// The last one, which is there as soon as a light is in it.
+    /// Index of the default group. It is the last group, added with its first light.
     fn default_group(&mut self) -> u8 {
         if self.names.last().is_some_and(|last| last != Self::DEFAULT) {
             self.names.push(Self::DEFAULT.into());
@@ -48,23 +49,23 @@ impl LightGroups {
         self.names.len() as u8 - 1
     }
 
-    /// Each group's name.
+    /// Names of the groups.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no groups.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// The group of a light, in the order of [`LightGroups::names`].
+    /// Index of the group of `light` in [`LightGroups::names`].
     #[inline(always)]
     pub fn of(&self, light: LightId) -> usize {
         self.of_lights.get(light.0 as usize).map_or(0, |&group| group as usize)
     }
 
-    /// Bytes of its arrays.
+    /// Bytes of the arrays.
     pub fn bytes(&self) -> usize {
         self.of_lights.len() + self.names.iter().map(String::len).sum::<usize>()
     }

@@ -1,5 +1,5 @@
-//! Irradiance of a plane without anything in between, in closed form or by quadrature: what the ground compares the light with that arrives
-//! (`scene/ground.rs`).
+//! Irradiance of a plane without occlusion, in closed form or by quadrature. The ground compares
+//! the arriving light with it (`scene/ground.rs`).
 
 use super::environment::EnvironmentLight;
 use super::triangle::TriangleLight;
@@ -9,7 +9,7 @@ use crate::math::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 
 impl Light {
-    /// Whether the light is infinitely far away, so that it sends the same light everywhere.
+    /// Returns true if the light is infinitely far away and so sends the same light to all points.
     pub fn is_infinite(&self) -> bool {
         match self {
             Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => true,
@@ -24,7 +24,8 @@ impl Light {
         }
     }
 
-    /// Irradiance, W·m⁻², at the point `p` of a surface of unit normal `n` at `time`, if nothing is in between; `None` where it is not known.
+    /// Unoccluded irradiance, W·m⁻², at the point `p` of a surface with unit normal `n` at `time`;
+    /// `None` if unknown.
     pub fn irradiance_at(&self, p: Vec3, n: Vec3, time: f32) -> Option<Spectrum> {
         let of_point = |sample: Option<LightSample>| {
             sample.map_or(Spectrum::ZERO, |light| light.radiance * light.wi.dot(n).max(0.0))
@@ -50,13 +51,14 @@ impl Light {
     }
 }
 
-/// Sides of the polygon that stands for a disk.
+/// Sides of the polygon that approximates a disk.
 const DISK_SIDES: u32 = 128;
 
-/// Points along each side of the square from which directions in the disc of a sun are drawn.
+/// Points along each side of the square that is mapped to the disc of a sun.
 const DISC_PLACES: usize = 256;
 
-/// `∫ L (w · n)⁺ dw` over the disc of a sun: in closed form where all of it is above the surface, else by the midpoint rule.
+/// `∫ L (w · n)⁺ dw` over the disc of a sun: in closed form if all of it is above the surface, else
+/// by the midpoint rule.
 fn of_sun(light: &SunLight, n: Vec3) -> Spectrum {
     let (towards, sin) = light.cone();
     let cos = towards.dot(n);
@@ -76,11 +78,11 @@ fn of_sun(light: &SunLight, n: Vec3) -> Spectrum {
     Spectrum::from(sum.map(|sum| (sum / (DISC_PLACES * DISC_PLACES) as f64) as f32))
 }
 
-/// Minimum number of places along the longer side of an environment.
+/// Minimum number of quadrature points along the longer side of an environment.
 const PLACES: usize = 1024;
 
-/// `∫ L(w) (w · n)⁺ dw` by the midpoint rule over the image. Between texel centres the image is linear, and where each texel has an even number of places,
-/// none of their cells has a bend of it inside.
+/// `∫ L(w) (w · n)⁺ dw` by the midpoint rule over the image. The image is linear between texel
+/// centres. With an even number of quadrature points per texel, no cell contains a kink.
 fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
     let [width, height] = light.size();
     let places = match width.max(height) {
@@ -91,7 +93,7 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
     let mut sum = [0.0f64; 3];
     for y in 0..rows {
         let theta = PI * (y as f64 + 0.5) / rows as f64;
-        // The exact solid angle of a row's cells
+        // Exact solid angle of a row's cells
         let [above, below] = [y, y + 1].map(|y| (PI * y as f64 / rows as f64).cos());
         let solid_angle = 2.0 * PI / columns as f64 * (above - below);
         for x in 0..columns {
@@ -107,8 +109,10 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
     Spectrum::from(sum.map(|v| v as f32))
 }
 
-/// Irradiance by a polygon of the same radiance: `E = L / 2 · Σ βᵢ n · (rᵢ × rᵢ₊₁) / |rᵢ × rᵢ₊₁|`, where βᵢ is the angle between two neighbouring corners
-/// as seen from the point (Lambert 1760; Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2), of the part above the horizon.
+/// Irradiance by a polygon of constant radiance: `E = L / 2 · Σ βᵢ n · (rᵢ × rᵢ₊₁) / |rᵢ × rᵢ₊₁|`,
+/// where βᵢ is the angle between two neighbouring corners as seen from the point (Lambert 1760;
+/// Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2), of the part above the
+/// horizon.
 fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
     light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)
 }
@@ -144,7 +148,7 @@ fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
         }
     };
     let sum: f64 = (0..above.len()).map(edge).sum();
-    // The sign is that of the winding.
+    // The sign depends on the winding.
     (0.5 * sum.abs()) as f32
 }
 
@@ -180,7 +184,7 @@ mod tests {
         }
     }
 
-    /// Against the mean over cosine-weighted directions.
+    /// Compared to the mean over cosine-weighted directions.
     #[test]
     fn environments_are_integrated() {
         let (width, height) = (16, 8);

@@ -1,32 +1,35 @@
-//! Lamps: lights that count as one where all are sampled at every vertex.
+//! Lamps: groups of lights that are sampled as one light if all lights are sampled at every vertex.
 //!
-//! A lamp of a thousand triangles is sampled no more often than one of two: each of its samples chooses a triangle by power. What is not part of a mesh,
-//! such as a point or a sky, is a lamp of its own.
+//! A lamp of a thousand triangles is sampled no more often than a lamp of two: each of its samples
+//! chooses a triangle by power. A light that is not part of a mesh, such as a point or a sky, is a
+//! lamp on its own.
 
 use super::{Light, LightId};
 use crate::sampling::AliasTable;
 
-/// The lamps of a scene, with the number of samples that each takes at a vertex.
+/// The lamps of a scene, with their numbers of samples at a vertex.
 #[derive(Clone, Debug)]
 pub struct Lamps {
     lamps: Vec<Lamp>,
-    /// The lamp of each sample at a vertex, and which of the lamp's samples it is.
+    /// For each sample at a vertex: the lamp, and the index among the lamp's samples.
     samples: Vec<(u32, u32)>,
-    /// By light: how many of the samples at a vertex are expected to be of it.
+    /// Expected number of samples at a vertex, by light.
     expected: Vec<f32>,
 }
 
 #[derive(Clone, Debug)]
 struct Lamp {
     lights: Vec<LightId>,
-    /// By power; `None` of a single light.
+    /// Choice by power; `None` for a single light.
     table: Option<AliasTable>,
     samples: u32,
 }
 
 impl Lamps {
-    /// Of those of `lights` that emit, in a scene of that radius: those of each of `groups` together, in this order. A lamp as wide as the widest takes
-    /// `samples` samples, others in proportion to the root of their area, 1 at least. A light from many directions at infinity counts as the widest.
+    /// Lamps of the emitting lights of each of `groups`, in this order, in a scene with the radius
+    /// `scene_radius`. The widest lamp takes `samples` samples. Other lamps take a number
+    /// proportional to the root of their area, at least 1. A light at infinity from many directions
+    /// counts as the widest.
     pub fn new(groups: impl Iterator<Item = Vec<LightId>>, lights: &[Light], scene_radius: f32, samples: u32) -> Self {
         let light = |id: &LightId| &lights[id.0 as usize];
         let power = |id: &LightId| light(id).power(scene_radius);
@@ -70,7 +73,7 @@ impl Lamps {
         self.lamps.len()
     }
 
-    /// Whether nothing emits.
+    /// Returns true if there is no emission.
     pub fn is_empty(&self) -> bool {
         self.lamps.is_empty()
     }
@@ -80,8 +83,9 @@ impl Lamps {
         self.samples.len() as u32
     }
 
-    /// The light of the sample number `index` at a vertex, and how many of all samples are expected to be of it. `u`, uniform in [0, 1), is one number for
-    /// all of them: samples of one lamp are spread evenly over its lights.
+    /// The light of sample `index` at a vertex, and the expected number of samples of this light.
+    /// `u`, uniform in [0, 1), is shared by all samples of a vertex: samples of one lamp are spread
+    /// evenly over its lights.
     #[inline]
     pub fn choose(&self, index: u32, u: f32) -> (LightId, f32) {
         let (lamp, number) = self.samples[index as usize];
@@ -94,7 +98,7 @@ impl Lamps {
         (lamp.lights[index], lamp.expected(index))
     }
 
-    /// Expected number of the samples at a vertex that are of `light`.
+    /// Expected number of samples of `light` at a vertex.
     #[inline]
     pub fn expected(&self, light: LightId) -> f32 {
         self.expected[light.0 as usize]
@@ -102,7 +106,7 @@ impl Lamps {
 }
 
 impl Lamp {
-    /// Expected number of the samples that are of the light `index` of the lamp.
+    /// Expected number of samples of the lamp's light `index`.
     fn expected(&self, index: usize) -> f32 {
         self.samples as f32 * self.table.as_ref().map_or(1.0, |table| table.pmf(index))
     }
@@ -115,7 +119,7 @@ mod tests {
     use crate::light::{ConstantLight, PointLight, TriangleLight, TriangleSampling};
     use crate::math::Vec3;
 
-    /// A triangle of that width and height.
+    /// A triangle whose legs have the length `width`.
     fn triangle(width: f32, radiance: f32) -> Light {
         let corners = [Vec3::ZERO, width * Vec3::X, width * Vec3::Y];
         Light::Triangle(TriangleLight::new(
@@ -151,7 +155,8 @@ mod tests {
 
     #[test]
     fn wide_lamps_take_more_samples() {
-        // The pair is √32 times as wide as the small triangle, the point has no width, and the sky is everywhere.
+        // The pair is √32 times as wide as the small triangle, the point has no width, and the sky
+        // is everywhere.
         for (samples, expected) in [(1, [1, 1, 1, 1]), (4, [4, 1, 1, 4]), (17, [17, 3, 1, 17])] {
             let lamps = lamps(samples);
             assert_eq!(lamps.len(), 4);
@@ -162,7 +167,7 @@ mod tests {
         }
     }
 
-    /// Each light comes as often as is expected.
+    /// The frequency of each light is the expected one.
     #[test]
     fn lights_come_as_often_as_expected() {
         for samples in [1, 3, 4] {

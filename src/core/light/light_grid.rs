@@ -1,14 +1,17 @@
-//! The choice of a light by place: tables over a grid of the scene.
+//! Choice of a light by place: tables over a grid of the scene.
 //!
-//! A point's cell in the grid, and which of 26 directions its normal is nearest to, have a table of the light that each light would send there,
-//! without visibility. Grids of twice the size lie around the first one, so that a wide plain does not coarsen it. A table is made when the first
-//! point asks for it, from the cell alone, so that threads change no bit.
+//! A table belongs to a cell of the grid and to the nearest of 26 directions to the point's normal.
+//! It has the light that each light would send there, without visibility. Grids of twice the size
+//! surround the first one, so that a wide plain does not coarsen it. A table is made from the cell
+//! only, at the first request, so that threads change no bit.
 //!
-//! A table distinguishes up to 64 clusters, a cut of a hierarchy of the lights (`tree`; Walter et al. 2005). Within a cluster one light is chosen by
-//! power. Walking down the hierarchy at each vertex would look at two boxes a level; a table is one search.
+//! A table distinguishes up to 64 clusters, a cut of a hierarchy of the lights (`tree`; Walter et
+//! al. 2005). Within a cluster, a light is chosen by power. Traversing the hierarchy at each vertex
+//! would evaluate two boxes per level; a table needs one search.
 //!
-//! A fiftieth of the choice goes by power whatever the estimate says, and no cluster has a probability below 2⁻²⁰: no light is forgotten.
-//! docs/benchmarks.md, "By place", has the gain and the variants that were tried.
+//! A fiftieth of the choice goes by power for any estimate, and no cluster has a probability below
+//! 2⁻²⁰: every light can be sampled. docs/benchmarks.md, "By place", has the gain and the variants
+//! that were tried.
 
 use super::tree::{LightTree, ReceiverRegion};
 use super::{Light, LightId, LightSampleContext};
@@ -17,56 +20,58 @@ use std::sync::OnceLock;
 
 /// Cells along the longest side of a grid.
 const RESOLUTION: u32 = 24;
-/// Grids at most.
+/// Maximum number of grids.
 const MAX_LEVELS: u32 = 16;
-/// Clusters of lights at most that a cell distinguishes.
+/// Maximum number of light clusters per cell.
 const MAX_CLUSTERS: usize = 64;
-/// Directions near which normals may be: each coordinate of one is negative, near zero or positive.
+/// Number of representative normals: each coordinate is negative, near zero or positive.
 pub(super) const NORMALS: usize = 27;
-/// Share of the choice that goes by power, whatever the place.
+/// Share of the choice that goes by power at every place.
 const BY_POWER: f64 = 0.02;
 /// Minimum probability of a cluster: some steps of a random number.
 const MIN_PROBABILITY: f64 = 1.0 / (1u32 << 20) as f64;
-/// A light is taken to have at least this share of all power, lest it vanish in sums.
+/// Minimum share of all power that is assumed for a light, so that it does not vanish in sums.
 const MIN_POWER: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// The choice of a light by the place that it is to light: by what each would send there if nothing were between.
+/// Choice of a light by the place that it lights, by unoccluded irradiance.
 ///
-/// Space around the lights is a grid; grids of twice the size each lie about it, as many as the scene needs. What arrives in a cell, at points
-/// whose normals are alike, is estimated when the first such point is met, for clusters of lights that a cut of a [`LightTree`] makes
-/// (Walter et al. 2005). Of a cluster's lights one is chosen by power. A cell is no more than a table, so that a choice costs little, and
-/// depends on nothing but the scene.
+/// Space around the lights is a grid, surrounded by grids of twice the size each, as many as the
+/// scene needs. The irradiance of a cell, at points with similar normals, is estimated at the first
+/// request. It is estimated for clusters of lights from a cut of a [`LightTree`] (Walter et al.
+/// 2005). Within a cluster, a light is chosen by power. A cell is only a table, so a choice costs
+/// little and depends on the scene only.
 #[derive(Clone, Debug)]
 pub(super) struct LightGrid {
     tree: LightTree,
-    /// The lights that emit: those of the tree in its order, then those at infinity.
+    /// Emitting lights: the lights of the tree in its order, then the lights at infinity.
     order: Vec<LightId>,
-    /// Where each light is in that order.
+    /// Position of each light in `order`.
     positions: Vec<Option<u32>>,
-    /// Power of all lights before each position, and of all.
+    /// Power of all lights before each position, and then the total power.
     power_before: Vec<f64>,
     scene_radius: f32,
     grids: Grids,
     cells: Vec<OnceLock<Box<Cell>>>,
 }
 
-/// The choice in a cell, for each direction near which a normal may be.
+/// Distributions of a cell, one for each representative normal.
 type Cell = [OnceLock<Box<[Entry]>>; NORMALS];
 
 /// A cluster of lights in a cumulative distribution.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
-    /// End of its interval.
+    /// End of the cluster's interval.
     upper: f32,
-    /// Length of its interval.
+    /// Length of the cluster's interval.
     pmf: f32,
-    /// Its lights, by position.
+    /// Position of the first light.
     first: u32,
     count: u32,
 }
 
 impl LightGrid {
-    /// Among `lights` of these powers, in a scene of such bounds and radius; `None` where nothing emits.
+    /// Grid over `lights` with the powers `powers`, in a scene with the given bounds and radius;
+    /// `None` if there is no emission.
     pub fn new(lights: &[Light], powers: &[f64], bounds: Bounds3, scene_radius: f32) -> Option<Self> {
         let total: f64 = powers.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
@@ -99,8 +104,8 @@ impl LightGrid {
         })
     }
 
-    /// All lights but `except` in at most `max` clusters of those that are somewhere, distinguished as from the middle of them, and one for each light at
-    /// infinity.
+    /// All lights except `except`: finite lights in at most `max` clusters, as seen from the middle
+    /// of the grids, and one cluster per light at infinity.
     pub fn clusters(&self, lights: &[Light], except: Option<LightId>, max: usize) -> Vec<Vec<LightId>> {
         let half = self.grids.half * 2f32.powi(self.grids.levels as i32 - 1);
         let region = ReceiverRegion {
@@ -118,13 +123,13 @@ impl LightGrid {
             .collect()
     }
 
-    /// Draws a light for `context`, and its probability.
+    /// Samples a light for `context`; returns it with its probability.
     #[inline]
     pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
         self.sample_entries(self.entries(lights, context)?, u)
     }
 
-    /// Draws a light by the choice `entries`, and its probability.
+    /// Samples a light from the distribution `entries`; returns it with its probability.
     pub fn sample_entries(&self, entries: &[Entry], u: f32) -> Option<(LightId, f32)> {
         let i = entries
             .partition_point(|e| e.upper <= u)
@@ -133,7 +138,7 @@ impl LightGrid {
         if entry.count == 1 {
             return Some((*self.order.get(entry.first as usize)?, entry.pmf));
         }
-        // The number's place in the interval chooses one of the cluster by power.
+        // The position of `u` in the interval chooses a light of the cluster by power.
         let v = 1.0 - (entry.upper - u) / entry.pmf;
         let (range, before, power) = self.cluster(entry)?;
         let x = before[0] + v as f64 * power;
@@ -142,13 +147,13 @@ impl LightGrid {
         Some((*self.order.get(range.start + k)?, entry.pmf * share as f32))
     }
 
-    /// Probability with which `light` is drawn for `context`.
+    /// Probability of `light` for `context`.
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         let entries = self.entries(lights, context);
         entries.map_or(0.0, |entries| self.pmf_of_entries(entries, light))
     }
 
-    /// Probability with which `light` is drawn by the choice `entries`.
+    /// Probability of `light` in the distribution `entries`.
     pub fn pmf_of_entries(&self, entries: &[Entry], light: LightId) -> f32 {
         let pmf = || {
             let position = (*self.positions.get(light.0 as usize)?)?;
@@ -163,14 +168,15 @@ impl LightGrid {
         pmf().unwrap_or(0.0)
     }
 
-    /// Positions of a cluster's lights, power before each and after the last, and their power.
+    /// Positions of a cluster's lights, cumulative power before each and after the last, and their
+    /// total power.
     fn cluster(&self, entry: &Entry) -> Option<(std::ops::Range<usize>, &[f64], f64)> {
         let range = entry.first as usize..(entry.first + entry.count) as usize;
         let before = self.power_before.get(range.start..=range.end)?;
         Some((range.clone(), before, before[range.len()] - before[0]))
     }
 
-    /// The choice at `context`.
+    /// Distribution at `context`.
     #[inline(always)]
     fn entries(&self, lights: &[Light], context: &LightSampleContext) -> Option<&[Entry]> {
         let index = self.grids.cell(context.p);
@@ -195,14 +201,14 @@ impl LightGrid {
         })
     }
 
-    /// The choice in `region`. `corrected` makes a better estimate of one for the irradiance there of a light.
+    /// Distribution in `region`. `corrected` refines the estimated irradiance of a light there.
     pub fn distribution(
         &self,
         lights: &[Light],
         region: &ReceiverRegion,
         corrected: &dyn Fn(LightId, f64) -> f64,
     ) -> Box<[Entry]> {
-        // Clusters, and each light at infinity by itself
+        // Clusters, and a separate part for each light at infinity
         let cut = self.tree.cut(lights, region, MAX_CLUSTERS).into_iter();
         let mut parts: Vec<(u32, u32, f64)> = cut
             .map(|c| {
@@ -220,7 +226,7 @@ impl LightGrid {
             parts.push((position, 1, corrected(*id, irradiance)));
         }
 
-        // By what arrives, a little by power, and none too seldom
+        // Mix irradiance with a little power, and apply the minimum probability
         let sum: f64 = parts.iter().map(|(.., e)| e).sum();
         let by_place = if sum > 0.0 && sum.is_finite() {
             1.0 - BY_POWER
@@ -261,36 +267,36 @@ impl LightGrid {
     }
 }
 
-/// Which of the [`NORMALS`] directions is near `n`; the middle one for zero.
+/// Index of the [`NORMALS`] direction near `n`; the middle one for zero.
 #[inline(always)]
 pub(super) fn normal_index(n: Vec3) -> usize {
-    // sin 22.5°: what is nearer to an axis than to a diagonal of a coordinate plane
+    // sin 22.5°: the limit between an axis and a diagonal of a coordinate plane
     const NEAR_ZERO: f32 = 0.382_683_43;
     let digit = |x: f32| usize::from(x > -NEAR_ZERO) + usize::from(x > NEAR_ZERO);
     digit(n.x) + 3 * digit(n.y) + 9 * digit(n.z)
 }
 
-/// The direction of that index.
+/// Unit direction with the index `index`; zero for the middle one.
 pub(super) fn normal_direction(index: usize) -> Vec3 {
     let digit = |i: usize| (i % 3) as f32 - 1.0;
     Vec3::new(digit(index), digit(index / 3), digit(index / 9)).normalize_or_zero()
 }
 
-/// Grids of cubes about one middle, each twice as large as the one within it.
+/// Concentric grids, each twice as large as the one within it.
 #[derive(Clone, Copy, Debug)]
 struct Grids {
     center: Vec3,
-    /// Half the sides of the innermost grid.
+    /// Half the side lengths of the innermost grid.
     half: Vec3,
-    /// Cells along them.
+    /// Cells along the sides.
     counts: [u32; 3],
     levels: u32,
 }
 
 impl Grids {
-    /// For lights in the box `lights`, in a scene within `bounds`.
+    /// Grids for lights in the box `lights`, in a scene within `bounds`.
     fn new(lights: Bounds3, bounds: Bounds3, scene_radius: f32) -> Self {
-        // What lies among the lights, or as near to them as they to each other
+        // The box of the lights, extended by half its size
         let mut inner = lights;
         if !lights.is_empty() {
             let margin = (0.5 * (lights.max - lights.min).max_element()).max(scene_radius / 64.0);
@@ -300,8 +306,9 @@ impl Grids {
         if inner.is_empty() {
             inner = bounds;
         }
-        // Walls often have round coordinates, or are the scene's bounds: on a border between cells the last bits of a point would choose its
-        // cell. Odd shares of the whole keep borders away from there.
+        // Walls often have round coordinates, or are the scene's bounds. On a border between cells,
+        // rounding would choose a point's cell. Odd shares of the whole keep borders away from
+        // walls.
         let margins =
             [0.013, 0.029].map(|share| share * (inner.max - inner.min).max_element().max(scene_radius / 64.0));
         inner.min -= margins[0];
@@ -331,7 +338,7 @@ impl Grids {
         self.counts.iter().map(|&n| n as usize).product()
     }
 
-    /// The cell of `p`; what is outside belongs to the nearest one.
+    /// The cell of `p`; the nearest cell if `p` is outside.
     #[inline(always)]
     fn cell(&self, p: Vec3) -> usize {
         let x = (p - self.center) / self.half;
@@ -343,7 +350,7 @@ impl Grids {
         (((level * nz + k) * ny + j) * nx + i) as usize
     }
 
-    /// Middle of a cell and the radius of a ball of its extent.
+    /// Middle of a cell, and the radius of a ball that encloses it.
     fn ball(&self, cell: usize) -> (Vec3, f32) {
         let [nx, ny, nz] = self.counts.map(|n| n as usize);
         let index = [cell % nx, cell / nx % ny, cell / (nx * ny) % nz];
@@ -355,7 +362,7 @@ impl Grids {
     }
 }
 
-/// The number of doublings after which 1 is more than `x`.
+/// Number of doublings after which 1 is more than `x`.
 #[inline(always)]
 fn level_of(x: f32) -> u32 {
     (x.to_bits() >> 23).saturating_sub(126)

@@ -1,21 +1,28 @@
-//! Light sources: emitted radiance, sampling towards a point and of light that sets out, densities, and the choice among them.
+//! Light sources: emitted radiance, sampling of incident light and of light paths, densities, and
+//! the choice of a light.
 //!
-//! Densities of a single light do not include the probability of choosing it; [`LightSelection`] (light towards a point) and [`EmissionSelection`]
-//! (start of a light path) give that. No ray is traced here.
+//! Densities of a single light do not include the probability of choosing it. [`LightSelection`]
+//! (incident light) and [`EmissionSelection`] (start of a light path) return this probability. No
+//! ray is traced here.
 //!
-//! Among more than two lights, one is chosen by place (`light_grid`), among fewer by power. Where a room sees the sky through windows, directions of the
-//! sky are chosen by place too, by a visibility that rays have learned before the first sample (`visibility_grid`). The density then depends on the light
-//! sampling context, which `PrevVertex` keeps for MIS. A context has only what is the same from both strategies: the point and its normal. Where a
-//! surface transmits light by other than delta lobes, the normal has no side.
+//! With more than two lights, the light is chosen by place (`light_grid`), with fewer by power. If
+//! a room sees the sky through windows, directions of the sky are chosen by place too, by a
+//! visibility that rays learn before the first sample (`visibility_grid`). The density then depends
+//! on the light sampling context, which `PrevVertex` keeps for MIS. A context contains only data
+//! that both strategies have: the point and its normal. If a surface transmits light by other than
+//! delta lobes, the normal has no side.
 //!
-//! A new light takes a variant of [`Light`] with its module, its encoding for the scene hash (`encode_fields!`), an `add_…` function of
-//! `scene/builder.rs`, and a section in `description/light_section.rs`; the compiler asks for all arms of a `match`. A light that rays can meet also
-//! needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round one a hull (`scene/lamp_hulls.rs`). The ground needs its irradiance
-//! (`irradiance`). A light that can be a picture of latitude and longitude needs no variant: as `sky` and `studio` do, its module makes a
-//! [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] of an [`EnvironmentKind`] of it.
+//! A new light needs a variant of [`Light`] with its module, its encoding for the scene hash
+//! (`encode_fields!`), an `add_…` function of `scene/builder.rs`, and a section in
+//! `description/light_section.rs`. The compiler reports all missing arms of a `match`. A light that
+//! rays can hit also needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round one a
+//! hull (`scene/lamp_hulls.rs`). The ground needs its irradiance (`irradiance`). A light that can
+//! be a latitude-longitude image needs no variant. As for `sky` and `studio`, its module makes a
+//! [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] of an
+//! [`EnvironmentKind`] of it.
 //!
-//! Moving lamps are made for their time at each sample. An emitting triangle keeps its normal and the largest ray offset of its points, so that the
-//! end of a shadow ray costs a product.
+//! Moving lights are placed at the time of each sample. An emitting triangle stores its normal and
+//! the largest ray offset of its points, so that the end of a shadow ray costs one product.
 
 mod cell_grid;
 mod constant;
@@ -68,43 +75,45 @@ use crate::texture::Texture;
 use std::f64::consts::PI;
 use tree::{LightBounds, ReceiverRegion};
 
-/// A point that light falls on, as far as the choice of a light depends on it.
+/// Receiving point, as far as the choice of a light depends on it.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
     /// Position, world space.
     pub p: Vec3,
-    /// Unit normal, on the side from which light counts; zero where it counts from either side.
+    /// Unit normal, on the side that receives light; zero if both sides receive light.
     pub n: Vec3,
 }
 
-/// A light of the scene.
+/// Index of a light of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightId(pub u32);
 
 impl LightSampleContext {
-    /// A point on which light counts from all directions.
+    /// A point that receives light from all directions.
     pub fn any_side(p: Vec3) -> Self {
         Self { p, n: Vec3::ZERO }
     }
 }
 
-/// Incident light drawn from a light source.
+/// Sample of incident light from a light source.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Unit direction from the receiving point to the light, world space.
     pub wi: Vec3,
-    /// Radiance that arrives from `wi` if nothing is in between; for delta lights, irradiance on a surface that faces it.
+    /// Unoccluded radiance from `wi`; for delta lights, irradiance on a surface that faces the
+    /// light.
     pub radiance: Spectrum,
     /// Density of `wi` per solid angle; 1 for delta lights.
     pub pdf: f32,
-    /// Whether no other strategy can draw this direction, so that MIS has nothing to weigh.
+    /// True if no other strategy can sample this direction, so that MIS does not apply.
     pub is_delta: bool,
-    /// Where the light is met; `None` infinitely far away.
+    /// End point of the shadow ray, off the light; `None` if infinitely far away.
     pub target: Option<Vec3>,
 }
 
 impl LightSample {
-    /// The segment to the light from the receiving point, clear of its surface: unoccluded if the light is visible.
+    /// The segment from the receiving point to the light, off the light's surface. The light is
+    /// visible if the segment is unoccluded.
     #[inline(always)]
     pub fn shadow_ray(&self, origin: Vec3) -> Ray {
         match self.target {
@@ -117,11 +126,11 @@ impl LightSample {
 /// A light source.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// One emitting triangle.
+    /// An emitting triangle.
     Triangle(TriangleLight),
-    /// One that moves.
+    /// A moving triangle.
     MovingTriangle(Box<MovingTriangle>),
-    /// One whose emission a texture varies, or whose opacity is below 1.
+    /// A triangle with an emission texture, or with opacity below 1.
     Textured(Box<TexturedTriangle>),
     /// A sphere.
     Sphere(SphereLight),
@@ -143,7 +152,8 @@ pub enum Light {
     Environment(Box<EnvironmentLight>),
 }
 
-/// A light that is part of a mesh follows from the mesh, its material and its place: its kind alone is encoded.
+/// Encodes only the kind of a light that is part of a mesh: the light follows from the mesh, its
+/// material and its place.
 impl Encode for Light {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         match self {
@@ -191,7 +201,8 @@ impl Encode for Light {
 }
 
 impl Light {
-    /// Draws light that arrives at `p` at `time`; `None` where this light sends none. `textures` are the scene's.
+    /// Samples light that arrives at `p` at `time`; `None` if no light arrives. `textures` are the
+    /// scene's.
     #[inline(always)]
     pub fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         match self {
@@ -210,8 +221,9 @@ impl Light {
         }
     }
 
-    /// Density per solid angle with which [`Light::sample`] draws the unit direction `wi` at `p`, in which the point `q` of the light lies; infinitely
-    /// distant lights do not ask where. 0 for those that no ray can meet.
+    /// Density per solid angle with which [`Light::sample`] samples the unit direction `wi` at `p`.
+    /// `q` is the point of the light in this direction; infinitely distant lights do not use it. 0
+    /// for lights that rays cannot hit.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3, time: f32) -> f32 {
         match self {
             Self::Triangle(light) => light.pdf(p, q, wi),
@@ -227,7 +239,8 @@ impl Light {
         }
     }
 
-    /// Unit normal of the side that emits at `time` at the point `q` of a light that has one.
+    /// Unit normal of the emitting side at `time`, at the point `q`; `None` if the light has no
+    /// surface.
     pub fn normal(&self, q: Vec3, time: f32) -> Option<Vec3> {
         match self {
             Self::Triangle(light) => Some(light.normal()),
@@ -245,7 +258,7 @@ impl Light {
         }
     }
 
-    /// Whether the light is not where it was at another time.
+    /// Returns true if the light moves.
     pub fn is_moving(&self) -> bool {
         match self {
             Self::MovingTriangle(_) => true,
@@ -254,7 +267,7 @@ impl Light {
         }
     }
 
-    /// Whether no ray can meet the light.
+    /// Returns true if rays cannot hit the light.
     pub fn is_delta(&self) -> bool {
         match self {
             Self::Point(_) | Self::Directional(_) | Self::Spot(_) => true,
@@ -285,8 +298,8 @@ impl Light {
         }
     }
 
-    /// Emitted power in watts, luminance-weighted; infinitely distant lights count what crosses a disk of
-    /// `scene_radius`.
+    /// Emitted power in watts, luminance-weighted. For infinitely distant lights: power through a
+    /// disk of radius `scene_radius`.
     pub fn power(&self, scene_radius: f32) -> f64 {
         match self {
             Self::Triangle(light) => light.power(),
@@ -304,7 +317,8 @@ impl Light {
         }
     }
 
-    /// Area that emits, in squares of scene units: 0 of points and of parallel light, and infinite of light from many directions at infinity.
+    /// Emitting area in square scene units: 0 for points and parallel light, infinite for light
+    /// from many directions at infinity.
     pub(crate) fn area(&self) -> f64 {
         match self {
             Self::Triangle(light) => light.area(),
@@ -318,7 +332,7 @@ impl Light {
         }
     }
 
-    /// Where the light is and how it emits; `None` at infinity.
+    /// Position and emission of the light; `None` at infinity.
     fn bounds(&self) -> Option<LightBounds> {
         match self {
             Self::Triangle(light) => Some(light.bounds()),
@@ -333,7 +347,7 @@ impl Light {
         }
     }
 
-    /// Estimate of the mean irradiance in `region`, shadows left out, of a light that is somewhere.
+    /// Estimate of the mean irradiance in `region` by a finite light, without shadows.
     fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match self {
             Self::Triangle(light) => light.irradiance(region),
@@ -351,9 +365,9 @@ impl Light {
         }
     }
 
-    /// Irradiance of a light at infinity, in a scene of that radius.
+    /// Irradiance by a light at infinity, in a scene with the radius `scene_radius`.
     fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
-        // What crosses a disk of the scene's size; light from all directions is counted for all disks.
+        // A disk of the scene's radius; the power of light from all directions includes all disks.
         let disk = PI * (scene_radius as f64).powi(2);
         let irradiance = self.power(scene_radius) / disk;
         match self {
@@ -362,14 +376,14 @@ impl Light {
                 let (wi, spread) = light.cone();
                 irradiance * region.cosine(wi, spread) as f64
             }
-            // Only lights at infinity ask.
+            // Only called for lights at infinity.
             _ => 0.25 * irradiance,
         }
     }
 }
 
-/// Density per solid angle at `p` of the point `q` in direction `wi`, where points are uniform over an `area` of that unit normal: `r² / (A cos θ)`; 0
-/// behind the area.
+/// Density per solid angle at `p` of the point `q` in direction `wi`, for points uniform over
+/// `area` with the unit normal `normal`: `r² / (A cos θ)`; 0 behind the area.
 fn area_pdf(p: Vec3, q: Vec3, wi: Vec3, normal: Vec3, area: f64) -> f32 {
     let cos = -wi.dot(normal);
     let pdf = p.distance_squared(q) / (cos * area as f32);

@@ -16,7 +16,7 @@ pub struct PointLight {
 encode_fields!(PointLight { position, intensity });
 
 impl PointLight {
-    /// The only direction there is: intensity over distance squared.
+    /// The only direction to the light. The radiance is intensity over squared distance.
     pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
         let wi = (self.position - p).try_normalize()?;
         Some(LightSample {
@@ -28,7 +28,7 @@ impl PointLight {
         })
     }
 
-    /// Draws light of a uniform direction.
+    /// Samples light in a uniform direction.
     pub(super) fn sample_emission(&self, u: Vec2) -> Emission {
         Emission::of_point(self.position, uniform_sphere(u), self.intensity, self.emission_pdf())
     }
@@ -38,7 +38,7 @@ impl PointLight {
         UNIFORM_SPHERE_PDF
     }
 
-    /// `4π I`.
+    /// Power in watts: `4π I`.
     pub(super) fn power(&self) -> f64 {
         4.0 * PI * self.intensity.luminance() as f64
     }

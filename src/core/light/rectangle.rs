@@ -1,7 +1,7 @@
 //! Rectangles that emit on one side.
 //!
-//! Directions are uniform over the solid angle (`sampling/spherical_rectangle.rs`) where the rectangle is near. From afar it looks nearly the same all over
-//! and is sampled by area, and so it is from next to its plane.
+//! Directions are uniform over the solid angle (`sampling/spherical_rectangle.rs`) if the rectangle
+//! is near. From far away, and from near its plane, it is sampled by area.
 
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample, area_pdf};
@@ -19,10 +19,10 @@ pub struct RectangleLight {
     axes: [Vec3; 2],
     /// Lengths of the edges.
     lengths: [f32; 2],
-    /// Unit normal of its front.
+    /// Unit normal of the front.
     normal: Vec3,
     radiance: Spectrum,
-    /// Ray offset at its points.
+    /// Ray offset of points on the rectangle.
     ray_offset: f32,
 }
 
@@ -36,7 +36,8 @@ encode_fields!(RectangleLight {
 });
 
 impl RectangleLight {
-    /// The rectangle with the corner `corner` and two orthogonal edges, whose front is along their cross product, emitting `radiance`, W·sr⁻¹·m⁻².
+    /// The rectangle with the corner `corner` and two orthogonal edges, emitting `radiance`,
+    /// W·sr⁻¹·m⁻². The cross product of the edges points to the front.
     pub fn new(corner: Vec3, edges: [Vec3; 2], radiance: Spectrum) -> Self {
         let [a, b] = edges;
         let corners = [corner, corner + a, corner + a + b, corner + b];
@@ -49,22 +50,22 @@ impl RectangleLight {
             lengths: edges.map(Vec3::length),
             normal: edges[0].cross(edges[1]).normalize_or(Vec3::Z),
             radiance,
-            // The error of a corner, and that of a way to it
+            // The errors of a corner and of a vector to it
             ray_offset: gamma(32) * largest.max_element(),
         }
     }
 
-    /// Unit normal of its front.
+    /// Unit normal of the front.
     pub(super) fn normal(&self) -> Vec3 {
         self.normal
     }
 
-    /// Radiance of its front.
+    /// Radiance of the front.
     pub(super) fn radiance(&self) -> Spectrum {
         self.radiance
     }
 
-    /// The two edges at the corner.
+    /// Edges at the corner.
     fn edges(&self) -> [Vec3; 2] {
         let ([a, b], [width, height]) = (self.axes, self.lengths);
         [width * a, height * b]
@@ -84,8 +85,9 @@ impl RectangleLight {
         }
     }
 
-    /// The rectangle on the sphere of directions at `p`, if that is what is sampled there: nearer to the middle than its diagonal is long. Farther away
-    /// sampling it takes more time than it saves error (docs/benchmarks.md, "Rectangles").
+    /// The rectangle on the sphere of directions at `p`; `None` if it is sampled by area there. The
+    /// distance of `p` from the middle must be at most the diagonal: farther away, the lower error
+    /// is not worth the time (docs/benchmarks.md, "Rectangles").
     #[inline(always)]
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         let [width, height] = self.lengths;
@@ -99,14 +101,14 @@ impl RectangleLight {
         self.corner + u.x * self.lengths[0] * self.axes[0] + u.y * self.lengths[1] * self.axes[1]
     }
 
-    /// Draws a point on the rectangle, seen from `p`.
+    /// Samples a point on the rectangle, seen from `p`.
     #[inline(never)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let [sample] = self.draw(p, [u]);
         sample
     }
 
-    /// Draws four points on the rectangle, each as [`RectangleLight::sample`] does.
+    /// Samples four points on the rectangle, each as [`RectangleLight::sample`] does.
     #[inline(never)]
     pub(super) fn sample_four(&self, p: Vec3, u: [Vec2; 4]) -> [Option<LightSample>; 4] {
         self.draw(p, u)
@@ -142,7 +144,8 @@ impl RectangleLight {
         samples
     }
 
-    /// Density per solid angle at `p` of sampling the point `q` of the rectangle, in direction `wi`; 0 behind it.
+    /// Density per solid angle at `p` of sampling the point `q` of the rectangle, in direction
+    /// `wi`; 0 behind the rectangle.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         if (p - self.corner).dot(self.normal) <= 0.0 {
             return 0.0;
@@ -153,14 +156,14 @@ impl RectangleLight {
         }
     }
 
-    /// Draws light that sets out, from a point uniform over the area and with the cosine's density.
+    /// Samples emitted light from a point uniform over the area, with the cosine's density.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let at = (self.point(u_position), self.normal);
         let pdf_position = (1.0 / self.area()) as f32;
         Emission::of_surface(at, self.ray_offset, (self.radiance, pdf_position), u_direction)
     }
 
-    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.
+    /// Densities of the points, and of the unit direction `w` if the normal is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
@@ -177,7 +180,8 @@ impl RectangleLight {
         }
     }
 
-    /// Estimate of the mean irradiance at `region`: that from a grid of points of the rectangle.
+    /// Estimate of the mean irradiance at `region`: the mean over a grid of points on the
+    /// rectangle.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         const N: u32 = 4;
         let whole = self.bounds();
@@ -192,12 +196,12 @@ impl RectangleLight {
         places.map(at).sum::<f32>() / (N * N) as f32
     }
 
-    /// Area, in squares of scene units.
+    /// Area in square scene units.
     pub(super) fn area(&self) -> f64 {
         f64::from(self.lengths[0]) * f64::from(self.lengths[1])
     }
 
-    /// `π A L`.
+    /// Power in watts: `π A L`.
     pub(super) fn power(&self) -> f64 {
         PI * self.area() * f64::from(self.radiance.luminance())
     }
@@ -207,7 +211,7 @@ impl RectangleLight {
 mod tests {
     use super::*;
 
-    /// From near, where it is sampled by solid angle, from afar, and from behind.
+    /// Near (sampled by solid angle), far, and behind.
     #[test]
     fn four_points_have_the_bits_of_single_ones() {
         let edges = [Vec3::new(0.8, 0.6, 0.0), Vec3::new(-0.9, 1.2, 0.0)];

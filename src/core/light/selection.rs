@@ -9,29 +9,30 @@ use crate::sampling::AliasTable;
 use crate::texture::Texture;
 use std::sync::OnceLock;
 
-/// So few lights are chosen by power: a lamp of two triangles looks the same from almost anywhere (docs/benchmarks.md).
+/// Maximum number of lights that are chosen by power: a lamp of two triangles looks the same from
+/// almost anywhere (docs/benchmarks.md).
 const FEW: usize = 2;
 
-/// How next-event estimation chooses among the lights of a scene.
+/// Choice of lights in next-event estimation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SelectionMode {
-    /// By place where there are more than two lights, by power among fewer; directions of the sky by visibility.
+    /// By place with more than two lights, else by power; directions of the sky by visibility.
     #[default]
     Auto,
-    /// Each with the same probability.
+    /// All lights with the same probability.
     Uniform,
-    /// Each with a probability proportional to its power.
+    /// By power.
     Power,
-    /// Each with about the share that it has in the light that would arrive at the point if nothing were between.
+    /// By unoccluded irradiance at the point, approximately.
     Place,
-    /// As [`SelectionMode::Auto`], also where visibility is not expected to gain anything.
+    /// As [`SelectionMode::Auto`], and visibility is learned even if no gain is expected.
     Visibility,
-    /// None is chosen: all lamps are sampled at every vertex.
+    /// No choice: all lamps are sampled at every vertex.
     All,
 }
 
 impl SelectionMode {
-    /// Whether visibility may be learned.
+    /// Returns true if visibility may be learned.
     pub fn learns(self) -> bool {
         matches!(self, Self::Auto | Self::Visibility)
     }
@@ -40,9 +41,9 @@ impl SelectionMode {
 /// Settings of the choice of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightChoice {
-    /// How a light is chosen.
+    /// Mode of the choice.
     pub mode: SelectionMode,
-    /// Samples of the widest lamp at a vertex if all lamps are sampled, from 1.
+    /// Samples of the widest lamp at a vertex if all lamps are sampled, at least 1.
     pub lamp_samples: u32,
 }
 
@@ -58,21 +59,22 @@ impl Default for LightChoice {
 /// Chooses one light for next-event estimation, or all. A light without power is never chosen.
 #[derive(Clone, Debug)]
 pub struct LightSelection {
-    /// `None` where nothing emits.
+    /// Choice by weight; `None` if there is no emission.
     table: Option<AliasTable>,
-    /// Lamps that are all sampled, if they are.
+    /// All lamps, if all are sampled.
     all: Option<Lamps>,
-    /// The choice by place, also where it serves `visibility` alone.
+    /// Choice by place, also if only `visibility` uses it.
     grid: Option<LightGrid>,
-    /// Whether the choice is by place where nothing is known of visibility.
+    /// True if the choice is by place for points without known visibility.
     is_by_place: bool,
     mode: SelectionMode,
-    /// Visible directions of the sky by place, once they have been learned; `None` within where they gain nothing.
+    /// Visible directions of the sky by place, once learned. The inner value is `None` if
+    /// visibility gains nothing.
     visibility: OnceLock<Option<VisibilityGrid>>,
 }
 
 impl LightSelection {
-    /// Among `lights`, in a scene of such bounds and radius.
+    /// Choice among `lights`, in a scene with the given bounds and radius.
     pub fn new(mode: SelectionMode, lights: &[Light], bounds: Bounds3, scene_radius: f32) -> Self {
         let power = lights.iter().map(|l| l.power(scene_radius));
         let weights: Vec<f64> = match mode {
@@ -102,35 +104,37 @@ impl LightSelection {
         }
     }
 
-    /// Where all are sampled: by `lamps` in place of each light by itself.
+    /// If all lights are sampled, samples them by `lamps` instead of one by one.
     pub(crate) fn with_lamps(mut self, lamps: impl FnOnce() -> Lamps) -> Self {
         self.all = self.all.map(|_| lamps());
         self
     }
 
-    /// How a light is chosen.
+    /// Mode of the choice.
     pub fn mode(&self) -> SelectionMode {
         self.mode
     }
 
-    /// Whether [`LightSelection::learn`] has been called.
+    /// Returns true if [`LightSelection::learn`] has been called.
     pub fn is_learned(&self) -> bool {
         self.visibility.get().is_some()
     }
 
-    /// From now on directions of the sky are drawn by `visibility`; `None` draws them by radiance. All but the first call since the last
-    /// [`LightSelection::forget`] change nothing.
+    /// Samples directions of the sky by `visibility` from now on; `None` samples them by radiance.
+    /// Only the first call after [`LightSelection::forget`] has an effect.
     pub fn learn(&self, visibility: Option<VisibilityGrid>) {
         drop(self.visibility.set(visibility));
     }
 
-    /// Takes back [`LightSelection::learn`].
+    /// Reverts [`LightSelection::learn`].
     pub fn forget(&mut self) {
         self.visibility = OnceLock::new();
     }
 
-    /// A grid for points on surfaces, `points`, where no visibility is known yet, of so many cells that `max_rays` rays reach from them all that
-    /// matters. `None` where nothing is to be learned: without one of `lights` that shines from many directions or several lamps, or without points.
+    /// A grid without visibility for the surface points `points`. The number of cells is limited so
+    /// that `max_rays` rays reach all targets. `None` if there is nothing to learn: if none of
+    /// `lights` shines from many directions and there is at most one lamp, or if there are no
+    /// points.
     pub fn visibility_grid(&self, lights: &[Light], points: &[Vec3], max_rays: usize) -> Option<VisibilityGrid> {
         VisibilityGrid::new((lights, self.grid.as_ref()), points, max_rays)
     }
@@ -140,7 +144,8 @@ impl LightSelection {
         self.visibility.get()?.as_ref()
     }
 
-    /// Draws light of the light `id` of `lights` that arrives at `context` at `time`; `None` where this light sends none. `textures` are the scene's.
+    /// Samples light of the light `id` of `lights` that arrives at `context` at `time`; `None` if
+    /// no light arrives. `textures` are the scene's.
     #[inline(always)]
     pub fn sample_light(
         &self,
@@ -161,7 +166,8 @@ impl LightSelection {
         }
     }
 
-    /// Calls [`LightSelection::sample_light`] for each of the lights `ids` and the pair of `u` beside it.
+    /// Calls [`LightSelection::sample_light`] for each of the lights `ids` with the random numbers
+    /// `u` of the same index.
     #[inline(always)]
     pub fn sample_four(
         &self,
@@ -185,8 +191,8 @@ impl LightSelection {
         }
     }
 
-    /// Factor by which [`LightSelection::sample_light`] multiplies the density with which the infinitely distant light `id` of `lights` itself draws the
-    /// unit direction `wi`.
+    /// Density of [`LightSelection::sample_light`] over the density of the light's own sampling,
+    /// for the infinitely distant light `id` of `lights` and the unit direction `wi`.
     #[inline]
     pub fn pdf_factor(&self, lights: &[Light], id: LightId, context: &LightSampleContext, wi: Vec3) -> f32 {
         match (&lights[id.0 as usize], self.visibility()) {
@@ -197,12 +203,13 @@ impl LightSelection {
         }
     }
 
-    /// Bytes of what was learned.
+    /// Bytes of the learned visibility.
     pub fn bytes(&self) -> usize {
         self.visibility().map_or(0, VisibilityGrid::bytes)
     }
 
-    /// Draws one of the scene's `lights` for `context`, and its probability; `None` where nothing emits.
+    /// Samples a light of the scene's `lights` for `context`; returns it with its probability.
+    /// `None` if there is no emission.
     #[inline(always)]
     pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
         if let Some(visibility) = self.visibility() {
@@ -217,13 +224,14 @@ impl LightSelection {
         Some((LightId(index as u32), pmf))
     }
 
-    /// The lamps that are all to be sampled; `None` where one light is to be chosen.
+    /// The lamps, if all are sampled; `None` if one light is chosen.
     #[inline(always)]
     pub fn all(&self) -> Option<&Lamps> {
         self.all.as_ref()
     }
 
-    /// Probability that `light`, one of the scene's `lights`, is sampled at `context`; where all lamps are sampled, the expected number of its samples.
+    /// Probability that `light`, one of the scene's `lights`, is sampled at `context`. If all lamps
+    /// are sampled: the expected number of its samples.
     #[inline(always)]
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         let visibility = self.visibility();

@@ -1,43 +1,48 @@
-//! A clear daylight sky: the analytic model of Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight", without the sun's disc.
+//! A clear daylight sky: the analytic model of Preetham, Shirley and Smits 1999, "A Practical
+//! Analytic Model for Daylight", without the sun's disc.
 //!
-//! The paper gives luminance in kcd/m² and CIE chromaticity by direction, from the sun's elevation and the turbidity, a number for haze. Luminance is
-//! divided by [`KCD_PER_UNIT`] and chromaticity becomes linear Rec.709, so that a sky of turbidity 3 lights a horizontal surface with an irradiance of
-//! about 1 to 2: pictures need no exposure of their own. The paper's simulations are of turbidities 2 to 6 and of a sun above the horizon; 6 to 10 is
-//! extrapolated, as its formulas allow.
+//! The paper has luminance in kcd/m² and CIE chromaticity by direction, from the sun's elevation
+//! and the turbidity, a number for haze. Luminance is divided by [`KCD_PER_UNIT`] and chromaticity
+//! becomes linear Rec.709, so that a sky of turbidity 3 lights a horizontal surface with an
+//! irradiance of about 1 to 2: images need no exposure setting. The paper's simulations have
+//! turbidities 2 to 6 and a sun above the horizon; 6 to 10 is extrapolated with its formulas.
 //!
-//! Beyond the paper, and stated here: with the sun below the horizon the sky keeps the look of sunset and darkens by a decade every 2.9° (the illuminance
-//! of civil twilight falls from about 400 lx to 3.4 lx within 6°), to 18° below, where night begins. Directions below the horizon show a grey ground of
-//! albedo [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
+//! Beyond the paper: with the sun below the horizon, the sky keeps the colours of sunset and
+//! darkens by a decade every 2.9° (the illuminance of civil twilight falls from about 400 lx to 3.4
+//! lx within 6°), down to 18° below, where night begins. Directions below the horizon show a grey
+//! ground of albedo [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
 
 use super::LatLongImage;
 use crate::color::Spectrum;
 use crate::math::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Luminance, in kcd/m², that is radiance 1.
+/// Luminance in kcd/m² of radiance 1.
 pub const KCD_PER_UNIT: f64 = 20.0;
-/// Irradiance of a sun that goes with this sky on a surface that faces it, W·m⁻²: two thirds of what a clear day at a turbidity of 3 has in these units.
+/// Irradiance of this sky's sun on a surface that faces it, W·m⁻²: two thirds of the value of a
+/// clear day at a turbidity of 3 in these units.
 pub const SUN_IRRADIANCE: f32 = 3.0;
-/// Reflectance of the ground that is seen below the horizon.
+/// Reflectance of the ground below the horizon.
 pub const GROUND_ALBEDO: f64 = 0.2;
-/// Turbidities that there may be.
+/// Range of turbidities.
 pub const TURBIDITIES: [f32; 2] = [2.0, 10.0];
-/// Turbidity where none is given: a clear sky.
+/// Default turbidity: a clear sky.
 pub const DEFAULT_TURBIDITY: f32 = 3.0;
-/// Columns and rows of a sky's picture.
+/// Columns and rows of the sky image.
 pub const SKY_SIZE: [usize; 2] = [512, 256];
 
-/// Elevation of the sun at which twilight ends, degrees.
+/// Elevation of the sun at which twilight ends, in degrees.
 const NIGHT: f64 = -18.0;
-/// Decades by which the sky darkens as the sun sinks by a degree.
+/// Decades by which the sky darkens per degree of the sinking sun.
 const TWILIGHT: f64 = 0.345;
 
-/// The sky for a place of the sun and a turbidity.
+/// The sky for an elevation of the sun and a turbidity.
 #[derive(Clone, Copy, Debug)]
 pub struct Sky {
-    /// Unit vector to the sun in the frame of the picture: above its middle, −z.
+    /// Unit vector to the sun in the frame of the image: above its middle, −z.
     sun: [f64; 3],
-    /// Distributions of Y, x and y, and their zenith values over the distribution's own.
+    /// Distributions of Y, x and y, and their zenith values divided by the distribution's zenith
+    /// value.
     perez: [Perez; 3],
     zenith: [f64; 3],
     /// Irradiance of the ground by the sun.
@@ -51,7 +56,8 @@ pub struct Sky {
 struct Perez([f64; 5]);
 
 impl Perez {
-    /// `F(θ, γ)`, θ the angle from the zenith by its cosine, γ the angle to the sun.
+    /// `F(θ, γ)`, with the angle θ from the zenith given as its cosine, and the angle γ to the sun
+    /// in radians.
     fn at(&self, cos_theta: f64, gamma: f64) -> f64 {
         let Self([a, b, c, d, e]) = self;
         (1.0 + a * (b / cos_theta).exp()) * (1.0 + c * (d * gamma).exp() + e * gamma.cos().powi(2))
@@ -59,7 +65,8 @@ impl Perez {
 }
 
 impl Sky {
-    /// The sky with the sun at `elevation`, degrees above the horizon, and a `turbidity` of [`TURBIDITIES`].
+    /// The sky with the sun at `elevation`, degrees above the horizon, and a `turbidity` in
+    /// [`TURBIDITIES`].
     pub fn new(elevation: f32, turbidity: f32) -> Self {
         let (elevation, t) = (f64::from(elevation), f64::from(turbidity));
         let theta_sun = (FRAC_PI_2 - elevation.to_radians()).clamp(0.0, FRAC_PI_2);
@@ -79,8 +86,8 @@ impl Sky {
         }
     }
 
-    /// Luminance in kcd/m² and chromaticity x, y, from the unit direction `w`, above the horizon, of the frame in which +y is up and the sun stands
-    /// above −z.
+    /// Luminance in kcd/m² and chromaticity x, y, from the unit direction `w` above the horizon. In
+    /// its frame +y is up and the sun is above −z.
     fn luminance(&self, w: [f64; 3]) -> [f64; 3] {
         let cos_gamma: f64 = w.iter().zip(self.sun).map(|(a, b)| a * b).sum();
         let gamma = cos_gamma.clamp(-1.0, 1.0).acos();
@@ -92,7 +99,7 @@ impl Sky {
         values
     }
 
-    /// Radiance from the unit direction `w` of that frame; `None` below the horizon.
+    /// Radiance from the unit direction `w` in that frame; `None` below the horizon.
     pub fn radiance(&self, w: Vec3) -> Option<Spectrum> {
         let w = w.to_array().map(f64::from);
         (w[1] >= 0.0).then(|| Spectrum::from(self.rgb(w).map(|v| v as f32)))
@@ -103,7 +110,7 @@ impl Sky {
         rgb_of_xyz([luminance * x / y, luminance, luminance * (1.0 - x - y) / y]).map(|v| v / KCD_PER_UNIT)
     }
 
-    /// Sky and ground as a picture of latitude and longitude whose top is up; the sun stands above its middle.
+    /// Sky and ground as a latitude-longitude image whose top is up; the sun is above its middle.
     pub fn image(&self) -> LatLongImage {
         let [width, height] = SKY_SIZE;
         let mut texels = Vec::with_capacity(width * height);
@@ -119,7 +126,7 @@ impl Sky {
                 texels.push(Spectrum::from(rgb.map(|v| v as f32)));
             }
         }
-        // A Lambertian plane of grey under the sun and what was summed up
+        // A grey Lambertian plane, lit by the sun and the summed sky
         let ground = Spectrum::from(irradiance.map(|e| (GROUND_ALBEDO * e / PI) as f32));
         texels.resize(width * height, ground);
         LatLongImage { width, height, texels }
@@ -154,11 +161,12 @@ fn distributions(t: f64) -> [Perez; 3] {
     ]
 }
 
-/// Luminance of the zenith, kcd/m², and its chromaticity, with the sun `theta` from there (Preetham et al., appendix A.2).
+/// Luminance of the zenith, kcd/m², and its chromaticity, with the sun `theta` radians from the
+/// zenith (Preetham et al., appendix A.2).
 fn zenith(theta: f64, t: f64) -> [f64; 3] {
     let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * theta);
     let luminance = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;
-    // Cubics in the sun's angle, of which each power of the turbidity has one
+    // Cubics in the sun's angle, one for each power of the turbidity
     let chromaticity = |rows: [[f64; 4]; 3]| {
         let cubic = |[a, b, c, d]: [f64; 4]| ((a * theta + b) * theta + c) * theta + d;
         let [square, linear, constant] = rows.map(cubic);
@@ -177,7 +185,7 @@ fn zenith(theta: f64, t: f64) -> [f64; 3] {
     [luminance, x, y]
 }
 
-/// CIE XYZ to linear Rec.709; colours outside of its triangle lose what is negative.
+/// CIE XYZ to linear Rec.709; negative values of colours out of gamut become 0.
 fn rgb_of_xyz([x, y, z]: [f64; 3]) -> [f64; 3] {
     [
         3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
@@ -187,11 +195,14 @@ fn rgb_of_xyz([x, y, z]: [f64; 3]) -> [f64; 3] {
     .map(|v| v.max(0.0))
 }
 
-/// Colour of the sun at `elevation` degrees, of luminance 1: a black body of 5778 K through the air of that turbidity.
+/// Colour of the sun at `elevation` degrees, with luminance 1: a black body of 5778 K through air
+/// of the turbidity `turbidity`.
 ///
-/// Transmittances of air and haze are those of Preetham et al., appendix A.1 (Rayleigh, and Ångström's formula with β = 0.04608 T − 0.04586, α = 1.3);
-/// ozone, gases and water, which colour the light little, are left out. The optical mass is Kasten's (1966), as there. Matching functions of the eye are the
-/// fit of Wyman, Sloan and Shirley 2013, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions".
+/// Transmittances of air and haze are those of Preetham et al., appendix A.1 (Rayleigh, and
+/// Ångström's formula with β = 0.04608 T − 0.04586, α = 1.3). Ozone, gases and water, which colour
+/// the light little, are left out. The optical mass is Kasten's (1966), as in the paper. Matching
+/// functions of the eye are the fit of Wyman, Sloan and Shirley 2013, "Simple Analytic
+/// Approximations to the CIE XYZ Color Matching Functions".
 pub fn sun_color(elevation: f32, turbidity: f32) -> Spectrum {
     let degrees = f64::from(elevation).clamp(0.0, 90.0);
     let mass = 1.0 / (degrees.to_radians().sin() + 0.15 * (degrees + 3.885).powf(-1.253));
@@ -247,8 +258,8 @@ mod tests {
         }
     }
 
-    /// Luminance in kcd/m² and chromaticity at the zenith, and 60° from it opposite to the sun and on its side: the paper's formulas, evaluated apart
-    /// from this code.
+    /// Luminance in kcd/m² and chromaticity at the zenith, and 60° from it, opposite to the sun and
+    /// on its side. Reference values are the paper's formulas, evaluated outside of this code.
     #[test]
     fn values_are_those_of_the_paper() {
         for (turbidity, elevation, zenith, opposite, near) in [
@@ -326,7 +337,8 @@ mod tests {
         assert!(b > 1.5 * r);
     }
 
-    /// Irradiance of a horizontal surface, as an integral of the paper's formulas that was done apart from this code has it.
+    /// Irradiance of a horizontal surface, compared to an integral of the paper's formulas computed
+    /// outside of this code.
     #[test]
     fn the_picture_holds_the_irradiance_of_the_sky() {
         for (turbidity, elevation, kilolux) in [(2.0, 20.0, 22.15), (3.0, 45.0, 28.91), (6.0, 70.0, 60.67)] {
@@ -340,12 +352,12 @@ mod tests {
             let irradiance = sum * PI / height as f64 * TAU / width as f64;
             let expected = kilolux / KCD_PER_UNIT;
             assert!((irradiance / expected - 1.0).abs() < 5e-3, "{irradiance} {expected}");
-            // The ground is grey in this light and the sun's.
+            // The ground is grey under the sky and the sun.
             let ground = f64::from(image.texels[width * height - 1].luminance());
             let sun = f64::from(SUN_IRRADIANCE) * f64::from(elevation).to_radians().sin();
             assert!((ground / (GROUND_ALBEDO * (irradiance + sun) / PI) - 1.0).abs() < 1e-4);
             assert_eq!(image.texels[width * height / 2], image.texels[width * height - 1]);
-            // Of its elevation, the sun's place is the brightest: the picture's middle.
+            // The sun's place is the brightest of its row: the middle of the image.
             let row = ((90.0 - elevation) / 180.0 * height as f32) as usize;
             let texels = &image.texels[row * width..(row + 1) * width];
             let brightest = (0..width).max_by(|&a, &b| texels[a].luminance().total_cmp(&texels[b].luminance()));
@@ -384,12 +396,12 @@ mod tests {
         assert!((sun_color(60.0, 3.0).luminance() - 1.0).abs() < 1e-5);
         assert!(high[0] > high[2] && high[2] > 0.5, "{high:?}");
         assert!(low[0] > 1.5 * low[1] && low[1] > 3.0 * low[2], "{low:?}");
-        // Haze reddens it.
+        // Haze reddens the sun.
         assert!(sun_color(20.0, 6.0).to_array()[2] < sun_color(20.0, 2.0).to_array()[2]);
         assert!(sun_color(-10.0, 3.0).is_valid());
     }
 
-    /// The fit of Wyman et al. has its peaks where the eye has them.
+    /// The fit of Wyman et al. has its peaks at the peaks of the eye.
     #[test]
     fn matching_functions_peak_as_the_eyes_do() {
         let peak = |c: usize| {

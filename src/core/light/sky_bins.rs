@@ -5,15 +5,17 @@ use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Rows of bins from the top to the bottom of the sphere of directions, of the same solid angle each; a small picture has fewer.
+/// Rows of bins from the top to the bottom of the sphere of directions, with equal solid angles; a
+/// small image has fewer.
 const ROWS: usize = 16;
-/// Bins around the vertical axis; a small picture has fewer.
+/// Bins around the vertical axis; a small image has fewer.
 const COLUMNS: usize = 24;
 
-/// The directions of an infinitely distant light in bins: rows of a range of latitude, cut into columns.
+/// Directions of an infinitely distant light in bins: rows of a range of latitude, cut into
+/// columns.
 ///
-/// A bin of an environment is a rectangle of texels, so that drawing a direction within it, and its probability, follow exactly from the light's own
-/// distribution.
+/// A bin of an environment is a rectangle of texels. So the sampling of a direction in it, and its
+/// probability, follow exactly from the light's own distribution.
 #[derive(Clone, Debug)]
 pub(super) struct SkyBins {
     rows: usize,
@@ -29,20 +31,20 @@ pub(super) struct SkyBins {
 /// Bins of an environment's texels.
 #[derive(Clone, Debug)]
 struct TexelBins {
-    /// The first row of texels of each row of bins, and the number of rows.
+    /// First row of texels of each row of bins, then the number of rows.
     row_starts: Vec<usize>,
-    /// The first column of texels of each column of bins, and the number of columns.
+    /// First column of texels of each column of bins, then the number of columns.
     column_starts: Vec<usize>,
     /// Row of bins of each row of texels.
     row_of: Vec<u8>,
     /// Column of bins of each column of texels.
     column_of: Vec<u8>,
-    /// For each column of bins the probability of its texels above each row, and of all of them.
+    /// For each column of bins: the probability of its texels above each row, then of all of them.
     above: Vec<Vec<f64>>,
 }
 
 impl SkyBins {
-    /// The bins of `light`; `None` where it is no infinitely distant light that shines from many directions.
+    /// The bins of `light`; `None` if it is not an infinitely distant light from many directions.
     pub fn new(light: &Light) -> Option<Self> {
         match light {
             Light::Constant(_) => Some(Self::of_constant()),
@@ -110,12 +112,12 @@ impl SkyBins {
         }
     }
 
-    /// Rows of bins.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Bins in a row.
+    /// Number of bins in a row.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -135,7 +137,7 @@ impl SkyBins {
         &self.middles
     }
 
-    /// The bin of the unit direction `wi` of `light`, whose bins these are.
+    /// The bin of the unit direction `wi` of `light`, the light of these bins.
     pub fn bin(&self, light: &Light, wi: Vec3) -> usize {
         let (row, column) = match (light, &self.texels) {
             (Light::Environment(light), Some(texels)) => {
@@ -152,8 +154,9 @@ impl SkyBins {
         row * self.columns + column
     }
 
-    /// Draws a direction of `light`, whose bins these are, in the bin of that row and column, by the light's own distribution. The density is that of
-    /// the light's own sampling, among all directions. `None` where the light never draws such a direction.
+    /// Samples a direction of `light`, the light of these bins, in the bin at `row` and `column`,
+    /// by the light's own distribution. The density is that of the light's own sampling among all
+    /// directions. `None` if the light never samples a direction in the bin.
     pub fn sample(&self, light: &Light, (row, column): (usize, usize), u: Vec2) -> Option<LightSample> {
         match (light, &self.texels) {
             (Light::Constant(ConstantLight { radiance }), None) => Some(LightSample {
@@ -174,7 +177,7 @@ impl SkyBins {
         }
     }
 
-    /// Bytes of its tables.
+    /// Bytes of the tables.
     pub fn bytes(&self) -> usize {
         let above = |texels: &TexelBins| {
             texels
@@ -201,7 +204,7 @@ impl TexelBins {
         above[rows.end] - above[rows.start]
     }
 
-    /// Draws a row of texels in a bin, and a number in [0, 1) that is left of `u`.
+    /// Samples a row of texels in a bin; returns it with the remainder of `u`, in [0, 1).
     fn sample_row(&self, row: usize, column: usize, u: f32) -> Option<(usize, f32)> {
         let rows = self.rows(row);
         let above = &self.above[column][rows.start..=rows.end];
@@ -221,23 +224,23 @@ impl TexelBins {
     }
 }
 
-/// The direction at `u` in [0, 1)² of a constant light's bin, uniform in solid angle.
+/// Direction at `u` in [0, 1)² of a constant light's bin, uniform in solid angle.
 fn uniform_in(row: usize, column: usize, u: Vec2) -> Vec3 {
     let y = 1.0 - 2.0 * (row as f32 + u.y) / ROWS as f32;
-    // The azimuth is half a turn smaller, which flips the signs of both.
+    // The azimuth is half a turn too small, which flips the signs of both.
     let (sin, cos) = sin_cos_turns((column as f32 + u.x) / COLUMNS as f32);
     let r = (1.0 - y * y).max(0.0).sqrt();
     Vec3::new(-r * sin, y, r * cos)
 }
 
-/// Where bins that end at these shares of `count` texels start, and `count`: no bin is empty.
+/// Starts of bins that end at `shares` of `count` texels, then `count`. No bin is empty.
 fn starts(count: usize, shares: impl Iterator<Item = f64>) -> Vec<usize> {
     let mut starts: Vec<usize> = shares.map(|share| (share * count as f64).round() as usize).collect();
     starts.dedup();
     starts
 }
 
-/// The bin of each texel, where bins start there.
+/// The bin of each texel, for bins with the starts `starts`.
 fn bins_of(starts: &[usize]) -> Vec<u8> {
     let bins = starts.windows(2).enumerate();
     bins.flat_map(|(i, ends)| std::iter::repeat_n(i as u8, ends[1] - ends[0]))

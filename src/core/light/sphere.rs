@@ -1,9 +1,11 @@
 //! Spheres that emit.
 //!
-//! Directions are uniform in the cone that the sphere fills (PBR4 §6.2.4; Shirley and Wang 1991). The cone is kept by its depth, which has all its digits
-//! from afar, where the cosine has lost them, and next to the surface, where the cone is a half-space.
+//! Directions are uniform in the cone of the sphere (PBR4 §6.2.4; Shirley and Wang 1991). The cone
+//! is stored as its depth. The depth is accurate from far away, where the cosine is not, and next
+//! to the surface, where the cone is a half-space.
 //!
-//! In the world a sphere is a polyhedron around it, whose faces let rays pass that miss the sphere (`scene/lamp_hulls.rs`).
+//! In the scene geometry a sphere is a polyhedron around it. Rays that miss the sphere pass the
+//! polyhedron's faces (`scene/lamp_hulls.rs`).
 
 use super::tree::LightBounds;
 use super::{Emission, LightSample};
@@ -12,7 +14,7 @@ use crate::math::{DVec3, Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};
 use crate::sampling::warp::{cosine_hemisphere_pdf, uniform_disk, uniform_sphere};
 use std::f64::consts::PI;
 
-/// A sphere that emits the same radiance from all of its outside.
+/// A sphere that emits the same radiance from all of its outer side.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereLight {
     center: Vec3,
@@ -27,7 +29,7 @@ pub(crate) struct SphereEntry {
     pub t: f32,
     /// Point of the sphere.
     pub p: Vec3,
-    /// Unit normal there.
+    /// Unit normal at the point.
     pub n: Vec3,
 }
 
@@ -38,7 +40,7 @@ encode_fields!(SphereLight {
 });
 
 impl SphereLight {
-    /// The sphere about `center` of that radius, emitting `radiance`, W·sr⁻¹·m⁻².
+    /// The sphere around `center` with the given radius, emitting `radiance`, W·sr⁻¹·m⁻².
     pub fn new(center: Vec3, radius: f32, radiance: Spectrum) -> Self {
         Self {
             center,
@@ -57,7 +59,7 @@ impl SphereLight {
         self.radius
     }
 
-    /// Radiance that arrives at `p` from the sphere: none inside.
+    /// Radiance that arrives at `p` from the sphere; zero inside.
     pub fn radiance_at(&self, p: Vec3) -> Spectrum {
         match self.depth(p) {
             Some(_) => self.radiance,
@@ -65,20 +67,21 @@ impl SphereLight {
         }
     }
 
-    /// Depth of the cone of directions from `p` to the sphere, `1 − cos θ = sin² θ / (1 + cos θ)`; `None` where `p` is not outside.
+    /// Depth of the cone of directions from `p` to the sphere, `1 − cos θ = sin² θ / (1 + cos θ)`;
+    /// `None` if `p` is not outside.
     fn depth(&self, p: Vec3) -> Option<f64> {
         let squared = (self.center.as_dvec3() - p.as_dvec3()).length_squared();
         let sin_squared = f64::from(self.radius).powi(2) / squared;
         (sin_squared < 1.0).then(|| sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))
     }
 
-    /// Draws a direction from `p` to the sphere, uniform over its solid angle.
+    /// Samples a direction from `p` to the sphere, uniform over its solid angle.
     #[inline(never)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let depth = self.depth(p)?;
         let (p, to) = (p.as_dvec3(), self.center.as_dvec3() - p.as_dvec3());
         let distance = to.length();
-        // A disk lifted onto the cap: its radius is the root of the depth's share.
+        // A disk, projected to the cap: its radius is the root of the share of the depth.
         let disk = uniform_disk(u);
         let fallen = depth * f64::from(disk.length_squared()).min(1.0);
         let scale = (depth * (2.0 - fallen)).sqrt();
@@ -87,7 +90,7 @@ impl SphereLight {
         let [right, up] = [Vec3::X, Vec3::Y].map(|axis| frame.to_world(axis).as_dvec3());
         let wi = (x * right + y * up + z * (to / distance)).normalize();
 
-        // Where that meets the sphere, on its near side
+        // Hit point on the near side of the sphere
         let beside = distance * distance * (x * x + y * y);
         let half_chord = (f64::from(self.radius).powi(2) - beside).max(0.0).sqrt();
         let n = (p + wi * (distance * z - half_chord) - self.center.as_dvec3()).try_normalize()?;
@@ -107,8 +110,9 @@ impl SphereLight {
         self.depth(p).map_or(0.0, |depth| (0.5 / (PI * depth)) as f32)
     }
 
-    /// Offset from the sphere at which segments end, and paths start, that lead to points with coordinates of that size: a bound on the roundings of both ends
-    /// and of the direction between them.
+    /// Offset from the sphere of the ends of shadow rays and the starts of paths. `size` is the
+    /// largest coordinate of the other end. The offset bounds the rounding errors of both ends and
+    /// of the direction between them.
     fn end_offset(&self, size: f32) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius + size)
     }
@@ -118,15 +122,15 @@ impl SphereLight {
         (q - self.center).normalize_or(Vec3::Z)
     }
 
-    /// Parameter along `ray`, in lengths of its direction, of the point nearest to the centre between its ends; and the square of that distance over
-    /// the squared radius.
+    /// Parameter along `ray`, in lengths of its direction, of the point nearest to the centre
+    /// between its ends; and its squared distance over the squared radius.
     fn approach(&self, ray: &Ray) -> (f64, f64) {
         let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let t = (to.dot(d) / d.length_squared()).clamp(f64::from(ray.t_min), f64::from(ray.t_max));
         (t, (t * d - to).length_squared() / f64::from(self.radius).powi(2))
     }
 
-    /// Whether `ray` goes by without a point inside the sphere.
+    /// Returns true if no point of `ray` lies inside the sphere.
     pub fn is_missed(&self, ray: &Ray) -> bool {
         self.approach(ray).1 >= 1.0
     }
@@ -147,12 +151,12 @@ impl SphereLight {
         })
     }
 
-    /// Ray offset at its points.
+    /// Ray offset of points on the sphere.
     pub fn ray_offset(&self) -> f32 {
         self.end_offset(0.0)
     }
 
-    /// Draws light that sets out, from a point uniform over the sphere and with the cosine's density.
+    /// Samples emitted light from a point uniform over the sphere, with the cosine's density.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let n = uniform_sphere(u_position);
         let at = (self.center + self.radius * n, n);
@@ -160,12 +164,13 @@ impl SphereLight {
         Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
-    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.
+    /// Densities of the points, and of the unit direction `w` if the normal is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Position, size and emission of the light, as the light tree takes them: those of a disk of its radius.
+    /// Position, size and emission of the light for the light tree: as for a disk of the same
+    /// radius.
     pub(super) fn bounds(&self) -> LightBounds {
         let disk = 0.25 * self.area() as f32;
         LightBounds {
@@ -174,8 +179,9 @@ impl SphereLight {
         }
     }
 
-    /// Irradiance at the point `p` of a surface of unit normal `n`: in closed form also where the horizon cuts the sphere (Lagarde and de Rousiers 2014,
-    /// "Moving Frostbite to Physically Based Rendering", §4.7.2).
+    /// Irradiance at the point `p` of a surface with unit normal `n`: in closed form, also if the
+    /// horizon cuts the sphere (Lagarde and de Rousiers 2014, "Moving Frostbite to Physically Based
+    /// Rendering", §4.7.2).
     pub(super) fn irradiance_at(&self, p: Vec3, n: Vec3) -> Spectrum {
         let to = self.center.as_dvec3() - p.as_dvec3();
         let (distance, n) = (to.length(), n.as_dvec3());
@@ -195,12 +201,12 @@ impl SphereLight {
         self.radiance * (PI * form.max(0.0)) as f32
     }
 
-    /// Area, in squares of scene units.
+    /// Area in square scene units.
     pub(super) fn area(&self) -> f64 {
         4.0 * PI * f64::from(self.radius).powi(2)
     }
 
-    /// `π A L`.
+    /// Power in watts: `π A L`.
     pub(super) fn power(&self) -> f64 {
         PI * self.area() * f64::from(self.radiance.luminance())
     }

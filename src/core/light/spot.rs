@@ -14,9 +14,9 @@ pub struct SpotLight {
     pub direction: Vec3,
     /// Radiant intensity within the inner cone, W/sr.
     pub intensity: Spectrum,
-    /// Cosine of the inner cone's half-angle, where the light begins to fall off.
+    /// Cosine of the inner cone's half-angle, where the falloff begins.
     pub cos_inner: f32,
-    /// Cosine of the outer cone's half-angle, where it ends.
+    /// Cosine of the outer cone's half-angle, where the light ends.
     pub cos_outer: f32,
 }
 
@@ -29,7 +29,7 @@ encode_fields!(SpotLight {
 });
 
 impl SpotLight {
-    /// The only direction there is.
+    /// The only direction to the light.
     pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
         let wi = (self.position - p).try_normalize()?;
         let falloff = self.falloff(-wi.dot(self.direction));
@@ -42,7 +42,7 @@ impl SpotLight {
         })
     }
 
-    /// Draws light of a direction uniform in the outer cone.
+    /// Samples light in a direction uniform in the outer cone.
     pub(super) fn sample_emission(&self, u: Vec2) -> Emission {
         let w = Frame::from_z(self.direction).to_world(uniform_cone(u, self.cos_outer));
         let intensity = self.intensity * self.falloff(w.dot(self.direction));
@@ -66,20 +66,21 @@ impl SpotLight {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// Bounds of the light for points far away: its power in all directions.
+    /// Bounds of the light for points far away: its mean intensity, isotropic.
     pub(super) fn bounds(&self) -> LightBounds {
         LightBounds::isotropic(self.position, (self.power() / (4.0 * PI)) as f32)
     }
 
-    /// Estimate of the mean irradiance at `region`, of which some part may be in the cone where its middle is not.
+    /// Estimate of the mean irradiance at `region`. A part of the region may be in the cone even if
+    /// its middle is not.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         region.irradiance_by(self.position, 0.0, |wi, spread| {
             self.intensity.luminance() * self.falloff((spread - wi.dot(self.direction)).min(1.0))
         })
     }
 
-    /// ∫ of the falloff over directions: the inner cone, and half of what lies between, since the smooth step is odd about
-    /// its middle.
+    /// Power in watts: the integral of the falloff over directions is the inner cone and half of
+    /// the region between the cones, since the smooth step is odd about its middle.
     pub(super) fn power(&self) -> f64 {
         let solid_angle = 2.0 * PI * (1.0 - 0.5 * (self.cos_inner as f64 + self.cos_outer as f64));
         solid_angle * self.intensity.luminance() as f64
@@ -106,7 +107,7 @@ mod tests {
         assert!((at(1.0) - 1.0).abs() < 1e-5 && (at(0.91) - 1.0).abs() < 1e-5);
         assert!((at(0.85) - 0.5).abs() < 1e-4);
         assert_eq!((at(0.79), at(-1.0)), (0.0, 0.0));
-        // Its power against a sum over directions
+        // Power, compared to a sum over directions
         let n = 100_000;
         let sum: f64 = (0..n)
             .map(|i| spot.falloff(-1.0 + 2.0 * (i as f32 + 0.5) / n as f32) as f64)

@@ -1,24 +1,30 @@
-//! A photographer's studio as an environment: three soft lamps around the subject before a dim wall.
+//! A photographer's studio as an environment: three soft lamps around the subject in front of a dim
+//! wall.
 //!
-//! A large key stands to the camera's left and high, a wider and weaker fill low to its right, and a tall narrow rim lamp high behind the subject, on the
-//! fill's side, so that the shadow side has an edge. Each is a rounded rectangle in the plane that touches the sphere of directions at its middle, with a
-//! soft border, and is as bright as gives the stated irradiance on a surface that faces it. The wall grows brighter upwards. A grey Lambertian subject of
-//! albedo 0.5 has a radiance of about 0.5 where it faces the key and 0.05 to 0.15 in its shadow: no exposure is needed.
+//! A large key lamp is high to the camera's left. A wider and weaker fill lamp is low to its right.
+//! A tall narrow rim lamp is high behind the subject, on the side of the fill, so that the shadow
+//! side has an edge. Each lamp is a rounded rectangle with a soft border, in the plane that touches
+//! the sphere of directions at the lamp's middle. Its brightness gives the stated irradiance on a
+//! surface that faces it. The wall grows brighter upwards. A grey Lambertian subject of albedo 0.5
+//! has a radiance of about 0.5 where it faces the key and 0.05 to 0.15 in its shadow: no exposure
+//! is needed.
 
 use super::LatLongImage;
 use crate::color::Spectrum;
 use crate::math::{Horizon, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// Columns and rows of the picture.
+/// Columns and rows of the image.
 pub const STUDIO_SIZE: [usize; 2] = [256, 128];
-/// Irradiance of key, fill and rim, each on a surface that faces it, W·m⁻². The rim lamp is the brightest, because the camera sees only surfaces that it grazes.
+/// Irradiance of key, fill and rim, each on a surface that faces it, W·m⁻². The rim lamp is the
+/// brightest, because the camera sees only surfaces at grazing angles to it.
 pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
 
 /// Radiance of the wall at the nadir, at the horizon and at the zenith.
 const WALL: [f64; 3] = [0.02, 0.05, 0.10];
 
-/// A lamp: where it is, degrees from the camera's azimuth and above the horizon, and half its width and height at distance 1.
+/// A lamp: azimuth in degrees from the camera's, elevation in degrees above the horizon, and half
+/// its width and height at distance 1.
 struct Lamp {
     azimuth: f32,
     elevation: f32,
@@ -47,7 +53,7 @@ const LAMPS: [Lamp; 3] = [
 const BORDER: f64 = 0.3;
 
 impl Lamp {
-    /// Share of the lamp's brightness that comes from the unit direction `w`, 0 to 1.
+    /// Brightness from the unit direction `w`, as a share of the lamp's brightness, 0 to 1.
     fn shape(&self, frame: &[[f64; 3]; 3], w: [f64; 3]) -> f64 {
         let [right, up, towards] = frame.map(|axis| axis.iter().zip(w).map(|(a, b)| a * b).sum::<f64>());
         if towards <= 0.0 {
@@ -60,7 +66,8 @@ impl Lamp {
         inside(right, self.half[0]) * inside(up, self.half[1])
     }
 
-    /// Unit vectors to its right, upwards along it and to its middle, with +y up and the camera at azimuth 0.
+    /// Unit vectors to the right, up along the lamp and to its middle, with +y up and the camera at
+    /// azimuth 0.
     fn frame(&self) -> [[f64; 3]; 3] {
         let horizon = Horizon::new(Vec3::Y);
         let [right, up, towards] = [
@@ -72,7 +79,7 @@ impl Lamp {
     }
 }
 
-/// The studio as a picture of latitude and longitude whose top is up, for a camera at azimuth 0: +z.
+/// The studio as a latitude-longitude image whose top is up, for a camera at azimuth 0: +z.
 pub fn studio_image() -> LatLongImage {
     let [width, height] = STUDIO_SIZE;
     let directions = (0..width * height).map(|i| {
@@ -85,7 +92,7 @@ pub fn studio_image() -> LatLongImage {
     for (lamp, irradiance) in LAMPS.iter().zip(STUDIO_IRRADIANCE) {
         let frame = lamp.frame();
         let shapes: Vec<f64> = directions.clone().map(|(w, _)| lamp.shape(&frame, w)).collect();
-        // The irradiance that the lamp would give at radiance 1, by the texels that are to shine
+        // Irradiance by the lamp's texels at radiance 1
         let unit: f64 = directions
             .clone()
             .zip(&shapes)
@@ -105,7 +112,8 @@ pub fn studio_image() -> LatLongImage {
     }
 }
 
-/// Radiance of the wall at the sine of an elevation: straight lines from nadir to horizon to zenith.
+/// Radiance of the wall at the sine of an elevation, linear from nadir to horizon and from horizon
+/// to zenith.
 fn wall(sin: f64) -> f64 {
     let [nadir, horizon, zenith] = WALL;
     match sin < 0.0 {
@@ -120,7 +128,7 @@ mod tests {
     use super::*;
     use crate::math::Quat;
 
-    /// Irradiance on a surface of the unit normal `n`, by the picture's texels.
+    /// Irradiance on a surface with the unit normal `n`, from the texels of the image.
     fn irradiance(image: &LatLongImage, n: Vec3) -> f64 {
         let light = EnvironmentLight::new(image.clone(), 1.0, Quat::IDENTITY);
         let (columns, rows) = (2 * image.width, 2 * image.height);
@@ -136,7 +144,7 @@ mod tests {
         sum * (PI / rows as f64) * (TAU / columns as f64)
     }
 
-    /// Each lamp gives what is stated, beside the wall and its neighbours.
+    /// Each lamp has the stated irradiance, apart from the wall and its neighbours.
     #[test]
     fn lamps_are_as_bright_as_stated() {
         let image = studio_image();
@@ -144,14 +152,15 @@ mod tests {
         for (lamp, stated) in LAMPS.iter().zip(STUDIO_IRRADIANCE) {
             let n = horizon.direction(lamp.azimuth, lamp.elevation);
             let all = irradiance(&image, n);
-            // The wall alone gives 0.2 to 0.45.
+            // The wall has an irradiance of 0.2 to 0.45.
             assert!(all > stated + 0.15 && all < stated + 1.1, "{}: {all}", lamp.azimuth);
         }
         let [key, fill, rim] = STUDIO_IRRADIANCE;
         assert!((key / fill - 32.0 / 3.0).abs() < 1e-9 && (rim / key - 1.25).abs() < 1e-9);
     }
 
-    /// A grey sphere's bright side, its front, its shadow side and its top are on the display's scale, and in this order.
+    /// The bright side, front, shadow side and top of a grey sphere are within the display's range,
+    /// in this order.
     #[test]
     fn a_grey_subject_is_well_exposed() {
         let image = studio_image();
@@ -176,7 +185,7 @@ mod tests {
         };
         // Seen from +z towards −z, left is −x: azimuth −90.
         assert!(at(-55.0, 45.0) > 2.0 && at(65.0, 10.0) > 0.15 && at(150.0, 35.0) > 2.0);
-        // What the camera sees behind the subject
+        // View of the camera behind the subject
         for azimuth in [-170.0, 180.0, 170.0] {
             for elevation in [-30.0, -10.0, 5.0] {
                 assert!((0.03..0.1).contains(&at(azimuth, elevation)), "{azimuth} {elevation}");

@@ -4,16 +4,17 @@ use crate::math::{Ball, Frame, Vec2, Vec3, encode_fields};
 use crate::sampling::warp::{uniform_cap, uniform_cap_pdf};
 use std::f64::consts::PI;
 
-/// Light from a disc infinitely far away, of the same radiance all over it: a sun that has a size.
+/// Light from a disc at infinity with constant radiance: a sun with a size.
 ///
-/// The disc is kept by the depth of its cap, 1 − cos of its half-angle α, which has all its digits where the cosine of a narrow cone has lost them.
+/// The disc is stored as the depth of its cap, 1 − cos of its half-angle α. The depth is accurate
+/// for narrow cones; the cosine is not.
 #[derive(Clone, Copy, Debug)]
 pub struct SunLight {
     /// Unit direction in which the light of the disc's centre travels, world space.
     direction: Vec3,
     /// Radiance of the disc, W·sr⁻¹·m⁻².
     radiance: Spectrum,
-    /// 1 − cos α = 2 sin² (α / 2).
+    /// Depth of the cap: 1 − cos α = 2 sin² (α / 2).
     depth: f32,
 }
 
@@ -24,8 +25,8 @@ encode_fields!(SunLight {
 });
 
 impl SunLight {
-    /// Light that travels in the unit vector `direction`, of `irradiance` W·m⁻² on a surface that faces it, from a disc of the diameter `angle`: degrees,
-    /// above 0 and 180 at most.
+    /// Light that travels along the unit vector `direction`, with `irradiance`, W·m⁻², on a surface
+    /// that faces it. `angle` is the diameter of the disc in degrees, above 0 and at most 180.
     pub fn new(direction: Vec3, irradiance: Spectrum, angle: f32) -> Self {
         let half = (0.5 * f64::from(angle)).to_radians();
         // E = ∫ L cos dω over the cone = π L sin² α
@@ -37,7 +38,7 @@ impl SunLight {
         }
     }
 
-    /// Radiance from the unit direction `wi`: that of the disc, or none beside it.
+    /// Radiance from the unit direction `wi`; zero beside the disc.
     pub fn radiance(&self, wi: Vec3) -> Spectrum {
         match self.is_met(wi) {
             true => self.radiance,
@@ -53,12 +54,13 @@ impl SunLight {
         }
     }
 
-    /// Whether the disc lies in the direction `wi`. Of unit vectors, half the squared distance is one minus the cosine, without its cancellation.
+    /// Returns true if the disc lies in the direction `wi`. For unit vectors, half the squared
+    /// distance is one minus the cosine, without its cancellation.
     fn is_met(&self, wi: Vec3) -> bool {
         0.5 * (wi + self.direction).length_squared() <= self.depth
     }
 
-    /// Draws a direction uniform in the disc's solid angle.
+    /// Samples a direction uniform in the disc's solid angle.
     pub(super) fn sample(&self, u: Vec2) -> LightSample {
         LightSample {
             wi: Frame::from_z(-self.direction).to_world(uniform_cap(u, self.depth)),
@@ -69,13 +71,14 @@ impl SunLight {
         }
     }
 
-    /// Draws light that comes into `world`.
+    /// Samples light that enters `world`.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Emission {
         let LightSample { wi, radiance, pdf, .. } = self.sample(u_direction);
         Emission::from_infinity(-wi, radiance, pdf, u_position, world)
     }
 
-    /// What crosses disks of the scene's radius, each perpendicular to its light: `π r² · 2π (1 − cos α) L`.
+    /// Power in watts through disks of the scene's radius, each perpendicular to its light: `π r² ·
+    /// 2π (1 − cos α) L`.
     pub(super) fn power(&self, scene_radius: f32) -> f64 {
         2.0 * (PI * f64::from(scene_radius)).powi(2) * f64::from(self.depth) * f64::from(self.radiance.luminance())
     }
@@ -85,7 +88,7 @@ impl SunLight {
         self.radiance * (PI as f32 * self.depth * (2.0 - self.depth))
     }
 
-    /// The direction of its centre, away from surfaces, and the sine of its half-angle.
+    /// Unit direction from surfaces to the disc's centre, and the sine of the half-angle.
     pub(super) fn cone(&self) -> (Vec3, f32) {
         (-self.direction, (self.depth * (2.0 - self.depth)).max(0.0).sqrt())
     }
@@ -95,7 +98,7 @@ impl SunLight {
 mod tests {
     use super::*;
 
-    /// ∫ L cos dω over a grid of samples is the irradiance that was asked for, whatever the size.
+    /// ∫ L cos dω over a grid of samples is the given irradiance for any size.
     #[test]
     fn irradiance_is_kept() {
         let direction = Vec3::new(0.3, -0.9, 0.2).normalize();
@@ -111,7 +114,7 @@ mod tests {
             }
             let irradiance = sum / f64::from(n * n);
             assert!((irradiance / 3.0 - 1.0).abs() < 1e-4, "{angle}: {irradiance}");
-            // Roundings of the direction put hardly any sample beside the disc.
+            // Rounding of directions puts hardly any sample beside the disc.
             assert!(f64::from(inside) > 0.995 * f64::from(n * n), "{angle}: {inside}");
         }
     }
@@ -123,7 +126,7 @@ mod tests {
         let expected = 1.0 / (PI * 5f64.to_radians().sin().powi(2));
         assert!((f64::from(at(4.99).max_component()) / expected - 1.0).abs() < 1e-5);
         assert!(at(5.01).is_black() && at(180.0).is_black());
-        // Its power is that of parallel light but for the mean cosine of the cone.
+        // The power is that of parallel light, except for the mean cosine of the cone.
         let parallel = super::super::DirectionalLight {
             direction: Vec3::NEG_Y,
             irradiance: Spectrum::ONE,

@@ -1,11 +1,13 @@
-//! Emitting triangles whose emission a texture varies, or whose opacity is below 1.
+//! Emitting triangles with an emission texture, or with opacity below 1.
 //!
-//! A triangle is sampled as one that emits evenly, and its emission is looked up at the sampled point, in the finest level, as where a ray meets it.
-//! It is chosen by the mean of the texture over it. A coarse level may say 0 where a texel emits, and light that is never sampled would be missing
-//! where direct light is found by sampling alone; such triangles keep a small minimum weight. Triangles on which nothing emits are never chosen.
+//! A point is sampled as on a triangle with constant emission. The emission is looked up at the
+//! sampled point in the finest level, as at a ray hit. The triangle is chosen by the mean of the
+//! texture over it. A coarse level may be 0 where a texel emits. If direct light is only sampled,
+//! the light of the texel would be missing, so these triangles keep a small minimum weight.
+//! Triangles without emission are never chosen.
 //!
 //! A surface of opacity α emits α Le on average. A ray stops there with probability α and finds Le
-//! (`TexturedTriangle::color`). A sampled point counts α Le (`TexturedTriangle::mean_color`). Both
+//! (`TexturedTriangle::color`). A sampled point has α Le (`TexturedTriangle::mean_color`). Both
 //! strategies estimate the same integral, so MIS weights don't depend on α.
 
 use super::tree::{LightBounds, ReceiverRegion};
@@ -15,39 +17,41 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use crate::texture::{Mapping, Texture, TextureId};
 
-/// Parts along a side of a triangle, at most, that its mean is taken of.
+/// Maximum number of parts along a side of a triangle for its mean.
 const PARTS: f32 = 8.0;
-/// What a triangle that may emit counts in the choice of a light, at least, of what its brightest texel would give.
+/// Minimum weight of a triangle that may emit in the choice of a light, as a share of the weight of
+/// its brightest texel.
 const MIN_SHARE: f32 = 1.0 / 1024.0;
 
-/// How the emission and the opacity of a triangle vary over it.
+/// Variation of emission and opacity over a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Variation {
     /// Texture coordinates of the mesh's corners.
     pub uvs: [Vec2; 3],
-    /// Texture by which the radiance is multiplied.
+    /// Texture that multiplies the radiance.
     pub emission: Option<(TextureId, Mapping)>,
     /// Opacity, in [0, 1].
     pub opacity: f32,
-    /// Texture by which the opacity is multiplied.
+    /// Texture that multiplies the opacity.
     pub opacity_map: Option<(TextureId, Mapping)>,
-    /// Opacities of the mesh's corners, by which the opacity is multiplied too.
+    /// Opacities of the mesh's corners, which multiply the opacity too.
     pub alphas: [f32; 3],
 }
 
-/// A triangle whose emission varies by textures or by its opacity; the same radiance in every direction of its front side.
+/// A triangle whose emission varies by textures or by its opacity, with the same radiance in every
+/// direction of its front side.
 ///
-/// Radiance is that of the finest level at every lookup, so that light that is sampled and light that is met are the same.
+/// Every lookup uses the finest level, so that sampled light and hit light are the same.
 #[derive(Clone, Debug)]
 pub struct TexturedTriangle {
-    /// Emits what the textures are multiplied by.
+    /// Triangle with constant emission, the factor of the textures.
     even: Even,
     variation: Variation,
-    /// Mean factor of the radiance, opacity included, by which the light is chosen.
+    /// Mean factor of the radiance, including opacity, by which the light is chosen.
     mean: Spectrum,
 }
 
-/// A triangle that emits the same radiance all over.
+/// A triangle that emits the same radiance everywhere.
 #[derive(Clone, Debug)]
 enum Even {
     Still(TriangleLight),
@@ -55,8 +59,8 @@ enum Even {
 }
 
 impl Light {
-    /// This light, if it is a triangle, with emission and opacity that vary over it by `textures`. A
-    /// triangle that emits nowhere becomes one of radiance 0.
+    /// If this light is a triangle, varies its emission and opacity by `textures`. A triangle
+    /// without emission gets radiance 0.
     pub fn varied(self, variation: Variation, textures: &[Texture]) -> Self {
         let even = match self {
             Self::Triangle(light) => Even::Still(light),
@@ -80,7 +84,7 @@ impl Light {
 }
 
 impl TexturedTriangle {
-    /// The triangle at `time`, as if it emitted evenly: it is sampled as that one is.
+    /// The triangle at `time` with constant emission, by which it is sampled.
     pub fn at(&self, time: f32) -> TriangleLight {
         match &self.even {
             Even::Still(light) => *light,
@@ -88,7 +92,7 @@ impl TexturedTriangle {
         }
     }
 
-    /// Whether the triangle is not where it was at another time.
+    /// Returns true if the triangle moves.
     pub fn is_moving(&self) -> bool {
         matches!(self.even, Even::Moving(_))
     }
@@ -99,14 +103,15 @@ impl TexturedTriangle {
         self.color_at(b1, b2, 0.0, textures)
     }
 
-    /// [`TexturedTriangle::color`] times the opacity there, and the opacity: the mean over all rays.
+    /// [`TexturedTriangle::color`] times the opacity at the point, the mean over all rays; and the
+    /// opacity.
     pub fn mean_color(&self, b1: f32, b2: f32, textures: &[Texture]) -> (Spectrum, f32) {
         let opacity = self.opacity_at(b1, b2, 0.0, textures);
         (self.color(b1, b2, textures) * opacity, opacity)
     }
 
-    /// The triangle at `time` if its emission is the same all over: its radiance is multiplied by the
-    /// opacity.
+    /// The triangle at `time` if its emission is constant over it; its radiance is multiplied by
+    /// the opacity.
     pub(super) fn without_textures(&self, time: f32) -> Option<TriangleLight> {
         let Variation {
             emission,
@@ -121,19 +126,19 @@ impl TexturedTriangle {
         })
     }
 
-    /// Draws a point on the triangle, seen from `p` at `time`; `None` also where it is black.
+    /// Samples a point on the triangle, seen from `p` at `time`; `None` also if the point is black.
     #[cold]
     pub(super) fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         let triangle = self.at(time);
         let point = triangle.barycentrics(p, u);
-        // From behind there is no density.
+        // `None` from behind
         let sample = triangle.sample_at(p, point)?;
         let (b1, b2) = triangle.of_mesh(point);
         let radiance = sample.radiance * self.mean_color(b1, b2, textures).0;
         (!radiance.is_black()).then_some(LightSample { radiance, ..sample })
     }
 
-    /// Draws light that sets out at `time`, from points uniform over the area, black ones too.
+    /// Samples emitted light at `time`, from points uniform over the area, including black points.
     pub(super) fn sample_emission(
         &self,
         time: f32,
@@ -153,7 +158,7 @@ impl TexturedTriangle {
         }
     }
 
-    /// `π A L`, of the mean radiance.
+    /// Power in watts: `π A L`, with the mean radiance.
     pub(super) fn power(&self) -> f64 {
         match &self.even {
             Even::Still(light) => light.emitting(light.radiance() * self.mean).power(),
@@ -161,7 +166,7 @@ impl TexturedTriangle {
         }
     }
 
-    /// Bounds of an even light of the mean radiance.
+    /// Bounds of a light with constant emission of the mean radiance.
     pub(super) fn bounds(&self) -> LightBounds {
         match &self.even {
             Even::Still(light) => light.emitting(light.radiance() * self.mean).bounds(),
@@ -169,7 +174,7 @@ impl TexturedTriangle {
         }
     }
 
-    /// Estimate of the mean irradiance at `region`, shadows left out.
+    /// Estimate of the mean irradiance at `region`, without shadows.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match &self.even {
             Even::Still(light) => light.emitting(light.radiance() * self.mean).irradiance(region),
@@ -198,12 +203,12 @@ impl TexturedTriangle {
         (self.variation.opacity * share * alpha).clamp(0.0, 1.0)
     }
 
-    /// The mean factor of the radiance over the triangle, opacity included, by lookups in the middle
-    /// of parts that are as large as texels, or up to 64 larger ones, each seen as one point.
+    /// Mean factor of the radiance over the triangle, including opacity. Parts are as large as
+    /// texels, or at most 64 larger ones; each is one lookup at its middle.
     ///
-    /// It is 0 only if no point of the triangle emits. If lookups find nothing, the texels around are
-    /// searched unless there are too many; one that emits, or might, makes it a small share of the
-    /// brightest.
+    /// The mean is 0 only if no point of the triangle emits. If all lookups are 0, the texels
+    /// around are searched, unless there are too many. If one emits, or may emit, the mean is a
+    /// small share of the brightest texel.
     fn mean_factor(&self, textures: &[Texture]) -> Spectrum {
         let [t0, t1, t2] = self.variation.uvs;
         let area = 0.5 * (t1 - t0).perp_dot(t2 - t0).abs();
@@ -213,7 +218,7 @@ impl TexturedTriangle {
             area * (mapping.scale.x * mapping.scale.y).abs() * width as f32 * height as f32
         });
         let texels = texels.fold(1.0, f32::max);
-        // Unlike `clamp`, this makes a number of NaN.
+        // Returns a number for NaN, unlike `clamp`.
         let alphas = self.variation.alphas;
         let n = if alphas != [alphas[0]; 3] {
             PARTS
@@ -226,7 +231,7 @@ impl TexturedTriangle {
         let factor = |b1, b2| self.color_at(b1, b2, footprint, textures) * self.opacity_at(b1, b2, footprint, textures);
         let mut sum = Spectrum::ZERO;
         for (i, j) in (0..n as u32).flat_map(|i| (0..n as u32 - i).map(move |j| (i as f32, j as f32))) {
-            // A part that stands like the triangle, and one upside down beside it
+            // A part oriented like the triangle, and an inverted one beside it
             let third = 1.0 / 3.0;
             sum += factor((i + third) / n, (j + third) / n);
             if i + j + 1.0 < n {
@@ -237,7 +242,7 @@ impl TexturedTriangle {
             return sum / (n * n);
         }
 
-        // The largest factor of each map that the triangle may show; 0 if all texels are black
+        // Largest factor of each map within the triangle; 0 if all texels are black
         let largest = |(id, mapping): (TextureId, Mapping)| {
             let texture = &textures[id.0 as usize];
             let Mapping { base, gain, .. } = mapping;
@@ -332,14 +337,15 @@ mod tests {
     #[test]
     fn only_what_emits_nowhere_has_no_power() {
         let plain = Mapping::default();
-        // Too small a part of the whole to be seen in the coarse level that the parts are looked up in
+        // Too small a part of the whole to appear in the coarse level of the lookups
         for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
             assert!(
                 light(LOWER, plain, lone_texel(40, 200, wrap)).power(1.0) > 0.0,
                 "{wrap:?}"
             );
         }
-        // Triangles of a few texels about that one, which lies at u = 40.5/256 and v = 55.5/256, or away from it
+        // Triangles of a few texels around the emitting one, at u = 40.5/256 and v = 55.5/256, or
+        // away from it
         let at =
             |x: f32, y: f32, size: f32| [[x, y], [x + size, y], [x, y + size]].map(|[x, y]| [x / 256.0, y / 256.0]);
         for (shift, emits) in [(0.0, true), (-0.9, true), (0.9, true), (6.0, false), (-30.0, false)] {
@@ -350,16 +356,16 @@ mod tests {
                 assert_eq!(matches!(light, Light::Triangle(_)), !emits);
             }
         }
-        // A long one whose parts are larger than the texel, which is only touched
+        // A long triangle whose parts are larger than the texel and only touch it
         let touching = at(1.0, 54.9, 1.2).map(|[u, v]| if u > 0.006 { [0.2, v] } else { [u, v] });
         assert!(light(touching, plain, lone_texel(40, 200, Wrap::Repeat)).power(1.0) > 0.0);
-        // What a mapping adds emits, and what it takes away does not.
+        // The offset of a mapping emits, and a negative offset removes emission.
         let moved = |base, gain| Mapping { base, gain, ..plain };
         let away = at(200.0, 100.0, 1.0);
         let power = |mapping| light(away, mapping, lone_texel(40, 200, Wrap::Repeat)).power(1.0);
         assert!(power(moved(0.5, 1.0)) > 0.0 && power(moved(1.0, -1.0)) > 0.0);
         assert_eq!(power(moved(-1.0, 1.0)), 0.0);
-        // Coordinates of no sense
+        // Extreme coordinates
         for wild in [1e30f32, -3e38] {
             let uvs = [[wild, 0.0], [0.0, wild], [wild, -wild]];
             assert!(light(uvs, plain, lone_texel(0, 0, Wrap::Repeat)).power(1.0) > 0.0);

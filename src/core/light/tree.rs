@@ -1,25 +1,27 @@
-//! A hierarchy of lights and estimates of their irradiance, from which `light_grid` cuts clusters. Visibility is left out.
+//! Hierarchy of lights with estimates of their irradiance, from which `light_grid` cuts clusters.
+//! Visibility is left out.
 
 use super::Light;
 use crate::math::{Bounds3, Vec3};
 
-/// Lights at finite places as one source of light: where they are and how they emit.
+/// Finite lights as one source: position and emission.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightBounds {
-    /// Middle of the sphere that holds them, world space.
+    /// Middle of the bounding sphere, world space.
     pub center: Vec3,
-    /// Radius of that sphere.
+    /// Radius of the bounding sphere.
     pub radius: f32,
-    /// Luminous part of the largest radiant intensity they could have in one direction, W/sr.
+    /// Luminance of the largest possible radiant intensity in one direction, W/sr.
     pub intensity: f32,
-    /// Mean of the directions in which they emit most, weighted by intensity: the shorter the more they differ.
+    /// Mean of the directions of maximum emission, weighted by intensity. It is shorter if the
+    /// directions differ.
     pub axis: Vec3,
-    /// Bound on the difference of the cosine with the axis from that with the mean.
+    /// Bound on the error of the cosine with `axis`, because the directions differ.
     pub spread: f32,
 }
 
 impl LightBounds {
-    /// One that emits to all directions alike: [`soft_cosine`] is 1 for it.
+    /// A light with equal emission in all directions: its [`soft_cosine`] is 1.
     pub fn isotropic(center: Vec3, intensity: f32) -> Self {
         Self {
             center,
@@ -30,7 +32,7 @@ impl LightBounds {
         }
     }
 
-    /// Both as one.
+    /// Union of both sources.
     fn and(&self, other: &Self) -> Self {
         let intensity = self.intensity + other.intensity;
         let t = if intensity > 0.0 {
@@ -42,7 +44,8 @@ impl LightBounds {
         let center = mean(self.center, other.center);
         let reach = |s: &Self| s.center.distance(center) + s.radius;
         let axis = mean(self.axis, other.axis);
-        // Directions that do not agree shorten the mean; by so much the cosine with one of them may be off.
+        // Different directions shorten the mean; the cosine with one of them may be wrong by this
+        // difference.
         let spread = |s: &Self| s.spread + s.axis.distance(axis);
         Self {
             center,
@@ -54,22 +57,22 @@ impl LightBounds {
     }
 }
 
-/// Points that light falls on: a ball of them, whose normals are near one direction.
+/// Receiving points: a ball of points whose normals are near one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReceiverRegion {
     /// Middle of the ball, world space.
     pub center: Vec3,
     /// Radius of the ball.
     pub radius: f32,
-    /// Unit direction near the normals; zero where light counts from either side.
+    /// Unit direction near the normals; zero if both sides receive light.
     pub normal: Vec3,
 }
 
-/// Bound on the difference of the cosine with a normal from that with [`ReceiverRegion::normal`].
+/// Bound on the error of the cosine with [`ReceiverRegion::normal`] instead of the normal.
 const NORMAL_SPREAD: f32 = 0.25;
 
 impl ReceiverRegion {
-    /// Cosine with the normals of directions that differ from `wi` by up to `spread`.
+    /// Cosine of the normals with directions that differ from `wi` by up to `spread`.
     pub fn cosine(&self, wi: Vec3, spread: f32) -> f32 {
         if self.normal == Vec3::ZERO {
             return 0.5;
@@ -77,17 +80,18 @@ impl ReceiverRegion {
         soft_cosine(wi.dot(self.normal), spread + NORMAL_SPREAD)
     }
 
-    /// Estimate of the mean irradiance from `source`, shadows left out.
+    /// Estimate of the mean irradiance from `source`, without shadows.
     pub fn irradiance(&self, source: &LightBounds) -> f32 {
         self.irradiance_by(source.center, source.radius, |wi, spread| {
             source.intensity * soft_cosine(-wi.dot(source.axis), spread + source.spread)
         })
     }
 
-    /// Estimate of the mean irradiance from a ball of light whose intensity is known by the direction to it and by how much that direction varies.
+    /// Estimate of the mean irradiance from a ball of light. `intensity` takes the direction to the
+    /// ball and the spread of this direction.
     pub fn irradiance_by(&self, center: Vec3, radius: f32, intensity: impl FnOnce(Vec3, f32) -> f32) -> f32 {
-        // The mean squared distance between points of two balls is larger than that between their middles. Directions shrink as much: where
-        // balls meet, there is none.
+        // The mean squared distance between points of two balls is larger than the squared distance
+        // of their centres. Mean directions are shorter accordingly: zero if the balls overlap.
         let d = center - self.center;
         let squared = d.length_squared() + 0.5 * (self.radius * self.radius + radius * radius);
         let inverse = 1.0 / squared.sqrt();
@@ -106,7 +110,8 @@ impl ReceiverRegion {
     }
 }
 
-/// Mean of `max(cos + x, 0)` for x uniform in [−spread, spread]: a clamped cosine that is not sure of its angle.
+/// Mean of `max(cos + x, 0)` for x uniform in [−spread, spread]: a clamped cosine with an uncertain
+/// angle.
 pub(super) fn soft_cosine(cos: f32, spread: f32) -> f32 {
     if cos >= spread {
         cos
@@ -118,23 +123,24 @@ pub(super) fn soft_cosine(cos: f32, spread: f32) -> f32 {
     }
 }
 
-/// Lights that come one after the other in the order of a [`LightTree`].
+/// Consecutive lights in the order of a [`LightTree`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cluster {
-    /// The first one.
+    /// Index of the first light.
     pub first: u32,
     /// Number of lights.
     pub count: u32,
-    /// Irradiance that these lights cause in the region that the cluster was made for.
+    /// Irradiance by these lights in the region of the cut.
     pub irradiance: f32,
 }
 
-/// A binary hierarchy of the lights that are somewhere (Walter et al. 2005, "Lightcuts"): near lights are distinguished, far ones taken together.
+/// A binary hierarchy of the finite lights (Walter et al. 2005, "Lightcuts"): near lights are
+/// distinguished, far lights are merged.
 #[derive(Clone, Debug)]
 pub(super) struct LightTree {
-    /// Each before its parts, of which the first one follows at once.
+    /// Nodes, each before its children. The first child is the next node.
     nodes: Vec<Node>,
-    /// Light of each leaf, from left to right.
+    /// Index of the light of each leaf, from left to right.
     order: Vec<usize>,
 }
 
@@ -143,12 +149,13 @@ struct Node {
     source: LightBounds,
     first: u32,
     count: u32,
-    /// Its second part.
+    /// Index of the second child.
     second: u32,
 }
 
 impl LightTree {
-    /// Over these lights, each given by its index and as a source. Halves have equally many lights, so that it is log₂ n deep.
+    /// Tree over `sources`, each with the index of its light. Both children have equally many
+    /// lights, so the depth is log₂ n.
     pub fn new(mut sources: Vec<(usize, LightBounds)>) -> Self {
         let mut nodes = Vec::with_capacity(2 * sources.len());
         if !sources.is_empty() {
@@ -165,7 +172,8 @@ impl LightTree {
         &self.order
     }
 
-    /// Parts all lights into at most `max` clusters for `region`. Splits the cluster with the largest error bound first.
+    /// Parts all lights into at most `max` clusters for `region`. Splits the cluster with the
+    /// largest error bound first.
     pub fn cut(&self, lights: &[Light], region: &ReceiverRegion, max: usize) -> Vec<Cluster> {
         let Some(root) = self.nodes.first() else {
             return Vec::new();
@@ -223,11 +231,11 @@ impl LightTree {
 struct Part {
     index: usize,
     cluster: Cluster,
-    /// How wrong its irradiance may be; 0 of a single light.
+    /// Bound on the error of the irradiance; 0 for a single light.
     error: f32,
 }
 
-/// Adds the node of `sources`, of which the first one is leaf `first`, and all below it.
+/// Adds the node of `sources` and all nodes below it. The first source is leaf `first`.
 fn build(sources: &mut [(usize, LightBounds)], first: u32, nodes: &mut Vec<Node>) -> LightBounds {
     let index = nodes.len();
     let count = sources.len() as u32;
@@ -275,7 +283,8 @@ mod tests {
         }
     }
 
-    /// Every light is in one cluster of a cut, and what few clusters tell is near what the lights tell one by one.
+    /// Every light is in one cluster of a cut, and few clusters estimate nearly the same irradiance
+    /// as all lights.
     #[test]
     fn a_cut_holds_all_lights() {
         let lights: Vec<Light> = (0..1000u32)

@@ -1,7 +1,8 @@
 //! Emitting triangles.
 //!
-//! Points are sampled by area. Sampling by solid angle takes arcs in f64, and costs more time than its lower error saves on the suite
-//! (docs/benchmarks.md, "Sampling emitting triangles and choosing lights").
+//! Points are sampled by area. Sampling by solid angle needs arcs in f64, and costs more time than
+//! its lower error saves on the suite (docs/benchmarks.md, "Sampling emitting triangles and
+//! choosing lights").
 
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
@@ -12,18 +13,19 @@ use crate::sampling::spherical_triangle::SphericalTriangle;
 use crate::sampling::warp::{cosine_hemisphere_pdf, uniform_triangle};
 use std::f64::consts::PI;
 
-/// How points on an emitting triangle are drawn.
+/// Sampling of points on an emitting triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TriangleSampling {
-    /// Uniformly over its area: the cheaper one.
+    /// Uniform over the area: cheaper.
     #[default]
     Area,
-    /// Uniformly over the solid angle that it takes, where that is of some size: less noise near large lights.
+    /// Uniform over the solid angle, if it is large enough: less noise near large lights.
     SolidAngle,
 }
 
-/// Solid angles, sr, between which sampling them pays. A smaller triangle looks the same all over, so its area does as well; one
-/// of nearly the half sphere is seen from so near its plane that the arcs of its edges lose their digits.
+/// Solid angles, sr, for which sampling by solid angle pays. A smaller triangle looks the same
+/// everywhere, so area sampling is as good. A triangle of nearly the half sphere is seen from so
+/// near its plane that the arcs of its edges are inaccurate.
 const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
@@ -31,17 +33,18 @@ const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 pub struct TriangleLight {
     corners: [Vec3; 3],
     normal: Vec3,
-    /// The largest ray offset of its points: each is no further from the origin than a corner.
+    /// Largest ray offset of its points: no point is further from the origin than the furthest
+    /// corner.
     ray_offset: f32,
     area: f32,
     radiance: Spectrum,
     sampling: TriangleSampling,
-    /// Whether the mesh has the second and the third corner the other way round.
+    /// True if the mesh has the second and the third corner in the opposite order.
     is_mirrored: bool,
 }
 
 impl TriangleLight {
-    /// The triangle of these corners emitting `radiance`, W·sr⁻¹·m⁻².
+    /// The triangle with these corners, emitting `radiance`, W·sr⁻¹·m⁻².
     pub fn new(corners: [Vec3; 3], radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let [p0, p1, p2] = corners;
         let facet = Facet::new(corners);
@@ -57,7 +60,7 @@ impl TriangleLight {
         }
     }
 
-    /// A light of a triangle that has been put in its region.
+    /// The light of a triangle that is placed in the scene.
     pub fn placed(triangle: &PlacedTriangle, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let mut light = Self::new(triangle.corners, radiance, sampling);
         light.ray_offset += triangle.rounding();
@@ -65,22 +68,22 @@ impl TriangleLight {
         light
     }
 
-    /// This triangle emitting `radiance`.
+    /// This triangle with the radiance `radiance`.
     pub(super) fn emitting(self, radiance: Spectrum) -> Self {
         Self { radiance, ..self }
     }
 
-    /// Corners, in world space.
+    /// Corners, world space.
     pub(super) fn corners(&self) -> [Vec3; 3] {
         self.corners
     }
 
-    /// Unit normal of its front.
+    /// Unit normal of the front.
     pub(super) fn normal(&self) -> Vec3 {
         self.normal
     }
 
-    /// Radiance of its front.
+    /// Radiance of the front.
     pub(super) fn radiance(&self) -> Spectrum {
         self.radiance
     }
@@ -94,17 +97,18 @@ impl TriangleLight {
         }
     }
 
-    /// Draws a point on the triangle, seen from `p`.
+    /// Samples a point on the triangle, seen from `p`.
     #[inline(always)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        // Behind it there is no light: asked first, since that is the common reason to end here.
+        // No light behind the triangle. Checked first, since this is the most common reason to
+        // return.
         if (p - self.corners[0]).dot(self.normal) <= 0.0 {
             return None;
         }
         self.sample_at(p, self.barycentrics(p, u))
     }
 
-    /// Draws light that sets out, from a point uniform over the area and with the cosine's density.
+    /// Samples emitted light from a point uniform over the area, with the cosine's density.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         self.emission_at(uniform_triangle(u_position), u_direction)
     }
@@ -121,12 +125,13 @@ impl TriangleLight {
         )
     }
 
-    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there: `1 / A` and `cos θ / π`.
+    /// Densities of the points, and of the unit direction `w` if the normal is `ng`: `1 / A` and
+    /// `cos θ / π`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [1.0 / self.area, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Barycentric coordinates of a random point as [`TriangleLight::sample`] draws it.
+    /// Barycentric coordinates of a random point, as [`TriangleLight::sample`] samples it.
     #[inline(always)]
     pub(super) fn barycentrics(&self, p: Vec3, u: Vec2) -> (f32, f32) {
         match self.sampling {
@@ -135,7 +140,7 @@ impl TriangleLight {
         }
     }
 
-    /// Barycentric coordinates of the mesh's second and third corner, of the same point as the triangle's own.
+    /// Barycentric coordinates of the same point for the mesh's second and third corner.
     pub(super) fn of_mesh(&self, (b1, b2): (f32, f32)) -> (f32, f32) {
         if self.is_mirrored { (b2, b1) } else { (b1, b2) }
     }
@@ -151,7 +156,7 @@ impl TriangleLight {
             TriangleSampling::Area => self.pdf_by_area(squared, -wi.dot(self.normal)),
             TriangleSampling::SolidAngle => self.pdf(p, q, wi),
         };
-        // NaN where both points are one
+        // NaN if both points coincide
         if !(pdf > 0.0 && pdf < f32::INFINITY) {
             return None;
         }
@@ -160,12 +165,13 @@ impl TriangleLight {
             radiance: self.radiance,
             pdf,
             is_delta: false,
-            // Off the front, where the lit point is
+            // On the front side, where the receiving point is
             target: Some(q + self.normal * self.ray_offset),
         })
     }
 
-    /// Density per solid angle at `p` of sampling the point `q` of the triangle, in direction `wi`; 0 behind it.
+    /// Density per solid angle at `p` of sampling the point `q` of the triangle, in direction `wi`;
+    /// 0 behind the triangle.
     ///
     /// A uniform area density `1 / A` turns into solid angle by `r² / cos θ`.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
@@ -177,17 +183,17 @@ impl TriangleLight {
             return (1.0 / seen.solid_angle()) as f32;
         }
         let pdf = self.pdf_by_area(p.distance_squared(q), cos_light);
-        // Edge-on or vanishing triangles: the density may be NaN, and there is no sample.
+        // Edge-on or degenerate triangles: the density may be NaN, and there is no sample.
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// `r² / (A cos θ)`, for the squared distance.
+    /// `r² / (A cos θ)`, for the squared distance `squared`.
     #[inline(always)]
     fn pdf_by_area(&self, squared: f32, cos_light: f32) -> f32 {
         squared / (cos_light * self.area)
     }
 
-    /// The triangle on the sphere of directions at `p`, if that is what is sampled there.
+    /// The triangle on the sphere of directions at `p`; `None` if it is sampled by area there.
     fn seen(&self, p: Vec3) -> Option<SphericalTriangle> {
         if self.sampling == TriangleSampling::Area {
             return None;
@@ -195,7 +201,8 @@ impl TriangleLight {
         SphericalTriangle::new(self.corners, p).filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
     }
 
-    /// Where a direction uniform over the solid angle at `p` meets the triangle; by area where that is not sampled.
+    /// Hit point of a direction uniform over the solid angle at `p`, as barycentric coordinates; by
+    /// area if the solid angle is not sampled.
     #[inline(never)]
     fn barycentrics_by_solid_angle(&self, p: Vec3, u: Vec2) -> (f32, f32) {
         let met = self
@@ -205,7 +212,8 @@ impl TriangleLight {
         met.unwrap_or_else(|| uniform_triangle(u))
     }
 
-    /// Barycentric coordinates where the line from `p` along `w` meets the plane, moved into the triangle against rounding.
+    /// Barycentric coordinates of the intersection of the plane with the line from `p` along `w`,
+    /// clamped to the triangle against rounding.
     fn meet(&self, p: DVec3, w: DVec3) -> Option<(f32, f32)> {
         let [p0, p1, p2] = self.corners.map(Vec3::as_dvec3);
         let (e1, e2, s) = (p1 - p0, p2 - p0, p - p0);
@@ -220,7 +228,7 @@ impl TriangleLight {
         Some(((b1 / excess) as f32, (b2 / excess) as f32))
     }
 
-    /// Position, size and emission of the light, as the light tree takes them.
+    /// Position, size and emission of the light for the light tree.
     pub(super) fn bounds(&self) -> LightBounds {
         let center = self.corners.iter().fold(Vec3::ZERO, |sum, &p| sum + p / 3.0);
         let radius = self.corners.iter().fold(0.0, |r: f32, p| r.max(p.distance(center)));
@@ -233,7 +241,8 @@ impl TriangleLight {
         }
     }
 
-    /// Estimate of the mean irradiance at `region`: that from points of the triangle, the more of them the larger it looks.
+    /// Estimate of the mean irradiance at `region`: the mean over points of the triangle. A
+    /// triangle that looks larger has more points.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         let whole = self.bounds();
         let distance = whole.center.distance(region.center);
@@ -257,24 +266,24 @@ impl TriangleLight {
         sum / (n * n) as f32
     }
 
-    /// Area, in squares of scene units.
+    /// Area in square scene units.
     pub(super) fn area(&self) -> f64 {
         f64::from(self.area)
     }
 
-    /// `π A L`.
+    /// Power in watts: `π A L`.
     pub(super) fn power(&self) -> f64 {
         PI * self.area as f64 * self.radiance.luminance() as f64
     }
 }
 
-/// Times whose mean stands for all.
+/// Times whose mean represents the shutter interval.
 const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
-/// A triangle that emits while it moves.
+/// A moving triangle that emits.
 #[derive(Clone, Debug)]
 pub struct MovingTriangle {
-    /// Corners at the times 0 and 1, as the mesh has them.
+    /// Corners at the times 0 and 1, in the mesh's frame.
     ends: [[Vec3; 3]; 2],
     placement: Placement,
     radiance: Spectrum,
@@ -282,7 +291,8 @@ pub struct MovingTriangle {
 }
 
 impl MovingTriangle {
-    /// The triangle whose corners go from `ends[0]` to `ends[1]`, placed by `placement`, emitting `radiance`, W·sr⁻¹·m⁻².
+    /// The triangle whose corners move from `ends[0]` to `ends[1]`, placed by `placement`, emitting
+    /// `radiance`, W·sr⁻¹·m⁻².
     pub fn new(ends: [[Vec3; 3]; 2], placement: Placement, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         Self {
             ends,
@@ -292,7 +302,7 @@ impl MovingTriangle {
         }
     }
 
-    /// This triangle emitting `radiance`.
+    /// This triangle with the radiance `radiance`.
     pub(super) fn emitting(&self, radiance: Spectrum) -> Self {
         Self {
             radiance,
@@ -300,12 +310,12 @@ impl MovingTriangle {
         }
     }
 
-    /// Radiance of its front.
+    /// Radiance of the front.
     pub(super) fn radiance(&self) -> Spectrum {
         self.radiance
     }
 
-    /// The light that it is at `time`.
+    /// The triangle at `time`.
     #[inline(never)]
     pub fn at(&self, time: f32) -> TriangleLight {
         let corners = corners_at(self.ends[0], self.ends[1], time);
@@ -313,12 +323,13 @@ impl MovingTriangle {
         TriangleLight::placed(&placed, self.radiance, self.sampling)
     }
 
-    /// Mean of [`TriangleLight::irradiance`] over the same times.
+    /// Mean of [`TriangleLight::irradiance`] over `TIMES`.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         TIMES.iter().map(|&time| self.at(time).irradiance(region)).sum::<f32>() / TIMES.len() as f32
     }
 
-    /// Mean of `π A L` over a few times, none of which is likely to be the only one at which it has any size.
+    /// Power in watts: mean of `π A L` over a few times, so that a triangle with an area at only
+    /// some of them still has power.
     pub(super) fn power(&self) -> f64 {
         TIMES.iter().map(|&time| self.at(time).power()).sum::<f64>() / TIMES.len() as f64
     }

@@ -1,21 +1,26 @@
-//! Lights by place: what of the sky, and of lamps, is seen from each cell of a grid.
+//! Lights by place: visibility of the sky, and of lamps, from each cell of a grid.
 //!
-//! A room sees the sky through its windows alone, and of directions that are drawn by radiance nearly all are occluded. Here each cell of a grid knows
-//! the visible share of every bin of directions (`sky_bins`), and of clusters of other lights. They are learned before the first sample by rays
-//! of the scene's own (`integrator/visibility.rs`), of which this module knows only the result. It plays the part of portals that are placed by
-//! hand.
+//! A room sees the sky only through its windows, and nearly all directions sampled by radiance are
+//! occluded. Each cell of this grid has the visible share of every bin of directions (`sky_bins`)
+//! and of clusters of other lights. Rays in the scene learn the shares before the first sample
+//! (`integrator/visibility.rs`); this module has only their result. It replaces portals that are
+//! placed by hand.
 //!
-//! A cell, and which of 27 directions the receiver's normal is nearest to (`light_grid`), have a table: the probability of a bin is proportional to its
-//! radiance, the cosine with the normal and the square root of its visible share. The root minimises the variance where a bin is visible from a part of
-//! the cell: its second moment is proportional to the share, and the best probability to the root of the second moment. A tenth of all directions is
-//! drawn by the light's own distribution, so that none is forgotten. Within a bin directions follow the light's own distribution, and the density
-//! is the light's own times one factor.
+//! A table belongs to a cell and to the nearest of 27 directions to the receiver's normal
+//! (`light_grid`). In a table, the probability of a bin is proportional to its radiance, the cosine
+//! with the normal and the square root of its visible share. The root minimises the variance if a
+//! bin is visible from a part of the cell: its second moment is proportional to the share, and the
+//! best probability to the root of the second moment. A tenth of all directions is sampled by the
+//! light's own distribution, so that every direction can be sampled. Within a bin, directions
+//! follow the light's own distribution, so the density is the light's own times one factor.
 //!
-//! The choice among lights is that of `light_grid`, with the irradiance of each light multiplied likewise. Where the sky is the only light, it is sampled
-//! less often in cells that see little of it.
+//! The choice among lights is that of `light_grid`, with the irradiance of each light multiplied by
+//! its visibility in the same way. If the sky is the only light, it is sampled less often in cells
+//! that see little of it.
 //!
-//! Tables are made when the first point asks for them, from the cell alone, so that threads change no bit. Probabilities of bins are whole multiples of
-//! 2⁻¹⁶. docs/benchmarks.md, "Sky through windows", has the gain.
+//! A table is made from the cell only, at the first request, so that threads change no bit.
+//! Probabilities of bins are whole multiples of 2⁻¹⁶. docs/benchmarks.md, "Sky through windows",
+//! has the gain.
 
 use super::cell_grid::CellGrid;
 use super::light_grid::{Entry, LightGrid, NORMALS, normal_direction, normal_index};
@@ -26,27 +31,27 @@ use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 use crate::texture::Texture;
 use std::sync::OnceLock;
 
-/// Cells at most.
+/// Maximum number of cells.
 const MAX_CELLS: usize = 4096;
-/// Clusters at most of lights that are somewhere.
+/// Maximum number of clusters of finite lights.
 const MAX_CLUSTERS: usize = 48;
-/// Maximum number of lights at infinity; the visibility of more is not learned.
+/// Maximum number of lights at infinity; with more, visibility is learned for the sky only.
 const MAX_INFINITE: usize = 16;
-/// Share of the bins of the sky, about, to which a cell traces rays.
+/// Approximate share of the sky's bins to which a cell traces rays.
 const BINS_LOOKED_AT: f64 = 0.33;
 /// Rays of a cell to each cluster of lights.
 pub const RAYS_A_CLUSTER: u32 = 2;
-/// Share of directions that follow the light's own distribution, whatever is visible.
+/// Share of directions that follow the light's own distribution for any visibility.
 const BY_RADIANCE: f64 = 0.1;
-/// Bound on the difference of the cosine of a normal from that of the direction that stands for it.
+/// Bound on the error of the cosine with the representative direction instead of the normal.
 const NORMAL_SPREAD: f32 = 0.35;
-/// Minimum visible share that is assumed of every light, since rays are few.
+/// Minimum visible share that is assumed for every light, since there are few rays.
 const MIN_SHARE: f64 = 0.01;
-/// Minimum probability that the sky is sampled where it is the only light.
+/// Minimum probability that the sky is sampled if it is the only light.
 const MIN_RATE: f64 = 0.25;
 /// Units of probability in a table.
 const UNITS: u32 = 1 << 16;
-/// The visible share 1.
+/// Value of the visible share 1.
 const VISIBLE: f32 = 255.0;
 
 /// Visible shares of lights by place.
@@ -60,45 +65,47 @@ pub struct VisibilityGrid {
     cluster_of: Vec<Option<u16>>,
     /// Visible share of each of `clusters`, cell by cell, in 255ths.
     visible_clusters: Vec<u8>,
-    /// For each cell and each direction near which a normal may be.
+    /// Tables of each cell, one for each representative normal.
     tables: Vec<[OnceLock<Box<Table>>; NORMALS]>,
 }
 
-/// An infinitely distant light that shines from many directions.
+/// An infinitely distant light from many directions.
 #[derive(Clone, Debug)]
 struct SkyTable {
     id: LightId,
     bins: SkyBins,
     /// Visible share of each bin, cell by cell, in 255ths.
     visible: Vec<u8>,
-    /// Mean over all cells of the visible share of what the sky sends, each weighed by the points in it.
+    /// Mean visible share of the sky's light over all cells, weighted by the number of points in
+    /// each cell.
     mean_share: f64,
 }
 
-/// The choice in a cell, for normals near one direction.
+/// Distribution in a cell, for normals near one direction.
 #[derive(Clone, Debug)]
 struct Table {
-    /// Where the interval of each row of bins starts, and then of each bin in its row, in [`UNITS`]ths.
+    /// Starts of the intervals of the rows of bins, then of each bin in its row, in [`UNITS`]ths.
     starts: Box<[u16]>,
-    /// The lights; empty where there is none but the sky.
+    /// Distribution over the lights; empty if the sky is the only light.
     entries: Box<[Entry]>,
-    /// Probability that the sky is sampled at all, where it is the only light.
+    /// Probability that the sky is sampled, if it is the only light.
     rate: f32,
 }
 
 /// Target of rays that learn visibility.
 #[derive(Clone, Copy, Debug)]
 pub enum VisibilityTarget {
-    /// A direction of the sky, in the bin of that number.
+    /// Directions of the sky in the bin with this index.
     Bin(usize),
-    /// The cluster of lights of that number.
+    /// Cluster of lights with this index.
     Cluster(usize),
 }
 
 impl VisibilityGrid {
-    /// A grid for points on surfaces, `points`, without visibility yet, of so many cells that `max_rays` rays reach all targets from them.
-    /// `grid` chooses among `lights`, where they are several. `None` where nothing is to be learned: without a light that shines from many directions or several lamps, or
-    /// without points.
+    /// A grid without visibility for the surface points `points`. The number of cells is limited so
+    /// that `max_rays` rays reach all targets. `grid` chooses among `lights` if there are several.
+    /// `None` if there is nothing to learn: if no light shines from many directions and there is at
+    /// most one lamp, or if there are no points.
     pub(super) fn new(
         (lights, grid): (&[Light], Option<&LightGrid>),
         points: &[Vec3],
@@ -106,7 +113,7 @@ impl VisibilityGrid {
     ) -> Option<Self> {
         let all = (0..).map(LightId).zip(lights);
         let skies = all.filter_map(|(id, light)| Some((id, light.power(1.0), SkyBins::new(light)?)));
-        // The first of equals
+        // The first of lights with equal power
         let sky = skies
             .reduce(|a, b| if b.1 > a.1 { b } else { a })
             .filter(|sky| sky.1 > 0.0);
@@ -146,12 +153,13 @@ impl VisibilityGrid {
         self.cells.len()
     }
 
-    /// The cell of the point `p`, if it has a known surface.
+    /// Index of the cell of the point `p`, if it has a known surface.
     pub fn cell(&self, p: Vec3) -> Option<usize> {
         self.cells.number(p)
     }
 
-    /// Number of the group of up to eight neighbouring cells to which each cell belongs, in the order in which groups are met.
+    /// Group of each cell: up to eight neighbouring cells. Groups are numbered in the order of
+    /// their first cells.
     pub fn groups(&self) -> Vec<usize> {
         self.cells.groups()
     }
@@ -161,7 +169,7 @@ impl VisibilityGrid {
         self.sky.as_ref().map_or(0, |sky| sky.bins.len())
     }
 
-    /// Bins beside `bin`, those at its corners included, and itself.
+    /// The bin `bin` and all bins beside it, including those at its corners.
     pub fn bins_around(&self, bin: usize) -> impl Iterator<Item = usize> + use<> {
         let (rows, columns) = self
             .sky
@@ -178,7 +186,7 @@ impl VisibilityGrid {
         (0..self.bins()).map(VisibilityTarget::Bin).chain(clusters)
     }
 
-    /// Light from `target` that may arrive at `p` at `time`; `None` where none does.
+    /// Light from `target` that may arrive at `p` at `time`; `None` if no light arrives.
     pub fn sample_target(
         &self,
         lights: &[Light],
@@ -196,7 +204,7 @@ impl VisibilityGrid {
             (VisibilityTarget::Bin(_), None) => None,
             (VisibilityTarget::Cluster(number), _) => {
                 let ids = self.clusters.get(number)?;
-                // The number's place within its step draws the point.
+                // The remainder of the number samples the point.
                 let x = u.x * ids.len() as f32;
                 let i = (x as usize).min(ids.len().checked_sub(1)?);
                 let light = lights.get(ids[i].0 as usize)?;
@@ -205,8 +213,9 @@ impl VisibilityGrid {
         }
     }
 
-    /// The grid with the visible share of all that [`VisibilityGrid::targets`] names, cell by cell, as few rays have found it. Neighbouring bins and
-    /// cells are likely to see alike, and smooth it. `counts` has the number of points of each cell.
+    /// The grid with the visible shares `found` of all targets ([`VisibilityGrid::targets`]), cell
+    /// by cell, from few rays. The shares are smoothed over neighbouring bins and cells, which are
+    /// probably similar. `counts` has the number of points of each cell.
     pub fn with_visibility(mut self, found: &[f32], counts: &[usize]) -> Self {
         let (bins, stride) = (self.bins(), self.bins() + self.clusters.len());
         let at = |cell: usize, target: usize| found.get(cell * stride + target).copied().unwrap_or(0.0);
@@ -249,8 +258,9 @@ impl VisibilityGrid {
         self
     }
 
-    /// Draws one of the scene's `lights`, among which `grid` chooses where they are several. `None` within where none is to be sampled, and outside where this
-    /// grid knows nothing of the place.
+    /// Samples a light of the scene's `lights`. `grid` chooses if there are several. The inner
+    /// value is `None` if no light is sampled, and the outer one if this grid has no data for the
+    /// place.
     #[inline]
     pub(super) fn choose(
         &self,
@@ -266,7 +276,8 @@ impl VisibilityGrid {
         }
     }
 
-    /// Probability that [`VisibilityGrid::choose`] draws `light`; `None` where this grid knows nothing of the place.
+    /// Probability that [`VisibilityGrid::choose`] samples `light`; `None` if this grid has no data
+    /// for the place.
     #[inline]
     pub(super) fn pmf(
         &self,
@@ -282,7 +293,8 @@ impl VisibilityGrid {
         }
     }
 
-    /// Draws light of the sky, if that is the light `id`, that arrives at `context`. `None` where this grid does not know of it.
+    /// Samples light of the sky that arrives at `context`, if the light `id` is the sky. The outer
+    /// value is `None` if this grid has no data for the light or the place.
     pub(super) fn sample(
         &self,
         id: LightId,
@@ -305,7 +317,8 @@ impl VisibilityGrid {
         }))
     }
 
-    /// Factor of the density with which the light `id` itself draws the direction `wi`, for light that arrives at `context`.
+    /// Density of [`VisibilityGrid::sample`] over the density of the light's own sampling, for the
+    /// light `id`, the direction `wi` and the context `context`.
     pub(super) fn pdf_factor(
         &self,
         id: LightId,
@@ -326,7 +339,7 @@ impl VisibilityGrid {
         factor().unwrap_or(1.0)
     }
 
-    /// The table for `context`.
+    /// Table for `context`.
     #[inline]
     fn table(&self, lights: (&[Light], Option<&LightGrid>), context: &LightSampleContext) -> Option<&Table> {
         let cell = self.cells.number(context.p)?;
@@ -341,7 +354,7 @@ impl VisibilityGrid {
     #[cold]
     #[inline(never)]
     fn make(&self, (lights, grid): (&[Light], Option<&LightGrid>), cell: usize, normal: Vec3) -> Box<Table> {
-        // Of what the sky sends, and of what would arrive if nothing were between
+        // Starts of the bins, and the share of the sky's light that arrives
         let (starts, share) = self
             .sky
             .as_ref()
@@ -350,7 +363,7 @@ impl VisibilityGrid {
         let region = ReceiverRegion { center, radius, normal };
         let corrected = |id: LightId, irradiance: f64| {
             if self.sky.as_ref().is_some_and(|sky| sky.id == id) {
-                // Without visibility a quarter of what the sky sends arrives.
+                // Without occlusion a quarter of the sky's light arrives.
                 return irradiance * (4.0 * share).max(MIN_SHARE);
             }
             let cluster = self.cluster_of.get(id.0 as usize).copied().flatten();
@@ -374,7 +387,7 @@ impl VisibilityGrid {
         })
     }
 
-    /// Bytes of its arrays and of the tables that have been made.
+    /// Bytes of the arrays and of the tables made so far.
     pub fn bytes(&self) -> usize {
         let table = |table: &Table| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries);
         let made = self.tables.iter().flatten().filter_map(OnceLock::get);
@@ -385,7 +398,7 @@ impl VisibilityGrid {
 }
 
 impl SkyTable {
-    /// Probability of a bin by its table over that by the light's own distribution.
+    /// Probability of a bin by its table, over its probability by the light's own distribution.
     fn factor(&self, bin: usize, row_units: u32, column_units: u32) -> f32 {
         let mass = self.bins.masses()[bin];
         match mass > 0.0 {
@@ -394,7 +407,8 @@ impl SkyTable {
         }
     }
 
-    /// [`Table::starts`] of a cell for normals near `normal`; and of all that the sky sends the share that arrives there, times the cosine with the normal.
+    /// [`Table::starts`] of a cell for normals near `normal`, and the share of the sky's light that
+    /// arrives there, times the cosine with the normal.
     fn starts(&self, cell: usize, normal: Vec3) -> (Box<[u16]>, f64) {
         let (rows, columns, bins) = (self.bins.rows(), self.bins.columns(), self.bins.len());
         let visible = &self.visible[cell * bins..][..bins];
@@ -430,7 +444,8 @@ impl SkyTable {
     }
 }
 
-/// Appends the start of each interval, in units, of a distribution by `weights`: each weight above 0 gets a unit at least.
+/// Appends the start of each interval, in units, of a distribution by `weights`. Each weight above
+/// 0 gets at least one unit.
 fn push_units(table: &mut Vec<u16>, weights: &[f64]) {
     let total: f64 = weights.iter().sum();
     let positive = weights.iter().filter(|w| **w > 0.0).count() as u32;
@@ -446,17 +461,18 @@ fn push_units(table: &mut Vec<u16>, weights: &[f64]) {
     }
 }
 
-/// Units of the interval `i` of those that start at `starts`.
+/// Units of interval `i`, for intervals with the starts `starts`.
 fn units(starts: &[u16], i: usize) -> u32 {
     starts.get(i + 1).map_or(UNITS, |&end| u32::from(end)) - u32::from(starts[i])
 }
 
-/// The interval of those that start at `starts` in which `u` lies, its place there, and its units.
+/// The interval that contains `u`, for intervals with the starts `starts`; the place of `u` in it;
+/// and its units.
 #[inline]
 fn draw(starts: &[u16], u: f32) -> (usize, f32, u32) {
     let x = u * UNITS as f32;
     let unit = (x as u32).min(UNITS - 1) as u16;
-    // Counting all of so few takes less time than a search, whose branches cannot be foreseen.
+    // Counting all starts is faster than a search, whose branches are unpredictable.
     let i = starts.iter().map(|&start| u16::from(start <= unit)).sum::<u16>().max(1) as usize - 1;
     let units = units(starts, i);
     let within = (x - f32::from(starts[i])) / units as f32;

@@ -4,7 +4,7 @@ use crate::light::{ConstantLight, DirectionalLight, PointLight, SpotLight, Trian
 use crate::math::Vec2;
 use crate::math::hash::{mix, unit_f32};
 
-/// Numbers in [0, 1).
+/// Generator of numbers in [0, 1).
 struct Numbers(u64);
 
 impl Numbers {
@@ -111,7 +111,7 @@ fn context(numbers: &mut Numbers) -> LightSampleContext {
     }
 }
 
-/// The probabilities sum to one, and are those with which lights are drawn.
+/// Probabilities sum to one and are the frequencies of the lights.
 #[test]
 fn draws_have_their_probabilities() {
     let mut numbers = Numbers(1);
@@ -129,7 +129,8 @@ fn draws_have_their_probabilities() {
                 counts[id.0 as usize] += 1;
                 assert_eq!(p, pmf(id.0 as usize), "{name}");
             }
-            // The interval of a light holds as many points of a regular grid as its length says, but for its ends.
+            // The interval of a light holds a number of grid points proportional to its length,
+            // except at its ends.
             for (i, &count) in counts.iter().enumerate() {
                 let expected = pmf(i) * N as f32;
                 assert!((count as f32 - expected).abs() < 2.1, "{name} {i}: {count} {expected}");
@@ -163,7 +164,7 @@ fn no_light_is_forgotten() {
     assert!(sent > 100_000);
 }
 
-/// What a choice is for: little variance. Irradiance by one of a thousand lamps, shadows left out.
+/// Purpose of the choice: low variance. Irradiance by a thousand lamps, without shadows.
 #[test]
 fn variance_is_far_below_that_by_power() {
     let mut numbers = Numbers(3);
@@ -221,7 +222,7 @@ fn cells_hold_their_points() {
                 let (center, radius) = grids.ball(cell);
                 assert!(p.distance(center) <= 1.001 * radius, "{p} {center} {radius} {grids:?}");
             }
-            // And nothing is refused.
+            // Invalid points get a cell, too.
             for p in [Vec3::NAN, Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::ZERO] {
                 assert!(grids.cell(p) < grids.len());
             }

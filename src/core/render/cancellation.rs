@@ -1,21 +1,24 @@
 //! Cancellation of long work.
 //!
-//! Renders ask their observer between samples, work items and iterations. One sample may itself be long: loops that branch, gather, follow a chain or
-//! sample all lights ask `RaySink::is_cancelled`, which asks the observer every sixteenth time. A loop that is told to end leaves, and what it found
-//! is thrown away with its tile or work item.
+//! Renders call their observer between samples, work items and iterations. A single sample may take
+//! long, too: loops that branch, gather, follow a chain or sample all lights call
+//! `RaySink::is_cancelled`, which calls the observer every sixteenth time. A cancelled loop
+//! returns, and its result is discarded with its tile or work item.
 //!
-//! Two limits bound the work of a sample: no path scatters more than 1024 times, whatever `--max-depth` and roulette say, and a sample of
-//! `distributed` has at most 10⁷ rays to its last vertices.
+//! Two limits bound the work of a sample: no path scatters more than 1024 times, for any
+//! `--max-depth` and roulette, and a sample of `distributed` has at most 10⁷ rays to its last
+//! vertices.
 
 use super::observer::Observer;
 use super::statistics::RayCounts;
 use crate::integrator::{RayKind, RaySink};
 use std::cell::Cell;
 
-/// Looks that long loops take between two questions to the observer, which may read a clock.
+/// Calls of [`Cancellation::look`] per call of the observer, which may read a clock.
 const LOOKS: u32 = 16;
 
-/// Tells the loops of one work item when to end. Once they are told they are always told, so that a work item is known not to be whole.
+/// Cancellation flag of the loops of one work item. Once cancelled, it stays cancelled, so that an
+/// incomplete work item is recognised.
 pub(super) struct Cancellation<'a> {
     observer: &'a dyn Observer,
     looks: Cell<u32>,
@@ -31,7 +34,7 @@ impl<'a> Cancellation<'a> {
         }
     }
 
-    /// Whether to end now.
+    /// Returns true if the loop must end now. Calls the observer every [`LOOKS`] calls.
     pub fn look(&self) -> bool {
         let looks = self.looks.get().wrapping_add(1);
         self.looks.set(looks);
@@ -41,7 +44,7 @@ impl<'a> Cancellation<'a> {
         self.is_cancelled.get()
     }
 
-    /// Whether a loop was told to end.
+    /// Returns true if a loop was cancelled.
     pub fn is_cancelled(&self) -> bool {
         self.is_cancelled.get()
     }

@@ -1,5 +1,5 @@
-//! Integrators behind dynamic dispatch, with one call for a group of samples: passes over tiles are compiled once, and an integrator as often as
-//! this module says.
+//! Integrators behind dynamic dispatch, with one call for a group of samples. Passes over tiles are
+//! compiled once. This module decides how often an integrator is compiled.
 
 use super::pixel_sample::PixelSample;
 use crate::integrator::{Integrator, Sink};
@@ -8,19 +8,19 @@ use crate::sampler::{SampleKey, Sampler};
 /// A sink behind dynamic dispatch.
 pub type DynSink<'s> = &'s mut (dyn Sink + 's);
 
-/// An integrator as passes over tiles call it.
+/// An integrator, as called by passes over tiles.
 pub trait SampleIntegrator<S>: Sync {
     /// Pixels of a tile whose samples are traced together ([`Integrator::pixels_at_once`]).
     fn pixels_at_once(&self) -> usize;
 
-    /// Traces samples of a picture ([`Integrator::samples`]).
+    /// Traces samples of an image ([`Integrator::samples`]).
     fn samples(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample]);
 
     /// Traces samples into any sinks.
     fn samples_into(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [DynSink]);
 }
 
-/// An integrator that is compiled for sinks behind dynamic dispatch alone.
+/// An integrator that is compiled only for sinks behind dynamic dispatch.
 impl<I: Integrator, S: Sampler> SampleIntegrator<S> for I {
     fn pixels_at_once(&self) -> usize {
         Integrator::pixels_at_once(self)
@@ -36,12 +36,13 @@ impl<I: Integrator, S: Sampler> SampleIntegrator<S> for I {
     }
 }
 
-/// An integrator that is compiled for the picture's own samples too: `fast`, the same as `any` but for how it reaches the backend.
+/// An integrator that is compiled for [`PixelSample`] too. `fast` equals `any`, except for its
+/// access to the backend.
 #[derive(Debug)]
 pub struct Monomorphic<I, J> {
-    /// Traces samples of pictures whose light has no parts.
+    /// Traces samples of images without parts of the light.
     pub fast: I,
-    /// Traces all others.
+    /// Traces all other samples.
     pub any: J,
 }
 

@@ -1,10 +1,12 @@
 //! Groups of pixels that share their paths (`integrator/path/reuse`).
 //!
-//! The pixels of a group have errors in common. Groups are random within a tile, so that no pattern shows, and new for each block of 64 samples.
-//! Within a block they stay, so that the samples of a pixel stay stratified for its companions. Tiles lie as in the full image, and a group takes in
-//! the pixels that a crop leaves out: a crop changes no bit.
+//! The errors of the pixels of a group are correlated. Groups are random within a tile, so that no
+//! pattern shows, and new for each block of 64 samples. Within a block they are fixed, so that the
+//! samples of a pixel stay stratified for its companions. Tiles lie as in the full image, and a
+//! group includes pixels outside of the crop: a crop changes no bit.
 //!
-//! `--pixel X,Y --sample K` traces the companions of the sample too and prints what the pixel receives from them.
+//! `--pixel X,Y --sample K` traces the companions of the sample too and prints the light that the
+//! pixel receives from them.
 
 use crate::film::{BLOCK, Film, Rect};
 use crate::integrator::SAMPLES_AT_ONCE;
@@ -12,24 +14,26 @@ use crate::math::UVec2;
 use crate::math::hash::mix;
 use crate::sampler::SampleKey;
 
-/// The pixels of `cell` in the order in which they are put into groups for the sample with index `sample`.
+/// The pixels of `cell`, in the order in which they are divided into groups for the sample with
+/// index `sample`.
 ///
-/// Pixels of a group share errors. Thrown together at random those do not show as a pattern, and other groups in the next
-/// block of samples keep them apart; within a block they stay together, so that a pixel's samples stay stratified for all of them.
+/// Pixels of a group share errors. Random groups make no pattern, and the next block of samples has
+/// other groups. Within a block the groups are fixed, so that a pixel's samples stay stratified for
+/// all of them.
 pub(super) fn shuffled(cell: Rect, sample: u32) -> Vec<UVec2> {
     let mut pixels: Vec<UVec2> = cell.pixels().collect();
     let place = ((cell.min.y as u64) << 32) | cell.min.x as u64;
     let mut bits = mix(mix(place).wrapping_add((sample / BLOCK) as u64));
     for last in (1..pixels.len()).rev() {
         bits = mix(bits.wrapping_add(last as u64));
-        // A cell has few pixels: the remainder is uniform but for 2⁻⁵⁶.
+        // A cell has few pixels: the remainder is uniform within 2⁻⁵⁶.
         pixels.swap(last, (bits % (last as u64 + 1)) as usize);
     }
     pixels
 }
 
-/// The samples that a render traces together with `key`, itself among them, by an integrator that traces those of so many pixels at once: what it takes to
-/// repeat that sample.
+/// The samples that a render traces together with `key`, including `key`, with an integrator that
+/// traces `pixels_at_once` pixels at once. Repeating a sample needs all of them.
 pub fn companions(pixels_at_once: usize, resolution: UVec2, key: SampleKey) -> Vec<SampleKey> {
     if pixels_at_once == 1 {
         return vec![key];
@@ -57,12 +61,13 @@ mod tests {
         };
         let first = shuffled(cell, 0);
         assert_eq!(in_order(first.clone()), cell.pixels().collect::<Vec<_>>());
-        // Equal groups within a block of samples, and others in the next
+        // Equal groups within a block of samples, and other groups in the next block
         assert_eq!(first, shuffled(cell, 63));
         assert_ne!(first, shuffled(cell, 64));
     }
 
-    /// Two pixels are in one group of 16 of 256 as often as chance has it, neighbours too.
+    /// The probability that two pixels are in one group of 16 of 256 is that of random groups, for
+    /// neighbours too.
     #[test]
     fn neighbours_are_not_kept_together() {
         let (mut together, cells) = (0, 4000);

@@ -1,14 +1,16 @@
 //! Fills the irradiance cache before the first sample of a render.
 //!
-//! A cache that is filled while pixels are rendered depends on which pixel comes first. Here the cache is filled from positions that depend on the
-//! whole picture alone, and then frozen: threads, crops, parts of a render and interruptions change no bit.
+//! A cache that is filled while pixels are rendered depends on their order. This cache is filled
+//! from positions that depend only on the whole image, and then frozen: threads, crops, parts of a
+//! render and interruptions change no bit.
 //!
-//! Passes look through the centre of every 32nd, 16th, … pixel, then through random points, for first matte surfaces that no record covers. Records
-//! are made 64 at a time in parallel. Those of a batch do not see each other; they are inserted in order, unless an earlier one of the batch has made
-//! them needless. Some 2 to 10 % are made in vain.
+//! Passes trace camera rays through the centre of every 32nd, 16th, … pixel, then through random
+//! points, and collect first matte surfaces that no record covers. Records are made 64 at a time in
+//! parallel. Records of a batch do not use each other. They are inserted in order, unless an
+//! earlier record of the batch covers them. Some 2 to 10 % are made in vain.
 //!
-//! A `Renderer` that is stopped while it fills the cache keeps what it has. A checkpoint holds none of it: filling the cache again gives the same
-//! records.
+//! A `Renderer` that is stopped while it fills the cache keeps the records. A checkpoint does not
+//! store them: filling the cache again makes the same records.
 
 use super::cancellation::CountedRays;
 use super::observer::{Observer, Outcome};
@@ -23,21 +25,22 @@ use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// The irradiance cache of a picture: filled before the first sample is taken, and the same from then on.
+/// The irradiance cache of an image: filled before the first sample, and constant from then on.
 ///
-/// Its records depend on the scene, on the whole picture's size and camera, and on the seed, but neither on threads nor on the crop, the
-/// samples or where a render was stopped: so the bits of the picture do not either.
+/// Its records depend on the scene, on the size and the camera of the whole image, and on the seed.
+/// They do not depend on threads, the crop, the samples or interruptions, so the bits of the image
+/// do not either.
 #[derive(Debug)]
 pub struct Irradiance {
     resolution: UVec2,
     seed: u64,
-    /// Progress, while it is incomplete.
+    /// Progress, while the cache is incomplete.
     filling: Mutex<Option<Filling>>,
     full: OnceLock<IrradianceCache>,
 }
 
 impl Irradiance {
-    /// Empty cache, for a picture of `resolution` pixels.
+    /// Empty cache for an image of `resolution` pixels.
     pub fn new(resolution: UVec2, seed: u64) -> Self {
         Self {
             resolution,
@@ -47,21 +50,22 @@ impl Irradiance {
         }
     }
 
-    /// Records that the cache of a picture of `resolution` pixels has at most, about.
+    /// Approximate maximum number of records for an image of `resolution` pixels.
     pub fn max_records(resolution: UVec2) -> u64 {
         let pixels = u64::from(resolution.x) * u64::from(resolution.y);
         (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS)
     }
 
-    /// The cache, if it is filled.
+    /// The cache; `None` if it is not filled.
     pub fn cache(&self) -> Option<&IrradianceCache> {
         self.full.get()
     }
 
-    /// Fills the cache, if it is not filled, with records of `maker`, each of which may be wrong by the share `error`. Where `observer` stops
-    /// that, what is done stays, and the next call goes on with it.
+    /// Fills the cache, if it is not filled, with records of `maker`. `error` is the relative error
+    /// of a record. If `observer` stops, progress is kept, and the next call continues.
     ///
-    /// In a scene that moves while the shutter is open it stays empty: a record holds for its time alone.
+    /// The cache stays empty if the scene moves while the shutter is open: a record is valid only
+    /// for its time.
     pub fn fill<A: Accel>(
         &self,
         maker: &RecordMaker<A>,
@@ -71,73 +75,77 @@ impl Irradiance {
         if self.full.get().is_some() {
             return (Outcome::Complete, Statistics::default());
         }
-        // Taken out, not locked, while it goes on: a thread that waits for others may be lent to a second render. That one begins anew and has
-        // the same records.
+        // Moved out instead of locked: a thread that waits for others may run a second render
+        // meanwhile. That render starts again and gets the same records.
         let filling = || self.filling.lock().unwrap_or_else(PoisonError::into_inner);
         let begun = filling().take();
         let mut begun = begun.unwrap_or_else(|| Filling::new(maker, error, self.resolution, self.seed));
         let (outcome, statistics) = begun.advance(maker, observer);
         match outcome {
             Outcome::Stopped => *filling() = Some(begun),
-            // The first result is that of all callers.
+            // The first result is used by all callers.
             Outcome::Complete => drop(self.full.set(begun.cache)),
         }
         (outcome, statistics)
     }
 }
 
-/// Distances between the pixels that passes look through; each pass has those that the ones before have left out.
+/// Distances between the pixels of the first passes. Each pass skips pixels of earlier passes.
 const STEPS: [u32; 6] = [32, 16, 8, 4, 2, 1];
 
-/// Passes in which every pixel looks through a random point, from a random point of the lens: other ways through glass, and what pixel centres miss.
+/// Passes with a random point in every pixel and on the lens: they reach other ways through glass,
+/// and surfaces between pixel centres.
 const RANDOM_PASSES: u32 = 2;
 
-/// Pixels that look before their finds are gone through.
+/// Pixels that are traced before their surfaces are processed.
 const CHUNK: u64 = 4096;
 
-/// Records that are made at a time, without a look at each other. A constant: they must not depend on threads.
+/// Number of records that are made at a time, independent of each other. Constant, since records
+/// must not depend on threads.
 const BATCH: usize = 64;
 
-/// Pixels of the picture for each record, at least: where places are too different for that, as among leaves, paths are the quicker way.
+/// Minimum number of pixels per record. If the scene varies too much for this, as among leaves,
+/// path tracing is faster.
 const PIXELS_OF_A_RECORD: u64 = 8;
 
-/// So many records are too few to be worth a limit.
+/// Number of records below which there is no limit.
 const FEW_RECORDS: u64 = 1 << 14;
 
-/// A cache that is being filled.
+/// State of a cache that is being filled.
 #[derive(Debug)]
 struct Filling {
     cache: IrradianceCache,
     seed: u64,
     max_records: u64,
-    /// Remaining points.
+    /// Remaining passes.
     passes: VecDeque<Pass>,
-    /// Where records may be needed.
+    /// Sites that may need a record.
     found: VecDeque<RecordSite>,
-    /// Records under way.
+    /// Records in progress.
     batch: Vec<Making>,
 }
 
-/// A look through some pixels.
+/// A pass over some of the pixels.
 #[derive(Debug)]
 struct Pass {
-    /// Number of the pass, which names its random numbers.
+    /// Number of the pass, the key of its random numbers.
     number: u32,
-    /// Whether it looks through random points, and not through the centres.
+    /// True if the pass uses random points, false if pixel centres.
     is_random: bool,
-    /// First column and row, and from one to the next.
+    /// First column and row, and distance to the next.
     first: u32,
     step: u32,
-    /// Columns.
+    /// Number of columns.
     columns: u64,
-    /// Number of pixels, and of those that have looked.
+    /// Number of pixels, and number of pixels traced so far.
     count: u64,
     next: u64,
-    /// From one pixel to the next: no common factor with their number, so that all are met, far from each other.
+    /// Index step from one pixel to the next. It has no common factor with `count`, so that all
+    /// pixels are visited, in an order far from each other.
     stride: u64,
 }
 
-/// A record that is being made.
+/// A record in progress.
 #[derive(Debug)]
 struct Making {
     place: RecordSite,
@@ -145,7 +153,7 @@ struct Making {
 }
 
 impl Filling {
-    /// With nothing done.
+    /// Initial state.
     fn new<A: Accel>(maker: &RecordMaker<A>, error: f32, resolution: UVec2, seed: u64) -> Self {
         let world = &maker.path.world;
         Self {
@@ -162,11 +170,12 @@ impl Filling {
         }
     }
 
-    /// Goes on until all passes are through, or `observer` wants to stop.
+    /// Continues until all passes are done or `observer` stops.
     fn advance<A: Accel>(&mut self, maker: &RecordMaker<A>, observer: &impl Observer) -> (Outcome, Statistics) {
         let mut statistics = Statistics::default();
         loop {
-            // Records, in parallel; then each is put in, in order, unless one before it has made it needless.
+            // Make records in parallel. Then insert them in order, unless an earlier one covers
+            // them.
             let seed = self.seed;
             let made = self
                 .batch
@@ -191,7 +200,7 @@ impl Filling {
                 return (Outcome::Complete, statistics);
             }
 
-            // The next places that still need one
+            // The next sites that still need a record
             while let Some(place) = self.found.pop_front() {
                 if !self.cache.covers(place.p(), place.n(), maker.layer(&place)) {
                     self.batch.push(Making { place, record: None });
@@ -204,7 +213,7 @@ impl Filling {
                 continue;
             }
 
-            // More places, in parallel
+            // Find more sites, in parallel
             if observer.should_stop() {
                 return (Outcome::Stopped, statistics);
             }
@@ -233,16 +242,16 @@ impl Filling {
 }
 
 impl Making {
-    /// Makes the record, unless it is there or `observer` wants to stop.
+    /// Makes the record, unless it exists or `observer` stops.
     fn make<A: Accel>(&mut self, maker: &RecordMaker<A>, seed: u64, observer: &impl Observer) -> Statistics {
         let mut statistics = Statistics::default();
         if self.record.is_none() && !observer.should_stop() {
             let mut rays = Counter::new(observer);
-            // Passes that look through one pixel have numbers of their own.
+            // Passes through the same pixel have separate random numbers.
             let pass = u64::from(self.place.key().sample);
             let mut sampler = Sobol::new(mix(!seed ^ pass));
             let (record, dropped) = maker.make(&self.place, &mut sampler, &mut rays);
-            // One that is not whole is made again.
+            // An incomplete record is made again.
             if rays.0.cancellation.is_cancelled() {
                 return statistics;
             }
@@ -254,13 +263,13 @@ impl Making {
     }
 }
 
-/// All passes over a picture.
+/// All passes over an image.
 fn passes(resolution: UVec2) -> VecDeque<Pass> {
     let centres = STEPS.into_iter().map(|step| (step, false));
     let random = (0..RANDOM_PASSES).map(|_| (1, true));
     let passes = (0..).zip(centres.chain(random));
     let pass = |(number, (step, is_random)): (u32, (u32, bool))| {
-        // In the middle of its squares, where no other pass but the last looks
+        // In the middle of its squares, which only the last passes visit too
         let first = step / 2;
         let along = |pixels: u32| u64::from(pixels.saturating_sub(first).div_ceil(step));
         let (columns, rows) = (along(resolution.x), along(resolution.y));
@@ -280,7 +289,7 @@ fn passes(resolution: UVec2) -> VecDeque<Pass> {
 }
 
 impl Pass {
-    /// What the pixel `index` of the pass finds.
+    /// Site of a record for the pixel `index` of the pass.
     fn look<A: Accel>(&self, index: u64, maker: &RecordMaker<A>, seed: u64, rays: &mut Counter) -> Option<RecordSite> {
         let place = (index as u128 * self.stride as u128 % self.count as u128) as u64;
         let at = |n: u64| self.first + self.step * n as u32;
@@ -297,7 +306,8 @@ impl Pass {
     }
 }
 
-/// About `count` over the golden ratio, and with no factor in common with it: its multiples are spread evenly (Knuth 1973, §6.4).
+/// Number near `count` over the golden ratio, without a common factor with it: its multiples are
+/// spread evenly (Knuth 1973, §6.4).
 fn stride(count: u64) -> u64 {
     let divisor = |mut a: u64, mut b: u64| {
         while b > 0 {
@@ -311,7 +321,7 @@ fn stride(count: u64) -> u64 {
         .unwrap_or(1)
 }
 
-/// Counts rays, and keeps nothing else.
+/// Sink that only counts rays.
 struct Counter<'a>(CountedRays<'a>);
 
 impl<'a> Counter<'a> {

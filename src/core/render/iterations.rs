@@ -1,11 +1,14 @@
-//! Iterations of methods whose light paths light any pixel (`IterationIntegrator`).
+//! Iterations of methods whose light paths contribute to any pixel (`IterationIntegrator`).
 //!
-//! The work of an iteration comes in work items: blocks of pixels, and Markov chains. They run on any number of threads, and their light is added in
-//! their order, so that sums are plain f64 and bits do not depend on threads. The light of at most `WORK_ITEMS_AT_ONCE` items is kept at a time.
+//! The work of an iteration is divided into work items: blocks of pixels, and Markov chains. They
+//! run on any number of threads. Their light is added in their order, so that sums are plain f64
+//! and bits do not depend on threads. The light of at most `WORK_ITEMS_AT_ONCE` items is kept at a
+//! time.
 //!
-//! An iteration that is not whole when a render stops is thrown away, and so is the work of a tile. Where files are only to be written, the render
-//! pauses at the end of an iteration instead (`Observer::should_pause`). Errors of iterations are independent, so a pixel's accumulator has no blocks
-//! of 64 samples (`Accumulator::add_alone`).
+//! If a render stops, an incomplete iteration is discarded, like the work of a tile. If only files
+//! must be written, the render pauses at the end of an iteration instead
+//! (`Observer::should_pause`). Errors of iterations are independent, so a pixel's accumulator has
+//! no blocks of 64 samples (`Accumulator::add_alone`).
 
 use super::cancellation::{Cancellation, CountedRays};
 use super::light_parts::LightParts;
@@ -26,25 +29,27 @@ mod record;
 
 pub use record::{Recorded, record_iteration};
 
-/// Work items at most whose light is kept until all before them have been added: a bound on memory, which decides no bit.
+/// Maximum number of work items whose light is kept until all earlier items are added. It bounds
+/// memory and changes no bit.
 const WORK_ITEMS_AT_ONCE: usize = 128;
-/// Bytes that the light of all these may take, about; but each thread has a work item.
+/// Approximate maximum bytes of this light. Each thread has at least one work item.
 const BYTES_AT_ONCE: usize = 128 << 20;
-/// Samples of a block of pixels, and places that each of them lights where light is sent to others, about.
+/// Approximate number of samples in a block of pixels, and of splats per sample.
 const SAMPLES_OF_A_WORK_ITEM: usize = 256;
 const LIGHTS_OF_A_SAMPLE: usize = 8;
 
-/// Pixels of a work item that are done between two looks at the observer: far less work than the rest of the work item, and far more than the look.
+/// Pixels of a work item between two calls of the observer. Their work is much less than the rest
+/// of the item, and much more than the call.
 const PIXELS_A_LOOK: usize = 4;
 
-/// Adds iterations to `film`, after those that it has, until the stop condition holds; the error is an estimate.
+/// Adds iterations to `film`, after its existing ones, until the stop condition holds; its error is
+/// an estimate.
 ///
-/// The result is the same to the bit for any number of threads: what a work item of an iteration
-/// finds depends on its place alone, and work items are added in their order. An iteration that is
-/// not whole when the observer asks to stop is thrown away; one that asks to pause waits for its
-/// end. The error is judged where blocks of samples end, as in
-/// [`render_samples`](super::render_samples), but for the whole picture alone: light goes where it
-/// will.
+/// The result is bit-identical for any number of threads: the light of a work item depends only on
+/// its index, and work items are added in order. If the observer stops, the incomplete iteration is
+/// discarded; if it pauses, the iteration is completed first. The error is checked at the ends of
+/// sample blocks, as in [`render_samples`](super::render_samples), but only for the whole image:
+/// light paths contribute to any pixel.
 pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
@@ -75,13 +80,14 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-/// Groups of lights that `film` separates: its first parts, before strategies and light paths.
+/// Number of light groups that `film` separates. They are its first parts, before strategies and
+/// light paths.
 fn groups_of(film: &Film, integrator: &impl IterationIntegrator) -> usize {
     film.parts_before_paths().saturating_sub(2 * integrator.strategies())
 }
 
-/// Bytes of light that falls on one place, and so on all pixels of `crop` that see it. Light of a group
-/// is kept beside it if groups are separated.
+/// Bytes of the light of one splat on all pixels of `crop` that the filter reaches. Includes a copy
+/// for the group if groups are separated.
 fn light_bytes(tells_groups: bool, filter: &Filter, crop: Rect) -> usize {
     let side = (2.0 * filter.radius()).ceil().max(1.0) as usize;
     let pixels = side.saturating_mul(side).min(crop.area() as usize);
@@ -93,7 +99,7 @@ fn light_bytes(tells_groups: bool, filter: &Filter, crop: Rect) -> usize {
     pixels.saturating_mul(size_of::<(UVec2, Spectrum)>() + group)
 }
 
-/// Work items that are kept at a time, where a place's light takes so many bytes.
+/// Number of work items that are kept at a time, if a splat has `light` bytes.
 fn work_items_at_once(light: usize, threads: usize) -> usize {
     let work_item = light.saturating_mul(SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE);
     (BYTES_AT_ONCE / work_item.max(1)).max(threads).min(WORK_ITEMS_AT_ONCE)
@@ -102,12 +108,12 @@ fn work_items_at_once(light: usize, threads: usize) -> usize {
 /// A work item of an iteration.
 #[derive(Clone, Copy)]
 enum Work {
-    /// The samples of a block of pixels.
+    /// Samples of a block of pixels.
     Pixels(Rect),
     Chain(u32),
 }
 
-/// The iteration with that index; `None` where the observer asked to stop.
+/// The iteration with the index `index`; `None` if the observer stops.
 fn iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
@@ -115,7 +121,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     index: u32,
     observer: &impl Observer,
 ) -> Option<(Iteration, Statistics)> {
-    // What all of the rest looks at
+    // Preparation, shared by all work items
     let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
     let (parts, rays) = in_work_items(integrator.preparations(), sampler, observer, prepare)?;
     let mut statistics = Statistics {
@@ -124,7 +130,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     };
     let prepared = integrator.join(index, parts);
 
-    // All work items, some at a time
+    // All work items, in batches
     let seen = if integrator.sends_light() {
         Film::cells(film.resolution(), Rect::full(film.resolution()))
     } else {
@@ -151,7 +157,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
         for work_item in work_items {
             statistics = statistics.merge(work_item.add_to(&mut iteration));
         }
-        // The share of the work, in samples
+        // Progress, in samples
         let before = done;
         done += batch.len() as u64;
         let share = |work_items: u64| film.crop().area() * work_items / work.len() as u64;
@@ -161,13 +167,14 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     Some((iteration, statistics))
 }
 
-/// Where light falls.
+/// Film and filter that receive light.
 #[derive(Clone, Copy)]
 struct IterationTarget<'a> {
     filter: &'a Filter,
-    /// Groups of lights that are distinguished: the first parts of the light, before strategies, weighed and alone.
+    /// Number of light groups: the first parts of the light, before strategies (weighted and
+    /// unweighted).
     groups: usize,
-    /// Parts before the classes of paths.
+    /// Number of parts before the classes of paths.
     before_paths: usize,
     resolution: UVec2,
     crop: Rect,
@@ -175,17 +182,17 @@ struct IterationTarget<'a> {
     repeats: bool,
 }
 
-/// What a work item has found.
+/// Result of a work item.
 struct WorkItem<'a> {
     target: IterationTarget<'a>,
     light: Vec<(UVec2, Spectrum)>,
     /// Light of parts: groups of lights, strategies, and classes of paths.
     parts: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
-    /// Shares in which samples see the background.
+    /// Share of the background in each sample.
     backgrounds: Vec<(UVec2, Spectrum)>,
     statistics: Statistics,
-    /// The sample in work, and what counts in its own pixel.
+    /// Current sample, its filter weight, and the light in its own pixel.
     key: SampleKey,
     weight: f32,
     radiance: Spectrum,
@@ -193,7 +200,7 @@ struct WorkItem<'a> {
     groups: Option<LightParts<'static>>,
     view: Option<CameraView>,
     cancellation: Cancellation<'a>,
-    /// What happens, where that is recorded.
+    /// Path events, if they are recorded.
     record: Option<Vec<PathEvent>>,
 }
 
@@ -216,7 +223,7 @@ impl<'a> WorkItem<'a> {
         }
     }
 
-    /// Does the work; `None` where the observer asked to stop.
+    /// Runs the work; `None` if the observer stops.
     fn of<I: IterationIntegrator>(
         mut self,
         integrator: &I,
@@ -271,9 +278,10 @@ impl<'a> WorkItem<'a> {
         (!self.cancellation.is_cancelled()).then_some(self)
     }
 
-    /// Adds light to `pixel`, and drops what is no light. Returns true if the light is kept.
+    /// Adds light to `pixel`, and drops invalid light. Returns true if the light is kept.
     fn fall_on(&mut self, pixel: UVec2, radiance: Spectrum) -> bool {
-        // A filter may be negative, but finite; integrators' light is judged where it comes.
+        // Negative values are valid for a filter with negative lobes; the integrator's light was
+        // checked before.
         if !radiance.to_array().iter().all(|v| v.is_finite()) {
             self.drop(radiance);
             return false;
@@ -285,7 +293,7 @@ impl<'a> WorkItem<'a> {
         is_kept
     }
 
-    /// Adds to parts of the light, in the sample's own pixel or where it falls on the film.
+    /// Adds to parts of the light, in the sample's own pixel or, with `film`, at a film position.
     fn add_to_parts<const N: usize>(&mut self, light: [(usize, Spectrum); N], film: Option<Vec2>) {
         let mut add = |pixel: UVec2, weight: f32| {
             for (part, radiance) in light {
@@ -308,7 +316,7 @@ impl<'a> WorkItem<'a> {
         });
     }
 
-    /// Adds its light to `iteration`, and says what it counted.
+    /// Adds the light to `iteration`, and returns the statistics.
     fn add_to(self, iteration: &mut Iteration) -> Statistics {
         for (pixel, radiance) in self.light {
             iteration.add(pixel, radiance);
@@ -438,7 +446,7 @@ impl SplatSink for WorkItem<'_> {
 }
 
 impl<'a> IterationTarget<'a> {
-    /// All pixels that see the place `film`, each with its filter's value there.
+    /// All pixels that the film position `film` contributes to, each with its filter value.
     fn seen_by(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
         let first = (!self.repeats).then_some(film);
         let repeated = self.repeats.then(|| self.repetitions(film));
@@ -446,8 +454,8 @@ impl<'a> IterationTarget<'a> {
         places.flat_map(move |film| self.seen_at(film))
     }
 
-    /// All places with the direction of `film` that a pixel of a panorama may see: a turn across,
-    /// and over a pole to the other side.
+    /// All film positions in reach of a panorama's pixels with the same direction as `film`: a turn
+    /// across, and over a pole to the other side.
     fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
         let size = self.resolution.as_vec2();
         // Whole periods within reach
@@ -458,9 +466,9 @@ impl<'a> IterationTarget<'a> {
         rows.flat_map(move |at| (-across - 1..=across).map(move |i| at + Vec2::new(i as f32 * size.x, 0.0)))
     }
 
-    /// All pixels that see the place `film` itself.
+    /// Pixels that `film` contributes to, without repetitions.
     fn seen_at(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
-        // Those whose middle is within the filter's radius
+        // Pixels whose centre is within the filter's radius
         let reach = self.filter.radius();
         let size = self.resolution.as_vec2();
         let first = (film - (reach + 0.5)).ceil().max(Vec2::ZERO).as_ivec2();

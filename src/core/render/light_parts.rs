@@ -1,8 +1,8 @@
 //! Light of one sample by groups of lights and by classes of light paths.
 //!
-//! Light transport is linear in the lights: the light that a path finds of one group is an estimate of
-//! a picture that this group alone lights. Classes do not overlap. The sum of all light is kept beside
-//! the parts, since adding them would round otherwise: `R G B` keep their bits.
+//! Light transport is linear in the lights. So a path's light from one group is an estimate of an
+//! image that only this group lights. Classes do not overlap. The sum of all light is kept
+//! separately, since adding the parts would round differently: `R G B` keep their bits.
 
 use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
@@ -32,7 +32,7 @@ impl<'a> LightParts<'a> {
         }
     }
 
-    /// Adds light of one source. Sums over several sources are no part.
+    /// Adds light of one source. Light without a source, the sum of several, belongs to no part.
     pub fn add(&mut self, light: &FoundLight) {
         let Some(source) = light.source.filter(|_| !light.radiance.is_black()) else {
             return;
@@ -50,13 +50,13 @@ impl<'a> LightParts<'a> {
         }
     }
 
-    /// Notes the event by which the path leaves the vertex after `depth` scattering events.
+    /// Records the event by which the path leaves the vertex after `depth` scattering events.
     pub fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
         self.events.truncate(depth as usize);
         self.events.push(event);
     }
 
-    /// Finishes the sample with what the camera ray sees.
+    /// Finishes the sample with the background and the ground that the camera ray sees.
     pub fn finish(&mut self, view: &CameraView) {
         let CameraView::Ground(shadow) = view else { return };
         self.scale(shadow.light_factor());

@@ -1,10 +1,12 @@
-//! Passes over tiles, and iterations: which samples are taken when, and their statistics.
+//! Passes over tiles, and iterations: the order of samples, and their statistics.
 //!
-//! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and an [`Observer`] is told what
-//! has been done and may ask to stop.
+//! This module does not print, read a clock, start a thread or open a file. Work runs in the rayon
+//! pool of the caller. An [`Observer`] gets the progress and may stop the render.
 //!
-//! `tiles` renders passes over tiles and `iterations` whole iterations, `schedule` cuts sample indices into passes, `noise_level` stops at a noise level, and
-//! `groups` chooses the pixels that share paths. `irradiance`, `photons`, `importance_image` and `visibility` prepare what all samples of a picture use.
+//! `tiles` renders passes over tiles and `iterations` whole iterations, `schedule` cuts sample
+//! indices into passes, `noise_level` stops at a noise level, and `groups` chooses the pixels that
+//! share paths. `irradiance`, `photons`, `importance_image` and `visibility` prepare data for all
+//! samples of an image.
 
 mod cancellation;
 mod dispatch;

@@ -1,19 +1,24 @@
 //! Adaptive sampling to a noise level: `--noise LEVEL`.
 //!
-//! A render ends when the estimated relative error of the picture, the root of relMSE as `compare/metrics.rs` defines it, is LEVEL. The film keeps
-//! for each pixel the spread of blocks of 64 samples; the error of a tile is the mean over its pixels. The estimate is unbiased for independent
-//! blocks, also with shared paths. It is a little too large for low-discrepancy points, whose blocks fill each other's gaps: the picture is then
-//! better than it says. Unlike relMSE it leaves no pixels out, and so is larger where there are fireflies. `Accumulator::squared_error` is the
-//! estimate for a pixel. Methods that make whole iterations compare the error of the whole picture with LEVEL (`render/iterations.rs`).
+//! A render ends when the estimated relative error of the image, the root of relMSE as
+//! `compare/metrics.rs` defines it, is LEVEL. The film stores for each pixel the spread of blocks
+//! of 64 samples; the error of a tile is the mean over its pixels. The estimate is unbiased for
+//! independent blocks, also with shared paths. It is a little too large for low-discrepancy points,
+//! whose blocks fill each other's gaps: the image is then better than the estimate. Unlike relMSE
+//! the estimate includes all pixels, and so is larger with fireflies. `Accumulator::squared_error`
+//! is the estimate for a pixel. Methods that make whole iterations compare the error of the whole
+//! image with LEVEL (`render/iterations.rs`).
 //!
-//! Tiles get samples in proportion to the root of the error that one block would leave in them, which minimises the mean error (Neyman 1934).
-//! Stopping each tile at the same error would take as many samples as uniform sampling does for that mean error: errors fall as 1/n, and what noisy
-//! tiles gain the others lose.
+//! Tiles get samples in proportion to the root of the error after one block, which minimises the
+//! mean error (Neyman 1934). Stopping each tile at the same error would take as many samples as
+//! uniform sampling for the same mean error: errors fall as 1/n, so that noisy tiles gain what the
+//! others lose.
 //!
-//! Decisions fall between rounds and from the film alone, so threads change no bit. They look at the samples that they keep, which moves means a
-//! little (Kirk and Arvo 1991). The pixels of a tile therefore decide together, after at least 128 samples, and more where the picture has less than
-//! 256 pixels. docs/benchmarks.md, "Stopping at a noise level", shows that no bias is left to be seen. A crop reaches the level by itself; its pixels
-//! are not those of the full picture.
+//! Decisions are made between rounds and from the film only, so threads change no bit. They use the
+//! samples that are kept, which moves means a little (Kirk and Arvo 1991). The pixels of a tile
+//! therefore decide together, after at least 128 samples, and after more if the image has less than
+//! 256 pixels. docs/benchmarks.md, "Stopping at a noise level", shows that no visible bias is left.
+//! A crop reaches the level separately; its pixels differ from those of the full image.
 
 use super::dispatch::SampleIntegrator;
 use super::observer::{Observer, Outcome, should_leave};
@@ -25,13 +30,13 @@ use crate::film::{BLOCK, Film, Tile};
 use crate::sampler::Sampler;
 use rayon::prelude::*;
 
-/// Differences between blocks, over all pixels, that are known at least before anything is decided.
+/// Minimum number of differences between blocks, over all pixels, before the first decision.
 const FIRST_DIFFERENCES: u64 = 256;
-/// A tile gets more blocks in rounds, each of this share of those it has: its error is known better after each.
+/// Growth of a tile's number of blocks per round. After each round its error is more accurate.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to every pixel of `film` until the condition `stop` holds: as [`render`] if it
-/// names no noise level, else until the error of the film is that small.
+/// Adds samples to every pixel of `film` until the condition `stop` holds: as [`render`] without a
+/// noise level, else until the error of the film is at most the level.
 pub fn render_samples<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -45,16 +50,17 @@ pub fn render_samples<S: Sampler>(
     }
 }
 
-/// Adds samples to `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
-/// more than `max` to a pixel; both counts are in whole blocks, `max` rounded down.
+/// Adds samples to `film` until its estimated error ([`Film::error`], a squared relative error) is
+/// at most `level`². A pixel gets at most `max` samples, rounded down to whole blocks.
 ///
-/// Tiles get as many samples as make the error of the whole smallest for the work: with v the squared error that one block
-/// would leave in a tile, Σ v/n is least for a given Σ n where n goes like √v (Neyman 1934). After each round, √v is
-/// estimated anew from the differences between blocks.
+/// Sample counts of tiles minimise the total error for the given work. With the squared error v of
+/// a tile after one block, Σ v/n is minimal for a given Σ n if n is proportional to √v (Neyman
+/// 1934). After each round, √v is estimated again from the differences between blocks.
 ///
-/// Decisions are made between rounds and from the film alone, so bits do not depend on threads. They look at the samples that they then
-/// keep, which moves means a little (Kirk and Arvo 1991): a tile that by chance has seen too little light is likely to get
-/// too few samples. A tile decides by all its pixels together, so that no single one decides for itself.
+/// Decisions are made between rounds and from the film only, so bits do not depend on threads. They
+/// use the samples that are kept, which moves means a little (Kirk and Arvo 1991): a tile with too
+/// little light by chance probably gets too few samples. All pixels of a tile decide together, so
+/// that no pixel decides alone.
 fn render_to_noise<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -64,12 +70,13 @@ fn render_to_noise<S: Sampler>(
     observer: &impl Observer,
 ) -> (Outcome, Statistics) {
     let max = max / BLOCK;
-    // Two blocks of every pixel, or more of a few
+    // Two blocks of every pixel, or more if there are few pixels
     let first = 1 + FIRST_DIFFERENCES.div_ceil(film.crop().area()) as u32;
     let first = first.min(max) * BLOCK;
     let (mut outcome, mut statistics) = render(integrator, sampler, film, first, observer);
     while outcome == Outcome::Complete {
-        // Remaining work, as estimated now. Where a render goes on that was stopped within a round, the round comes first.
+        // Estimate the remaining work. If a render was stopped within a round and continues, the
+        // round is completed first.
         if film.tiles().iter().all(|tile| tile.samples() >= tile.target()) {
             let wanted = wanted_blocks(film, level, max);
             let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
@@ -112,19 +119,19 @@ fn render_to_noise<S: Sampler>(
     (outcome, statistics)
 }
 
-/// Blocks that each tile should have in the end, `max` at most.
+/// Final number of blocks of each tile, at most `max`.
 fn wanted_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
     let tiles = film.tiles();
     if film.error() <= level * level {
         return vec![0; tiles.len()];
     }
-    // Squared error that one block would leave, mean over the pixels of a tile
+    // Squared error of one block, mean over the pixels of a tile
     let one_block = |tile: &Tile| tile.error() * (tile.samples() / BLOCK) as f64;
     let roots: Vec<f64> = tiles.iter().map(|tile| one_block(tile).sqrt()).collect();
     let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
 
-    // ANCHOR: shares
-    // n = c √v, with c such that Σ v/n is what may be left. What tiles that get no more leave, the others have to make up for.
+    // ANCHOR: shares n = c √v, with c such that Σ v/n is the allowed error. Tiles at their maximum
+    // leave more error, and the other tiles compensate for it.
     let mut allowed = level * level * film.crop().area() as f64;
     let mut is_full = vec![false; tiles.len()];
     loop {
@@ -132,7 +139,7 @@ fn wanted_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
         let c = free().map(|i| areas[i] * roots[i]).sum::<f64>() / allowed.max(0.0);
         let full: Vec<usize> = free().filter(|&i| c * roots[i] > max as f64).collect();
         if full.is_empty() {
-            // Floats saturate where they are cast.
+            // Float casts saturate.
             let wanted = |i: usize| if is_full[i] { max } else { (c * roots[i]).ceil() as u32 };
             return (0..tiles.len()).map(wanted).collect();
         }
@@ -153,7 +160,8 @@ mod tests {
     use crate::math::UVec2;
     use crate::sampler::{Dimension, Independent, SampleKey};
 
-    /// Light of mean 1 whose deviation is 0.1 in the left half of the picture, and 1 in the right one.
+    /// Light of mean 1, with a deviation of 0.1 in the left half of the image and 1 in the right
+    /// half.
     struct Noisy;
 
     const SIZE: UVec2 = UVec2::new(128, 64);
@@ -189,7 +197,7 @@ mod tests {
         film
     }
 
-    /// Mean over the tiles of one half, by `of`.
+    /// Mean of `of` over the tiles of one half.
     fn mean(film: &Film, left: bool, of: impl Fn(&Tile) -> f64) -> f64 {
         let tiles = film.tiles().iter().filter(|t| (t.bounds().min.x < SIZE.x / 2) == left);
         let values: Vec<f64> = tiles.map(of).collect();
@@ -201,10 +209,10 @@ mod tests {
         let level = 0.01;
         let film = rendered(level, 1 << 20, 3);
         assert!(film.error() <= level * level);
-        // Against the truth, which is 1
+        // Compared to the true mean, 1
         let error = mean_error(&film);
         assert!((error / (level * level) - 1.0).abs() < 0.1, "{error}");
-        // Ten times the deviation is worth ten times the samples.
+        // Ten times the deviation takes ten times the samples.
         let [quiet, noisy] = [true, false].map(|left| mean(&film, left, |t| t.samples() as f64));
         assert!((noisy / quiet / 10.0 - 1.0).abs() < 0.15, "{quiet} {noisy}");
     }
@@ -214,7 +222,7 @@ mod tests {
         pixels.map(|(_, a)| (a.mean(0) - 1.0).powi(2) / 1.01).sum::<f64>() / film.crop().area() as f64
     }
 
-    /// Uniform sampling would need 1.7 times as many.
+    /// Uniform sampling would need 1.7 times as many samples.
     #[test]
     fn samples_go_where_they_are_worth_most() {
         let level = 0.02;
@@ -228,17 +236,17 @@ mod tests {
         assert!(uniform / all > 1.5, "{all} samples per pixel instead of {uniform}");
     }
 
-    /// What the noisy half may not have, the quiet one gets, as long as that helps.
+    /// If the noisy half is limited, the quiet half gets more samples, as long as they help.
     #[test]
     fn others_make_up_for_what_may_not_be_had() {
-        // By themselves the halves want 625 and 6250 samples.
+        // Without a limit the halves need 625 and 6250 samples.
         let film = rendered(0.01, 5120, 3);
         let [quiet, noisy] = [true, false].map(|left| mean(&film, left, |t| t.samples() as f64));
         assert!(film.error() <= 1e-4, "{}", film.error());
         assert!(noisy <= 5120.0 && quiet > 1000.0, "{quiet} {noisy}");
     }
 
-    /// One pixel knows little of its error: it takes more before it decides.
+    /// The error estimate of one pixel is poor, so it takes more samples before it decides.
     #[test]
     fn few_pixels_look_longer() {
         let crop = Rect {
@@ -266,7 +274,7 @@ mod tests {
         assert_eq!(of(1), of(3));
     }
 
-    /// Means of pixels that decide together how many samples they take, over many pictures.
+    /// Means of pixels that decide together on their number of samples, over many images.
     #[test]
     fn means_hardly_move() {
         let pictures = 64;

@@ -1,24 +1,26 @@
 use crate::film::Film;
 
-/// Watches a render from outside; called from many threads at once.
+/// Observes a render from outside; called from many threads at once.
 pub trait Observer: Sync {
-    /// `samples` more have been taken.
+    /// Called after `samples` more samples.
     fn progress(&self, samples: u64);
 
-    /// As things look now, `samples` more will be taken; the picture's relative error is estimated to be `error`. Told by renders whose
-    /// number of samples is not known ahead.
+    /// Estimates of the remaining `samples` and of the image's relative error `error`. Called by
+    /// renders without a known number of samples.
     fn expect(&self, _samples: u64, _error: f64) {}
 
-    /// What has to be there before the first sample is being made: the irradiance cache has so many `records`.
+    /// Called during preparation: the irradiance cache now has `records` records.
     fn prepared(&self, _records: u64) {}
 
-    /// A pass over all tiles of `film` is done.
+    /// Called after a pass over all tiles of `film`.
     fn passed(&self, _film: &Film) {}
 
-    /// Whether to end the render at once. Work that is not whole, of a tile or of an iteration, is thrown away, and may be done again later.
+    /// Returns true to end the render at once. Incomplete work, of a tile or of an iteration, is
+    /// discarded and may be repeated later.
     fn should_stop(&self) -> bool;
 
-    /// Whether to leave the render for a while, where no work is thrown away for that: when the tiles in work are done, or the iteration.
+    /// Returns true to pause the render without discarding work: after the current tiles, or after
+    /// the iteration.
     fn should_pause(&self) -> bool {
         false
     }
@@ -60,16 +62,17 @@ impl Observer for &dyn Observer {
     }
 }
 
-/// Whether `observer` wants no new work to be begun.
+/// Returns true if no new work must be started.
 pub(super) fn should_leave(observer: &impl Observer) -> bool {
     observer.should_stop() || observer.should_pause()
 }
 
-/// How a render ended.
+/// Outcome of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All samples were taken.
     Complete,
-    /// The observer asked to stop, or to pause; some pixels may have fewer samples than others, and all none.
+    /// The observer stopped or paused the render; some pixels may have fewer samples than others,
+    /// or all may have no samples.
     Stopped,
 }

@@ -1,4 +1,5 @@
-//! Photon maps, made once before the first sample of a render; crops and parts of a render have the photons of the whole picture.
+//! Photon maps, made once before the first sample of a render. Crops and parts of a render have the
+//! photons of the whole image.
 
 use super::observer::Observer;
 use super::statistics::RayCounts;
@@ -7,10 +8,11 @@ use crate::accel::Accel;
 use crate::integrator::{PhotonMaps, PhotonTracer};
 use crate::sampler::Sampler;
 
-/// Sends `paths` paths of photons, and makes maps of what they leave; what `tracer` leaves out is not in them. `None` where the observer asked to
-/// stop.
+/// Traces `paths` photon paths and makes maps of their photons, without those that `tracer` omits.
+/// `None` if the observer stops.
 ///
-/// They are the same to the bit for any number of threads, for crops and for parts of a render: photons depend on the number of their path alone.
+/// The maps are bit-identical for any number of threads, for crops and for parts of a render:
+/// photons depend only on the index of their path.
 pub fn photon_maps<A: Accel, S: Sampler>(
     tracer: &PhotonTracer<A>,
     paths: u32,

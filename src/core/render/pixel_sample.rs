@@ -1,4 +1,5 @@
-//! The sink of one sample of a pixel: radiance, weight, first surface and rays. `World::camera_ray` starts the sample.
+//! The sink of one sample of a pixel: radiance, weight, first surface and rays. `World::camera_ray`
+//! starts the sample.
 
 use super::cancellation::Cancellation;
 use super::light_parts::LightParts;
@@ -15,7 +16,7 @@ pub struct PixelSample<'a> {
     pub(super) radiance: Spectrum,
     surface: Option<FirstSurface>,
     view: Option<CameraView>,
-    /// Share in which the sample sees the background, after [`PixelSample::finish`].
+    /// Share of the background, after [`PixelSample::finish`].
     background: Spectrum,
     pub(super) rays: RayCounts,
     pub(super) cancellation: Cancellation<'a>,
@@ -34,9 +35,9 @@ impl<'a> PixelSample<'a> {
         }
     }
 
-    /// Puts what the camera ray has seen of the background and the ground to the light that the
-    /// integrator has found, and to its `parts`. Returns true if the sample is valid. An invalid sample
-    /// is dropped, and is black in all parts.
+    /// Adds the background and the ground that the camera ray sees to the integrator's light and to
+    /// `parts`. Returns true if the sample is valid. An invalid sample is dropped, and is black in
+    /// all parts.
     pub(super) fn finish(&mut self, parts: Option<&mut LightParts>) -> bool {
         let seen = match self.view.take() {
             None => self.radiance.is_valid().then_some((self.radiance, self.background)),
@@ -53,7 +54,7 @@ impl<'a> PixelSample<'a> {
         seen.is_some()
     }
 
-    /// Makes the sample black, and all of its `parts`.
+    /// Makes the sample and its `parts` black.
     pub(super) fn drop_light(&mut self, parts: Option<&mut LightParts>) {
         self.radiance = Spectrum::ZERO;
         if let Some(parts) = parts {
@@ -61,7 +62,7 @@ impl<'a> PixelSample<'a> {
         }
     }
 
-    /// The finished sample and its `parts`, as the film sums them.
+    /// The finished sample and its `parts`, times the filter weight, for the sums of the film.
     pub(super) fn weighted<'s>(&'s mut self, parts: Option<&'s mut LightParts>) -> FilmSample<'s> {
         if let Some(surface) = &mut self.surface {
             surface.emitted *= self.weight;

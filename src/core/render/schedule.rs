@@ -1,19 +1,22 @@
 //! Passes: the ranges of sample indices that are rendered and summed together.
 //!
-//! Passes end at 1, 2, 4, 8, 16 and 32 samples, so that a whole picture is there soon, and from 64 on at every multiple of 64. The cuts are a
-//! property of the sample indices. A pass is summed by itself in f64 before it is added to the film, so the same cuts give the same bits.
+//! Passes end at 1, 2, 4, 8, 16 and 32 samples, so that there is a whole image soon, and from 64 on
+//! at every multiple of 64. The cuts are a property of the sample indices. A pass is summed
+//! separately in f64 before it is added to the film, so the same cuts give the same bits.
 //!
-//! A render may end between two cuts. Of 100 samples, 64 and 36 are two passes. If more are wanted later, the 36 are traced once more and subtracted,
-//! and the whole block 64..128 is added: the sums are those of a render that never stopped there.
+//! A render may end between two cuts. For example, 100 samples are two passes of 64 and 36. If more
+//! are needed later, the 36 are traced again and subtracted, and the whole block 64..128 is added:
+//! the sums are those of a render that never stopped at 100.
 
 use crate::film::BLOCK;
 use std::ops::Range;
 
 /// Cuts sample indices `samples` into passes over the image.
 ///
-/// The cuts are a fixed property of the indices: at 1, 2, 4, 8, 16, 32 within the first block, so that a whole image is
-/// there soon, then at every multiple of 64. A pass is summed by itself before it is added to the film, so the
-/// same cuts give the same bits whenever, and on whichever machine, a pass is rendered.
+/// The cuts are a fixed property of the indices: at 1, 2, 4, 8, 16, 32 within the first block, so
+/// that there is a whole image soon, then at every multiple of 64. A pass is summed separately
+/// before it is added to the film, so the same cuts give the same bits at any time and on any
+/// machine.
 pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     let mut start = samples.start;
     std::iter::from_fn(move || {
@@ -27,7 +30,7 @@ pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     })
 }
 
-/// The last place at or before `sample` where a pass may start.
+/// The last index at or before `sample` at which a pass may start.
 pub fn last_cut(sample: u32) -> u32 {
     if sample < BLOCK {
         sample.checked_ilog2().map_or(0, |log| 1 << log)

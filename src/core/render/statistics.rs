@@ -1,4 +1,5 @@
-//! Statistics of a render: rays, dropped samples and mutations, as sums of integers, which do not depend on threads.
+//! Statistics of a render: rays, dropped samples and mutations, as sums of integers that do not
+//! depend on threads.
 
 use crate::integrator::{ChainCounts, RayKind, RaySink};
 use crate::sampler::SampleKey;
@@ -10,11 +11,12 @@ use std::collections::BTreeMap;
 pub struct RayCounts {
     /// Rays from the camera.
     pub camera: u64,
-    /// Onwards from a surface.
+    /// Rays from a surface onwards.
     pub bounce: u64,
-    /// Towards a light.
+    /// Rays towards a light.
     pub shadow: u64,
-    /// Walks through surfaces of an opacity below 1 that were cut after 10,000 surfaces; each is several of the rays above.
+    /// Walks through surfaces with opacity below 1 that were cut after 10,000 surfaces; each is
+    /// several of the rays above.
     pub cut: u64,
 }
 
@@ -54,12 +56,12 @@ impl RayCounts {
     }
 }
 
-/// A sample whose radiance was NaN, infinite or negative and was counted as black.
+/// A sample whose radiance was NaN, infinite or negative. It counts as black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DroppedSample {
-    /// Which sample it was: enough to trace it again.
+    /// Key of the sample, for replay.
     pub key: SampleKey,
-    /// Radiance that the sample claimed.
+    /// Invalid radiance of the sample.
     pub radiance: [f32; 3],
 }
 
@@ -72,7 +74,7 @@ pub struct MutationCounts {
     pub accepted: u64,
 }
 
-/// What a render did.
+/// Statistics of a render.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Rays traced.
@@ -81,11 +83,11 @@ pub struct Statistics {
     pub samples: u64,
     /// Samples dropped as invalid.
     pub dropped: u64,
-    /// The first few of them in the order of their keys.
+    /// The first few dropped samples in the order of their keys.
     pub first_dropped: Vec<DroppedSample>,
     /// Mutations of Markov chains, by the names of their kinds.
     pub mutations: BTreeMap<Cow<'static, str>, MutationCounts>,
-    /// Markov chains.
+    /// Counts of Markov chains.
     pub chains: ChainCounts,
 }
 
@@ -93,7 +95,7 @@ impl Statistics {
     /// Maximum number of dropped samples that are kept for replay.
     const KEPT: usize = 10;
 
-    /// Notes an invalid sample.
+    /// Records an invalid sample.
     pub fn drop_sample(&mut self, sample: DroppedSample) {
         self.dropped += 1;
         self.keep(sample);
@@ -106,7 +108,8 @@ impl Statistics {
         counts.accepted += accepted;
     }
 
-    /// Leaves out what `before` had found already when the same samples were taken once more: only its rays are traced twice.
+    /// Subtracts the samples of `before`, which were taken a second time. Their rays were traced
+    /// twice and count twice.
     pub fn after(mut self, before: &Self) -> Self {
         self.rays = self.rays.plus(before.rays);
         self.samples = self.samples.saturating_sub(before.samples);
@@ -123,7 +126,7 @@ impl Statistics {
         self.first_dropped.truncate(Self::KEPT);
     }
 
-    /// Sums both; the result does not depend on the order.
+    /// Sums both statistics; the result does not depend on the order.
     pub fn merge(mut self, other: Self) -> Self {
         self.rays = self.rays.plus(other.rays);
         self.samples += other.samples;

@@ -1,7 +1,7 @@
 /// Condition that ends a render: all samples are taken, or the error is small enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopCondition {
-    /// One past the index of the last sample of a pixel, or of the last iteration.
+    /// Index of the last sample of a pixel, or of the last iteration, plus one.
     pub end: u32,
     /// Relative error that ends the render earlier; `None`: all samples are taken.
     pub noise: Option<f64>,

@@ -1,7 +1,8 @@
-//! Passes over tiles: each tile of a pass is the work of one task.
+//! Passes over tiles: each tile of a pass is one task.
 //!
-//! The task takes the samples of its pixels, sums them, and adds the sums to the tile. Its results depend on its pixels and sample indices alone, so
-//! bits do not depend on threads. The work of a tile whose render is stopped is thrown away.
+//! The task takes the samples of its pixels, sums them, and adds the sums to the tile. Its result
+//! depends only on its pixels and sample indices, so bits do not depend on threads. If the render
+//! stops, the work of an incomplete tile is discarded.
 
 use super::dispatch::{DynSink, SampleIntegrator};
 use super::groups::shuffled;
@@ -17,10 +18,10 @@ use rayon::prelude::*;
 use std::array::from_fn;
 use std::ops::Range;
 
-/// Adds samples to every pixel of `film`, from those that it has to the one before the index `end`.
+/// Adds samples to every pixel of `film`, from its next sample to the one before index `end`.
 ///
-/// The result is the same to the bit for any number of threads: each tile of a pass is the work of one task, and what a
-/// task computes depends on nothing but its pixels and sample indices. Nor does it depend on how often the render was stopped before.
+/// The result is bit-identical for any number of threads and interruptions: each tile of a pass is
+/// one task, whose result depends only on its pixels and sample indices.
 pub fn render<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -31,7 +32,8 @@ pub fn render<S: Sampler>(
     let mut statistics = Statistics::default();
     let start = film.tiles().iter().map(Tile::next_sample).min().unwrap_or(end);
     for pass in passes(last_cut(start)..end) {
-        // One by one: a thread that took a run of tiles would keep them, and the others wait for it at the end of the pass.
+        // Tiles are taken one by one: a thread with a run of tiles would keep all of them, and the
+        // other threads would wait for it at the end of the pass.
         let behind = film
             .tiles_mut()
             .par_iter_mut()
@@ -54,7 +56,8 @@ pub fn render<S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-/// Adds the samples that `tile` lacks before the one with index `end`; `None`, and the tile is as it was, where the observer asked to stop.
+/// Adds the missing samples before index `end` to `tile`. If the observer stops: returns `None` and
+/// leaves the tile unchanged.
 pub(super) fn advance<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -79,7 +82,8 @@ fn advance_passes<S: Sampler>(
 ) -> Option<Statistics> {
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
-    // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
+    // After a render that ended between cuts: take the last samples again, to sum them together
+    // with the new ones.
     let again = if start < next {
         Some(render_tile(
             integrator,
@@ -102,12 +106,12 @@ fn advance_passes<S: Sampler>(
     })
 }
 
-/// Rays that a sample takes from which on it is work enough by itself: the observer is asked before each. A gathering or branching method may
-/// take seconds for one.
+/// Number of rays per sample from which samples are taken one by one, with a call of the observer
+/// before each. A gathering or branching method may take seconds per sample.
 pub(super) const MANY_RAYS: u64 = 64;
 
-/// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again; `None`, and the tile is of no use, where the observer
-/// asked to stop.
+/// Takes `samples` of each pixel of `tile`, and adds their sums to the tile or subtracts them. If
+/// the observer stops: returns `None`, and the tile is invalid.
 fn render_tile<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -124,8 +128,8 @@ fn render_tile<S: Sampler>(
     let mut taken: [PixelSample; SAMPLES_AT_ONCE] = from_fn(|_| PixelSample::new(observer));
     let mut keys = [SampleKey::new(0, 0, 0); SAMPLES_AT_ONCE];
 
-    // Either many samples of a pixel at once, or one sample of each of many pixels. The latter give something to each other,
-    // and so those that a crop leaves out are traced too.
+    // Either many samples of a pixel at once, or one sample of each of many pixels. In the second
+    // case pixels share paths, so pixels outside of the crop are traced too.
     let pixels_at_once = integrator.pixels_at_once().clamp(1, SAMPLES_AT_ONCE);
     let samples_at_once = SAMPLES_AT_ONCE / pixels_at_once;
     let pixels = match pixels_at_once {
@@ -135,7 +139,7 @@ fn render_tile<S: Sampler>(
     let mut blocks = vec![tile.block(); pixels_at_once];
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
-    // Of a pixel: one, until it is known how much work that is
+    // Samples of a pixel at once: 1 until their cost is known
     let mut samples_now = 1;
     for group in pixels.chunks(pixels_at_once) {
         if group.iter().all(|&pixel| is_cropped(pixel)) {
@@ -167,7 +171,7 @@ fn render_tile<S: Sampler>(
             } else {
                 integrator.samples(keys, &mut sampler, taken);
             }
-            // Those in which the integrator was asked to leave are not whole.
+            // Samples are incomplete if the integrator was cancelled.
             if taken.iter().any(|sample| sample.cancellation.is_cancelled()) {
                 return None;
             }
@@ -210,7 +214,7 @@ mod tests {
     use crate::sampler::{Dimension, SamplerKind};
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    /// Counts the samples that it is asked for, each of which takes many rays.
+    /// Counts its samples. Each takes many rays.
     struct Slow(AtomicU64);
 
     impl Integrator for Slow {
@@ -233,7 +237,8 @@ mod tests {
         }
     }
 
-    /// Slow samples are stopped one by one. Tiles that are not whole then are as they were, and bits are those of one render.
+    /// Slow samples are stopped one by one. Incomplete tiles are unchanged then, and the result is
+    /// bit-identical to a render without stops.
     #[test]
     fn slow_samples_are_stopped_within_tiles() {
         let sampler = SamplerKind::Independent.with_seed(1, 90);
@@ -244,7 +249,7 @@ mod tests {
             Outcome::Complete
         );
         let (mut film, mut patience, mut stops) = (new(), 100, 0);
-        // Between cuts too
+        // Also between cuts
         for end in [50, 90] {
             loop {
                 let slow = Slow(AtomicU64::new(0));

@@ -7,8 +7,8 @@ use crate::integrator::VisibilityLearner;
 use crate::light::VisibilityGrid;
 use crate::sampler::Sampler;
 
-/// Learns what of the sky is seen from surfaces, where that helps to sample it; `None` where the observer asked to stop. It is the same to the bit
-/// for any number of threads.
+/// Learns the visibility of the sky from surfaces. The outer value is `None` if the observer stops,
+/// the inner one if visibility gains nothing. Bit-identical for any number of threads.
 pub fn learn_visibility<A: Accel, S: Sampler>(
     learner: &VisibilityLearner<A>,
     sampler: &S,

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Results of `work_item` for each index below `count`, in their order, with the rays that it took; `None` if the observer asked to stop.
+/// Results of `work_item` for each index below `count`, in order, with the number of rays; `None`
+/// if the observer stops.
 pub(super) fn in_work_items<T: Send, S: Sampler>(
     count: u32,
     sampler: &S,
@@ -25,10 +26,11 @@ pub(super) fn in_work_items<T: Send, S: Sampler>(
     Some((work_items, rays.into_iter().fold(RayCounts::default(), RayCounts::plus)))
 }
 
-/// Results of `task` for each index below `count`, in their order, made in the current rayon pool; `None` if one of them is.
+/// Results of `task` for each index below `count`, in order, made in the current rayon pool; `None`
+/// if a result is `None`.
 ///
-/// Each result has a lock of its own, so tasks must be long. rayon's own iterators would be compiled anew for each kind of task, which took 7 % of the
-/// time to compile this crate.
+/// Each result has a separate lock, so tasks must be long. rayon's own iterators would be compiled
+/// again for each kind of task, which took 7 % of the time to compile this crate.
 pub(super) fn map_indices<T: Send>(count: usize, task: impl Fn(usize) -> Option<T> + Sync) -> Option<Vec<T>> {
     let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
     let is_cut = AtomicBool::new(false);

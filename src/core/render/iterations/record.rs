@@ -1,4 +1,4 @@
-//! One iteration with a record of its paths, for `embrasure paths`.
+//! An iteration with a record of its paths, for `embrasure paths`.
 
 use super::{CountedRays, IterationTarget, Work, WorkItem, in_work_items};
 use crate::color::Spectrum;
@@ -10,18 +10,19 @@ use crate::sampler::{SampleKey, Sampler};
 /// The record of a sample or chain of an iteration.
 #[derive(Clone, Debug)]
 pub struct Recorded {
-    /// Name of the sample; of a chain its number and a row below all images.
+    /// Key of the sample. A chain has its number as column, and a row below all images.
     pub key: SampleKey,
-    /// What happened.
+    /// Path events.
     pub events: Vec<PathEvent>,
     /// Factor of the light in the sample's own pixel.
     pub weight: f32,
-    /// Light that falls on the pixel which was asked for.
+    /// Light on the requested pixel.
     pub light: Spectrum,
 }
 
-/// Runs iteration `index` on this thread, apart from its preparation, and gives `keep` the record of each sample and chain that lights `pixel` of a picture of
-/// `resolution` pixels, and that of the pixel's own sample.
+/// Runs iteration `index` on this thread, except for its preparation. Calls `keep` with the record
+/// of each sample and chain that contributes to `pixel` of an image of `resolution` pixels, and
+/// with the record of the pixel's own sample.
 pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),

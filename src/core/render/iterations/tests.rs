@@ -3,7 +3,7 @@ use crate::film::FilterKind;
 use crate::sampler::SamplerKind;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counts the samples that it is asked for.
+/// Integrator that counts its samples.
 struct Counting(AtomicU64);
 
 impl IterationIntegrator for &Counting {
@@ -29,7 +29,7 @@ impl IterationIntegrator for &Counting {
     }
 }
 
-/// Stops, or pauses, once so many samples were taken.
+/// Stops or pauses after `stop` or `pause` samples.
 struct Impatient<'a> {
     counting: &'a Counting,
     stop: u64,
@@ -48,7 +48,7 @@ impl Observer for Impatient<'_> {
     }
 }
 
-/// Iterations of 32 × 32 pixels, until both are done.
+/// Renders iterations of 32 × 32 pixels, until two are done.
 fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
     let counting = Counting(AtomicU64::new(0));
     let observer = Impatient {
@@ -61,14 +61,15 @@ fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
     (outcome, counting.0.into_inner())
 }
 
-/// A stop costs the iteration, and takes effect within its work items; a pause waits for the iteration's end, however often it is asked for.
+/// A stop discards the iteration, and takes effect within its work items. A pause waits for the
+/// iteration's end for any number of requests.
 #[test]
 fn iterations_are_not_lost_by_pauses() {
     let new = || Film::new(UVec2::splat(32), Rect::full(UVec2::splat(32)));
     let mut stopped = new();
     let (outcome, samples) = iterations(&mut stopped, 100, u64::MAX);
     assert_eq!((outcome, stopped.samples()), (Outcome::Stopped, 0));
-    // Each thread has some pixels under way.
+    // Each thread may be in the middle of some pixels.
     assert!(
         samples <= 100 + (PIXELS_A_LOOK * rayon::current_num_threads()) as u64,
         "{samples}"
@@ -82,7 +83,7 @@ fn iterations_are_not_lost_by_pauses() {
     assert_eq!(light(&paused), light(&whole));
 }
 
-/// Fewer work items are kept if light takes much memory. Each thread has one in any case.
+/// Fewer work items are kept if light takes much memory. Each thread has at least one.
 #[test]
 fn large_work_items_are_few() {
     let crop = Rect::full(UVec2::splat(512));
@@ -96,10 +97,10 @@ fn large_work_items_are_few() {
         few * large * SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE <= BYTES_AT_ONCE,
         "{few}"
     );
-    // Light of groups takes its place
+    // Light of groups takes memory
     assert!(few < work_items_at_once(light_bytes(false, &wide, crop), 2), "{few}");
     assert_eq!(work_items_at_once(large, 64), 64);
-    // A filter is no wider than the picture.
+    // The reach of a filter is limited to the image.
     let endless = light_bytes(true, &Filter::new(FilterKind::Gaussian, 1e30), crop);
     assert!(endless < 1 << 30, "{endless}");
 }

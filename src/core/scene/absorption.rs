@@ -1,10 +1,13 @@
-//! Absorption inside bodies: light that goes a distance d through a body of the absorption coefficient σ keeps exp(−σ d) of what it had (Bouguer 1729,
-//! Lambert 1760, Beer 1852), channel by channel.
+//! Absorption inside bodies: light that travels a distance d through a body with the absorption
+//! coefficient σ is multiplied by exp(−σ d) (Bouguer 1729, Lambert 1760, Beer 1852), channel by
+//! channel.
 //!
-//! A body is what lies behind a surface that transmits light into a body. A segment of a path lies in a body if it leaves such a surface backwards or meets
-//! one from behind; a ray carries the body that it starts in ([`Ray::body`]), and what it meets tells the other end. Where both ends are surfaces of
-//! bodies, the mean of both coefficients counts, so that a path has the same light from either end. Of a segment between two opaque surfaces within a
-//! body nothing is known, and it counts as clear.
+//! A body is the space behind a surface that transmits light. A segment of a path lies in a body if
+//! it leaves such a surface backwards or hits one from behind. A ray stores the body of its origin
+//! ([`Ray::body`]), and its hit gives the body of the other end. If both ends are surfaces of
+//! bodies, the mean of both coefficients is used, so that a path has the same light from either
+//! end. A segment between two opaque surfaces within a body has no known body and is treated as
+//! clear.
 
 use super::Scene;
 use crate::color::Spectrum;
@@ -12,13 +15,14 @@ use crate::geometry::Hit;
 use crate::math::Ray;
 
 impl Scene {
-    /// Whether any body absorbs light.
+    /// Returns true if any body absorbs light.
     #[inline(always)]
     pub fn has_absorption(&self) -> bool {
         self.has_absorption
     }
 
-    /// The number of the body behind the surface at `hit`, as in [`Ray::body`]; 0 where there is none that absorbs.
+    /// Number of the body behind the surface at `hit`, as in [`Ray::body`]; 0 if there is no
+    /// absorbing body.
     #[inline(always)]
     pub fn body_behind(&self, hit: &Hit) -> u32 {
         match self.has_absorption {
@@ -34,7 +38,7 @@ impl Scene {
         }
     }
 
-    /// Transmittance of the way along `ray` to `hit`, its closest one.
+    /// Transmittance along `ray` up to `hit`, its closest hit.
     #[inline(never)]
     pub fn transmittance_to(&self, hit: &Hit, ray: &Ray) -> Spectrum {
         let body = match self.body_behind(hit) {
@@ -45,7 +49,7 @@ impl Scene {
         self.transmittance_within([ray.body, body], hit.t * ray.direction.length())
     }
 
-    /// Transmittance of the whole of `ray`, which meets nothing; 1 of one without an end.
+    /// Transmittance of the whole `ray`, which has no hit; 1 for an infinite ray.
     #[inline(never)]
     pub fn transmittance_along(&self, ray: &Ray) -> Spectrum {
         match ray.t_max < f32::INFINITY {
@@ -54,7 +58,7 @@ impl Scene {
         }
     }
 
-    /// Transmittance of a segment of that length, whose ends are in these bodies.
+    /// Transmittance of a segment with the length `length`, whose ends are in the bodies `ends`.
     fn transmittance_within(&self, ends: [u32; 2], length: f32) -> Spectrum {
         let known = || ends.into_iter().filter(|&body| body > 0);
         let sum = known().fold(Spectrum::ZERO, |sum, body| sum + self.absorptions[body as usize - 1]);

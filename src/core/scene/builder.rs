@@ -1,4 +1,4 @@
-//! The builder of scenes, which validates all parts. `freeze.rs` makes the scene of them.
+//! The builder of scenes, which validates all parts. `freeze.rs` makes the scene from them.
 
 use super::duplicates::{CoincidentEmitters, TriangleSamples, remove_repeated_triangles};
 use super::ground::GroundPlane;
@@ -18,74 +18,75 @@ use crate::math::{Bounds3, Quat, Vec3};
 use crate::texture::{Texture, TextureFilter, TextureId};
 use std::collections::HashMap;
 
-/// What the builder left out or assumed; every entry is worth a word to the user.
+/// Omissions and assumptions of the builder. Each nonzero entry should be reported to the user.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneReport {
-    /// Triangles without area, left out.
+    /// Omitted triangles without area.
     pub degenerate_triangles: u64,
-    /// Materials whose lobes summed to more than 1 in some channel and were scaled down: name and largest channel.
+    /// Materials whose lobes summed to more than 1 in some channel and were scaled down: name and
+    /// largest channel.
     pub scaled_materials: Vec<(String, f32)>,
-    /// Whether nothing emitted, so that a constant environment of radiance 1 was added.
+    /// True if there was no emission, so that a constant environment of radiance 1 was added.
     pub default_light: bool,
-    /// Triangles that repeat another one of their mesh, left out.
+    /// Omitted triangles that repeat another triangle of their mesh.
     pub repeated_triangles: u64,
-    /// Instances that repeat another one, left out.
+    /// Omitted instances that repeat another instance.
     pub repeated_instances: u64,
-    /// Emitting triangles that lie on others.
+    /// Emitting triangles that coincide with others.
     pub coincident_emitters: CoincidentEmitters,
     /// Largest number of triangles of different meshes at one place; 0 if it is below
     /// [`MANY_COINCIDENT`](super::MANY_COINCIDENT).
     pub coincident_triangles: u64,
-    /// Triangles without area whose material emits, left out.
+    /// Omitted triangles without area whose material emits.
     pub degenerate_emitters: u64,
-    /// True if the scene has lights, or had emitting triangles, and nothing emits.
+    /// True if the scene has lights, or had emitting triangles, but no emission.
     pub is_dark: bool,
-    /// Panes of glass that became thin dielectrics; those of a prototype once.
+    /// Panes of glass that became thin dielectrics; panes of a prototype count once.
     pub panes: u64,
     /// Number of rectangles among emitting triangles that became one light each.
     pub rectangles: u64,
 }
 
-/// Names a prototype: meshes that instances put into the world.
+/// Index of a prototype: meshes that instances place in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrototypeId(pub(super) u32);
 
 /// Collects validated parts and freezes them into a [`Scene`](super::Scene).
 #[derive(Debug, Default)]
 pub struct SceneBuilder {
-    /// Names of objects; what is added is part of the last one.
+    /// Names of objects. New meshes and instances belong to the last one.
     pub(super) objects: Vec<String>,
-    /// Those that are taken, each with the last number that was put behind it.
+    /// Names in use, each with the last number that was appended to it.
     object_names: HashMap<String, u32>,
     /// Names of the parts of all meshes.
     pub(super) parts: PartNames,
     pub(super) meshes: Vec<(Mesh, MaterialId)>,
-    /// The object of each.
+    /// Object of each mesh.
     pub(super) mesh_objects: Vec<u32>,
     pub(super) prototypes: Vec<Vec<(Mesh, MaterialId)>>,
     pub(super) instances: Vec<(PrototypeId, Placement)>,
-    /// The object of each.
+    /// Object of each instance.
     pub(super) instance_objects: Vec<u32>,
     pub(super) materials: Vec<Material>,
-    /// Materials that are hidden from the camera, by those that they are copies of.
+    /// Materials that are hidden from the camera, by their originals.
     pub(super) hidden: HashMap<MaterialId, MaterialId>,
     pub(super) textures: Vec<Texture>,
     pub(super) texture_filter: TextureFilter,
-    /// Each with its group, if it is in one.
+    /// Lights with their groups, if any.
     pub(super) lights: Vec<(Light, Option<LightGroupId>)>,
-    /// A light of each sky, by the bits of elevation and turbidity.
+    /// Light of each sky, by the bits of elevation and turbidity.
     pub(super) skies: HashMap<[u32; 2], EnvironmentLight>,
-    /// Names of groups; lights that are added are part of `light_group`.
+    /// Names of groups. New lights belong to `light_group`.
     pub(super) light_groups: Vec<String>,
     light_group: Option<LightGroupId>,
-    /// The group of what surfaces of a material emit.
+    /// Light groups of emitting materials.
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
-    /// Lights that are whole meshes of a material of their own.
+    /// Lights that are whole meshes, by their own materials.
     pub(super) lamps: HashMap<MaterialId, Light>,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
     pub(super) panes: Panes,
-    /// Some triangles of all meshes.
+    /// Samples of the triangles of all meshes.
     pub(super) samples: TriangleSamples,
     pub(super) report: SceneReport,
 }
@@ -120,13 +121,13 @@ impl SceneBuilder {
         }
     }
 
-    /// A builder that holds nothing yet.
+    /// An empty builder.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a material; lobes that sum to more than 1 in some channel are scaled down and reported, unless textures vary them: then that is done
-    /// where they are looked up.
+    /// Adds a material. Lobes that sum to more than 1 in some channel are scaled down and reported,
+    /// unless textures vary them: then they are scaled at lookup.
     pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
         check_material(&material)?;
         let scattered = material.scattered();
@@ -134,7 +135,7 @@ impl SceneBuilder {
         if !varies {
             material.scale_to_one();
         }
-        // Parts that sum to 1 up to rounding are what was meant.
+        // Lobes that sum to 1 up to rounding are intended.
         if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
@@ -142,8 +143,8 @@ impl SceneBuilder {
         Ok(MaterialId(self.materials.len() as u32 - 1))
     }
 
-    /// Adds triangles of one material that stand in the world. Triangles without area, and triangles that repeat
-    /// another one, are left out and reported.
+    /// Adds triangles of one material to the world. Triangles without area, and triangles that
+    /// repeat another one, are omitted and reported.
     pub fn add_mesh(&mut self, mesh: Mesh, material: MaterialId) -> Result<(), BuildError> {
         let mesh = self.checked(mesh, material)?;
         self.add_checked_mesh(mesh, material);
@@ -158,9 +159,11 @@ impl SceneBuilder {
         }
     }
 
-    /// Names what is added from now on, until the next call. Names of objects are made different where they are not.
+    /// Starts an object: parts added from now on, until the next call, belong to it. A name that is
+    /// in use gets a number.
     pub fn begin_object(&mut self, name: &str) {
-        // Numbers go on where those of this name have ended: thousands of one name take no longer than others.
+        // Continue after the last number of this name, so that thousands of equal names take no
+        // longer than different ones.
         let mut number = self.object_names.get(name).copied().unwrap_or(0);
         let unique = loop {
             number += 1;
@@ -177,8 +180,8 @@ impl SceneBuilder {
         self.objects.push(unique);
     }
 
-    /// Adds names of parts, by which `meshes` number theirs, and gives these the numbers of the
-    /// scene. A part of the same names is the same part.
+    /// Adds names of parts, and renumbers the parts of `meshes` from `names` to the names of the
+    /// scene. Equal names are the same part.
     pub fn add_parts<'m>(&mut self, names: PartNames, meshes: impl Iterator<Item = &'m mut Mesh>) {
         if self.parts.is_empty() {
             self.parts = names;
@@ -195,12 +198,13 @@ impl SceneBuilder {
         &self.parts
     }
 
-    /// The object that things are added to.
+    /// Index of the object that is being added to.
     fn object(&self) -> u32 {
         self.objects.len().saturating_sub(1) as u32
     }
 
-    /// Adds meshes that are kept once and put into the world by [`SceneBuilder::add_instance`], as often as one likes.
+    /// Adds meshes that are stored once and placed in the world by [`SceneBuilder::add_instance`],
+    /// any number of times.
     pub fn add_prototype(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<PrototypeId, BuildError> {
         let mut checked = Vec::with_capacity(meshes.len());
         for (mesh, material) in meshes {
@@ -214,7 +218,7 @@ impl SceneBuilder {
         Ok(PrototypeId(self.prototypes.len() as u32 - 1))
     }
 
-    /// Puts a prototype into the world.
+    /// Places a prototype in the world.
     pub fn add_instance(&mut self, prototype: PrototypeId, placement: Placement) -> Result<(), BuildError> {
         let bounds = bounds_of(&self.prototypes[prototype.0 as usize]);
         check_placement(self.instances.len(), &placement, bounds)?;
@@ -226,7 +230,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// The mesh without triangles that have no area at any time, and without repeated ones.
+    /// Checks the mesh, and removes triangles without area at all times and repeated triangles.
     fn checked(&mut self, mut mesh: Mesh, material: MaterialId) -> Result<Mesh, BuildError> {
         check_mesh(&mut mesh)?;
         let removed = remove_degenerate(&mut mesh);
@@ -239,24 +243,25 @@ impl SceneBuilder {
         Ok(mesh)
     }
 
-    /// Adds a plane that catches shadows. It is part of neither the scene's bounds nor its report.
+    /// Adds a plane that catches shadows. It belongs neither to the scene's bounds nor to its
+    /// report.
     pub fn set_ground(&mut self, plane: GroundPlane) -> Result<(), BuildError> {
         plane.check()?;
         self.ground = Some(plane);
         Ok(())
     }
 
-    /// How emitting triangles are sampled; by area if this is not called.
+    /// Sets the sampling of emitting triangles; the default is by area.
     pub fn triangle_sampling(&mut self, sampling: TriangleSampling) {
         self.triangle_sampling = sampling;
     }
 
-    /// The group of lights of this name, which is made where there is none yet.
+    /// Group of lights with this name. Adds it if it does not exist.
     pub fn light_group(&mut self, name: &str) -> Result<LightGroupId, BuildError> {
         check_group_name(name)?;
         let found = self.light_groups.iter().position(|known| known == name);
         let index = found.unwrap_or(self.light_groups.len());
-        // One is left for lights that are in none.
+        // The last group is for lights without a group.
         if index >= LightGroups::MOST - 1 {
             return Err(BuildError::TooManyLightGroups);
         }
@@ -266,28 +271,28 @@ impl SceneBuilder {
         Ok(LightGroupId(index as u8))
     }
 
-    /// Puts lights that are added from now on, until the next call, into a group or none.
+    /// Puts lights that are added from now on, until the next call, into `group`, or into no group.
     pub fn begin_light_group(&mut self, group: Option<LightGroupId>) {
         self.light_group = group;
     }
 
-    /// The group that lights are put into.
+    /// Current group of new lights.
     pub(super) fn current_light_group(&self) -> Option<LightGroupId> {
         self.light_group
     }
 
-    /// Returns true if a texture gives the diffuse or base colour of `material`.
+    /// Returns true if the diffuse or base colour of `material` has a texture.
     pub fn has_diffuse_map(&self, material: MaterialId) -> bool {
         let material = self.materials.get(material.0 as usize);
         material.is_some_and(|material| material.maps.diffuse.is_some())
     }
 
-    /// Number of materials that were added.
+    /// Number of materials added.
     pub fn material_count(&self) -> usize {
         self.materials.len()
     }
 
-    /// Puts what surfaces of `material` emit into a group.
+    /// Puts the emission of surfaces of `material` into a group.
     pub fn group_material(&mut self, material: MaterialId, group: LightGroupId) {
         self.material_groups.insert(material, group);
     }
@@ -296,7 +301,7 @@ impl SceneBuilder {
         self.lights.push((light, self.light_group));
     }
 
-    /// Adds a point light of `intensity` W/sr.
+    /// Adds a point light with `intensity`, W/sr.
     pub fn add_point_light(&mut self, position: Vec3, intensity: Spectrum) -> Result<(), BuildError> {
         check_position("point", position)?;
         check_light("point", "intensity", intensity)?;
@@ -304,14 +309,15 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds an environment of the same `radiance` in every direction.
+    /// Adds an environment with constant `radiance`, W·sr⁻¹·m⁻².
     pub fn add_constant_light(&mut self, radiance: Spectrum) -> Result<(), BuildError> {
         check_light("constant", "radiance", radiance)?;
         self.add_light(Light::Constant(ConstantLight { radiance }));
         Ok(())
     }
 
-    /// Adds parallel light that travels in `direction`, of `irradiance` W·m⁻² on a surface that faces it.
+    /// Adds parallel light that travels in `direction`, with `irradiance`, W·m⁻², on a surface that
+    /// faces it.
     pub fn add_directional_light(&mut self, direction: Vec3, irradiance: Spectrum) -> Result<(), BuildError> {
         let direction = unit("directional", direction)?;
         check_light("directional", "irradiance", irradiance)?;
@@ -319,8 +325,9 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a point light of `intensity` W/sr that shines into the cone around `direction` of half-angle `angle`, and falls off
-    /// from half-angle `falloff` on; degrees, `falloff` ≤ `angle` ≤ 90.
+    /// Adds a point light with `intensity`, W/sr, into the cone around `direction` with half-angle
+    /// `angle`. It falls off from half-angle `falloff` on. Angles in degrees, `falloff` ≤ `angle` ≤
+    /// 90.
     pub fn add_spot_light(
         &mut self,
         position: Vec3,
@@ -343,17 +350,17 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// How light passes thin glass; straight on if this is not called.
+    /// Sets how light passes thin glass; the default is straight on.
     pub fn panes(&mut self, panes: Panes) {
         self.panes = panes;
     }
 
-    /// How textures are looked up; by mip levels if this is not called.
+    /// Sets the filter of texture lookups; the default is mip levels.
     pub fn texture_filter(&mut self, filter: TextureFilter) {
         self.texture_filter = filter;
     }
 
-    /// Adds an environment whose radiance is that of `image` times `scale`, turned by `rotation`.
+    /// Adds an environment with the radiance of `image` times `scale`, rotated by `rotation`.
     pub fn add_environment(&mut self, image: LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
         check_environment("environment", &image, scale, rotation)?;
         let light = EnvironmentLight::new(image, scale, rotation);
@@ -383,13 +390,13 @@ impl SceneBuilder {
         hidden
     }
 
-    /// The material that a hidden one is a copy of.
+    /// The original of a hidden material.
     pub fn copied_material(&self, hidden: MaterialId) -> Option<MaterialId> {
         let mut copies = self.hidden.iter();
         copies.find(|(_, copy)| **copy == hidden).map(|(id, _)| *id)
     }
 
-    /// Gives a material, and its hidden copy, another opacity.
+    /// Sets the opacity of a material and of its hidden copy.
     pub fn set_opacity(&mut self, id: MaterialId, opacity: f32) {
         for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
             if let Some(material) = self.materials.get_mut(id.0 as usize) {
@@ -398,8 +405,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Exchanges a material's heights and normals: each of the two textures was taken for the other.
-    /// The maps keep their mappings.
+    /// Swaps a material's bump and normal maps, after each texture was taken for the other. The
+    /// maps keep their mappings.
     pub fn exchange_bumps(&mut self, id: MaterialId) {
         for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
             if let Some(material) = self.materials.get_mut(id.0 as usize) {
@@ -409,15 +416,15 @@ impl SceneBuilder {
         }
     }
 
-    /// The scene's textures. Until now the maps of materials named places in `ids`, where they are told which texture that is; those that
-    /// are told `None` are left out.
+    /// Sets the scene's textures. Before this call, maps of materials have indices into `ids`,
+    /// which has the id of each texture. Maps with the id `None` are removed.
     pub fn set_textures(&mut self, textures: Vec<Texture>, ids: &[Option<TextureId>]) {
         place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
         self.textures = textures;
     }
 }
 
-/// Gives every map the texture that `place` says, or none.
+/// Sets the texture of every map to the result of `place`, or removes the map.
 pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
     for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
         *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
@@ -431,7 +438,7 @@ pub(super) fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
     used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
 }
 
-/// Box around all that is ever in `meshes`.
+/// Box around `meshes` at all times.
 pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
     meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
 }
@@ -581,7 +588,7 @@ mod tests {
         for material in [screen, dark, lamp] {
             b.add_mesh(two(), material).unwrap();
         }
-        // Copies too
+        // Instances too
         let prototype = b.add_prototype(vec![(two(), lamp), (two(), screen)]).unwrap();
         let still = Placement::Still(crate::math::Affine3A::from_translation(Vec3::Z.into()));
         b.add_instance(prototype, still).unwrap();

@@ -1,15 +1,16 @@
 //! Triangles and instances whose corners or placements repeat others to the last bit.
 //!
-//! A ray that hits one of n equal triangles is tested with all of them, so a render of n rays takes n² tests. Light
-//! sampling counts each of n equal emitters, and a ray finds one. The builder therefore keeps the first of equal
-//! triangles of a mesh, with its texture coordinates and normals, and of equal instances. Triangles that
-//! differ in winding are different.
+//! A ray that hits one of n equal triangles is tested with all of them, so a render of n rays takes
+//! n² tests. Light sampling counts each of n equal emitters, and a ray hits one. The builder
+//! therefore keeps the first of equal triangles of a mesh, with its texture coordinates and
+//! normals, and of equal instances. Triangles that differ in winding are different.
 //!
-//! Hashes go through a set of bits first, 2 to 4 bytes per item. Only items whose bit is set before are compared.
+//! Hashes go through a set of bits first, 2 to 4 bytes per item. Only items whose bit is set before
+//! are compared.
 //!
 //! Equal triangles of different meshes stay, because their materials differ. Many at one place are
-//! reported. To find them, the hash of every eighth triangle is kept ([`TriangleSamples`]). Only places
-//! with several samples are counted.
+//! reported. To find them, the hash of every eighth triangle is kept ([`TriangleSamples`]). Only
+//! places with several samples are counted.
 
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_triangles};
@@ -21,8 +22,8 @@ use std::collections::{HashMap, HashSet};
 /// Corners of a triangle at shutter open and close, from the corner with the smallest bits on.
 type TriangleKey = [[u32; 9]; 2];
 
-/// Minimum number of coincident triangles of different meshes that is reported. A ray there is tested
-/// with all of them.
+/// Minimum number of coincident triangles of different meshes that is reported. A ray there is
+/// tested with all of them.
 pub const MANY_COINCIDENT: u64 = 32;
 
 /// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
@@ -35,8 +36,8 @@ pub(super) struct TriangleSamples {
 
 impl TriangleSamples {
     const STRIDE: usize = 8;
-    /// Minimum number of equal samples of a place that is counted. [`MANY_COINCIDENT`] equal meshes have
-    /// as many at some place if they are added in succession.
+    /// Minimum number of equal samples of a place for it to be counted. [`MANY_COINCIDENT`] equal
+    /// meshes have this number at some place if they are added in succession.
     const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
 
     fn add(&mut self, hash: u64) {
@@ -92,8 +93,8 @@ fn hash_of_key(key: &TriangleKey) -> u64 {
     hash_of(key.as_flattened())
 }
 
-/// Removes triangles that repeat others of the mesh. Returns their number. Adds every eighth triangle of
-/// the mesh to `samples`.
+/// Removes triangles that repeat others of the mesh. Returns their number. Adds every eighth
+/// triangle of the mesh to `samples`.
 pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleSamples) -> u64 {
     let before = mesh.triangles.len();
     let Mesh {
@@ -118,7 +119,8 @@ pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleS
     (before - triangles.len()) as u64
 }
 
-/// Removes instances that repeat others, and their `objects`. Returns their number. `id` is the number of a prototype.
+/// Removes instances that repeat others, and their `objects`. Returns their number. `id` is the
+/// index of a prototype.
 pub(super) fn remove_repeated_instances<P>(
     instances: &mut Vec<(P, Placement)>,
     objects: &mut Vec<u32>,
@@ -144,7 +146,7 @@ pub(super) fn remove_repeated_instances<P>(
     (before - instances.len()) as u64
 }
 
-/// Emitting triangles that lie on others with the same front, of another mesh or instance.
+/// Emitting triangles that coincide with others with the same front, of another mesh or instance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CoincidentEmitters {
     /// Number of triangles.
@@ -154,7 +156,7 @@ pub struct CoincidentEmitters {
 }
 
 impl Scene {
-    /// Emitting triangles that lie on others at shutter open, to the last bit.
+    /// Emitting triangles that coincide with others at shutter open, bit by bit.
     pub(super) fn coincident_emitters(&self) -> CoincidentEmitters {
         let keys = || {
             self.emitters()
@@ -205,7 +207,7 @@ impl Scene {
     }
 }
 
-/// Bits of a number; both zeros are one.
+/// Bits of a number; both zeros have the same bits.
 fn bits(value: f32) -> u32 {
     (value + 0.0).to_bits()
 }
@@ -230,7 +232,8 @@ fn hash_of(words: &[u32]) -> u64 {
     })
 }
 
-/// The hashes that occur more than once, and a few that occur once. `count` is the number of hashes.
+/// The hashes that occur more than once, and a few that occur once. `count` is the number of
+/// hashes.
 fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
     let mut repeated = HashSet::new();
     let bits = (16 * count as u64).next_power_of_two();

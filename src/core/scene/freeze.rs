@@ -1,4 +1,5 @@
-//! Makes the frozen scene of the parts of the builder: arrays of meshes, and lights of emitting surfaces.
+//! Makes the frozen scene from the parts of the builder: arrays of meshes, and lights of emitting
+//! surfaces.
 
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::duplicates::remove_repeated_instances;
@@ -17,10 +18,11 @@ use crate::math::{Affine3A, Bounds3};
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
-/// Name of the object that everything is part of where nothing else is said.
+/// Name of the default object.
 const ONLY_OBJECT: &str = "scene";
 
-/// Bytes of an emitting triangle, with those that choosing it takes and growing lists leave.
+/// Bytes of an emitting triangle, including the choice among lights and the unused capacity of
+/// growing lists.
 const BYTES_OF_A_LIGHT: u64 = 3 * size_of::<Light>() as u64 + 100;
 
 /// Groups of lights, and lights that are whole meshes, by the material of their surfaces.
@@ -30,7 +32,7 @@ impl SceneBuilder {
     /// Freezes the scene. A scene without lights and without emitting surfaces gets a constant
     /// environment of radiance 1. A scene whose lights emit nothing stays dark.
     pub fn build(mut self) -> Result<(Scene, SceneReport), BuildError> {
-        // A map of a texture that is not there is none.
+        // Remove maps of missing textures.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
         for (mesh, material) in self.meshes.iter().chain(self.prototypes.iter().flatten()) {
@@ -109,7 +111,8 @@ impl SceneBuilder {
             light_groups: LightGroups::new(self.light_groups),
         };
 
-        // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
+        // Emitting triangles are the first lights: lights of one mesh, and of one instance, have
+        // consecutive ids.
         let mut emitting = 0;
         for ((mesh, material), object) in self.meshes.into_iter().zip(self.mesh_objects) {
             scene.add_shape(
@@ -194,7 +197,7 @@ impl SceneBuilder {
         Ok((scene, self.report))
     }
 
-    /// Makes thin dielectrics of the panes in a scene of these bounds.
+    /// Makes thin dielectrics of the panes in a scene with these bounds.
     pub(super) fn flatten_panes(&mut self, bounds: Bounds3) {
         let max_thickness = max_thickness(bounds);
         let mut flat_panes = FlatPanes::default();
@@ -206,7 +209,7 @@ impl SceneBuilder {
                 self.mesh_objects.push(object);
             }
         }
-        // Of the copies of a prototype the largest decides.
+        // The largest copy of a prototype decides.
         let mut scales = vec![0.0f64; self.prototypes.len()];
         for (prototype, placement) in &self.instances {
             let lengths = placement.steps().iter().flat_map(|step| {
@@ -224,7 +227,8 @@ impl SceneBuilder {
         self.report.panes += flat_panes.count;
     }
 
-    /// Bytes that [`SceneBuilder::build`] takes, about: facets of what stands, and emitting triangles with what chooses among them.
+    /// Approximate bytes that [`SceneBuilder::build`] needs: facets of standing meshes, and
+    /// emitting triangles with the choice among lights.
     pub fn building_bytes(&self) -> u64 {
         let emits = |material: MaterialId| {
             let material = self.materials.get(material.0 as usize);
@@ -253,14 +257,14 @@ impl SceneBuilder {
         )
     }
 
-    /// Box around all that is ever in the world.
+    /// Box around the world at all times.
     pub fn bounds(&self) -> Bounds3 {
         let standing = self.meshes.iter().flat_map(|(m, _)| used_positions(m));
         let mut bounds: Bounds3 = standing.collect();
         let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();
         for (prototype, placement) in &self.instances {
             let placed = placement.bounds(of_prototypes[prototype.0 as usize]);
-            // Of an instance of nothing there is no box.
+            // The box of an instance without triangles is empty.
             if !placed.is_empty() {
                 bounds.extend(placed.min);
                 bounds.extend(placed.max);
@@ -271,8 +275,8 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Adds a mesh that stands in the world as part of `object`, or is part of a prototype. `emitting` counts the lights of meshes: triangles that emit, and
-    /// each of `lamps`.
+    /// Adds a mesh that stands in the world as part of `object`, or belongs to a prototype.
+    /// `emitting` counts the lights of meshes: emitting triangles, and each of `lamps`.
     fn add_shape(
         &mut self,
         mesh: Mesh,
@@ -285,7 +289,7 @@ impl Scene {
         let varies = surface.maps.varies_bsdf() || surface.maps.has_bumps() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let lamp = lamps.get(&material);
-        // A lamp that is out has its shape all the same.
+        // A lamp without emission has a light number too.
         let emits = lamp.is_some() || !surface.emission_factor().is_black();
         let first_light = emits.then_some(LightId(*emitting as u32));
         let (light_count, numbering) = match (emits, lamp) {
@@ -294,18 +298,18 @@ impl Scene {
             (true, None) => self.number_lights(&mesh, keeps_place && !varies_emission(surface), sampling),
         };
         *emitting += u64::from(light_count);
-        // Where triangles move, what their points share does so too.
+        // If triangles move, their facets change too.
         let prims = 0..mesh.triangles.len() as u32;
         self.facets.push(match keeps_place {
             true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
             false => Vec::new(),
         });
-        // No other owner has them yet.
+        // The meshes have no other owner yet.
         Arc::make_mut(&mut self.meshes).push(mesh);
         self.shapes.push(Shape {
             material,
             object: object.unwrap_or(0),
-            // A sphere is not where its hull is.
+            // The hull of a sphere is not its surface.
             is_plain: keeps_place && is_uniform && !matches!(lamp, Some(Light::Sphere(_))),
             first_light,
             light_count,
@@ -313,7 +317,8 @@ impl Scene {
         });
     }
 
-    /// Number of lights of an emitting mesh, and which of them its triangles are. Rectangles are one light each where all of them shines alike and stays.
+    /// Number of lights of an emitting mesh, and the light of each triangle. Rectangles are one
+    /// light each, if the whole mesh emits evenly and does not move.
     fn number_lights(&mut self, mesh: &Mesh, is_plain: bool, sampling: TriangleSampling) -> (u32, LightNumbering) {
         let count = mesh.triangles.len() as u32;
         if is_plain && sampling == TriangleSampling::Area {
@@ -329,7 +334,8 @@ impl Scene {
         (count, LightNumbering::Triangles)
     }
 
-    /// Makes a light of each emitting triangle, or of a mesh that is a lamp, in the order of their ids.
+    /// Makes a light of each emitting triangle, or of a mesh that is a lamp, in the order of their
+    /// ids.
     fn add_lights_of_meshes(&mut self, sampling: TriangleSampling, of_materials: LightsOfMaterials) {
         for geom in self.standing() {
             self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, of_materials);
@@ -341,7 +347,8 @@ impl Scene {
         }
     }
 
-    /// The lights of each lamp: of a connected component of an emitting mesh, wherever it stands, or a light that is part of no mesh.
+    /// Lights of each lamp: of a connected component of an emitting mesh, in the world or in an
+    /// instance, or a light that is not part of a mesh.
     pub(super) fn lamps(&self) -> Vec<Vec<LightId>> {
         let mut lamps = Vec::new();
         let mut end = 0;
@@ -364,7 +371,7 @@ impl Scene {
                 let mut ids: Vec<_> = (triangles.into_iter())
                     .map(|prim| LightId(before + first.0 + number(prim)))
                     .collect();
-                // Both triangles of a rectangle are one light.
+                // Both triangles of a rectangle are the same light.
                 ids.sort_unstable();
                 ids.dedup();
                 lamps.push(ids);

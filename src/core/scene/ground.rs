@@ -1,21 +1,28 @@
 //! The ground: a plane that catches the shadows of the scene.
 //!
-//! A camera ray that meets it sees the background times the share of light that arrives there: `E / E₀`, of the irradiance `E` with the scene and of
-//! `E₀` without it. Integrators estimate the light that the ground reflects, `ρ E / π` for an albedo ρ; `Ground::shadow` gives the factor to the share.
-//! Where nothing is near, the share is 1 in the mean and the ground looks like the background.
+//! A camera ray that hits it sees the background times the share of light that arrives there: `E /
+//! E₀`, with the irradiance `E` with the scene and `E₀` without it. Integrators estimate the light
+//! that the ground reflects, `ρ E / π` for an albedo ρ; `Ground::shadow` has the factor from
+//! reflected light to the share. Far from all objects, the mean share is 1 and the ground looks
+//! like the background.
 //!
-//! - The path tracer counts the direct light that is missing, `E − E₀`, and not that which arrives: a point from which nothing is near shows the background
-//!   without any noise. Samples may then be negative, and their mean is not, but for noise. Next to a lamp of finite size this is not done: what the lamp
-//!   would send from behind a surface is not known where a ray meets that surface.
-//! - Lamps whose emission is a texture, and lamps that are too many to be summed up at each point,
-//!   are left out of E₀ if there are infinitely distant lights: they brighten the ground around.
-//! - E₀ of infinitely distant lights is the same everywhere and is computed once. That of finite lights is computed for each point, without visibility:
-//!   a lamp that is part of the scene lights the ground around it, and does not darken it far away. Both have closed forms (`light/irradiance.rs`).
+//! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light:
+//!   a point without anything near it shows the background without noise. Samples may then be
+//!   negative; their mean is not, except for noise. Next to a lamp of finite size the path tracer
+//!   does not do this: at a ray hit, the light that the lamp would send from behind the surface is
+//!   unknown.
+//! - Lamps with an emission texture, and lamps that are too many to be summed at each point, are
+//!   left out of E₀ if there are infinitely distant lights: they brighten the ground around them.
+//! - E₀ of infinitely distant lights is the same everywhere and is computed once. E₀ of finite
+//!   lights is computed for each point, without visibility: a lamp in the scene lights the ground
+//!   around it, and does not darken it far away. Both have closed forms (`light/irradiance.rs`).
 //! - Towards the rim the share fades to 1, so that no edge shows.
-//! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the undersides of what stands on it. An object without
-//!   it would be lit from below by the environment and seem to float. The albedo is between that of asphalt and that of paper.
-//! - From below, camera rays pass it.
-//! - The scene's bounds do not include it: they frame the picture, and aim what comes from distant lights.
+//! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the
+//!   undersides of objects on it. Without it, an object would be lit from below by the environment
+//!   and seem to float. The albedo is between that of asphalt and that of paper.
+//! - Camera rays from below pass the ground.
+//! - The scene's bounds do not include it: they frame the image, and aim the light from distant
+//!   lights.
 
 use super::validate::{BuildError, MAX_COORDINATE, check_mesh, remove_degenerate};
 use crate::color::Spectrum;
@@ -26,32 +33,32 @@ use crate::math::float::smooth_step;
 use crate::math::{Bounds3, Encode, Frame, Vec3, encode_fields, list};
 use std::f32::consts::PI;
 
-/// Radius of the ground, in radii of the scene, where none is given.
+/// Default radius of the ground, in radii of the scene.
 const DEFAULT_RADIUS: f32 = 50.0;
-/// Distance of the ground below the scene's lowest point, in radii of the scene, where no point is given: surfaces of the scene that lie at its bottom hide
-/// the ground, and do not coincide with it.
+/// Default distance of the ground below the scene's lowest point, in radii of the scene. Surfaces
+/// at the bottom of the scene hide the ground, and do not coincide with it.
 const GAP: f32 = 1e-4;
-/// Share of the radius from which on shadows fade.
+/// Share of the radius at which shadows begin to fade.
 const FADE: f32 = 0.5;
-/// Smallest albedo: the share of light is an estimate of reflected light over the albedo.
+/// Minimum albedo: the share of light is an estimate of reflected light over the albedo.
 const MIN_ALBEDO: f32 = 0.01;
-/// Smallest radius, that of the smallest scene.
+/// Minimum radius, that of the smallest scene.
 const MIN_RADIUS: f32 = 1e-9;
-/// Maximum number of finite lights, of which each point of the ground sums up the light.
+/// Maximum number of finite lights that are summed at each point of the ground.
 const MAX_FINITE_LIGHTS: usize = 256;
 
-/// A ground plane, as it is asked for.
+/// Settings of a ground plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundPlane {
     /// A point of the plane; `None`: just below the scene's lowest point along `up`.
     pub point: Option<Vec3>,
-    /// The side that is seen, of any length; `None`: `up`.
+    /// Normal of the visible side, of any length; `None`: `up`.
     pub normal: Option<Vec3>,
-    /// Direction against which things fall, of any length.
+    /// Direction upwards, of any length.
     pub up: Vec3,
-    /// Radius around the point, scene units; `None`: 50 times that of the scene.
+    /// Radius around the point, scene units; `None`: 50 times the radius of the scene.
     pub radius: Option<f32>,
-    /// Albedo for all rays but those of the camera, each channel from 0.01 to 1.
+    /// Albedo for all rays except camera rays, each channel from 0.01 to 1.
     pub albedo: Spectrum,
 }
 
@@ -68,7 +75,7 @@ impl Default for GroundPlane {
     }
 }
 
-/// A plane in its place.
+/// A plane that is placed in a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedPlane {
     point: Vec3,
@@ -77,12 +84,12 @@ pub(super) struct PlacedPlane {
     albedo: Spectrum,
 }
 
-/// Radius of these bounds, above 0.
+/// Radius of `bounds`; 1 if it is 0.
 fn size_of(bounds: Bounds3) -> f32 {
     Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0)
 }
 
-/// The point below the middle of a scene, at the lowest corner of its box.
+/// Point below the middle of a scene, at the lowest corner of its box.
 fn point_below(bounds: Bounds3, up: Vec3) -> Vec3 {
     let center = bounds.center();
     let half = (0.5 * (bounds.max - bounds.min)).max(Vec3::ZERO);
@@ -91,7 +98,7 @@ fn point_below(bounds: Bounds3, up: Vec3) -> Vec3 {
 }
 
 impl GroundPlane {
-    /// An error where a value cannot be.
+    /// Returns an error if a value is invalid.
     pub fn check(&self) -> Result<(), BuildError> {
         let bad = |key, value: String, rule| Err(BuildError::BadGround { key, value, rule });
         for (key, v) in [("normal", self.normal), ("up", Some(self.up))] {
@@ -118,7 +125,7 @@ impl GroundPlane {
         Ok(())
     }
 
-    /// A plane under a part of a scene, as it would be under a scene of these bounds.
+    /// The plane under a part of a scene, as under a scene with these bounds.
     pub fn below(bounds: Bounds3, up: Vec3) -> Self {
         let up = up.normalize_or(Vec3::Y);
         Self {
@@ -129,13 +136,13 @@ impl GroundPlane {
         }
     }
 
-    /// The plane under a scene of these bounds.
+    /// The plane under a scene with these bounds.
     pub(super) fn place(&self, bounds: Bounds3) -> Result<PlacedPlane, BuildError> {
         self.check()?;
         let up = self.up.normalize_or(Vec3::Y);
         let size = size_of(bounds);
         let point = self.point.unwrap_or_else(|| point_below(bounds, up));
-        // As large as coordinates may be, where the scene itself is that large
+        // Limited by the largest coordinate, if the scene itself is as large
         let room = 0.7 * (MAX_COORDINATE - point.abs().max_element()).max(0.0);
         let plane = PlacedPlane {
             point,
@@ -143,7 +150,7 @@ impl GroundPlane {
             radius: self.radius.unwrap_or((DEFAULT_RADIUS * size).min(room)),
             albedo: self.albedo,
         };
-        // A disk whose corners round to one point, or lie out of range, cannot be traced.
+        // A disk cannot be traced if its corners round to one point or are out of range.
         let mut mesh = plane.mesh();
         if check_mesh(&mut mesh).is_err() || remove_degenerate(&mut mesh) > 0 {
             return Err(BuildError::BadGround {
@@ -157,7 +164,7 @@ impl GroundPlane {
 }
 
 impl PlacedPlane {
-    /// A square around the disk, its front towards the normal.
+    /// A square around the disk, with its front towards the normal.
     pub fn mesh(&self) -> Mesh {
         let frame = Frame::from_z(self.normal);
         let corner = |x: f32, y: f32| self.point + self.radius * frame.to_world(Vec3::new(x, y, 0.0));
@@ -173,7 +180,7 @@ impl PlacedPlane {
         }
     }
 
-    /// The material that all rays but those of the camera meet.
+    /// The material for all rays except camera rays.
     pub fn material(&self) -> Material {
         Material {
             name: Ground::NAME.into(),
@@ -188,11 +195,11 @@ impl PlacedPlane {
 pub struct Ground {
     geom: GeomId,
     plane: PlacedPlane,
-    /// Irradiance of the plane by infinitely distant lights, without the scene.
+    /// Irradiance of the plane by infinitely distant lights, without the scene, W·m⁻².
     irradiance: Spectrum,
     /// Lights whose irradiance depends on the point.
     finite: Vec<LightId>,
-    /// Whether no ray can meet a light of finite size.
+    /// True if no ray can hit a light of finite size.
     knows_missing_light: bool,
 }
 
@@ -203,7 +210,7 @@ encode_fields!(PlacedPlane {
     albedo,
 });
 
-/// What lights send to the ground follows from them.
+/// Encodes mesh and plane; the irradiance follows from the lights.
 impl Encode for Ground {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         self.geom.0.encode(sink);
@@ -212,10 +219,10 @@ impl Encode for Ground {
 }
 
 impl Ground {
-    /// Name of its object and of its material.
+    /// Name of the object and the material of the ground.
     pub const NAME: &str = "ground";
 
-    /// The ground that is the mesh `geom`, lit by `lights`.
+    /// The ground with the mesh `geom`, lit by `lights`.
     pub(super) fn new(geom: GeomId, plane: PlacedPlane, lights: &[Light]) -> Result<Self, BuildError> {
         let mut ground = Self {
             geom,
@@ -242,7 +249,7 @@ impl Ground {
         if is_known && count <= MAX_FINITE_LIGHTS {
             return Ok(ground);
         }
-        // Lamps brighten a ground that other light shines on.
+        // Finite lights brighten a ground that is lit by infinite lights.
         if !ground.irradiance.is_black() {
             ground.finite.clear();
             return Ok(ground);
@@ -256,7 +263,7 @@ impl Ground {
         })
     }
 
-    /// Whether `hit` is on the ground.
+    /// Returns true if `hit` is on the ground.
     #[inline(always)]
     pub fn is_at(&self, hit: &Hit) -> bool {
         hit.geom == self.geom
@@ -282,19 +289,21 @@ impl Ground {
         self.plane.radius
     }
 
-    /// Whether a ray that meets a surface tells the light that would have come from its direction without the scene: what lamps would send from behind the
-    /// surface is not known.
+    /// Returns true if a ray hit determines the light that would arrive from its direction without
+    /// the scene. This is false with lamps of finite size: their light from behind the surface is
+    /// unknown.
     pub fn knows_missing_light(&self) -> bool {
         self.knows_missing_light
     }
 
-    /// Irradiance of the plane by infinitely distant lights, without the scene.
+    /// Irradiance of the plane by infinitely distant lights, without the scene, W·m⁻².
     pub fn irradiance(&self) -> Spectrum {
         self.irradiance
     }
 
-    /// The share of light that arrives at the point `p` at `time` is the light reflected there times the first, plus the second; `lights` are the
-    /// scene's. Where no light would arrive without the scene, in any channel, the share is 1.
+    /// Factor and offset of the shadow at the point `p` at `time`: the share of arriving light is
+    /// the reflected light times the factor, plus the offset. `lights` are the scene's. If no light
+    /// would arrive without the scene in a channel, its share is 1.
     pub fn shadow(&self, p: Vec3, time: f32, lights: &[Light]) -> (Spectrum, Spectrum) {
         let finite = self.finite.iter().filter_map(|id| lights.get(id.0 as usize));
         let unshadowed = finite.fold(self.irradiance, |sum, light| {
@@ -308,7 +317,7 @@ impl Ground {
         (pick(factor, 0.0).into(), pick([1.0 - strength; 3], 1.0).into())
     }
 
-    /// Strength of shadows at `p`: 1 in the inner part of the disk, and from there down to 0 at its rim.
+    /// Strength of shadows at `p`: 1 in the inner part of the disk, falling to 0 at its rim.
     fn strength(&self, p: Vec3) -> f32 {
         let r = p.distance(self.plane.point) / self.plane.radius;
         smooth_step((1.0 - r) / (1.0 - FADE))
@@ -342,7 +351,7 @@ mod tests {
                 (placed.normal, placed.radius),
                 (up.normalize(), 50.0 * bounds().radius())
             );
-            // The front is towards the normal.
+            // The front faces along the normal.
             let mesh = placed.mesh();
             for triangle in mesh.triangles {
                 let [a, b, c]: [DVec3; 3] = triangle.map(|i| mesh.positions[i as usize].as_dvec3());
@@ -414,7 +423,7 @@ mod tests {
             (1.0, 1.0, 0.0, 0.0)
         );
         assert!((strength(7.5) - 0.5).abs() < 1e-5);
-        // No light at all: the ground is not there.
+        // Without any light the ground is invisible.
         assert_eq!(ground.shadow(ground.point(), 0.0, &[]), (Spectrum::ZERO, Spectrum::ONE));
     }
 }

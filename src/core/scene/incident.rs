@@ -1,4 +1,4 @@
-//! Light that a followed ray meets: emitted by a surface, or infinitely distant.
+//! Light that a ray hits: emitted by a surface, or infinitely distant.
 
 use super::{LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
@@ -6,19 +6,19 @@ use crate::geometry::{Hit, PrimId};
 use crate::light::{Light, LightId, LightSampleContext, LightSelection, TriangleLight};
 use crate::math::Vec3;
 
-/// Light met by following a ray.
+/// Light that a traced ray hits.
 #[derive(Clone, Copy, Debug)]
 pub struct Incident {
-    /// The light that was met.
+    /// The light.
     pub id: LightId,
-    /// Radiance that arrives.
+    /// Radiance that arrives, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,
-    /// Density, per solid angle, with which light sampling would have drawn this direction.
+    /// Density per solid angle with which light sampling would sample this direction.
     pub pdf: f32,
 }
 
 impl Scene {
-    /// Number of the light of the triangle `prim` among those of `shape`, which emits.
+    /// Number of the light of the triangle `prim` within `shape`, which emits.
     #[inline(always)]
     pub(super) fn number_of_light(&self, shape: &Shape, prim: PrimId) -> u32 {
         match shape.numbering {
@@ -28,11 +28,11 @@ impl Scene {
         }
     }
 
-    /// Light that the surface at `hit`, whose point is `q`, sends to `context` against the unit direction
-    /// `wi` from there, all at `time`.
+    /// Light that the surface at `hit`, with the point `q`, sends to `context` along −`wi`. The
+    /// unit direction `wi` points from the context to `q`. All at `time`.
     ///
-    /// The density is that of sampling this direction by its light, choice of the light by `selection`
-    /// included.
+    /// The density is that of sampling this direction by its light, including the choice of the
+    /// light by `selection`.
     pub fn emitted(
         &self,
         selection: &LightSelection,
@@ -56,7 +56,7 @@ impl Scene {
         })
     }
 
-    /// Emitted light and density of a light that moves, that a texture varies, or that is no triangle.
+    /// [`Scene::emitted`] for a light that moves, has textures, or is not a triangle.
     #[inline(never)]
     fn emitted_otherwise(
         &self,
@@ -74,7 +74,7 @@ impl Scene {
             Light::Sphere(light) => (light.radiance_at(context.p), light.pdf(context.p)),
             Light::Disk(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
             Light::Rectangle(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
-            // No surface has them.
+            // Lights without a surface.
             Light::Triangle(_)
             | Light::Point(_)
             | Light::Constant(_)
@@ -90,13 +90,13 @@ impl Scene {
         })
     }
 
-    /// Returns true if a ray that leaves the scene can find light.
+    /// Returns true if a ray that leaves the scene can hit a light.
     pub fn has_infinite_lights(&self) -> bool {
         !self.infinite_lights.is_empty()
     }
 
-    /// Light that infinitely distant lights send to `context` against the unit direction `wi` of a ray
-    /// that leaves the scene, light by light.
+    /// Light of each infinitely distant light that arrives at `context` along −`wi`, for the unit
+    /// direction `wi` of a ray that leaves the scene.
     pub fn escaped(
         &self,
         selection: &LightSelection,
@@ -107,9 +107,9 @@ impl Scene {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
-                // Beside its disc black, and yet one of those that are counted
+                // The sun counts even if the ray misses its disc and the radiance is 0
                 Light::Sun(light) => (light.radiance(wi), light.pdf(wi)),
-                // No ray can meet it, or it has a place.
+                // Rays cannot hit it, or it is not at infinity.
                 Light::Directional(_)
                 | Light::Triangle(_)
                 | Light::MovingTriangle(_)

@@ -57,7 +57,7 @@ impl SceneBuilder {
     }
 }
 
-/// What a ray does at a hit that may be on a hull.
+/// Result of the hull test of a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HullHit {
     /// The surface is not a hull.
@@ -75,7 +75,7 @@ impl Scene {
         self.has_lamp_hulls && self.at_hull(hit, ray) == HullHit::Misses
     }
 
-    /// What `ray` does at `hit`, if that is on a hull.
+    /// Hull test of `ray` at `hit`.
     #[inline(always)]
     pub(crate) fn hull_hit(&self, hit: &Hit, ray: &Ray) -> HullHit {
         match self.has_lamp_hulls {
@@ -96,14 +96,14 @@ impl Scene {
         }
     }
 
-    /// The light that the whole mesh is which was hit, if it is one.
+    /// The light of the mesh that was hit, if the whole mesh is one light.
     fn lamp_of(&self, hit: &Hit) -> Option<&Light> {
         let shape = self.shape(hit.geom);
         let LightId(id) = shape.first_light.filter(|_| shape.numbering == LightNumbering::One)?;
         self.lights.get(id as usize)
     }
 
-    /// The point at which `ray` meets the surface at `hit`: of a lamp, and not of its hull.
+    /// The point at which `ray` hits the surface at `hit`: on a lamp itself, not on its hull.
     pub fn surface_point_along(&self, hit: &Hit, ray: &Ray) -> SurfacePoint {
         let point = self.surface_point(hit, ray.time);
         if !self.has_lamp_hulls {

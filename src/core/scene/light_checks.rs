@@ -1,11 +1,11 @@
-//! Checks of lights: what a light cannot be is an error that names its key.
+//! Checks of lights: an invalid value is an error with the name of its key.
 
 use super::validate::{BuildError, MAX_REACH};
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
 use crate::math::{Quat, Vec3, list};
 
-/// Narrowest disc of a directional light, degrees.
+/// Minimum diameter of the disc of a directional light, in degrees.
 const MIN_ANGLE: f32 = 0.01;
 
 /// An error about `key` of a light of the type `light`.
@@ -18,7 +18,7 @@ pub(super) fn bad_light(light: &'static str, key: &'static str, value: String, r
     }
 }
 
-/// Checks that a light's place is one.
+/// Checks the position of a light.
 pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), BuildError> {
     if position.is_finite() && position.abs().max_element() <= MAX_REACH {
         return Ok(());
@@ -32,19 +32,19 @@ pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), 
     ))
 }
 
-/// The unit vector along a light's direction.
+/// Unit vector along a light's direction.
 pub(super) fn unit(light: &'static str, direction: Vec3) -> Result<Vec3, BuildError> {
     unit_of(light, "direction", direction)
 }
 
-/// The unit vector along the vector `key` of a light.
+/// Unit vector along the vector `key` of a light.
 pub(super) fn unit_of(light: &'static str, key: &'static str, vector: Vec3) -> Result<Vec3, BuildError> {
     let value = || list(&vector.to_array());
     let bad = || bad_light(light, key, value(), "must be finite and not zero");
     vector.try_normalize().ok_or_else(bad)
 }
 
-/// Checks that a number of a light is one.
+/// Checks that a number of a light is finite.
 pub(super) fn check_number(light: &'static str, key: &'static str, value: f32) -> Result<(), BuildError> {
     match value.is_finite() {
         true => Ok(()),
@@ -52,7 +52,8 @@ pub(super) fn check_number(light: &'static str, key: &'static str, value: f32) -
     }
 }
 
-/// Checks the diameter of the disc of a directional light, degrees. Directions are rounded to about 10⁻⁵ degrees, which narrower discs would show.
+/// Checks the diameter in degrees of the disc of a directional light. Directions are rounded to
+/// about 10⁻⁵ degrees, which would be visible for narrower discs.
 pub(super) fn check_angle(angle: f32) -> Result<(), BuildError> {
     if angle == 0.0 || (MIN_ANGLE..=180.0).contains(&angle) {
         return Ok(());
@@ -61,7 +62,7 @@ pub(super) fn check_angle(angle: f32) -> Result<(), BuildError> {
     Err(bad_light("directional", "angle", angle.to_string(), rule))
 }
 
-/// Checks what a light sends out.
+/// Checks the emission of a light.
 pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Result<(), BuildError> {
     if value.is_valid() {
         return Ok(());
@@ -71,7 +72,7 @@ pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectru
     Err(bad_light(light, key, value, rule))
 }
 
-/// Checks the half-angles of a spot light's cone, degrees.
+/// Checks the half-angles of a spot light's cone, in degrees.
 pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
     let bad = |key, value: f32, rule| Err(bad_light("spot", key, value.to_string(), rule));
     if !(angle > 0.0 && angle <= 90.0) {
@@ -83,7 +84,7 @@ pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Checks the picture of an environment, and how it is placed.
+/// Checks the image of an environment, and its placement.
 pub(super) fn check_environment(
     light: &'static str,
     image: &LatLongImage,

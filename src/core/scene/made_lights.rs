@@ -1,4 +1,5 @@
-//! Lights that the builder makes of a few numbers: skies, studios, suns with a size, spheres, disks and rectangles.
+//! Lights that the builder makes from a few numbers: skies, studios, suns with a size, spheres,
+//! disks and rectangles.
 
 use super::SceneBuilder;
 use super::lamp_hulls::{around_disk, around_sphere};
@@ -14,23 +15,23 @@ use crate::light::{
 use crate::material::Material;
 use crate::math::{Horizon, Quat, Vec3, list};
 
-/// Name of the material of a rectangle that emits, and of the object that it is.
+/// Name of the material and object of a rectangle that emits.
 pub const RECTANGLE_NAME: &str = "rectangle light";
 /// Name of the material and object of a sphere that emits.
 pub const SPHERE_NAME: &str = "sphere light";
 /// Name of the material and object of a disk that emits.
 pub const DISK_NAME: &str = "disk light";
 
-/// A daylight sky. Angles are degrees.
+/// A daylight sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyParameters {
-    /// Azimuth of the sun about `up`, and its elevation, −90 to 90 ([`Horizon`]).
+    /// Azimuth of the sun around `up`, and its elevation, −90 to 90, both in degrees ([`Horizon`]).
     pub sun: [f32; 2],
     /// Haze, within [`TURBIDITIES`].
     pub turbidity: f32,
     /// Direction of the zenith, of any length.
     pub up: Vec3,
-    /// Factor of its radiance.
+    /// Factor of the radiance.
     pub scale: f32,
 }
 
@@ -39,52 +40,52 @@ pub struct SkyParameters {
 pub struct StudioParameters {
     /// Direction upwards, of any length.
     pub up: Vec3,
-    /// Azimuth about `up` at which the camera stands, degrees ([`Horizon`]).
+    /// Azimuth of the camera around `up`, in degrees ([`Horizon`]).
     pub front: f32,
-    /// Factor of its radiance.
+    /// Factor of the radiance.
     pub scale: f32,
 }
 
 /// A rectangle that emits on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectangleParameters {
-    /// Centre.
+    /// Centre, world space.
     pub position: Vec3,
     /// Normal of the side that emits, of any length.
     pub direction: Vec3,
     /// Width and height, scene units.
     pub size: [f32; 2],
-    /// Which way its height goes, of any length; `None` for +y, or +z where `direction` is along that.
+    /// Direction of its height, of any length; `None`: +y, or +z if `direction` is along +y.
     pub up: Option<Vec3>,
-    /// Radiance of that side, W·sr⁻¹·m⁻².
+    /// Radiance of the emitting side, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,
 }
 
-/// A sphere that emits from its outside.
+/// A sphere that emits from its outer side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereParameters {
-    /// Centre.
+    /// Centre, world space.
     pub position: Vec3,
-    /// Scene units.
+    /// Radius, scene units.
     pub radius: f32,
-    /// Radiance of its outside, W·sr⁻¹·m⁻².
+    /// Radiance of the outer side, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,
 }
 
 /// A disk that emits on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiskParameters {
-    /// Centre.
+    /// Centre, world space.
     pub position: Vec3,
     /// Normal of the side that emits, of any length.
     pub direction: Vec3,
-    /// Scene units.
+    /// Radius, scene units.
     pub radius: f32,
-    /// Radiance of that side, W·sr⁻¹·m⁻².
+    /// Radiance of the emitting side, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,
 }
 
-/// The light of a picture that the program made.
+/// The light of an image that the program made.
 fn environment_of(
     kind: EnvironmentKind,
     image: LatLongImage,
@@ -96,8 +97,9 @@ fn environment_of(
 }
 
 impl SceneBuilder {
-    /// Adds light from a disc at infinity: it travels in `direction` with `irradiance` W·m⁻² on a surface that faces it, and the disc is `angle` degrees
-    /// wide, 0.01 to 180. With 0 it is the parallel light of [`SceneBuilder::add_directional_light`].
+    /// Adds light from a disc at infinity, which travels in `direction` with `irradiance`, W·m⁻²,
+    /// on a surface that faces it. The disc is `angle` degrees wide, 0.01 to 180. With 0 this is
+    /// the parallel light of [`SceneBuilder::add_directional_light`].
     pub fn add_sun(&mut self, direction: Vec3, irradiance: Spectrum, angle: f32) -> Result<(), BuildError> {
         check_angle(angle)?;
         if angle == 0.0 {
@@ -122,10 +124,10 @@ impl SceneBuilder {
             let rule = "must lie between 2 (very clear) and 10 (hazy)";
             return Err(bad_light("sky", "turbidity", sky.turbidity.to_string(), rule));
         }
-        // The picture's sun stands above −z, at azimuth 180.
+        // The sun of the image is above −z, at azimuth 180.
         let turn = Quat::from_rotation_y((azimuth.rem_euclid(360.0) - 180.0).to_radians());
         let rotation = Horizon::new(up).rotation() * turn;
-        // Making a picture takes 15 ms. Skies that differ in scale, azimuth and up share it.
+        // Making an image takes 15 ms. Skies that differ only in scale, azimuth and up share it.
         let key = [elevation, sky.turbidity].map(f32::to_bits);
         let light = match self.skies.get(&key) {
             Some(known) => {
@@ -153,7 +155,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a rectangle that emits on one side: an object of its own, of a black material, in the light group that was begun last.
+    /// Adds a rectangle that emits on one side, as a separate object of a black material, in the
+    /// current light group.
     pub fn add_rectangle(&mut self, rectangle: &RectangleParameters) -> Result<(), BuildError> {
         const NAME: &str = "rectangle";
         let direction = unit(NAME, rectangle.direction)?;
@@ -205,7 +208,8 @@ impl SceneBuilder {
         self.add_lamp(RECTANGLE_NAME, Light::Rectangle(light), rectangle.radiance, mesh)
     }
 
-    /// Adds a sphere that emits from its outside: an object of its own, of a black material, in the light group that was begun last.
+    /// Adds a sphere that emits from its outer side, as a separate object of a black material, in
+    /// the current light group.
     pub fn add_sphere(&mut self, sphere: &SphereParameters) -> Result<(), BuildError> {
         const NAME: &str = "sphere";
         check_radius(NAME, sphere.radius)?;
@@ -216,7 +220,8 @@ impl SceneBuilder {
         self.add_lamp(SPHERE_NAME, Light::Sphere(light), sphere.radiance, hull)
     }
 
-    /// Adds a disk that emits on one side: an object of its own, of a black material, in the light group that was begun last.
+    /// Adds a disk that emits on one side, as a separate object of a black material, in the current
+    /// light group.
     pub fn add_disk(&mut self, disk: &DiskParameters) -> Result<(), BuildError> {
         const NAME: &str = "disk";
         let normal = unit(NAME, disk.direction)?;
@@ -228,7 +233,8 @@ impl SceneBuilder {
         self.add_lamp(DISK_NAME, Light::Disk(light), disk.radiance, hull)
     }
 
-    /// Adds the mesh of a lamp: an object and a material of that name, in the light group that was begun last.
+    /// Adds the mesh of a lamp: an object and a material with the name `name`, in the current light
+    /// group.
     fn add_lamp(&mut self, name: &str, light: Light, radiance: Spectrum, mesh: Mesh) -> Result<(), BuildError> {
         let material = self.add_material(Material {
             name: name.into(),
@@ -257,7 +263,7 @@ fn check_radius(light: &'static str, radius: f32) -> Result<(), BuildError> {
     }
 }
 
-/// An error where a lamp of that reach around `position` is too far away.
+/// Returns an error if a lamp that extends `reach` around `position` is too far away.
 fn check_place(light: &'static str, position: Vec3, reach: f32) -> Result<(), BuildError> {
     let farthest = position.abs().max_element() + 2.0 * reach;
     match position.is_finite() && farthest <= MAX_COORDINATE {

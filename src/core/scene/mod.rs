@@ -1,8 +1,9 @@
-//! The frozen scene: arrays and typed ids, made by one validating builder (`builder`), which checks what it is given (`validate`) and freezes it
-//! (`freeze`).
+//! The frozen scene: arrays and typed ids, made by a validating builder (`builder`), which checks
+//! its input (`validate`) and freezes it (`freeze`).
 //!
-//! A frozen scene keeps 36 bytes a triangle of a mesh of positions alone: 12 of indices, 8 of vertices and 16 of its facet. A compact scene
-//! (`--compact`) makes the facet at each hit; the picture is the same to the bit. docs/benchmarks.md, "Memory", has both.
+//! A frozen scene takes 36 bytes per triangle of a mesh with positions only: 12 of indices, 8 of
+//! vertices and 16 of its facet. A compact scene (`--compact`) computes the facet at each hit; the
+//! image is bit-identical. docs/benchmarks.md, "Memory", has both.
 
 mod absorption;
 mod builder;
@@ -52,72 +53,75 @@ use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-/// What a mesh is, besides its triangles.
+/// Properties of a mesh, apart from its triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
-    /// Material of all its triangles.
+    /// Material of all triangles.
     pub material: MaterialId,
-    /// Whether it stands in the world itself and keeps its shape, and its normals and its material are the same all over a triangle.
+    /// True if the mesh stands in the world itself, keeps its shape, and has constant normals and a
+    /// constant material on each triangle.
     pub is_plain: bool,
-    /// Which object it is part of, in the order of [`Scene::objects`], if it stands in the world itself.
+    /// Index of its object in [`Scene::objects`], if the mesh stands in the world itself.
     pub object: u32,
-    /// First light of the mesh, if it emits; the others follow in order. Where it is part of a prototype this counts from [`Instance::first_light`].
+    /// First light of the mesh, if it emits; the others follow in order. In a prototype it is
+    /// relative to [`Instance::first_light`].
     pub first_light: Option<LightId>,
-    /// Number of its lights.
+    /// Number of lights.
     pub light_count: u32,
     /// Light of each triangle.
     pub numbering: LightNumbering,
 }
 
-/// Which of a shape's lights each of its triangles belongs to.
+/// Numbering of a shape's lights by triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightNumbering {
-    /// Each triangle is one.
+    /// Each triangle is a light.
     Triangles,
-    /// All of them are the only one.
+    /// All triangles are the same light.
     One,
-    /// Some triangles are one together: a list of [`Scene`] has the number of each.
+    /// Some triangles share a light: the list with this index in [`Scene`] has the number of each.
     Listed(u32),
 }
 
-/// A prototype that has been put into the world.
+/// A prototype that is placed in the world.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// Index of the prototype, in the order of [`Scene::prototypes`].
     pub prototype: u32,
     /// Placement of the instance.
     pub placement: Placement,
-    /// Which object it is part of, in the order of [`Scene::objects`].
+    /// Index of its object in [`Scene::objects`].
     pub object: u32,
-    /// The first light of its triangles, if any of them emit.
+    /// First light of its triangles, if any of them emit.
     pub first_light: LightId,
 }
 
-/// Everything that light meets; immutable once built.
+/// Geometry, materials and lights; immutable once built.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Those that stand in the world themselves, then those of the prototypes.
-    /// Shared with acceleration structures that read them in place and outlive a borrow.
+    /// Meshes that stand in the world themselves, then the meshes of the prototypes. Shared with
+    /// acceleration structures that read them in place and outlive a borrow.
     meshes: Arc<Vec<Mesh>>,
-    /// The meshes of each prototype.
+    /// Meshes of each prototype.
     prototypes: Vec<Range<u32>>,
     instances: Vec<Instance>,
-    /// What the points of each mesh's triangles share; empty where they are not always where the mesh has them, and in compact scenes.
+    /// Shared data of the points of each triangle. Empty for meshes that move or belong to
+    /// prototypes, and in compact scenes.
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     objects: Vec<String>,
     /// Names of the parts of all meshes.
     parts: PartNames,
     materials: Vec<Material>,
-    /// The BSDF of each material by its constants, for rays that it stops.
+    /// BSDF of each material by its constants, for rays that it stops.
     bsdfs: Vec<Bsdf>,
-    /// How light passes each material straight on, if rays do not scatter there instead.
+    /// Thin surface of each material that rays pass straight on instead of scattering.
     thin_surfaces: Vec<Option<ThinSurface>>,
     is_compact: bool,
     has_alpha: bool,
-    /// True if rays from the camera pass a surface that others meet.
+    /// True if camera rays pass a surface that other rays hit.
     hides_from_camera: bool,
-    /// True if only rays from the camera meet a surface.
+    /// True if only camera rays hit a surface.
     hides_from_light: bool,
     has_thin_surfaces: bool,
     has_lamp_hulls: bool,
@@ -130,10 +134,11 @@ pub struct Scene {
     textures: Vec<Texture>,
     texture_filter: TextureFilter,
     lights: Vec<Light>,
-    /// For shapes of [`LightNumbering::Listed`], the number of each triangle's light among those of the shape.
+    /// For shapes with [`LightNumbering::Listed`]: number of each triangle's light within the
+    /// shape.
     light_numbers: Vec<Vec<u32>>,
     infinite_lights: Vec<LightId>,
-    /// Made when it is first asked for.
+    /// Made at the first request.
     emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
     bounds: Bounds3,
@@ -152,7 +157,8 @@ impl Scene {
         Arc::clone(&self.meshes)
     }
 
-    /// Shares the meshes of `other` from now on, where both scenes have the same ones in the same places. Gives whether they have.
+    /// Shares the meshes of `other` from now on, if both scenes have the same meshes in the same
+    /// places. Returns true if so.
     pub fn share_meshes(&mut self, other: &Self) -> bool {
         let places = |scene: &Self| -> Vec<(u32, Placement)> {
             let instances = scene.instances.iter();
@@ -190,7 +196,7 @@ impl Scene {
 
     /// Makes the choice of a light for next-event estimation.
     pub fn light_selection(&self, choice: LightChoice) -> LightSelection {
-        // A scene without extent still has a sky of some power.
+        // A scene without extent still has a sky with some power.
         let radius = Some(self.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
         let selection = LightSelection::new(choice.mode, &self.lights, self.bounds, radius);
         selection.with_lamps(|| {
@@ -199,18 +205,18 @@ impl Scene {
         })
     }
 
-    /// How the light is chosen that a path starts from. It is made when this is first called.
+    /// The choice of the light that a path starts from. It is made at the first call.
     pub fn emission_selection(&self) -> &EmissionSelection {
         self.emission_selection
             .get_or_init(|| EmissionSelection::new(&self.lights, self.ball().radius))
     }
 
-    /// Which lights are distinguished.
+    /// Light groups.
     pub fn light_groups(&self) -> &LightGroups {
         &self.light_groups
     }
 
-    /// The plane that catches shadows, if there is one. Bounds do not include it.
+    /// The plane that catches shadows, if any. Bounds do not include it.
     #[inline(always)]
     pub fn ground(&self) -> Option<&Ground> {
         self.ground.as_ref()
@@ -221,29 +227,30 @@ impl Scene {
         self.bounds
     }
 
-    /// Ball around all vertices, at all times; of radius 1 where they have no extent.
+    /// Ball around all vertices, at all times; of radius 1 if they have no extent.
     pub fn ball(&self) -> Ball {
         Ball::around(self.bounds)
     }
 
-    /// The scene in less memory: what follows from the rest is computed at each hit, and acceleration structures are to do so too.
+    /// The scene in less memory: derived data is computed at each hit, also by acceleration
+    /// structures.
     pub fn into_compact(mut self) -> Self {
         self.facets.iter_mut().for_each(|facets| *facets = Vec::new());
         self.is_compact = true;
         self
     }
 
-    /// Whether memory counts more than time.
+    /// True if the scene uses less memory at the cost of time.
     pub fn is_compact(&self) -> bool {
         self.is_compact
     }
 
-    /// Number of triangles that are kept; those of a prototype once.
+    /// Number of stored triangles; triangles of a prototype count once.
     pub fn triangle_count(&self) -> u64 {
         self.meshes.iter().map(|m| m.triangles.len() as u64).sum()
     }
 
-    /// Number of triangles in the world; those of a prototype as often as it stands there.
+    /// Number of triangles in the world; triangles of a prototype count once per instance.
     pub fn placed_triangle_count(&self) -> u64 {
         let count = |ids: &Range<u32>| -> u64 {
             let meshes = &self.meshes[ids.start as usize..ids.end as usize];
@@ -269,28 +276,28 @@ impl Scene {
         &self.instances
     }
 
-    /// The instance of a hit; `None` for what stands in the world itself.
+    /// The instance of a hit; `None` if the mesh stands in the world itself.
     pub fn instance(&self, id: InstanceId) -> Option<&Instance> {
         self.instances.get(id.0 as usize)
     }
 
-    /// Whether anything is not where it was at another time.
+    /// Returns true if anything in the scene moves.
     #[inline(always)]
     pub fn is_moving(&self) -> bool {
         self.is_moving
     }
 
-    /// Whether the surface at `hit` is not where it was at another time.
+    /// Returns true if the surface at `hit` moves.
     pub fn moves(&self, hit: &Hit) -> bool {
         let is_placed_anew = |instance: &Instance| instance.placement.is_moving();
         self.is_moving && (self.instance(hit.inst).is_some_and(is_placed_anew) || self.mesh(hit.geom).deforms())
     }
 
-    /// Bytes of the scene's own arrays, acceleration structures not counted.
+    /// Bytes of the scene's own arrays, without acceleration structures.
     pub fn bytes(&self) -> u64 {
         let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();
         let facets: usize = self.facets.iter().map(|n| size_of_val(n.as_slice())).sum();
-        // Skies share pictures.
+        // Skies share images.
         let mut pictures = HashSet::new();
         let maps: usize = self
             .lights
@@ -311,12 +318,12 @@ impl Scene {
         (meshes + self.parts.bytes() + facets + instances + maps + textures + lights) as u64
     }
 
-    /// The shape that mesh `geom` is part of.
+    /// The shape of mesh `geom`.
     pub fn shape(&self, geom: GeomId) -> &Shape {
         &self.shapes[geom.0 as usize]
     }
 
-    /// The point that was hit at `time`.
+    /// The hit point at `time`.
     pub fn surface_point(&self, hit: &Hit, time: f32) -> SurfacePoint {
         let geom = hit.geom.0 as usize;
         let mesh = &self.meshes[geom];
@@ -328,7 +335,7 @@ impl Scene {
         SurfacePoint { time, ..point }
     }
 
-    /// What the points of a triangle that stands in the world share.
+    /// Shared data of the points of a triangle that stands in the world.
     #[inline(always)]
     fn facet(&self, hit: &Hit) -> Facet {
         let geom = hit.geom.0 as usize;
@@ -343,7 +350,7 @@ impl Scene {
         self.mesh(hit.geom).facet(hit.prim)
     }
 
-    /// The triangle that was hit, where it is at `time`.
+    /// The triangle that was hit, placed at `time`.
     pub fn placed(&self, hit: &Hit, time: f32) -> PlacedTriangle {
         let mesh = &self.meshes[hit.geom.0 as usize];
         let placement = self.instance(hit.inst).map(|i| i.placement.at(time));
@@ -354,7 +361,7 @@ impl Scene {
         )
     }
 
-    /// The corners of the triangle that was hit, in the mesh's order, where they are at `time`.
+    /// Corners of the triangle that was hit, in the mesh's order, placed at `time`.
     pub fn corners(&self, hit: &Hit, time: f32) -> [Vec3; 3] {
         let corners = self.meshes[hit.geom.0 as usize].corners_at(hit.prim, time);
         match self.instance(hit.inst).map(|i| i.placement.at(time)) {
@@ -363,12 +370,12 @@ impl Scene {
         }
     }
 
-    /// Names of the objects that the scene is made of.
+    /// Names of the objects of the scene.
     pub fn objects(&self) -> &[String] {
         &self.objects
     }
 
-    /// The object that was hit, in the order of [`Scene::objects`].
+    /// Index in [`Scene::objects`] of the object that was hit.
     pub fn object(&self, hit: &Hit) -> u32 {
         match self.instance(hit.inst) {
             Some(instance) => instance.object,
@@ -381,8 +388,9 @@ impl Scene {
         &self.parts
     }
 
-    /// The part that was hit. Objects are the first parts, in the order of [`Scene::objects`]: each
-    /// is the part of its triangles that have no name. The parts of [`Scene::part_names`] follow.
+    /// Index of the part that was hit. Objects are the first parts, in the order of
+    /// [`Scene::objects`]: each is the part of its triangles without a name. The parts of
+    /// [`Scene::part_names`] follow.
     pub fn part(&self, hit: &Hit) -> u32 {
         match self.mesh(hit.geom).part(hit.prim) {
             UNNAMED => self.object(hit),
@@ -390,22 +398,23 @@ impl Scene {
         }
     }
 
-    /// Texture coordinates at `hit`, where there are any.
+    /// Texture coordinates at `hit`, if the mesh has any.
     pub fn uv(&self, hit: &Hit) -> Option<Vec2> {
         self.mesh(hit.geom).uv(hit.prim, hit.b1, hit.b2)
     }
 
-    /// Index of the material of the surface that was hit, in the order of [`Scene::materials`].
+    /// Index in [`Scene::materials`] of the material that was hit.
     pub fn material_id(&self, hit: &Hit) -> u32 {
         self.shape(hit.geom).material.0
     }
 
-    /// Material of the surface that was hit.
+    /// Material that was hit.
     pub fn material(&self, hit: &Hit) -> &Material {
         &self.materials[self.shape(hit.geom).material.0 as usize]
     }
 
-    /// The point that was hit at `time` and the scattering there, where both normals are one and the material is the same all over.
+    /// The hit point at `time` and its BSDF; `None` if normals or the material vary over the
+    /// triangle.
     #[inline(always)]
     pub fn plain_surface(&self, hit: &Hit, time: f32) -> Option<(SurfacePoint, &Bsdf)> {
         let shape = self.shape(hit.geom);
@@ -417,8 +426,8 @@ impl Scene {
         Some((SurfacePoint { time, ..point }, &self.bsdfs[shape.material.0 as usize]))
     }
 
-    /// Scattering at the surface that was hit; what varies over it is put into `slot`, as seen by a viewer to whom so much of the surface, in
-    /// scene units, looks like one point.
+    /// BSDF at the hit. `slot` stores a BSDF that varies over the surface. `footprint` is the size,
+    /// in scene units, of the surface region that the viewer sees as one point.
     pub fn bsdf<'a>(&'a self, hit: &Hit, time: f32, footprint: f32, slot: &'a OnceCell<Bsdf>) -> &'a Bsdf {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {
@@ -427,19 +436,20 @@ impl Scene {
         }
     }
 
-    /// Whether any glass refracts each wavelength by an index of its own.
+    /// Returns true if any glass has a different index of refraction for each wavelength.
     #[inline(always)]
     pub fn is_dispersive(&self) -> bool {
         self.is_dispersive
     }
 
-    /// The BSDF at a hit for a wavelength, in nanometres, where that makes a difference.
+    /// The BSDF at a hit for a wavelength in nanometres; `None` if it does not depend on the
+    /// wavelength.
     pub fn bsdf_of_wavelength(&self, hit: &Hit, nanometers: f32) -> Option<Bsdf> {
         let material = self.shape(hit.geom).material.0 as usize;
         self.materials[material].dispersed(&self.bsdfs[material], nanometers)
     }
 
-    /// The BSDF at a hit, by value where a texture changes it.
+    /// The BSDF at a hit; by value if a texture changes it.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {
@@ -448,7 +458,8 @@ impl Scene {
         }
     }
 
-    /// What each texture of the material has at a hit, without filtering: its key in scene files, and one value or three.
+    /// Unfiltered values of all textures of the material at a hit: the key in scene files, and one
+    /// or three values.
     pub fn texels_at(&self, hit: &Hit) -> Vec<(&'static str, Vec<f32>)> {
         self.material(hit).maps.texels(&self.spot(hit, 0.0, 0.0))
     }
@@ -463,7 +474,7 @@ impl Scene {
         self.texture_filter
     }
 
-    /// `point`, which is at `hit`, with the shading normal that textures give it.
+    /// The surface point `point` at `hit`, with the shading normal from textures.
     pub fn with_bumps(&self, hit: &Hit, point: SurfacePoint, footprint: f32) -> SurfacePoint {
         let maps = &self.material(hit).maps;
         if !maps.has_bumps() {
@@ -476,8 +487,8 @@ impl Scene {
         }
     }
 
-    /// The local frame at `point`, which is at `hit`: along the material's tangent where that matters and texture coordinates tell it, else along
-    /// any.
+    /// Local frame at the surface point `point` at `hit`: along the material's tangent if the
+    /// material is anisotropic and there are texture coordinates, else along any tangent.
     pub fn frame(&self, hit: &Hit, point: &SurfacePoint) -> Frame {
         let material = self.material(hit);
         if !material.is_anisotropic() {
@@ -490,8 +501,8 @@ impl Scene {
         frame.unwrap_or_else(|| Frame::from_z(point.ns))
     }
 
-    /// Where textures are looked up at `hit` at `time`, for a viewer to whom so much of the surface looks like one point. A mesh without texture
-    /// coordinates has all of it at (0, 0).
+    /// Location of texture lookups at `hit` at `time`, with the footprint `footprint` in scene
+    /// units. A mesh without texture coordinates uses (0, 0).
     fn spot(&self, hit: &Hit, time: f32, footprint: f32) -> Spot<'_> {
         let mesh = &self.meshes[hit.geom.0 as usize];
         Spot {

@@ -1,18 +1,18 @@
-//! Sizes of the parts of a scene, for those who choose among them.
+//! Sizes of the parts of a scene, to choose among parts.
 
 use super::Scene;
 use crate::geometry::{GeomId, Mesh, PrimId, UNNAMED, triangle_area};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Triangles of a scene that are one part.
+/// Size of a part of the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartSize {
     /// Name of the part; empty for triangles without a name.
     pub name: String,
-    /// Number of its triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Sum of their areas.
+    /// Sum of the triangle areas, in square scene units.
     pub area: f64,
 }
 
@@ -24,9 +24,8 @@ impl PartSize {
 }
 
 impl Scene {
-    /// Sizes of the parts of meshes, in the order of their first faces, triangles without a name
-    /// last. Copies count once, with the size that they have in their file. Empty if no part has a
-    /// name.
+    /// Sizes of the parts of meshes, in the order of their first faces; triangles without a name
+    /// are last. Copies count once, with their size in the file. Empty if no part has a name.
     pub fn part_sizes(&self) -> Vec<PartSize> {
         let names = self.part_names();
         if names.is_empty() {

@@ -1,24 +1,24 @@
-//! Builders of scenes that are built again with other lights: triangles, parts and textures of the
+//! Builders of scenes that are built again with other lights. Triangles, parts and textures of the
 //! first scene are moved to the second one, so that no file is read twice.
 
 use super::{Scene, SceneBuilder};
 use crate::material::MaterialId;
 use std::sync::Arc;
 
-/// A builder as it was before lights were added, without triangles and textures, which its scene
-/// has.
+/// A builder before its lights were added, without triangles and textures, which are in its scene.
 #[derive(Debug)]
 pub struct UnlitBuilder {
     builder: SceneBuilder,
     /// Number of meshes that stand in the world, and of all meshes of each prototype.
     standing: usize,
     prototypes: Vec<usize>,
-    /// Number of meshes that stand in the scene, lamps included.
+    /// Number of meshes that stand in the scene, including lamps.
     standing_in_scene: usize,
 }
 
 impl UnlitBuilder {
-    /// Takes materials and texture filter of `lit`, which is this builder with lights and textures.
+    /// Copies materials and texture filter from `lit`, which is this builder with lights and
+    /// textures.
     pub fn complete(&mut self, lit: &SceneBuilder) {
         let count = self.builder.materials.len();
         self.builder.materials = lit.materials.iter().take(count).cloned().collect();
@@ -27,8 +27,8 @@ impl UnlitBuilder {
         self.standing_in_scene = lit.meshes.len();
     }
 
-    /// The builder with the triangles and textures of its scene; `None` if the scene has changed them:
-    /// a compact scene, one with panes, or one that shares its triangles.
+    /// The builder with the triangles and textures of its scene; `None` if the scene has changed
+    /// them: a compact scene, a scene with panes, or a scene that shares its triangles.
     pub fn with_parts_of(self, scene: Scene) -> Option<SceneBuilder> {
         let Self {
             mut builder,

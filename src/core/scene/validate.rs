@@ -1,8 +1,9 @@
-//! Checks of what a scene is built from, and the range of coordinates that backends can trace.
+//! Checks of the parts of a scene, and the range of coordinates that backends can trace.
 //!
-//! Coordinates beyond 10¹⁰ are refused, and so are scenes less than 10⁻⁹ wide, in the world and in the space of each instanced object. Embree
-//! computes distances as volumes of three lengths over areas, in f32: they vanish in small scenes and overflow in large ones. The limits keep a
-//! margin to the scales at which pictures were wrong (docs/benchmarks.md, "Range of scales").
+//! Coordinates beyond 10¹⁰ are errors, and so are scenes less than 10⁻⁹ wide, in the world and in
+//! the space of each instanced object. Embree computes distances as volumes of three lengths over
+//! areas, in f32: they underflow in small scenes and overflow in large ones. The limits keep a
+//! margin to the scales at which images were wrong (docs/benchmarks.md, "Range of scales").
 
 use crate::geometry::{Mesh, Placement, retain_triangles, triangle_area};
 use crate::light::LightGroups;
@@ -11,30 +12,33 @@ use crate::math::{Affine3A, Bounds3, Vec3, excerpt, excerpt_of_name};
 use half::f16;
 use thiserror::Error;
 
-/// Letters of a light group's name at most: its channels, `light_NAME.R`, then keep to the 31 bytes that all readers of EXR know.
+/// Maximum length of a light group's name: its channels, `light_NAME.R`, then have at most the 31
+/// bytes that all EXR readers support.
 const MAX_GROUP_NAME: usize = 23;
 
-/// Largest coordinate that is accepted. Embree's distances are volumes of three lengths over areas, in f32: it is wrong from scenes of some 5·10¹² units on.
+/// Largest valid coordinate. Embree's distances are volumes of three lengths over areas, in f32: it
+/// is wrong from scenes of some 5·10¹² units on.
 pub(super) const MAX_COORDINATE: f32 = 1e10;
 
-/// Smallest extent that a scene, or an object that is instanced, may have: with triangles a thousandth as long the same volumes are still 10³ times the smallest
-/// normal f32.
+/// Minimum extent of a scene or an instanced object: with triangles a thousandth as long the same
+/// volumes are still 10³ times the smallest normal f32.
 const MIN_EXTENT: f32 = 1e-9;
 
-/// Maximum distance of lights from the origin, and of the scene from an instance in units of the instanced object.
+/// Maximum distance of lights from the origin, and of the scene from an instance in units of the
+/// instanced object.
 pub(super) const MAX_REACH: f32 = 1e15;
 
-/// Why a scene cannot be built.
+/// Errors of building a scene.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BuildError {
-    /// A triangle names a vertex that is not there.
+    /// A triangle has a vertex index that is out of range.
     #[error("triangle {triangle} uses vertex {index}, but the mesh has {vertices} vertices")]
     IndexOutOfRange {
         /// Triangle within its mesh.
         triangle: usize,
-        /// The index it holds.
+        /// The vertex index.
         index: u32,
-        /// Number of vertices there are.
+        /// Number of vertices.
         vertices: usize,
     },
     /// A vertex is NaN, infinite or beyond what backends can represent.
@@ -45,7 +49,7 @@ pub enum BuildError {
         /// Position of the vertex.
         position: Vec3,
     },
-    /// Something is smaller than backends can represent.
+    /// An extent is smaller than backends can represent.
     #[error("{what} is {extent:e} units wide: it must be {MIN_EXTENT:e} at least, for ray tracing with 32-bit floats")]
     TooSmall {
         /// The scene, or an object.
@@ -53,7 +57,7 @@ pub enum BuildError {
         /// Extent along the widest axis.
         extent: f32,
     },
-    /// A mesh that changes its shape has not as many vertices at shutter close as at shutter open.
+    /// A deforming mesh has different numbers of vertices at shutter close and shutter open.
     #[error("the mesh has {open} vertices at first and {close} in the end")]
     OtherVertices {
         /// Number of vertices at shutter open.
@@ -61,40 +65,41 @@ pub enum BuildError {
         /// Number of vertices at shutter close.
         close: usize,
     },
-    /// An instance is flattened, turned inside out on its way, or beyond what backends can represent.
+    /// An instance is flattened, turned inside out during its motion, or beyond what backends can
+    /// represent.
     #[error("instance {instance} {problem}")]
     BadPlacement {
-        /// In the order of adding.
+        /// Index of the instance in the order of adding.
         instance: usize,
-        /// The error.
+        /// Description of the error.
         problem: &'static str,
     },
-    /// A vertex attribute is not there for every vertex, or has a value that it cannot have.
+    /// A vertex attribute is missing for some vertices, or has an invalid value.
     #[error("vertex {vertex} has no {attribute} that is finite{}", if *.attribute == "normal" { " and not zero" } else { "" })]
     BadAttribute {
         /// Vertex within its mesh.
         vertex: usize,
-        /// Normal or texture coordinate.
+        /// Name of the attribute: normal, colour or texture coordinate.
         attribute: &'static str,
     },
-    /// A material has a value that no surface can have.
+    /// A material has an invalid value.
     #[error("material `{material}`: {key} is {value}, but must be {rule}")]
     BadMaterial {
         /// Name of the material.
         material: String,
-        /// The quantity.
+        /// Key of the quantity.
         key: &'static str,
         /// Value that was set.
         value: String,
         /// Rule that the value breaks.
         rule: String,
     },
-    /// A light has a value that no light can have.
+    /// A light has an invalid value.
     #[error("{light} light: {key} is {value}, but {rule}")]
     BadLight {
         /// Type of the light.
         light: &'static str,
-        /// The quantity.
+        /// Key of the quantity.
         key: &'static str,
         /// Value that was set.
         value: String,
@@ -107,38 +112,38 @@ pub enum BuildError {
         /// Name of the object.
         object: String,
     },
-    /// The ground has a value that no plane can have.
+    /// The ground has an invalid value.
     #[error("ground: {key} is {value}, but must be {rule}")]
     BadGround {
-        /// The quantity.
+        /// Key of the quantity.
         key: &'static str,
         /// Value that was set.
         value: String,
         /// Rule that the value breaks.
         rule: &'static str,
     },
-    /// The irradiance of the ground is not known, and so not the share of it that arrives.
+    /// The irradiance of the ground is unknown, and so is the share of arriving light.
     #[error("the ground cannot catch the shadows of a lamp whose emission is a texture")]
     UnknownIrradiance,
-    /// The ground has more lights than each of its points can sum up.
+    /// The ground has too many lights to sum at each point.
     #[error(
         "the ground cannot catch the shadows of {count} lights that are not infinitely far away: {max} at most, each emitting triangle is one"
     )]
     TooManyLightsOfGround {
-        /// Number of lights that are not infinitely far away.
+        /// Number of finite lights.
         count: usize,
         /// Maximum number.
         max: usize,
     },
-    /// A group of lights has a name that it cannot have.
+    /// A light group has an invalid name.
     #[error("light group `{name}`: {rule}")]
     BadLightGroup {
         /// The name.
         name: String,
-        /// Rule that the value breaks.
+        /// Rule that the name breaks.
         rule: &'static str,
     },
-    /// More groups of lights than are distinguished.
+    /// Too many light groups.
     #[error("more than {} light groups", LightGroups::MOST - 1)]
     TooManyLightGroups,
     /// More meshes, triangles or lights than 32-bit ids can name.
@@ -146,7 +151,7 @@ pub enum BuildError {
     TooMany(&'static str),
 }
 
-/// Checks what stands in the arrays of a mesh, and makes its normals unit vectors.
+/// Checks the arrays of a mesh, and normalises its normals.
 pub(super) fn check_mesh(mesh: &mut Mesh) -> Result<(), BuildError> {
     let vertices = mesh.positions.len();
     if vertices > u32::MAX as usize - 1 {
@@ -180,7 +185,7 @@ pub(super) fn check_mesh(mesh: &mut Mesh) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Takes out triangles that have no area at any time; how many these were.
+/// Removes triangles without area at all times; returns their number.
 pub(super) fn remove_degenerate(mesh: &mut Mesh) -> u64 {
     let before = mesh.triangles.len();
     let Mesh {
@@ -200,7 +205,7 @@ pub(super) fn remove_degenerate(mesh: &mut Mesh) -> u64 {
     (before - triangles.len()) as u64
 }
 
-/// Normals are made unit vectors. Attributes are there for every vertex or for none.
+/// Checks that attributes exist for every vertex or for none, and normalises normals.
 fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
     let vertices = mesh.positions.len();
     let bad = |attribute, vertex| Err(BuildError::BadAttribute { vertex, attribute });
@@ -236,7 +241,7 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
             return bad("normal", mesh.normals.len().min(vertices));
         }
     }
-    // Without normals at one end there are none at the other.
+    // Without normals at one end there are no normals at the other.
     if mesh.normals.is_empty() || mesh.normals_close.len() != vertices {
         mesh.normals_close = Vec::new();
     }
@@ -246,7 +251,7 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Checks the name of a group of lights, of which channels are named.
+/// Checks the name of a light group, which is part of channel names.
 pub(super) fn check_group_name(name: &str) -> Result<(), BuildError> {
     let is_allowed = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let rule = if name.is_empty() {
@@ -266,7 +271,7 @@ pub(super) fn check_group_name(name: &str) -> Result<(), BuildError> {
     })
 }
 
-/// Checks the way on which `instance` places what lies within `bounds`.
+/// Checks the placement of `instance`, whose object lies within `bounds`.
 pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bounds3) -> Result<(), BuildError> {
     let bad = |problem| Err(BuildError::BadPlacement { instance, problem });
     let determinants = || placement.steps().iter().map(|step| step.matrix3.determinant());
@@ -287,7 +292,7 @@ pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bo
     Ok(())
 }
 
-/// Checks that what lies within `bounds` is large enough for the floats of backends.
+/// Checks that `bounds` are large enough for the floats of backends.
 pub(super) fn check_extent(what: &'static str, bounds: Bounds3) -> Result<(), BuildError> {
     let extent = (bounds.max - bounds.min).max_element();
     match bounds.is_empty() || extent >= MIN_EXTENT {
@@ -296,7 +301,8 @@ pub(super) fn check_extent(what: &'static str, bounds: Bounds3) -> Result<(), Bu
     }
 }
 
-/// Checks that `instance` does not make its object so small that the scene, whose coordinates are at most `largest`, is out of range in the object's space.
+/// Checks that `instance` does not make its object so small that the scene, with coordinates up to
+/// `largest`, is out of range in the object's space.
 pub(super) fn check_reach(instance: usize, placement: &Placement, largest: f32) -> Result<(), BuildError> {
     let reach = |step: &Affine3A| {
         let inverse = step.matrix3.inverse();
@@ -312,7 +318,7 @@ pub(super) fn check_reach(instance: usize, placement: &Placement, largest: f32) 
     }
 }
 
-/// Checks that there is a surface of these values.
+/// Checks the values of a material.
 pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
     for quantity in Quantity::all() {
         if let Some((value, rule)) = quantity.range.violation(&(quantity.numbers)(material)) {

@@ -1,24 +1,25 @@
-//! Connected components of a mesh, in which vertices of one position are one.
+//! Connected components of a mesh. Vertices at the same position are merged.
 
 use crate::geometry::Mesh;
 use crate::math::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// An index for each vertex that vertices of one position have in common.
+/// An index for each vertex; vertices at the same position have the same index.
 pub(in crate::scene) fn welded(mesh: &Mesh) -> Vec<u32> {
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
     let positions = mesh.positions.iter().enumerate();
     let first = positions.map(|(i, p)| {
-        // Of both zeros one
+        // Both zeros become one
         let bits = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
         *known.entry(bits).or_insert(i as u32)
     });
     first.collect()
 }
 
-/// The triangles of each connected component, in the order of their first ones. At first the parent of a vertex is its [`welded`] one.
+/// Triangles of each connected component, in the order of their first triangles. `parents` are the
+/// [`welded`] vertices.
 pub(in crate::scene) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
-    // By path halving (Tarjan 1975)
+    // Path halving (Tarjan 1975)
     fn root(parents: &mut [u32], mut i: u32) -> u32 {
         while parents[i as usize] != i {
             let above = parents[parents[i as usize] as usize];
@@ -31,7 +32,7 @@ pub(in crate::scene) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Ve
         let [a, b, c] = triangle.map(|vertex| root(&mut parents, vertex));
         let min = a.min(b).min(c);
         for other in [a, b, c] {
-            // A root that was joined a moment ago is one no more.
+            // A vertex that was joined in this loop is no longer a root.
             let other = root(&mut parents, other);
             parents[other as usize] = min;
         }

@@ -1,20 +1,24 @@
 //! Panes: flat slabs of clear glass, which become thin dielectrics when the scene is frozen.
 //!
-//! Files model a window pane as a slab: two parallel faces and a narrow rim. Light that two refractions deflect there and back goes on in its old
-//! direction, but no shadow ray finds it. A thin dielectric in the middle of the slab, of the same index of refraction, has the same Fresnel transmittance
-//! with all reflections between the faces, and light passes it straight on (`material/thin_surface.rs`). What is neglected is the shift of light inside the slab
-//! (`d sin θ (1 − cos θ / √(n² − sin² θ))` for a thickness d), and the rim, which is left out.
+//! Files model a window pane as a slab: two parallel faces and a narrow rim. Two refractions
+//! deflect light and restore its direction, but no shadow ray finds this path. A thin dielectric in
+//! the middle of the slab, with the same index of refraction, has the same Fresnel transmittance
+//! with all reflections between the faces, and light passes it straight on
+//! (`material/thin_surface.rs`). This neglects the shift of light inside the slab (`d sin θ (1 −
+//! cos θ / √(n² − sin² θ))` for a thickness d), and the rim, which is left out.
 //!
-//! A slab is taken where all of this holds, so that bottles, lenses, bowls and thick tables stay what they are:
+//! A slab must fulfil all of these conditions, so that bottles, lenses, bowls and thick tables do
+//! not change:
 //!
-//! - The material refracts and does nothing else: smooth, without textures, alpha, emission or other lobes.
-//! - The connected component is closed, its faces look outwards, and almost all of its area lies in two parallel planes, with equal areas and nothing
-//!   beyond them. Components are connected by points of one position.
-//! - Vertex normals, where there are any, are those of the planes.
+//! - The material only refracts: smooth, without textures, alpha, emission or other lobes.
+//! - The connected component is closed, its faces point outwards, and almost all of its area lies
+//!   in two parallel planes, with equal areas and nothing beyond them. Vertices at the same
+//!   position are connected.
+//! - Vertex normals, if any, are those of the planes.
 //! - The thickness is at most a twentieth of the width and a hundredth of the scene's radius.
 //!
-//! Two separate faces of the same outline that look away from each other, as a slab without its rim, are taken too. A single face of refracting glass
-//! is not: it may be the surface of water.
+//! Two separate faces with the same outline that point away from each other, as a slab without its
+//! rim, are a pane too. A single face of refracting glass is not: it may be the surface of water.
 
 use super::components::{components, welded};
 use crate::bsdf::{Bsdf, Lobe};
@@ -23,18 +27,19 @@ use crate::material::{Material, MaterialId};
 use crate::math::{Bounds3, DVec3};
 use std::collections::HashMap;
 
-/// How light passes thin glass.
+/// Treatment of thin glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Panes {
-    /// Straight on: shadow rays pass it, and flat panes of solid glass count as thin.
+    /// Light passes straight on: shadow rays pass it, and flat panes of solid glass are treated as
+    /// thin.
     #[default]
     Straight,
-    /// By scattering alone, and panes of solid glass are bodies.
+    /// Light passes only by scattering, and panes of solid glass are bodies.
     Refract,
 }
 
 impl Panes {
-    /// Each by the name that users type.
+    /// Names that users type.
     pub const NAMES: &[(&str, Self)] = &[("straight", Self::Straight), ("refract", Self::Refract)];
 }
 
@@ -44,13 +49,13 @@ const MAX_THICKNESS: f64 = 1.0 / 20.0;
 const MAX_SHARE_OF_SCENE: f64 = 1.0 / 100.0;
 /// Largest sine of the angle between a plane of the pane and its triangles.
 const MAX_SINE: f64 = 0.01;
-/// Cosine of the largest angle between a plane of the pane and its vertex normals, 5 degrees.
+/// Cosine of the largest angle between the normal of a plane and its vertex normals: 5 degrees.
 const MIN_NORMAL_COS: f64 = 0.996;
 /// Largest distance of a point from its plane, over the thickness.
 const MAX_UNEVENNESS: f64 = 0.02;
-/// Largest area of a rim that shows along the normal of the pane, over the area of the pane.
+/// Largest area of a rim as seen along the normal of the pane, over the area of the pane.
 const MAX_RIM: f64 = 0.05;
-/// Largest difference of the areas of two faces, and of their places over their width.
+/// Largest relative difference of the areas of two faces, and of their positions over their width.
 const MAX_DIFFERENCE: f64 = 0.02;
 
 /// A pane found in a mesh.
@@ -59,7 +64,7 @@ struct Pane {
     face: Vec<u32>,
     /// All other triangles.
     rest: Vec<u32>,
-    /// From the face to the middle of the slab.
+    /// Vector from the face to the middle of the slab.
     shift: DVec3,
 }
 
@@ -67,7 +72,7 @@ struct Pane {
 #[derive(Clone)]
 struct Face {
     triangles: Vec<u32>,
-    /// Unit normal by the winding.
+    /// Unit normal, from the winding.
     n: DVec3,
     area: f64,
     centroid: DVec3,
@@ -80,7 +85,7 @@ struct Face {
 /// Shape of a connected component.
 enum Component {
     Slab(Pane),
-    /// A flat face without another side.
+    /// A flat face without an opposite face.
     Face(Face),
     Other,
 }
@@ -90,19 +95,20 @@ pub(in crate::scene) fn max_thickness(bounds: Bounds3) -> f64 {
     MAX_SHARE_OF_SCENE * f64::from(bounds.radius())
 }
 
-/// The thin dielectrics that panes become.
+/// Thin dielectrics that replace panes.
 #[derive(Default)]
 pub(in crate::scene) struct FlatPanes {
-    /// Whether a material is clear glass.
+    /// True for materials that are clear glass.
     is_clear: HashMap<MaterialId, bool>,
-    /// Material of panes by that of their body.
+    /// Material of panes, by the material of their body.
     thin: HashMap<MaterialId, MaterialId>,
     /// Number of panes.
     pub count: u64,
 }
 
 impl FlatPanes {
-    /// The mesh without its panes, and a mesh of these, flattened; one of them alone where the other has no triangles.
+    /// Splits off the panes of `mesh`. Returns the mesh without them, and a mesh of the flattened
+    /// panes, each only if it has triangles.
     pub fn split(
         &mut self,
         mut mesh: Mesh,
@@ -141,7 +147,7 @@ impl FlatPanes {
     }
 }
 
-/// Whether a surface of `material` is a smooth boundary of glass and nothing else.
+/// Returns true if a surface of `material` is only a smooth boundary of glass.
 fn is_clear_glass(material: &Material) -> bool {
     let maps = &material.maps;
     let varies = maps.varies_bsdf() || maps.has_bumps() || maps.varies_opacity();
@@ -150,7 +156,7 @@ fn is_clear_glass(material: &Material) -> bool {
     is_there && !varies && matches!(material.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))
 }
 
-/// The thin dielectric for a pane of `body`, which light enters and leaves.
+/// The thin dielectric for a pane of `body`, including the transmission of both faces.
 fn thin_pane_of(body: &Material) -> Material {
     Material {
         name: format!("{} (pane)", body.name),
@@ -160,7 +166,7 @@ fn thin_pane_of(body: &Material) -> Material {
     }
 }
 
-/// One face of each pane, moved into the middle.
+/// A face of each pane, moved to the middle.
 fn faces_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
     let mut flat = Mesh::default();
     let mut parts = Vec::new();
@@ -197,7 +203,7 @@ fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
     panes
 }
 
-/// The shape of the connected component of these triangles, whose vertices are `welded`.
+/// Shape of the connected component with the triangles `triangles`, whose vertices are `welded`.
 fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: f64) -> Component {
     let areas: Vec<DVec3> = triangles.iter().map(|&t| area_vector(mesh, t)).collect();
     let largest = areas.iter().fold(DVec3::ZERO, |largest, &area| {
@@ -254,7 +260,8 @@ fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: 
 
 /// Pairs of faces that are the two sides of a slab without its rim.
 fn pairs(mut faces: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
-    // Partners are hardly farther from each other than a pane is thick, along any axis: along the one on which most faces differ, few others are.
+    // The distance between partners is about the thickness of a pane along any axis. Few other
+    // faces are so near along the axis on which faces differ most.
     let spread: Bounds3 = faces.iter().map(|face| face.centroid.as_vec3a()).collect();
     let axis = (spread.max - spread.min).max_position();
     faces.sort_by(|a, b| a.centroid[axis].total_cmp(&b.centroid[axis]));
@@ -280,7 +287,8 @@ fn pairs(mut faces: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
     panes
 }
 
-/// Thickness of the slab between two faces that look away from each other; `None` where they are not the sides of a pane.
+/// Thickness of the slab between two faces that point away from each other; `None` if they are not
+/// the sides of a pane.
 fn thickness(a: &Face, b: &Face, max_thickness: f64) -> Option<f64> {
     let apart = a.centroid - b.centroid;
     let thickness = apart.dot(a.n);
@@ -299,19 +307,19 @@ fn thickness(a: &Face, b: &Face, max_thickness: f64) -> Option<f64> {
     is_pane.then_some(thickness)
 }
 
-/// Half the cross product of two edges: the area along the normal by the winding.
+/// Half the cross product of two edges: the area times the normal, from the winding.
 fn area_vector(mesh: &Mesh, triangle: u32) -> DVec3 {
     let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.positions[i as usize].as_dvec3());
     0.5 * (b - a).cross(c - a)
 }
 
-/// Corners of triangles, those of each in turn.
+/// Corners of the triangles, one triangle after the other.
 fn corners<'a>(mesh: &'a Mesh, triangles: &'a [u32]) -> impl Iterator<Item = DVec3> + 'a {
     let vertices = triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
     vertices.map(|i| mesh.positions[i as usize].as_dvec3())
 }
 
-/// Whether each edge belongs to two triangles, which run along it in opposite directions.
+/// Returns true if each edge belongs to two triangles with opposite directions along it.
 fn is_closed(mesh: &Mesh, triangles: &[u32], welded: &[u32]) -> bool {
     let mut edges = Vec::with_capacity(3 * triangles.len());
     for &triangle in triangles {
@@ -324,7 +332,7 @@ fn is_closed(mesh: &Mesh, triangles: &[u32], welded: &[u32]) -> bool {
 }
 
 impl Face {
-    /// The face of these triangles, whose normals are about `n`.
+    /// The face with the triangles `triangles`, whose normals are near `n`.
     fn new(mesh: &Mesh, triangles: Vec<u32>, n: DVec3) -> Self {
         let (mut area, mut centroid) = (0.0, DVec3::ZERO);
         for (&triangle, of) in triangles.iter().zip(triangles.chunks(1)) {
@@ -348,12 +356,12 @@ impl Face {
         }
     }
 
-    /// Width of the face: that of a strip of its area and its greatest length.
+    /// Width of the face: that of a strip with its area and its greatest length.
     fn width(&self) -> f64 {
         self.area / (2.0 * self.radius).max(f64::MIN_POSITIVE)
     }
 
-    /// Whether the vertex normals, where there are any, are about those of the plane.
+    /// Returns true if the vertex normals, if any, are near the normal of the plane.
     fn has_its_normals(&self, mesh: &Mesh) -> bool {
         let mut vertices = self.triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
         mesh.normals.is_empty()

@@ -1,23 +1,26 @@
-//! Rectangles among emitting triangles: a light of its own each, in place of two triangles.
+//! Rectangles among emitting triangles: each is a single light instead of two triangles.
 //!
-//! One light has points that are stratified over the whole rectangle, directions by solid angle near by, and half the entries in the tables by which lights
-//! are chosen (docs/benchmarks.md, "Rectangles"). A quad of an OBJ file becomes two triangles in a row, and only such are looked at.
+//! A single light has points that are stratified over the whole rectangle, directions by solid
+//! angle nearby, and half the entries in the tables of the choice of a light (docs/benchmarks.md,
+//! "Rectangles"). A quad of an OBJ file becomes two consecutive triangles, and only consecutive
+//! triangles are checked.
 
 use crate::geometry::{Mesh, PrimId};
 use crate::math::{Vec3, float::gamma};
 
-/// Cosine of the angle between edges up to which it counts as a right one: what six digits of an OBJ file make of one.
+/// Largest cosine of a right angle between edges: the error of six digits in an OBJ file.
 const RIGHT: f32 = 1e-5;
 
 /// A light of an emitting mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::scene) enum Part {
     Triangle(PrimId),
-    /// Two triangles: a corner of the rectangle, and the edges from there, whose cross product is along the normal.
+    /// Two triangles: a corner of the rectangle, and its edges from the corner, whose cross product
+    /// points along the normal.
     Rectangle(Vec3, [Vec3; 2]),
 }
 
-/// The rectangles and the other triangles of `mesh`, in order, and for each triangle the number of its part.
+/// Rectangles and other triangles of `mesh`, in order, and the index of the part of each triangle.
 pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
     let count = mesh.triangles.len() as u32;
     let (mut parts, mut numbers) = (Vec::new(), Vec::new());
@@ -42,18 +45,18 @@ pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
     (parts, numbers)
 }
 
-/// The rectangle that two triangles are, if they are one: a corner and the edges from there.
+/// The rectangle of two triangles: a corner and its edges; `None` if they are not a rectangle.
 fn rectangle(one: [Vec3; 3], other: [Vec3; 3]) -> Option<(Vec3, [Vec3; 2])> {
     let corner = |of: &[Vec3; 3], i: usize| of[i % 3];
     for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
-        // The diagonal runs one way in one triangle and the other way in the other.
+        // The shared diagonal has opposite directions in both triangles.
         let [p, a, b] = [0, 1, 2].map(|k| corner(&one, i + k));
         let [q, c, d] = [0, 1, 2].map(|k| corner(&other, j + k));
         if (a, b) != (d, c) {
             continue;
         }
         let edges = [a - p, b - p];
-        // Sampled points start off the surface by more than the corner may be off.
+        // Sampled points have a larger ray offset than the error of this corner.
         let largest = one
             .iter()
             .chain(&other)
@@ -80,7 +83,8 @@ mod tests {
 
     const SQUARE: [[f32; 3]; 4] = [[1.0, 1.0, 0.0], [4.0, 1.0, 0.0], [4.0, 3.0, 0.0], [1.0, 3.0, 0.0]];
 
-    /// However the two triangles begin, the rectangle has their corners and their normal.
+    /// For any first corners of the two triangles, the rectangle has their corners and their
+    /// normal.
     #[test]
     fn two_triangles_are_a_rectangle() {
         for (first, second) in (0..9).map(|k| (k / 3, k % 3)) {
@@ -121,12 +125,12 @@ mod tests {
             assert_eq!(parts, [Part::Triangle(PrimId(0)), Part::Triangle(PrimId(1))], "{name}");
             assert_eq!(numbers, [0, 1], "{name}");
         }
-        // Windings against each other have the diagonal the same way.
+        // With opposite windings, the diagonal has the same direction in both.
         let (parts, _) = parts(&mesh(&SQUARE, &[[0, 1, 2], [0, 3, 2]]));
         assert_eq!(parts.len(), 2);
     }
 
-    /// Rectangles between triangles: each triangle knows its part.
+    /// Rectangles between triangles: each triangle has the index of its part.
     #[test]
     fn numbers_count_parts() {
         let triangles = [

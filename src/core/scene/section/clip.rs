@@ -6,8 +6,7 @@ use crate::math::Vec3;
 use half::f16;
 use std::collections::HashMap;
 
-/// An edge that a plane cuts out of a triangle, in the direction in which the outline of the cap
-/// runs.
+/// An edge that a plane cuts out of a triangle, in the direction of the cap's outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CutEdge {
     pub from: Vec3,
@@ -38,7 +37,7 @@ impl Half {
     }
 }
 
-/// Cuts `mesh`, which keeps its shape.
+/// Cuts `mesh`, which must not deform.
 pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
     let distances: Vec<f64> = mesh.positions.iter().map(|&p| plane.distance(p)).collect();
     let is_kept = |i: u32| distances[i as usize] < 0.0;
@@ -47,7 +46,7 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
         parts: Vec::new(),
         ..mesh.clone()
     };
-    // Vertices in the plane, by the ends of their edge
+    // New vertices in the plane, by the ends of their edge
     let mut cuts: HashMap<[u32; 2], u32> = HashMap::new();
     let mut cut = |all: &mut Mesh, a: u32, b: u32| {
         let [kept, removed] = if is_kept(a) { [a, b] } else { [b, a] };
@@ -104,7 +103,7 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
     }
 }
 
-/// Adds the vertex `p` at `share` of the way between two others.
+/// Adds the vertex `p` between two others, at the fraction `share`.
 fn push_between(mesh: &mut Mesh, ends: [u32; 2], share: f32, p: Vec3) -> u32 {
     let [a, b] = ends.map(|i| i as usize);
     let index = mesh.positions.len() as u32;
@@ -128,7 +127,7 @@ fn push_between(mesh: &mut Mesh, ends: [u32; 2], share: f32, p: Vec3) -> u32 {
     index
 }
 
-/// Some triangles of `mesh`, with the vertices that they use.
+/// The triangles `triangles` of `mesh`, with only the vertices that they use.
 fn compacted(mesh: &Mesh, mut triangles: Vec<[u32; 3]>, parts: Vec<u32>) -> Mesh {
     const UNUSED: u32 = u32::MAX;
     let mut numbers = vec![UNUSED; mesh.positions.len()];

@@ -1,8 +1,8 @@
-//! The inside of outlines as triangles: a sweep over horizontal slabs, in which no edges cross.
+//! Triangulation of the inside of outlines: a sweep over horizontal slabs, in which no edges cross.
 //!
-//! A point is inside if the winding number of the oriented outlines about it is positive, or if it is
-//! inside an unoriented one. Solids that overlap are therefore their union, and hollow ones keep
-//! their hollow. A trapezoid extends over all slabs in which the same two edges bound it.
+//! A point is inside if the winding number of the oriented outlines around it is positive, or if it
+//! is inside an unoriented outline. So overlapping solids are filled as their union, and hollows
+//! stay empty. A trapezoid extends over all slabs in which the same two edges bound it.
 
 use super::outline::OutlineEdge;
 use crate::math::DVec2;
@@ -104,7 +104,7 @@ fn crossings(sides: &[Side], active: &mut [usize], [low, high]: [f64; 2]) -> Vec
     ys
 }
 
-/// Pairs of sides between which a slab is inside.
+/// Pairs of sides that bound the inside in a slab.
 fn inside(sides: &[Side], active: &[usize]) -> Vec<[usize; 2]> {
     let (mut winding, mut unoriented) = (0, BTreeSet::new());
     let (mut spans, mut left) = (Vec::new(), None);

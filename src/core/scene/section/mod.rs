@@ -1,12 +1,12 @@
 //! Sections: planes that cut the scene when it is loaded. Backends, methods and bits are those of a
-//! scene that was modelled so.
+//! scene that was modelled with the cut.
 //!
-//! Triangles are clipped (`clip`), and the edges that the plane cuts out of the surfaces of an object
-//! (`outline`) are filled with caps (`fill`). Instances that a plane crosses become meshes that stand
-//! in the world; the others stay instances.
+//! Triangles are clipped (`clip`), and the edges that the plane cuts out of the surfaces of an
+//! object (`outline`) are filled with caps (`fill`). Instances that a plane crosses become meshes
+//! that stand in the world; other instances do not change.
 //!
-//! Light may meet the whole scene all the same ([`CutLight::Whole`]): what is cut off is then hidden
-//! from the camera, and only the camera sees the caps (`integrator/opacity.rs`).
+//! Optionally, light interacts with the whole scene ([`CutLight::Whole`]): the removed parts are
+//! then hidden from the camera, and only camera rays hit the caps (`integrator/opacity.rs`).
 
 mod clip;
 mod fill;
@@ -28,44 +28,44 @@ use fill::fill;
 use outline::outlines;
 use std::collections::HashMap;
 
-/// The scene that light meets if sections cut it.
+/// The scene for light if sections cut it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutLight {
-    /// The scene that is left.
+    /// The remaining scene.
     #[default]
     Cut,
-    /// The whole scene: sections are for the camera alone.
+    /// The whole scene: sections affect only the camera.
     Whole,
 }
 
 impl CutLight {
-    /// Each by the name that users type.
+    /// Names that users type.
     pub const NAMES: &[(&str, Self)] = &[("cut", Self::Cut), ("whole", Self::Whole)];
 }
 
 /// Results of a section.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SectionReport {
-    /// Surfaces that the plane cuts and that are not closed: they have no cap.
+    /// Open surfaces that the plane cuts: they have no cap.
     pub open: Vec<OpenShell>,
     /// Number of closed surfaces that face inwards and are not within a solid: they have no cap.
     pub inward: u64,
-    /// True if the plane leaves nothing of the scene.
+    /// True if the plane removes the whole scene.
     pub removes_all: bool,
-    /// True if the plane cuts nothing off.
+    /// True if the plane removes nothing.
     pub keeps_all: bool,
 }
 
 /// A surface that has no cap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenShell {
-    /// Its object, and its part if that has a name.
+    /// Name of its part, or of its object if the part has no name.
     pub name: String,
-    /// Point of its edge in the plane.
+    /// Point of its edge in the plane, world space.
     pub place: Vec3,
 }
 
-/// Where something is.
+/// Location relative to the plane.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Place {
     Kept,
@@ -74,7 +74,7 @@ enum Place {
 }
 
 impl SectionPlane {
-    /// Place of the points, which are those of the ends of a motion too.
+    /// Location of the points, which include both ends of a motion.
     fn place(&self, mut points: impl Iterator<Item = Vec3>) -> Place {
         let Some(first) = points.next() else {
             return Place::Removed;
@@ -120,21 +120,21 @@ struct CutObject {
     edges: Vec<CutEdge>,
 }
 
-/// How a section treats meshes of a material.
+/// Treatment of meshes of a material by a section.
 #[derive(Clone, Copy)]
 struct Treatment {
-    /// Light meets the parts that are cut off.
+    /// True if light hits the removed parts.
     keeps_removed: bool,
-    /// The mesh stays as it is.
+    /// True if the mesh does not change.
     is_exempt: bool,
-    /// Cuts are closed.
+    /// True if cuts are closed by caps.
     has_caps: bool,
 }
 
 impl SceneBuilder {
-    /// Cuts everything that was added before, and closes the cuts of closed surfaces with caps of the
-    /// material `cap`, if there is one. With [`CutLight::Whole`], what is cut off is hidden from the camera, and caps
-    /// are black and seen by the camera alone.
+    /// Cuts everything that was added before. If there is a material `cap`, closes the cuts of
+    /// closed surfaces with caps of this material. With [`CutLight::Whole`], the removed parts are
+    /// hidden from the camera, and caps are black and visible only to the camera.
     ///
     /// # Errors
     ///
@@ -145,7 +145,7 @@ impl SceneBuilder {
         cap: Option<MaterialId>,
         light: CutLight,
     ) -> Result<SectionReport, BuildError> {
-        // A cut slab of glass would be no pane.
+        // A cut slab of glass would not be recognised as a pane.
         if self.panes == Panes::Straight {
             self.flatten_panes(self.bounds());
         }
@@ -255,7 +255,8 @@ impl SceneBuilder {
         Treatment {
             keeps_removed: is_whole && material.light_visible,
             is_exempt: is_whole && !material.camera_visible,
-            // Thin glass is a sheet. Caps of an earlier section close what that has left.
+            // Thin glass is a sheet without a cap. Caps of an earlier section close the remaining
+            // part.
             has_caps: material.camera_visible && !material.thin,
         }
     }
@@ -282,7 +283,7 @@ impl SceneBuilder {
         }
     }
 
-    /// The prototype with materials that are hidden from the camera.
+    /// A copy of the prototype with materials that are hidden from the camera.
     fn hidden_prototype(&mut self, prototype: PrototypeId) -> PrototypeId {
         let mut meshes = self.prototypes[prototype.0 as usize].clone();
         for (_, material) in &mut meshes {
@@ -292,7 +293,8 @@ impl SceneBuilder {
         PrototypeId(self.prototypes.len() as u32 - 1)
     }
 
-    /// A material for caps that only the camera sees. No light reaches them within a whole solid.
+    /// A material for caps that only the camera sees. It is black, since no light reaches the
+    /// inside of a whole solid.
     fn black_cap(&mut self, cap: MaterialId) -> MaterialId {
         let name = self.materials[cap.0 as usize].name.clone();
         let is_cap = |material: &Material| !material.light_visible && material.name == name;
@@ -339,7 +341,8 @@ impl SectionReport {
     }
 }
 
-/// A mesh of triangles in the plane. Texture coordinates are those of the plane, in scene units.
+/// A mesh of triangles in the plane. Texture coordinates are coordinates in the plane, in scene
+/// units.
 fn cap_mesh(triangles: &[[DVec2; 3]], plane: &SectionPlane) -> Mesh {
     let mut mesh = Mesh::default();
     for corners in triangles {

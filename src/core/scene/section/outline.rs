@@ -1,20 +1,21 @@
-//! Outlines of caps: the edges that a plane cuts out of surfaces, and the edges of surfaces that are not
-//! closed.
+//! Outlines of caps: the edges that a plane cuts out of closed surfaces, and the cut edges of open
+//! surfaces.
 //!
-//! The front of a triangle is outside of the solid. An outline that faces inwards bounds a hollow if it
-//! is within a solid. Otherwise it is that of a room whose walls have no thickness, which stays open.
+//! The front of a triangle is outside of the solid. An outline that faces inwards bounds a hollow
+//! if it is within a solid. Otherwise it is the outline of a room whose walls have no thickness,
+//! which stays open.
 //!
-//! Ends of edges that differ by rounding alone are one vertex. An outline without free ends has an
+//! Ends of edges that differ only by rounding are one vertex. An outline without free ends has an
 //! even number of edges at each vertex. Edges that lead to a free end, and outlines with an odd
-//! number of edges somewhere, are those of open surfaces.
+//! number of edges at any vertex, belong to open surfaces.
 
 use super::clip::CutEdge;
 use super::plane::SectionPlane;
 use crate::math::{DVec2, Vec3};
 use std::collections::HashMap;
 
-/// Distance within which ends of edges are one vertex, over the largest coordinate: some roundings of
-/// the transforms and cuts that gave them.
+/// Distance within which ends of edges are merged, over the largest coordinate: some rounding
+/// errors of the transforms and cuts that made them.
 const WELDING: f64 = 4e-6;
 
 /// An edge of an outline. The inside is on its left.
@@ -22,8 +23,8 @@ const WELDING: f64 = 4e-6;
 pub(super) struct OutlineEdge {
     pub from: DVec2,
     pub to: DVec2,
-    /// Number of the outline if the windings of its triangles disagree: what is inside follows from
-    /// the number of edges that are crossed.
+    /// Number of the outline if the windings of its triangles disagree: its inside follows from the
+    /// number of crossed edges.
     pub unoriented: Option<u32>,
 }
 
@@ -32,11 +33,11 @@ pub(super) struct OutlineEdge {
 pub(super) struct Outlines {
     pub closed: Vec<OutlineEdge>,
     pub open: Vec<CutEdge>,
-    /// Number of outlines about which there is no solid: those of rooms whose walls have no thickness.
+    /// Number of outlines without a solid around them: rooms whose walls have no thickness.
     pub inward: u64,
 }
 
-/// Vertices of a plane, which are one within a tolerance.
+/// Merges vertices of a plane within a tolerance.
 struct Welder {
     tolerance: f64,
     cells: HashMap<[i64; 2], Vec<u32>>,
@@ -64,7 +65,7 @@ impl Welder {
     }
 }
 
-/// Outlines of the edges that a plane cuts out of one object.
+/// Outlines from the edges that a plane cuts out of one object.
 pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
     let largest = |p: Vec3| f64::from(p.abs().max_element());
     let scale = edges.iter().flat_map(|edge| [largest(edge.from), largest(edge.to)]);
@@ -101,7 +102,7 @@ pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
         }
     }
 
-    // Connected components of the others
+    // Connected components of the other edges
     let mut outlines = Outlines::default();
     let mut inward: Vec<Vec<OutlineEdge>> = Vec::new();
     let mut is_seen = is_open.clone();
@@ -145,7 +146,7 @@ pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
             outlines.closed.extend(outline);
         }
     }
-    // Those within a solid are its hollows.
+    // Outlines within a solid are its hollows.
     let solids = outlines.closed.len();
     for outline in inward {
         let middle = 0.5 * (outline[0].from + outline[0].to);
@@ -162,12 +163,12 @@ pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
     outlines
 }
 
-/// Area within an outline; negative if it is outside.
+/// Area within an outline; negative if the outline faces inwards.
 fn area(outline: &[OutlineEdge]) -> f64 {
     outline.iter().map(|edge| 0.5 * edge.from.perp_dot(edge.to)).sum()
 }
 
-/// Winding number of oriented outlines about a point.
+/// Winding number of oriented outlines around a point.
 fn winding(outline: &[OutlineEdge], p: DVec2) -> i64 {
     let mut winding = 0;
     for edge in outline.iter().filter(|edge| edge.unoriented.is_none()) {

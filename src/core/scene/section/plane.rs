@@ -2,7 +2,8 @@
 
 use crate::math::{DVec2, DVec3, Vec3};
 
-/// A plane that cuts the scene: what is behind it stays, what is in front of it or in it goes.
+/// A plane that cuts the scene: points behind it are kept, points in front of it or in it are
+/// removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
     /// Unit normal.
@@ -14,13 +15,13 @@ pub struct SectionPlane {
 }
 
 impl SectionPlane {
-    /// The plane through `point` with this `normal` of any length; `None` if they are not finite, or if
-    /// the normal is zero.
+    /// The plane through `point` with this `normal` of any length; `None` if they are not finite,
+    /// or if the normal is zero.
     pub fn new(normal: DVec3, point: DVec3) -> Option<Self> {
         let normal = normal.try_normalize()?;
         let offset = normal.dot(point);
         let units = [DVec3::X, DVec3::Y, DVec3::Z];
-        // Coordinates along the axes of the world have no rounding.
+        // Coordinates along the world's axes have no rounding errors.
         let aligned = units.iter().position(|unit| normal.dot(*unit).abs() == 1.0);
         let axes = match aligned {
             Some(axis) => [units[(axis + 1) % 3], units[(axis + 2) % 3] * normal[axis].signum()],
@@ -32,13 +33,13 @@ impl SectionPlane {
         (offset.is_finite()).then_some(Self { normal, offset, axes })
     }
 
-    /// Signed distance of a point: negative on the side that stays.
+    /// Signed distance of a point: negative on the kept side.
     pub(super) fn distance(&self, p: Vec3) -> f64 {
         self.normal.dot(p.as_dvec3()) - self.offset
     }
 
-    /// The point between `kept` and `removed`, at these distances, that is in the plane; and its share
-    /// of the way.
+    /// The point in the plane between `kept` and `removed`, given with their distances; and its
+    /// fraction of the way.
     pub(super) fn crossing(&self, kept: (Vec3, f64), removed: (Vec3, f64)) -> (Vec3, f32) {
         let share = kept.1 / (kept.1 - removed.1);
         let [a, b] = [kept.0, removed.0].map(Vec3::as_dvec3);
@@ -47,13 +48,13 @@ impl SectionPlane {
         (p.as_vec3a(), share as f32)
     }
 
-    /// Coordinates in the plane.
+    /// Coordinates of `p` in the plane.
     pub(super) fn coordinates(&self, p: Vec3) -> DVec2 {
         let [u, v] = self.axes.map(|axis| axis.dot(p.as_dvec3()));
         DVec2::new(u, v)
     }
 
-    /// The point of these coordinates.
+    /// The point with the coordinates `at`.
     pub(super) fn point(&self, at: DVec2) -> Vec3 {
         let [u, v] = self.axes;
         (self.offset * self.normal + at.x * u + at.y * v).as_vec3a()

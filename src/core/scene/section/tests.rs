@@ -15,7 +15,7 @@ fn sphere(center: Vec3, radius: f32) -> Mesh {
     for ring in 0..=rings {
         let (sin, cos) = (PI * f64::from(ring) / f64::from(rings)).sin_cos();
         for i in 0..SEGMENTS {
-            // Vertices of the poles are at one point.
+            // Vertices of a pole coincide.
             let sin = if ring == 0 || ring == rings { 0.0 } else { sin };
             let (s, c) = (TAU * f64::from(i) / f64::from(SEGMENTS)).sin_cos();
             let n = DVec3::new(sin * c, sin * s, cos).as_vec3a();
@@ -190,7 +190,7 @@ fn hollows_stay_and_overlapping_solids_are_one() {
     }
 }
 
-/// Faces turned at random: the even-odd rule fills the outline.
+/// Faces with random windings: the even-odd rule fills the outline.
 #[test]
 fn shells_with_turned_faces_have_caps() {
     let mut mesh = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false);
@@ -247,7 +247,7 @@ fn several_sections_leave_closed_shells() {
     assert!(sum.length() < 1e-5, "{sum}");
 }
 
-/// Faces in the plane go, and the cap replaces them.
+/// Faces in the plane are removed, and the cap replaces them.
 #[test]
 fn faces_in_the_plane_are_replaced_by_the_cap() {
     let solid = || cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false);
@@ -261,7 +261,7 @@ fn faces_in_the_plane_are_replaced_by_the_cap() {
     assert!(report.keeps_all && !report.removes_all);
 }
 
-/// Instances that the plane crosses are cut where they stand; moving ones are refused.
+/// Instances that the plane crosses are cut in place; moving ones are an error.
 #[test]
 fn instances_are_cut_where_they_stand() {
     let mut builder = SceneBuilder::new();
@@ -287,7 +287,7 @@ fn instances_are_cut_where_they_stand() {
     builder.instance_objects.pop();
 }
 
-/// Light meets every triangle of the whole; the camera those that are left, and the caps.
+/// Light hits every triangle of the whole; camera rays hit the remaining ones and the caps.
 #[test]
 fn whole_light_meets_both_halves_and_the_camera_one() {
     let mut builder = SceneBuilder::new();

@@ -13,7 +13,8 @@ fn glass() -> Material {
     }
 }
 
-/// The solid between `outline`, at z = 0 and counter-clockwise as seen from +z, and the same at z = −thickness.
+/// The solid between `outline` at z = 0, counter-clockwise as seen from +z, and the same outline at
+/// z = −thickness.
 fn prism(outline: &[[f32; 2]], thickness: f32) -> Mesh {
     let n = outline.len() as u32;
     let at = |z: f32| outline.iter().map(move |[x, y]| Vec3::new(*x, *y, z));
@@ -39,7 +40,7 @@ fn window() -> Mesh {
     prism(&rectangle(1.0, 1.5), 0.006)
 }
 
-/// The mesh with vertices of its own for each triangle.
+/// The mesh with separate vertices for each triangle.
 fn unwelded(mesh: &Mesh) -> Mesh {
     let corners = mesh.triangles.iter().flatten();
     Mesh {
@@ -89,7 +90,7 @@ fn inside_out(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// A room of 10 by 10 by 10 with `mesh` of `material` in it, and how many panes there are.
+/// A room of 10 by 10 by 10 with `mesh` of `material` in it, and the number of panes.
 fn frozen(mesh: Mesh, material: Material, panes: Panes) -> (Scene, u64) {
     let mut b = SceneBuilder::new();
     b.panes(panes);
@@ -111,7 +112,7 @@ fn flat_slabs_are_panes() {
         .map(|i| (i as f32 * 0.25 * std::f32::consts::PI).sin_cos())
         .map(|(y, x)| [x, y])
         .collect();
-    // A stair's balustrade
+    // The balustrade of a stair
     let slanted = [[0.0, 0.0], [3.0, 1.5], [3.0, 2.5], [0.0, 1.0]];
     for (what, mesh, expected) in [
         ("window", window.clone(), 1),
@@ -204,7 +205,7 @@ fn a_pane_is_one_sheet_in_the_middle() {
     let ball = moved(prism(&rectangle(0.3, 0.3), 0.3), turned());
     let (scene, panes) = frozen(joined(&[window(), ball]), glass(), Panes::Straight);
     assert!(panes == 1 && scene.has_thin_surfaces());
-    // The room, the block that stays, and the surface
+    // The room, the block that does not change, and the pane
     assert_eq!(scene.meshes().len(), 3);
     assert_eq!(scene.meshes()[1].triangles.len(), 12);
     let flat = &scene.meshes()[2];
@@ -223,7 +224,7 @@ fn a_pane_is_one_sheet_in_the_middle() {
     assert_eq!(refracting.meshes()[1].triangles.len(), 12);
 }
 
-/// The thickness in the world counts.
+/// The thickness is measured in the world.
 #[test]
 fn copies_are_panes() {
     let window = prism(&rectangle(1.0, 1.5), 0.03);

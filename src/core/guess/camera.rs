@@ -1,4 +1,4 @@
-//! The camera if not all of it is given.
+//! Guess of the parts of a camera that are not given.
 
 mod inside;
 
@@ -20,66 +20,67 @@ use crate::camera::{CameraError, CameraParameters};
 use crate::math::{DVec3, Horizon, Vec3};
 use crate::scene::Scene;
 
-/// Vertical field of view of objects, degrees.
+/// Vertical field of view for objects, in degrees.
 const OBJECT_FOV: f32 = 35.0;
 /// Share of the width or height of the image that an object fills.
 const FILL: f32 = 0.84;
-/// Triangles by which a scene is framed at most, evenly spread over its own.
+/// Maximum number of triangles that frame a scene, evenly spread over its triangles.
 const MAX_TRIANGLES: u64 = 1 << 23;
-/// Candidates at most.
+/// Maximum number of candidates.
 const MAX_CANDIDATES: usize = 12;
 
-/// Logarithm of the odds of the upright axis below which it is called a guess.
+/// Logarithm of the odds of the upright axis below which users read that it is a guess.
 const UNSURE: f32 = 2.0;
 
-/// Parts of a camera that flags or a scene file give.
+/// Parts of a camera that are given by flags or a scene file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked {
-    /// Centre of the lens.
+    /// Centre of the lens, world space.
     pub position: Option<Vec3>,
-    /// The point in the middle of the image.
+    /// Point in the middle of the image, world space.
     pub look_at: Option<Vec3>,
-    /// Up in the image.
+    /// Up direction in the image.
     pub up: Option<Vec3>,
-    /// Degrees.
+    /// Vertical field of view in degrees.
     pub vertical_fov: Option<f32>,
-    /// Side from which the scene is seen, if no position is given.
+    /// Side from which the scene is seen; used without a position.
     pub view: View,
-    /// Azimuth and elevation, in place of a named view.
+    /// Azimuth and elevation, instead of a named view.
     pub orbit: Option<Orbit>,
-    /// Place on the floor, in place of a position.
+    /// Place on the floor, instead of a position.
     pub stand: Option<Stand>,
-    /// Azimuth towards which a standing camera looks, degrees.
+    /// Azimuth of the view direction of a standing camera, in degrees.
     pub yaw: Option<f32>,
-    /// Length of the file's unit in metres, if the file names it.
+    /// Length of the file's unit in metres, if the file has it.
     pub unit: Option<f32>,
-    /// Axes by the comments of the file.
+    /// Axes from the comments of the file.
     pub axes: FileAxes,
-    /// Evidence of other files of the folder on the upright axis.
+    /// Evidence for the upright axis from other files of the folder.
     pub sisters: Sisters,
-    /// Point of the file's coordinates that is the scene's origin, for flags.
+    /// Origin of the scene, in the file's coordinates; used for flags.
     pub origin: DVec3,
 }
 
-/// A camera of which something was guessed. Its numbers are as short as they are printed.
+/// A camera with guessed parts. Its numbers are rounded as they are printed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraGuess {
-    /// Centre of the lens.
+    /// Centre of the lens, world space.
     pub position: Vec3,
-    /// The point in the middle of the image.
+    /// Point in the middle of the image, world space.
     pub look_at: Vec3,
-    /// Up in the image.
+    /// Up direction in the image.
     pub up: Vec3,
-    /// Up in the scene, a unit vector: another one than in the image where the camera looks straight up or down.
+    /// Up in the scene, a unit vector. It differs from `up` if the camera looks straight up or
+    /// down.
     pub scene_up: Vec3,
-    /// Degrees.
+    /// Vertical field of view in degrees.
     pub vertical_fov: f32,
     /// Description of the guess for users.
     pub words: String,
 }
 
 impl CameraGuess {
-    /// A pinhole, in focus at the target.
+    /// Parameters of a pinhole camera, in focus at the target.
     pub fn parameters(&self) -> CameraParameters {
         CameraParameters {
             position: self.position,
@@ -91,7 +92,7 @@ impl CameraGuess {
         }
     }
 
-    /// The flags that give this camera in the file whose point `origin` is the scene's.
+    /// Flags for this camera in a file whose point `origin` is the scene's origin.
     pub fn flags(&self, origin: DVec3) -> String {
         let list = |v: Vec3| v.to_array().map(|x| x.to_string()).join(",");
         let [position, look_at] = [self.position, self.look_at].map(|p| position_text(p, origin).join(","));
@@ -103,13 +104,13 @@ impl CameraGuess {
     }
 }
 
-/// A scene whose camera is to be found.
+/// Finds a camera for a scene.
 pub struct CameraFinder<'a> {
     looker: Looker<'a>,
     survey: Survey,
-    /// Whether the upright axis is another one than by the scene alone.
+    /// True if the evidence of other files changed the upright axis.
     is_up_of_sisters: bool,
-    /// Places that are inside.
+    /// Kind of the places that are inside.
     inside: Inside,
     asked: Asked,
     /// Width of the image over its height.
@@ -156,7 +157,7 @@ impl<'a> CameraFinder<'a> {
         self.survey.is_unsure_of_up()
     }
 
-    /// The finder with the evidence of `sisters`, in place of that of `asked`.
+    /// The finder with the evidence of `sisters`, replacing the evidence of `asked`.
     #[must_use]
     pub fn with(mut self, sisters: Sisters) -> Self {
         self.asked.sisters = sisters;
@@ -179,11 +180,11 @@ impl<'a> CameraFinder<'a> {
         &self.survey
     }
 
-    /// The camera: what is said of it, and guesses for the rest.
+    /// The camera: given parts, and guesses for the rest.
     ///
     /// # Errors
     ///
-    /// A place inside that the scene does not have.
+    /// A requested place inside does not exist.
     pub fn camera(&self) -> Result<CameraGuess, CameraError> {
         let Asked { view, orbit, stand, .. } = self.asked;
         if let Some(stand) = stand {
@@ -200,7 +201,7 @@ impl<'a> CameraFinder<'a> {
         Ok(self.view_from_outside())
     }
 
-    /// The camera around the scene.
+    /// The camera outside of the scene.
     fn view_from_outside(&self) -> CameraGuess {
         let Asked {
             position,
@@ -212,7 +213,8 @@ impl<'a> CameraFinder<'a> {
         let back = self.horizon().direction(azimuth, elevation);
         let (mut eye, mut target) = self.frame().place(&self.looker, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
-            // One target for all azimuths, with the digits that suit the scene: the frames of a turntable do not jump.
+            // The target is the same for all azimuths and is rounded for the size of the scene, so
+            // that the frames of a turntable do not jump.
             target = short(self.looker.region.bounds.center(), self.size());
             eye = target + distance * back;
         }
@@ -226,7 +228,7 @@ impl<'a> CameraFinder<'a> {
     }
 
     /// Light for the scene, seen from `position` towards `target`; `None` if its own emitters light
-    /// it. The scene has no other lights. In a room of a house the light is that of an interior.
+    /// it. The scene has no other lights. In a room of a house, this is the light of an interior.
     pub fn light(&self, position: Vec3, target: Vec3) -> Option<LightGuess> {
         let mut survey = self.survey;
         if self.inside != Inside::Anywhere {
@@ -237,7 +239,7 @@ impl<'a> CameraFinder<'a> {
         LightGuess::new(&self.looker, &survey, position, target)
     }
 
-    /// Cameras to choose from, each with the shortest flags that name it.
+    /// Candidate cameras, each with the shortest flags that give it.
     pub fn candidates(&self) -> Vec<(String, CameraGuess)> {
         let of = |asked: Asked| {
             Self {
@@ -288,11 +290,12 @@ impl<'a> CameraFinder<'a> {
             ));
         }
         if inside > 0 && self.survey.is_closed() {
-            // Its light does not leave the room: from outside all is black.
+            // Light inside a closed room does not leave it: from outside, all is black.
             candidates.truncate(inside);
         }
         if inside > 0 {
-            // From outside, an interior shows mostly blank walls: the isometric view tells the best how it lies.
+            // From outside, an interior shows mostly blank walls: the isometric view shows its
+            // layout best.
             candidates[inside..].sort_by_key(|(flags, _)| flags != "--view iso");
         }
         candidates.truncate(MAX_CANDIDATES);
@@ -311,7 +314,7 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// Azimuth and elevation of the view of an object, and words on it.
+    /// Azimuth and elevation of the view of an object, and a description for users.
     fn angles(&self) -> (f32, f32, String) {
         let Asked {
             view, orbit, position, ..
@@ -360,7 +363,7 @@ impl<'a> CameraFinder<'a> {
         self.looker.region.bounds.radius().max(f32::MIN_POSITIVE)
     }
 
-    /// Words on the triangles that the camera does not frame.
+    /// Description of the triangles that the camera does not frame.
     fn left_out(&self) -> String {
         let Region {
             left_out, left_out_at, ..
@@ -381,7 +384,7 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// The camera with short numbers; what was said stays as it is.
+    /// The camera with rounded numbers. Given parts do not change.
     fn guess(&self, eye: Vec3, target: Vec3, fov: f32, words: String) -> CameraGuess {
         let scale = eye.distance(target).min(self.size());
         let horizon = self.horizon();
@@ -413,7 +416,7 @@ impl<'a> CameraFinder<'a> {
             Some(_) => words,
         };
         let words = words + &self.left_out();
-        // A camera that looks along what is up has another direction at the top of its image.
+        // If the camera looks along the given up direction, the image needs another up direction.
         let is_across =
             |said: &Vec3| said.cross(position - look_at).length() > 1e-3 * said.length() * position.distance(look_at);
         CameraGuess {
@@ -427,7 +430,7 @@ impl<'a> CameraFinder<'a> {
     }
 }
 
-/// Words on the front of an object that is seen from `azimuth` and `elevation`.
+/// Description of the front of an object that is seen from `azimuth` and `elevation`.
 fn front_words(front: &Front, azimuth: f32, elevation: f32) -> String {
     let side = format!("its front is at azimuth {}°", front.azimuth);
     if front.is_declared {
@@ -440,14 +443,15 @@ fn front_words(front: &Front, azimuth: f32, elevation: f32) -> String {
     format!("probably {side} (--orbit {behind},{elevation} shows the other side)")
 }
 
-/// The upright axis of a file that lies far from its own origin, at `origin`: national grids have
-/// large eastings and northings, and small heights. `None` of other files.
+/// Upright axis of a file with its scene far from its own origin, at `origin`: national grids have
+/// large eastings and northings, and small heights. `None` for other files.
 fn height_axis(origin: DVec3) -> Option<Vec3> {
     let axis = origin.abs().min_position();
     (origin != DVec3::ZERO).then(|| Vec3::AXES[axis])
 }
 
-/// Coordinates of `p` in the file whose point `origin` is the scene's, as short as those of `p`.
+/// Coordinates of `p` in the file whose point `origin` is the scene's origin, with the digits of
+/// `p`.
 pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
     [0, 1, 2].map(|axis| {
         let short = p[axis].to_string();
@@ -474,7 +478,7 @@ fn short(v: Vec3, scale: f32) -> Vec3 {
         };
         format!("{rounded:.decimals$}").parse().unwrap_or(x)
     };
-    // No negative zeros
+    // Avoid negative zeros
     Vec3::from(v.to_array().map(round)) + Vec3::ZERO
 }
 

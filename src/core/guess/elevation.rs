@@ -3,16 +3,16 @@
 use super::FileAxes;
 use crate::math::Vec3;
 
-/// The side of a scene that a drawing shows.
+/// Side of a scene that a drawing shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Elevation {
     /// From the front.
     Front,
     /// From behind.
     Back,
-    /// From its left side, as seen from the front.
+    /// From the left side, as seen from the front.
     Left,
-    /// From its right side.
+    /// From the right side.
     Right,
     /// From above, with the front below.
     Plan,
@@ -21,16 +21,16 @@ pub enum Elevation {
 /// Axes of a drawing: unit vectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawingAxes {
-    /// To the right in the picture.
+    /// To the right in the image.
     pub right: Vec3,
-    /// Upwards in the picture.
+    /// Up in the image.
     pub up: Vec3,
     /// To the viewer.
     pub back: Vec3,
 }
 
 impl Elevation {
-    /// Each by the name that users type.
+    /// Names that users type.
     pub const NAMES: &[(&str, Self)] = &[
         ("front", Self::Front),
         ("back", Self::Back),
@@ -39,7 +39,7 @@ impl Elevation {
         ("plan", Self::Plan),
     ];
 
-    /// Axes of the drawing of a scene with this upright axis, whose front looks along `front`.
+    /// Axes of the drawing of a scene with the upright axis `up` and the front direction `front`.
     pub fn axes(self, [up, front]: [Vec3; 2]) -> DrawingAxes {
         let across = up.cross(front);
         let (up, back) = match self {
@@ -57,8 +57,8 @@ impl Elevation {
     }
 }
 
-/// The upright axis of drawings, and the direction to which the front of the scene looks: the axis
-/// that is next to `up`, or else that of the file, or else +y.
+/// Upright axis of drawings, and direction of the front of the scene. The upright axis is the axis
+/// nearest to `up`, or else the axis of the file, or else +y.
 pub fn drawing_axes(up: Option<Vec3>, axes: &FileAxes) -> [Vec3; 2] {
     let nearest = |up: Vec3| {
         let axis = up.abs().max_position();
@@ -95,7 +95,7 @@ mod tests {
         }
         let plan = Elevation::Plan.axes(upright);
         assert_eq!((plan.right, plan.up, plan.back), (Vec3::X, Vec3::NEG_Z, Vec3::Y));
-        // z up: the front looks along -y, and a plan has x to the right and y upwards.
+        // z is up: the front faces -y, and a plan has x to the right and y upwards.
         let upright = drawing_axes(Some(Vec3::new(0.1, 0.0, 0.9)), &none);
         assert_eq!(upright, [Vec3::Z, Vec3::NEG_Y]);
         let plan = Elevation::Plan.axes(upright);

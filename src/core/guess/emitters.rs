@@ -1,11 +1,11 @@
-//! Light that emitting surfaces give to the rest of a scene.
+//! Light of emitting surfaces on the rest of a scene.
 //!
-//! The eye of a robot, the screen of a phone and the flame of a torch light little but themselves:
-//! such a scene needs other light. The lamps of a room light most of it.
+//! The eye of a robot, the screen of a phone and the flame of a torch light little except
+//! themselves: their scenes need other light. The lamps of a room light most of it.
 //!
-//! The measured points are those that a camera sees. Light paths of a few bounces give their
-//! irradiance, with one light sample at each vertex. Irradiances are compared with each other, and
-//! with a white display: programs that write `Ke 1` mean a surface that is as bright.
+//! Irradiance is measured at points that a camera sees. It is estimated by light paths of a few
+//! bounces, with one light sample at each vertex. Irradiances are compared with each other, and
+//! with a white display: a program that writes `Ke 1` means a surface of this brightness.
 
 use super::look::{Looker, Seen};
 use super::spread::radical_inverse;
@@ -17,29 +17,29 @@ use crate::sampling::warp::{cosine_hemisphere, uniform_cone};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-/// Points that the camera sees.
+/// Number of points that the camera sees.
 const POINTS: u32 = 256;
-/// Light paths from each point.
+/// Number of light paths per point.
 const PATHS: u32 = 8;
-/// Vertices of a path, the point included.
+/// Number of vertices of a path, including the point.
 const VERTICES: u32 = 4;
-/// Random numbers of a vertex.
+/// Number of random numbers per vertex.
 const NUMBERS: u32 = 5;
 /// Median radiance of white surfaces below which a scene is dark, 8 stops below white.
 const DARK: f32 = 1.0 / 256.0;
 /// Distance of a ray's origin from its surface, in radii of the scene.
 const OFFSET: f32 = 1e-4;
 
-/// Share of the visible surfaces that must be lit, and the irradiance from which on they are, in
-/// medians.
+/// Minimum share of lit surfaces among the visible ones, and minimum irradiance of a lit surface,
+/// in medians.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Requirement {
     pub share: f32,
     pub irradiance: f32,
 }
 
-/// Returns true if the scene's lights light the surfaces that are seen from `eye` in the cone of
-/// this half angle, radians, around `direction`, as `requirement` asks.
+/// Returns true if the scene's lights light the visible surfaces as `requirement` demands: surfaces
+/// seen from `eye` in the cone around `direction` with the half angle `half_angle`, in radians.
 pub(super) fn light(
     looker: &Looker,
     eye: Vec3,
@@ -62,8 +62,8 @@ pub(super) fn light(
     median >= DARK * PI && points[darkest_lit] >= requirement.irradiance * median
 }
 
-/// Estimate of the irradiance at the point `p` that a ray in the direction `w` sees; `i` is its
-/// number among the points.
+/// Estimate of the irradiance at the point `p`, which a ray in the direction `w` hits; `i` is its
+/// index among the points.
 fn irradiance((looker, selection): (&Looker, &LightSelection), p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
     let offset = OFFSET * looker.region.bounds.radius();
     let paths = (0..PATHS).map(|k| {
@@ -91,7 +91,7 @@ fn irradiance((looker, selection): (&Looker, &LightSelection), p: Vec3, seen: &S
     paths.sum::<f32>() / PATHS as f32
 }
 
-/// Estimate of the direct irradiance at `p`, where the normal is `n`.
+/// Estimate of the direct irradiance at `p` with the normal `n`.
 fn direct((looker, selection): (&Looker, &LightSelection), p: Vec3, n: Vec3, [choice, u, v]: [f32; 3]) -> f32 {
     let scene = looker.scene;
     let lights = scene.lights();
@@ -115,7 +115,7 @@ fn direct((looker, selection): (&Looker, &LightSelection), p: Vec3, n: Vec3, [ch
     }
 }
 
-/// A number in [0, 1) for each index.
+/// Pseudorandom number in [0, 1) for each index.
 fn number(index: u32) -> f32 {
     unit_f32(mix(u64::from(index).wrapping_add(1).wrapping_mul(GOLDEN_GAMMA)))
 }

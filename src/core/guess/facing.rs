@@ -1,81 +1,83 @@
-//! Shapes that tell the front of an object: the back-rest of a seat is at its back, feet stick out
+//! Shapes that show the front of an object: the back-rest of a seat is at its back, feet stick out
 //! to the front of the ankles, and the head of an animal on four legs is high at its front.
 //!
-//! Limits were set on some 700 public files, whose seats and people were told by name and by eye.
-//! Both are rare among other files: about one in a hundred has the shape of a seat or of feet.
+//! Limits were set on some 700 public files. Their seats and people were identified by name and by
+//! eye. Both are rare among other files: about one in a hundred has the shape of a seat or of feet.
 
 use super::surfaces::Point;
 use crate::math::{Bounds3, Horizon, Vec3};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-/// Azimuths of the sides, degrees.
+/// Azimuths of the sides, in degrees.
 const SIDES: [f32; 4] = [0.0, 90.0, 180.0, 270.0];
-/// Share of points left out at either end of a range.
+/// Share of points left out at each end of a range.
 const TAIL: f32 = 0.02;
 /// Minimum height of a seat over its larger width.
 const HIGH: f32 = 0.25;
-/// Heights above which there is only the back-rest, as shares of the height, and points there.
+/// Heights above which there is only the back-rest, as shares of the height; and minimum number of
+/// points there.
 const RESTS: [f32; 4] = [0.6, 0.7, 0.8, 0.9];
 const MIN_POINTS: usize = 40;
-/// Places from the back, −1/2, to the front, 1/2, where the back-rest begins and ends.
+/// Limits of the back-rest, from −1/2 at the back to 1/2 at the front.
 const REST: (f32, f32) = (-0.2, -0.1);
-/// Width of a back-rest as a share of the width, at least.
+/// Minimum width of a back-rest, as a share of the width.
 const REST_WIDTH: f32 = 0.45;
-/// Heights of a seat, and its thickness, as shares of the height.
+/// Range of heights of a seat, and its thickness, as shares of the height.
 const SEAT: RangeInclusive<f32> = 0.2..=0.5;
 const SEAT_BAND: f32 = 0.15;
 /// Minimum |cos| between up and the normals of a seat.
 const LEVEL: f32 = 0.8;
-/// Share of the outline that a seat covers at least, in cells of a grid.
+/// Minimum share of the outline that a seat covers, in cells of a grid.
 const SEAT_AREA: f32 = 0.35;
 const CELLS: f32 = 16.0;
-/// Share of all points that are above the middle of the seat at most.
+/// Maximum share of all points above the middle of the seat.
 const CLUTTER: f32 = 0.06;
 
-/// Heights of feet and of ankles, as shares of the height.
+/// Height ranges of feet and of ankles, as shares of the height.
 const FEET: RangeInclusive<f32> = 0.0..=0.04;
 const ANKLES: RangeInclusive<f32> = 0.07..=0.14;
-/// Height of a person over the length from front to back, at least.
+/// Minimum height of a person over the length from front to back.
 const UPRIGHT: f32 = 1.25;
-/// Width between the ankles as a share of the width, and the share of points in either leg, at
-/// least.
+/// Width between the ankles as a share of the width, and minimum share of the points in each leg.
 const APART: RangeInclusive<f32> = 0.03..=0.7;
 const LEG: f32 = 0.25;
-/// Length of a foot, and by how much the toes stick out farther than the heel, in heights.
+/// Length of a foot, and length by which the toes stick out farther than the heel, in heights.
 const FOOT: RangeInclusive<f32> = 0.05..=0.35;
 const TOES: RangeInclusive<f32> = 0.03..=0.25;
 
-/// Height of an animal on four legs over its length, and minimum of its length over its width.
+/// Height of an animal on four legs over its length, and minimum length over its width.
 const ON_LEGS: RangeInclusive<f32> = 0.4..=1.6;
 const LONG_BODY: f32 = 1.5;
-/// Height above which there are head and neck, as a share of the height, and minimum share of the
-/// points there that is in front of the middle.
+/// Height above which there are only head and neck, as a share of the height; and minimum share of
+/// the points there in front of the middle.
 const HEAD: f32 = 0.65;
 const IN_FRONT: f32 = 0.9;
 /// Width of the head as a share of the width: fins are narrower.
 const HEAD_WIDTH: RangeInclusive<f32> = 0.2..=1.05;
 /// Minimum length of the head as a share of the length: head boards of beds are thin.
 const HEAD_LENGTH: f32 = 0.12;
-/// Height up to which there are feet, and minimum share of the length between them.
+/// Maximum height of feet, and minimum distance between front and hind feet, as a share of the
+/// length.
 const HOOVES: f32 = 0.08;
 const STRIDE: f32 = 0.35;
-/// Half of the length in the middle that the legs leave free, as a share of the length, and maximum
-/// share of the points of feet there.
+/// Half of the length in the middle that is free of legs, as a share of the length; and maximum
+/// share of the feet's points there.
 const BELLY: f32 = 0.1;
 const UNDER_BELLY: f32 = 0.08;
 
-/// Cells of the grid in which halves of an object are compared, along an axis.
+/// Number of grid cells along an axis, for comparing the halves of an object.
 const HALF_CELLS: f32 = 12.0;
-/// Minimum likeness of left and right, and minimum difference to that of front and back.
+/// Minimum similarity of left and right, and its minimum difference from the similarity of front
+/// and back.
 const ALIKE: f32 = 0.8;
 const LESS_ALIKE: f32 = 0.12;
-/// Length over width, height over width and over length of vehicles and animals.
+/// Length over width, height over width and height over length of vehicles and animals.
 const LENGTH: RangeInclusive<f32> = 1.6..=4.0;
 const VEHICLE: RangeInclusive<f32> = 0.45..=1.6;
 const LOW: f32 = 0.8;
 
-/// A point with coordinates of one side: to the right, up and to the front.
+/// A point in coordinates of one side: to the right, up and to the front.
 #[derive(Clone, Copy)]
 struct Placed {
     right: f32,
@@ -84,7 +86,7 @@ struct Placed {
     is_level: bool,
 }
 
-/// Azimuth of the side that shapes tell to be the front, degrees; `None` if they tell none.
+/// Azimuth of the front according to shapes, in degrees; `None` if no shape shows it.
 pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Option<f32> {
     let size = bounds.max - bounds.min;
     if size.y <= 0.0 || !size.is_finite() {
@@ -97,12 +99,12 @@ pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Op
     };
     let has_toes = |azimuth: &f32| toes_stick_out(&placed(points, bounds, horizon, *azimuth), size.y);
     let has_head = |azimuth: &f32| head_is_high(&placed(points, bounds, horizon, *azimuth), size.y);
-    // A head above a back is like a back-rest above a seat.
+    // A head above a back resembles a back-rest above a seat.
     let head = SIDES.into_iter().find(has_head);
     head.or_else(seat).or_else(|| SIDES.into_iter().find(has_toes))
 }
 
-/// Returns true if the object is an animal on four legs whose head is at this side.
+/// Returns true if the object is an animal on four legs with its head at this side.
 fn head_is_high(points: &[Placed], height: f32) -> bool {
     let of = |from: f32, to: f32| points.iter().filter(move |p| p.height >= from && p.height <= to);
     let (Some((back, front)), Some((left, right))) = (
@@ -140,7 +142,7 @@ fn head_is_high(points: &[Placed], height: f32) -> bool {
     fore - hind >= STRIDE * length && between <= UNDER_BELLY * feet
 }
 
-/// The points in coordinates of a side around the middle of the box; height from 0 to 1.
+/// Points in coordinates of a side around the middle of the box; heights from 0 to 1.
 fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) -> Vec<Placed> {
     let [front, right] = [azimuth, azimuth + 90.0].map(|azimuth| {
         let way = horizon.coordinates(horizon.direction(azimuth, 0.0));
@@ -159,7 +161,7 @@ fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) ->
     points.iter().map(place).collect()
 }
 
-/// Range of values without the tails; `None` of few values.
+/// Range of values without the tails; `None` if there are few values.
 fn range(values: impl Iterator<Item = f32>, min: usize) -> Option<(f32, f32)> {
     let mut values: Vec<f32> = values.collect();
     values.sort_unstable_by(f32::total_cmp);
@@ -167,8 +169,7 @@ fn range(values: impl Iterator<Item = f32>, min: usize) -> Option<(f32, f32)> {
     (values.len() >= min.max(1)).then(|| (values[tail], values[values.len() - 1 - tail]))
 }
 
-/// Area in front of a back-rest on which one can sit, as a share of the outline; 0 without a
-/// back-rest.
+/// Area to sit on in front of a back-rest, as a share of the outline; 0 without a back-rest.
 fn seat_area(points: &[Placed], size: Vec3) -> f32 {
     let extent = |of: fn(&Placed) -> f32| {
         let values = || points.iter().map(of);
@@ -191,7 +192,7 @@ fn seat_area(points: &[Placed], size: Vec3) -> f32 {
             return 0.0;
         }
         let before = || points.iter().filter(|p| p.front / depth > front + 0.03);
-        // The height at which most level points lie.
+        // Height with most of the level points.
         let step = SEAT_BAND / 3.0;
         let low = SEAT.start() - step..=SEAT.end().min(above - SEAT_BAND);
         let count = |from: f32| {
@@ -262,8 +263,8 @@ fn toes_stick_out(points: &[Placed], height: f32) -> bool {
     })
 }
 
-/// Returns true if an object is built like vehicles and animals: longer than wide, with two sides
-/// that are mirror images, and ends that are none.
+/// Returns true if an object is built like vehicles and animals: longer than wide, with sides that
+/// are mirror images, and ends that are not.
 pub(super) fn is_long_body(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> bool {
     let size = bounds.max - bounds.min;
     let (along, across) = if size.x > size.z { (0, 2) } else { (2, 0) };

@@ -1,8 +1,8 @@
-//! Ground that reaches far beyond what stands on it: a river of a city map, or a plate under a
-//! house. A few low triangles around all others do not decide how an object is framed.
+//! Ground that reaches far beyond the objects on it: a river of a city map, or a plate under a
+//! house. A few low triangles around all others do not decide the framing of an object.
 //!
-//! Unlike a sheet of its own (`groups`), such a ground may share corners with the rest, and may be
-//! some triangles of several parts.
+//! Unlike a separate sheet (`groups`), such a ground may share corners with the rest, and may
+//! consist of triangles of several parts.
 
 use super::floors::upright_bounds;
 use super::look::Looker;
@@ -10,19 +10,20 @@ use super::region::{Region, middle_bounds};
 use super::triangles::{Triangle, for_each_triangle};
 use crate::math::{Bounds3, Horizon, Vec3};
 
-/// Maximum number of triangles that are tested, evenly spread over the scene's, and of those whose
-/// corners give the middle.
+/// Maximum number of triangles that are tested, evenly spread over the scene's triangles; and
+/// maximum number of triangles whose corners define the middle.
 const MAX_TRIANGLES: u64 = 1 << 20;
 const SAMPLES: u64 = 1 << 15;
-/// Distance from the middle 90 % of the corners within which triangles belong to it, in extents.
+/// Margin around the middle 90 % of the corners, in their extents. Triangles within it do not
+/// belong to the ground.
 const MARGIN: f32 = 0.5;
-/// Height up to which a ground lies, as a share of the scene's.
+/// Maximum height of a ground, as a share of the scene's height.
 const LOW: f32 = 0.2;
 /// Maximum share of all triangles in the ground.
 const FEW: f32 = 0.05;
-/// Outline of the scene over that of the rest, at least, and minimum number of other triangles.
+/// Minimum outline area of the scene over that of the rest; and minimum number of other triangles.
 const WIDER: f32 = 4.0;
-/// Width of the scene over its height, at least: fins of rockets and feet of towers are no ground.
+/// Minimum width of the scene over its height: fins of rockets and feet of towers are not a ground.
 const WIDE: f32 = 2.0;
 const MIN_REST: usize = 30;
 

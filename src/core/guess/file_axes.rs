@@ -1,19 +1,19 @@
 use crate::math::Vec3;
 
-/// Axes of a file by its comments.
+/// Axes of a file according to its comments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FileAxes {
     /// Axes that the file declares.
     pub declared: Option<DeclaredAxes>,
-    /// Axis that is up in most files of the program that wrote this one.
+    /// Axis that is up in most files of the program that wrote this file.
     pub usual_up: Option<Vec3>,
-    /// Axis that is up in all files of the program that wrote this one.
+    /// Axis that is up in all files of the program that wrote this file.
     pub only_up: Option<Vec3>,
-    /// True if the name of the file is that of a building, of rooms or of land, which are wider than
-    /// high.
+    /// True if the name of the file is that of a building, of rooms or of land, which are wider
+    /// than high.
     pub is_of_land: bool,
-    /// Side that is the front in most files of the program that wrote this one.
+    /// Side that is the front in most files of the program that wrote this file.
     pub usual_front: Option<Vec3>,
 }
 
@@ -28,7 +28,7 @@ pub struct DeclaredAxes {
 }
 
 impl DeclaredAxes {
-    /// Axes of these directions; `None` unless they are at a right angle.
+    /// Axes along these directions; `None` if they are not at a right angle.
     pub fn new(up: Vec3, front: Vec3) -> Option<Self> {
         (up.dot(front) == 0.0).then_some(Self { up, front })
     }

@@ -4,44 +4,45 @@ use super::look::Looker;
 use crate::math::{Bounds3, Horizon, Vec3};
 use rayon::prelude::*;
 
-/// Places along each side of the scene's box at which floors are looked for.
+/// Number of places along each side of the scene's box at which floors are searched.
 pub(super) const PLACES: u32 = 16;
-/// Surfaces above each other at one place that are looked at.
+/// Maximum number of surfaces above each other at one place.
 const MAX_SURFACES: usize = 24;
 /// Minimum cosine between up and the normal of a floor.
 const FLAT: f32 = 0.9;
-/// Minimum cosine of a floor that makes a scene an interior: the bottom of a pipe is steeper.
+/// Minimum cosine between up and the normal of a floor that makes a scene an interior: the bottom
+/// of a pipe is steeper.
 const LEVEL: f32 = 0.985;
-/// Half the width of a floor as a share of the room above it, minimum.
+/// Minimum of half the width of a floor, as a share of the room height above it.
 const HALF_WIDTH: f32 = 0.12;
-/// Height of a room as a share of the scene, minimum.
+/// Minimum height of a room, as a share of the scene.
 const MIN_ROOM: f32 = 0.04;
-/// Share of the room above a floor by which its height may differ near by.
+/// Maximum difference of nearby floor heights, as a share of the room height.
 const EVEN: f32 = 0.01;
 
-/// A surface above a place, and the room above it.
+/// A surface above a place, and the free height above it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
-    /// Height in coordinates of the horizon.
+    /// Height in coordinates of the horizon, in scene units.
     pub y: f32,
-    /// Cosine between up and its normal, of either sign.
+    /// Absolute cosine between up and the normal.
     pub slope: f32,
     /// Distance to the surface above, or to the top of the scene.
     pub room: f32,
     /// True if there is a surface above.
     pub is_covered: bool,
-    /// True if its front is above.
+    /// True if its front faces up.
     pub is_front: bool,
 }
 
 impl Surface {
-    /// Returns true if one can stand there, as far as its slope decides.
+    /// Returns true if the slope allows standing.
     pub fn is_flat(&self) -> bool {
         self.slope > FLAT
     }
 }
 
-/// Heights of the scene along the vertical lines through its places.
+/// Surfaces of the scene along vertical lines through its places.
 pub(super) struct Floors<'a> {
     pub looker: &'a Looker<'a>,
     pub horizon: &'a Horizon,
@@ -57,7 +58,7 @@ impl<'a> Floors<'a> {
         }
     }
 
-    /// The box of the region, in coordinates of the horizon.
+    /// Box of the region, in coordinates of the horizon.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
     }
@@ -66,7 +67,7 @@ impl<'a> Floors<'a> {
         self.bounds.max - self.bounds.min
     }
 
-    /// The larger of both horizontal extents of the scene.
+    /// Larger horizontal extent of the scene.
     pub fn width(&self) -> f32 {
         self.size().x.max(self.size().z)
     }
@@ -89,7 +90,7 @@ impl<'a> Floors<'a> {
         (0..count * count).map(place).collect()
     }
 
-    /// The surfaces at a place, from the top.
+    /// Surfaces at a place, from the top.
     pub fn at(&self, x: f32, z: f32) -> Vec<Surface> {
         let top = self.bounds.max.y;
         let mut surfaces: Vec<Surface> = Vec::new();
@@ -118,13 +119,13 @@ impl<'a> Floors<'a> {
         self.at(p.x, p.z).iter().any(Surface::is_flat)
     }
 
-    /// Height below a point of the nearest surface there; `None` if there is none.
+    /// Height of the nearest surface below a point; `None` if there is none.
     pub fn below(&self, p: Vec3) -> Option<f32> {
         let seen = self.looker.look(self.horizon.point(p), -self.horizon.up())?;
         Some(p.y - seen.distance)
     }
 
-    /// Returns true if there is a floor that is wide against the room above it.
+    /// Returns true if there is a floor that is wide compared to the room height above it.
     pub fn has_wide_floor(&self) -> bool {
         self.places(PLACES).par_iter().any(|&(x, z)| {
             let surfaces = self.at(x, z);
@@ -145,8 +146,8 @@ impl<'a> Floors<'a> {
         })
     }
 
-    /// Typical height of the rooms: the median over all places with a ceiling of their highest
-    /// room; `None` if there are no ceilings.
+    /// Typical height of the rooms: the median, over all places with a ceiling, of the highest room
+    /// there; `None` if there are no ceilings.
     pub fn room_height(&self) -> Option<f32> {
         let places = self.places(PLACES);
         let highest = |&(x, z): &(f32, f32)| {
@@ -161,7 +162,7 @@ impl<'a> Floors<'a> {
     }
 }
 
-/// The scene's box in coordinates of `horizon`.
+/// Box of the scene in coordinates of `horizon`.
 pub(super) fn upright_bounds(bounds: Bounds3, horizon: &Horizon) -> Bounds3 {
     let corner = |i: u32| {
         let pick = |bit: u32, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };

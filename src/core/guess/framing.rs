@@ -4,12 +4,13 @@ use super::look::Looker;
 use super::triangles::for_each_triangle;
 use crate::math::{Horizon, Vec2, Vec3};
 
-/// The smallest pyramid of view, of fixed directions, that holds points: half-spaces that the points push outwards.
+/// The smallest view pyramid with given directions that contains all points: half-spaces that the
+/// points push outwards.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frustum {
     right: Vec3,
     up: Vec3,
-    /// From what is seen to the eye.
+    /// Unit vector from the scene to the eye.
     back: Vec3,
     /// Tangents of half the horizontal and the vertical angle that the points may fill.
     slope: Vec2,
@@ -20,7 +21,8 @@ pub(super) struct Frustum {
 }
 
 impl Frustum {
-    /// One that sees along `-back`, where `up` is up and points may fill the angles of `slope`.
+    /// An empty pyramid that looks along `-back`, with the up direction `up`. Points may fill the
+    /// angles of `slope`.
     pub fn new(back: Vec3, up: Vec3, slope: Vec2) -> Self {
         let right = up.cross(back).normalize();
         Self {
@@ -33,7 +35,7 @@ impl Frustum {
         }
     }
 
-    /// Takes in a point.
+    /// Extends the pyramid by a point.
     pub fn extend(&mut self, p: Vec3) {
         let (x, y, z) = (p.dot(self.right), p.dot(self.up), p.dot(self.back));
         let pushed = [x, -x, y, -y];
@@ -43,8 +45,9 @@ impl Frustum {
         self.depth = [self.depth[0].max(z), self.depth[1].min(z)];
     }
 
-    /// Where the eye is, and the point in the middle of what it sees. The tighter of both angles decides on the distance; in the other one the points are
-    /// in the middle. The middle of the nearest and the farthest point is in the middle.
+    /// Position of the eye, and the point in the middle of the image. The tighter of both angles
+    /// determines the distance; along the other one the points are centred. The middle of the
+    /// nearest and the farthest point is the target.
     pub fn camera(&self) -> (Vec3, Vec3) {
         let [right, left, top, bottom] = self.sides;
         let distance = |a: f32, b: f32, slope: f32| 0.5 * (a + b) / slope;
@@ -55,10 +58,10 @@ impl Frustum {
     }
 }
 
-/// How a scene is framed.
+/// Framing of a scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
-    /// Vertical field of view, degrees.
+    /// Vertical field of view in degrees.
     pub fov: f32,
     /// Width of the image over its height.
     pub aspect: f32,
@@ -67,8 +70,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Position and target of the camera that sees the scene from `back`, a unit vector towards the eye. `max` of the scene's
-    /// triangles are looked at.
+    /// Position and target of the camera that sees the scene from `back`, a unit vector towards the
+    /// eye. Uses at most `max` of the scene's triangles.
     pub fn place(&self, looker: &Looker, max: u64, horizon: &Horizon, back: Vec3) -> (Vec3, Vec3) {
         let slope = self.fill * (0.5 * self.fov.clamp(1.0, 179.0)).to_radians().tan();
         let mut frustum = Frustum::new(back, horizon.image_up(back), Vec2::new(slope * self.aspect, slope));
@@ -78,7 +81,7 @@ impl Frame {
             }
         });
         let (eye, target) = frustum.camera();
-        // A single point, or a scene of none, is seen from some distance.
+        // A single point, or an empty scene, is seen from some distance.
         match eye.distance(target) > 0.0 && eye.is_finite() {
             true => (eye, target),
             false => {

@@ -1,4 +1,4 @@
-//! Groups of connected parts of a scene that stand apart.
+//! Groups of connected parts of a scene, separated by gaps.
 
 use super::floors::upright_bounds;
 use super::look::Looker;
@@ -6,24 +6,25 @@ use super::parts::Parts;
 use super::region::{Region, extent};
 use crate::math::{Bounds3, Horizon, Vec3};
 
-/// Extents of a ground that does not decide how an object is framed, in extents of the object, at
-/// least, and the height of the object at which it lies at most.
+/// Minimum extents of a ground that does not decide the framing of an object, in extents of the
+/// object; and maximum height of the ground in the object.
 const WIDE_GROUND: f32 = 3.0;
 const AT_BOTTOM: f32 = 0.05;
-/// Thickness of a sheet, such as a ground, as a share of its extent, at most.
+/// Maximum thickness of a sheet, such as a ground, as a share of its extent.
 const SHEET: f32 = 0.02;
-/// Share of a sheet's extents that the rest of the scene covers at most, if the sheet is around it.
+/// Maximum share of a sheet's extents that the rest of the scene covers, if the sheet is around it.
 const COVERED: f32 = 0.8;
-/// Distance of parts that belong together, as a share of the smaller one's extent.
+/// Maximum distance of parts of one group, as a share of the smaller part's extent.
 const NEAR: f32 = 0.1;
-/// Share of the region's volume that a group of parts fills at most, to differ from it.
+/// Maximum share of the region's volume that a group fills, so that it differs from the region.
 const SMALLER: f32 = 0.7;
-/// Parts that are grouped at most, the largest ones, and groups.
+/// Maximum number of grouped parts (the largest ones), and maximum number of groups.
 const MAX_PARTS: usize = 2048;
 const MAX_GROUPS: usize = 3;
 
-/// Groups of connected parts of the looker's region, the largest first: a room stands on a ground
-/// of its own, and lamps and trees stand around. Sheets around all others belong to no group.
+/// Groups of connected parts of the looker's region, the largest first. For example, a room stands
+/// on a separate ground, with lamps and trees around it. Sheets around all other parts belong to no
+/// group.
 pub(super) fn groups(looker: &Looker) -> Vec<Region> {
     let whole = looker.region;
     let mut boxes = Parts::of(looker).boxes();
@@ -52,7 +53,7 @@ pub(super) fn groups(looker: &Looker) -> Vec<Region> {
     groups.into_iter().map(region).collect()
 }
 
-/// The looker's region without a ground that is much wider than what stands on it.
+/// The looker's region without a ground that is much wider than the objects on it.
 pub(super) fn without_sheet(looker: &Looker, horizon: &Horizon) -> Region {
     let whole = looker.region;
     let mut boxes = Parts::of(looker).boxes();
@@ -75,7 +76,7 @@ pub(super) fn without_sheet(looker: &Looker, horizon: &Horizon) -> Region {
     }
 }
 
-/// Returns true if `sheet` is flat, and reaches far beyond `others` along it.
+/// Returns true if `sheet` is flat, and reaches far beyond `others` along its plane.
 fn is_around(sheet: &Bounds3, others: &[(Bounds3, usize)]) -> bool {
     let rest = others.iter().fold(others[0].0, |all, (part, _)| union(all, part));
     let (size, rest) = (sheet.max - sheet.min, rest.max - rest.min);
@@ -84,7 +85,7 @@ fn is_around(sheet: &Bounds3, others: &[(Bounds3, usize)]) -> bool {
     size[thin] <= SHEET * extent(sheet) && (0..3).filter(|&axis| axis != thin).all(is_wider)
 }
 
-/// Returns true if two boxes touch, or nearly so.
+/// Returns true if two boxes touch or nearly touch.
 fn are_near(a: &Bounds3, b: &Bounds3) -> bool {
     let margin = Vec3::splat(NEAR * extent(a).min(extent(b)));
     a.min.cmple(b.max + margin).all() && b.min.cmple(a.max + margin).all()

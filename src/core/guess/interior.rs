@@ -1,4 +1,4 @@
-//! Views of an interior: at eye height, level, towards what shows most.
+//! Views of an interior: level, at eye height, in the direction with the most to see.
 
 pub(super) use super::floors::upright_bounds;
 use super::floors::{Floors, PLACES, Surface};
@@ -9,34 +9,34 @@ use crate::math::{Horizon, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
-/// Directions of a panorama: all around, and from `-PITCH` to `PITCH`.
+/// Directions of a panorama: all around, with elevations from `-PITCH` to `PITCH`, in degrees.
 const COLUMNS: usize = 72;
 const ROWS: usize = 16;
 const PITCH: f32 = 32.0_f32;
-/// Columns that the image is wide: 60°.
+/// Width of the image in columns: 60°.
 const WINDOW: usize = 12;
-/// Share of the directions above the horizon in which a room with a ceiling has a surface.
+/// Minimum share of the directions above the horizon with a surface, in a room with a ceiling.
 const ROOFED: f32 = 0.75;
-/// Height above a floor, in heights of the room, from which on another floor is another storey.
+/// Minimum distance of two storeys, in heights of the room.
 const STOREY: f32 = 0.8;
-/// Share of all directions in which a closed place has a surface.
+/// Minimum share of all directions with a surface, in a closed place.
 const CLOSED: f32 = 0.62;
-/// Eye height as a share of the room's height, and at most of the scene's width.
+/// Eye height as a share of the room's height, and its maximum as a share of the scene's width.
 const EYE: [f32; 2] = [0.5, 0.2];
-/// Distance to the nearest surface around the eye, as a share of the eye height.
+/// Minimum distance to the nearest surface around the eye, as a share of the eye height.
 const FREE_DISTANCE: f32 = 0.3;
-/// Eye heights below which a surface stands in the way of a view.
+/// Distance, in eye heights, below which a surface blocks a view.
 const NEAR: f32 = 0.8;
 
-/// A view from within.
+/// A view from inside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InteriorView {
     pub position: Vec3,
     /// Horizontal unit vector.
     pub direction: Vec3,
-    /// Median distance of what is seen.
+    /// Median distance of the visible surfaces.
     pub distance: f32,
-    /// Height of the eye above its floor; 0 where it does not stand on one.
+    /// Height of the eye above its floor; 0 if it does not stand on a floor.
     pub height: f32,
     /// Share of the rays that leave the scene.
     pub missing: f32,
@@ -55,10 +55,10 @@ impl InteriorView {
     }
 }
 
-/// Places inside that are looked for.
+/// Kinds of places that are searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Inside {
-    /// All: the scene is an interior.
+    /// All places: the scene is an interior.
     Anywhere,
     /// Places that surfaces enclose with their fronts.
     Rooms,
@@ -68,8 +68,8 @@ pub(super) enum Inside {
     Hulls,
 }
 
-/// Views from all places of the floor where one can stand, each the best one of its place, the best
-/// first. The floor has `count` places along each side.
+/// Best view of each place of the floor with room to stand, the best first. The floor has `count`
+/// places along each side.
 pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u32) -> Vec<InteriorView> {
     let floors = Floors::new(looker, horizon);
     let width = floors.width();
@@ -82,7 +82,7 @@ pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u
             eyes.filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
         })
         .collect();
-    // Stable: of equal ones the first place counts.
+    // Stable sort: among equal views the first place wins.
     views.sort_by(|a, b| b.score.total_cmp(&a.score));
     views
 }
@@ -96,7 +96,7 @@ struct UsualFloor {
     room: f32,
 }
 
-/// The floor that is usual among `views`; `None` without views.
+/// The usual floor among `views`; `None` without views.
 fn usual_floor(horizon: &Horizon, views: &[InteriorView]) -> Option<UsualFloor> {
     let median = |of: &dyn Fn(&InteriorView) -> f32| {
         let mut values: Vec<f32> = views.iter().map(of).collect();
@@ -109,7 +109,7 @@ fn usual_floor(horizon: &Horizon, views: &[InteriorView]) -> Option<UsualFloor> 
     })
 }
 
-/// The usual floor of the storey of the best of `views`, which are sorted.
+/// The usual floor of the storey of the best of the sorted `views`.
 pub(super) fn floor_of_best(horizon: &Horizon, views: &[InteriorView]) -> Option<f32> {
     let room = usual_floor(horizon, views)?.room;
     let best = views.first()?.floor(horizon);
@@ -129,8 +129,8 @@ fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> b
     }
 }
 
-/// Share of the rays from around a place in a room with a ceiling that see daylight; `None` of other
-/// places. Windows may be out of sight of the place itself.
+/// Share of the rays from around a place in a room with a ceiling that reach daylight; `None` for
+/// other places. Windows may be invisible from the place itself.
 pub(super) fn openness_of_room(looker: &Looker, horizon: &Horizon, position: Vec3) -> Option<f32> {
     if !is_inside(looker, horizon, position, Inside::RoofedRooms) {
         return None;
@@ -147,7 +147,7 @@ pub(super) fn openness_of_room(looker: &Looker, horizon: &Horizon, position: Vec
     Some(open / count.max(1.0))
 }
 
-/// Returns true if a ray leaves the scene, or meets a surface below the open sky.
+/// Returns true if a ray leaves the scene, or hits a surface below the open sky.
 fn sees_daylight(looker: &Looker, horizon: &Horizon, p: Vec3, direction: Vec3) -> bool {
     let is_below_sky = || {
         let seen = looker.look(p, direction);
@@ -156,7 +156,7 @@ fn sees_daylight(looker: &Looker, horizon: &Horizon, p: Vec3, direction: Vec3) -
     looker.escapes(p, direction) || is_below_sky()
 }
 
-/// The reason why there is no view from inside, in words.
+/// Reason for a missing view from inside, for users.
 pub(super) fn reason_for_none(looker: &Looker, horizon: &Horizon) -> &'static str {
     let floors = Floors::new(looker, horizon);
     let (mut count, mut closed, mut backs) = (0, 0, 0);
@@ -179,15 +179,18 @@ pub(super) fn reason_for_none(looker: &Looker, horizon: &Horizon) -> &'static st
     }
 }
 
-/// Rays along each edge of a side of the scene's box, through which openings are looked for.
+/// Number of rays along each edge of a side of the scene's box, for finding openings.
 const SIDE_RAYS: u32 = 12;
-/// Share of them that must go in, and how far, as a share of the box.
+/// Minimum share of the rays that pass the side, and the distance they must travel, as a share of
+/// the box.
 const OPEN: (f32, f32) = (0.75, 0.15);
-/// Share of the side that the image shows at least of its width or height, where its shape is not the image's.
+/// Minimum share of the side's width or height in the image, if the shapes of side and image
+/// differ.
 const SHOWN: f32 = 0.7;
 
-/// The view from outside through a side of the scene's box that has no wall: rooms are modelled so for being looked into. Of several such sides the first
-/// around from azimuth 0 counts. `fov` is vertical, degrees, and `aspect` that of the image, which the side fills.
+/// The view from outside through a side of the scene's box without a wall: some rooms are modelled
+/// to be seen like this. With several such sides, the first one from azimuth 0 on is used. `fov` is
+/// vertical, in degrees. `aspect` is the aspect ratio of the image, which the side fills.
 pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, aspect: f32) -> Option<InteriorView> {
     let box_ = upright_bounds(looker.region.bounds, horizon);
     let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
@@ -208,7 +211,7 @@ pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, as
             return None;
         }
         let slope = (0.5 * fov.clamp(1.0, 179.0)).to_radians().tan();
-        // The side fills the image, but not much of it is cut off.
+        // The side fills the image, with little of it cut off.
         let (by_height, by_width) = (half.y / slope, width / (slope * aspect));
         let away = by_height.min(by_width).max(SHOWN * by_height.max(by_width));
         Some(InteriorView {
@@ -222,7 +225,8 @@ pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, as
     })
 }
 
-/// The best level direction at `position`, whose surroundings are of the scale `height`; `None` where there is no place for an eye.
+/// The best level direction at `position`, for surroundings of the scale `height`; `None` if there
+/// is no room for an eye.
 pub(super) fn best_direction(
     looker: &Looker,
     horizon: &Horizon,
@@ -235,12 +239,12 @@ pub(super) fn best_direction(
     has_place.then(|| panorama.best_view(horizon, position, height, width))
 }
 
-/// The best level view at `position`, however near surfaces are.
+/// The best level view at `position`, for any distance of surfaces.
 pub(super) fn best_view(looker: &Looker, horizon: &Horizon, position: Vec3, height: f32, width: f32) -> InteriorView {
     Panorama::take(looker, horizon, position).best_view(horizon, position, height, width)
 }
 
-/// The level view at `position` towards an azimuth, degrees.
+/// The level view at `position` towards `azimuth`, in degrees.
 pub(super) fn view_towards(
     looker: &Looker,
     horizon: &Horizon,
@@ -256,7 +260,8 @@ pub(super) fn view_towards(
     }
 }
 
-/// Where eyes can be above (`x`, `z`): on each surface that lies flat with room above it. With the height of each eye above its floor.
+/// Positions of eyes above (`x`, `z`): on each flat surface with room above it; with the height of
+/// each eye above its floor.
 fn eyes(floors: &Floors, x: f32, z: f32) -> Vec<(Vec3, f32)> {
     let surfaces = floors.at(x, z).into_iter();
     let with_room = surfaces.filter(|surface| surface.is_flat() && surface.room > floors.min_room());
@@ -294,8 +299,9 @@ impl Panorama {
         others.fold(view(0), |best, view| if best.score >= view.score { best } else { view })
     }
 
-    /// The view whose middle is between `column` and the one before it. Its score is what it shows, in bits, and how far it goes; less what stands in the
-    /// way, and backs of surfaces, which were not meant to be seen.
+    /// The view whose middle is between `column` and the one before it. Its score is the visible
+    /// information in bits plus a term for the distance, minus surfaces that block the view, and
+    /// minus backs of surfaces, which are not meant to be seen.
     fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> InteriorView {
         let mut tally = Tally::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);

@@ -1,39 +1,39 @@
-//! Bodies of revolution: bottles, vases, mugs and lamps stand on their axis, with the opening of
-//! a vessel above.
+//! Bodies of revolution: bottles, vases, mugs and lamps stand on their axis, and the opening of a
+//! vessel is above.
 
 use super::look::Looker;
 use super::spread::radical_inverse;
 use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
 
-/// Minimum squared length of a normal's part across the axis on the sides of a body.
+/// Minimum squared length of a normal's component across the axis, on the sides of a body.
 const SIDE: f32 = 0.1;
-/// Share of the surfaces that are sides from which on these decide.
+/// Minimum share of sides among the surfaces for full evidence.
 const ENOUGH_SIDES: f32 = 0.2;
-/// Steps in which the axis is found.
+/// Number of iterations that find the axis.
 const STEPS: u32 = 8;
-/// Distance of a normal's line from the axis, in radii, which halves its weight.
+/// Distance of a normal's line from the axis, in radii, that halves its weight.
 const NEAR: f32 = 0.1;
-/// Sine of the angle between a normal and the direction away from the axis of shapes that are not
+/// Sine of the angle between a normal and the direction away from the axis, for shapes that are not
 /// round at all. Octagons have a mean of 0.19.
 const NOT_ROUND: f32 = 0.4;
-/// Rays along the axis, and the radius of their disk in radii of the body.
+/// Number of rays along the axis, and radius of their disk in radii of the body.
 const RAYS: u32 = 64;
 const CORE: f32 = 0.3;
 
-/// A body of revolution that is like the scene.
+/// The body of revolution most similar to the scene.
 #[derive(Clone, Copy)]
 pub(super) struct Lathe {
     /// Similarity of the scene and the body, 0 to 1.
     pub likeness: f32,
-    /// A point of its axis.
+    /// A point of the axis.
     center: Vec3,
     axis: usize,
 }
 
 impl Lathe {
-    /// The body around the axis that lies closest to the lines of the normals of `points`, which are
-    /// positions with normals.
+    /// The body around the axis closest to the lines of the normals of `points`, pairs of position
+    /// and normal.
     pub fn new(points: &[(Vec3, Vec3)], bounds: Bounds3, axis: usize) -> Self {
         let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
         let across = |v: Vec3| Vec2::new(v[a], v[b]);
@@ -65,8 +65,8 @@ impl Lathe {
         }
     }
 
-    /// Mean depth of the first surfaces around the axis, seen from its end in the direction `up`, in
-    /// extents of the scene.
+    /// Mean depth of the first surfaces around the axis, seen from its end in the direction `up`,
+    /// in extents of the scene.
     pub fn depth(&self, looker: &Looker, up: Vec3) -> f32 {
         let bounds = looker.region.bounds;
         let (axis, extent) = (self.axis, bounds.max - bounds.min);
@@ -86,9 +86,9 @@ impl Lathe {
     }
 }
 
-/// The point with the smallest sum of squared distances from the lines through positions `p`
-/// across unit vectors `t`, both in pairs; lines farther than `near` from `point` count less. `None`
-/// if all lines are parallel.
+/// The point with the smallest sum of squared distances from lines, given as pairs of a position
+/// `p` and the unit vector `t` across the line. Lines farther than `near` from `point` have less
+/// weight. `None` if all lines are parallel.
 fn nearest_to_lines(lines: &[(Vec2, Vec2)], point: Vec2, near: f32) -> Option<Vec2> {
     let (mut xx, mut xy, mut yy, mut sum) = (0.0, 0.0, 0.0, Vec2::ZERO);
     for (p, t) in lines {
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
     use std::f32::consts::TAU;
 
-    /// Likenesses around the three axes of `points` in a box as large as they are, and `more`.
+    /// Likenesses around the three axes of `points`, in the box of the points and `more`.
     fn likenesses(points: &[(Vec3, Vec3)], more: Option<Vec3>) -> [f32; 3] {
         let bounds: Bounds3 = points.iter().map(|(p, _)| *p).chain(more).collect();
         [0, 1, 2].map(|axis| Lathe::new(points, bounds, axis).likeness)

@@ -1,4 +1,4 @@
-//! The light of a scene of which too little is lit, by what kind of scene it is.
+//! The light of a scene with too few lit surfaces, by the kind of scene.
 
 use super::emitters::{self, Requirement};
 use super::look::Looker;
@@ -8,16 +8,18 @@ use super::survey::Survey;
 use crate::light::Light;
 use crate::math::{Horizon, Vec3};
 
-/// Azimuths at which the sun is tried, and its elevations in degrees; the first is taken where all give as much.
+/// Azimuths at which the sun is tried, and its elevations in degrees; the first wins if all are
+/// equal.
 const AZIMUTHS: u32 = 24;
 const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
-/// Share of the points that are in rooms below which only these count.
+/// Share of points in rooms below which only these points are used.
 const FEW: f32 = 0.2;
-/// Edge of the lamp of a closed room as a share of the room's height, and its distance from the ceiling.
+/// Edge of the lamp of a closed room, and its distance from the ceiling, as shares of the room's
+/// height.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
-/// What the emitting surfaces of an object and of an interior must light for no other light to be
-/// guessed. A staged scene with a lamp of its own passes; an object that emits somewhere does not.
+/// Minimum lighting by the emitting surfaces of an object or an interior; below it a light is
+/// guessed. A staged scene with a lamp passes; an object that emits somewhere does not.
 const OBJECT: Requirement = Requirement {
     share: 0.8,
     irradiance: 1.0 / 32.0,
@@ -26,23 +28,24 @@ const INTERIOR: Requirement = Requirement {
     share: 0.65,
     irradiance: 1.0 / 64.0,
 };
-/// Half the angle of the cone in which an interior is seen, degrees.
+/// Half angle of the cone in which an interior is seen, in degrees.
 const INTERIOR_CONE: f32 = 35.0;
 
-/// Light for a scene that is not lit by what emits in it.
+/// Light for a scene whose emitters do not light it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightGuess {
     /// Soft lamps around an object, on a ground that catches its shadow.
     Studio,
-    /// Sky and sun through the openings of an interior; azimuth and elevation of the sun, degrees.
+    /// Sky and sun through the openings of an interior; azimuth and elevation of the sun in
+    /// degrees.
     Daylight([f32; 2]),
     /// A square lamp below the ceiling of a closed room.
     Lamp {
-        /// Centre.
+        /// Centre, world space.
         position: Vec3,
-        /// Unit vector in which it shines.
+        /// Unit vector in which the lamp shines.
         direction: Vec3,
-        /// Length of its edges, scene units.
+        /// Length of the edges, scene units.
         size: f32,
     },
 }
@@ -65,7 +68,7 @@ impl LightGuess {
     }
 }
 
-/// Returns true if the scene's emitting surfaces light what a camera at `position` sees.
+/// Returns true if the scene's emitting surfaces light the view of a camera at `position`.
 fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> bool {
     if looker.scene.lights().iter().all(Light::is_infinite) {
         return false;
@@ -83,8 +86,8 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
     emitters::light(looker, position, (direction, half_angle), requirement)
 }
 
-/// Azimuth and elevation of the sun from which light reaches the most points; if few of them are in
-/// rooms, the most of those: points beyond the walls are in the sun anyway.
+/// Azimuth and elevation in degrees of the sun that lights the most points. If few points are in
+/// rooms, only these are used: points beyond the walls are in the sun anyway.
 fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
     let points: Vec<Vec3> = points_inside(looker.region.bounds).collect();
     let is_room = |&(i, p): &(u32, Vec3)| Surroundings::of(looker, p, horizon.up(), i).is_room();
@@ -97,16 +100,16 @@ fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
         .unwrap_or([-45.0, ELEVATIONS[0]])
 }
 
-/// The sun that lights the most of `points`; `None` if no sun reaches any.
+/// The sun that lights the most of `points`; `None` if no sun lights any.
 fn best_sun(looker: &Looker, horizon: &Horizon, points: &[Vec3]) -> Option<[f32; 2]> {
     let mut best = (None, 0);
     for elevation in ELEVATIONS {
         for i in 0..AZIMUTHS {
-            // A few degrees off the walls, which mostly stand along the axes
+            // Off by a few degrees from the walls, which mostly stand along the axes
             let azimuth = -150.0 + 360.0 * (i as f32) / AZIMUTHS as f32 + 7.0;
             let direction = horizon.direction(azimuth, elevation);
             let lit = points.iter().filter(|&&p| looker.escapes(p, direction)).count();
-            // A tenth more is needed to prefer another one, so that roundings do not decide.
+            // Another sun must light a tenth more points, so that rounding does not decide.
             if lit * 10 > best.1 * 11 {
                 best = (Some([azimuth, elevation]), lit);
             }
@@ -115,7 +118,7 @@ fn best_sun(looker: &Looker, horizon: &Horizon, points: &[Vec3]) -> Option<[f32;
     best.0
 }
 
-/// A lamp below the ceiling, between the camera and what it looks at; `None` where there is no ceiling.
+/// A lamp below the ceiling, between the camera and its target; `None` if there is no ceiling.
 fn lamp(looker: &Looker, horizon: &Horizon, position: Vec3, target: Vec3) -> Option<LightGuess> {
     let middle = position.midpoint(target);
     let above = looker.look(middle, horizon.up())?.distance;

@@ -1,4 +1,4 @@
-//! Rays into a scene by its own backend, and statistics of the surfaces that they meet.
+//! Rays into a scene by its own backend, and statistics of the surfaces that they hit.
 
 use super::region::Region;
 use super::triangles;
@@ -9,36 +9,36 @@ use crate::math::{Ray, Vec3};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 
-/// Surfaces that a ray passes because they are cut out there; what lies behind more of them is not looked at.
+/// Maximum number of cutouts that a ray passes; surfaces behind more cutouts are ignored.
 const MAX_CUTOUTS: u32 = 16;
-/// Cells of directions on each face of a cube, along an edge.
+/// Number of cells of directions along an edge of a cube's face.
 const CELLS: f32 = 3.0;
 
-/// Looks into a scene, as it is at time 0.
+/// Traces rays in a scene at time 0.
 #[derive(Clone, Copy)]
 pub(super) struct Looker<'a> {
     pub scene: &'a Scene,
     pub accel: &'a dyn Accel,
-    /// The region that holds most of the scene.
+    /// Region that contains most of the scene.
     pub region: Region,
 }
 
-/// The surface that a ray meets.
+/// Surface that a ray hits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
-    /// Along the ray, scene units where its direction is a unit vector.
+    /// Ray parameter: scene units if the direction is a unit vector.
     pub distance: f32,
-    /// Unit normal of the triangle by its winding.
+    /// Unit normal of the triangle, from its winding.
     pub normal: Vec3,
-    /// Whether the ray meets the front of the triangle.
+    /// True if the ray hits the front of the triangle.
     pub is_front: bool,
     pub material: u32,
-    /// Names the triangle.
+    /// Name of the triangle.
     pub triangle: u64,
 }
 
 impl Looker<'_> {
-    /// The first surface that is not cut out, and not the ground.
+    /// The first surface that is not cut out and not the ground.
     pub fn look(&self, origin: Vec3, direction: Vec3) -> Option<Seen> {
         let mut ray = Ray::new(origin, direction);
         for _ in 0..MAX_CUTOUTS {
@@ -53,7 +53,8 @@ impl Looker<'_> {
         None
     }
 
-    /// Reflectance of what was seen: of its diffuse and specular colours, at most 1, or 0.5 if textures or vertices give them.
+    /// Reflectance of the surface: luminance of its diffuse plus specular colour, at most 1, or 0.5
+    /// if textures or vertices define it.
     pub fn reflectance(&self, seen: &Seen) -> f32 {
         let material = self.material(seen);
         if material.maps.diffuse.is_some() || material.maps.vertex_color {
@@ -63,12 +64,13 @@ impl Looker<'_> {
         }
     }
 
-    /// Material of what was seen.
+    /// Material of the surface.
     pub fn material(&self, seen: &Seen) -> &Material {
         &self.scene.materials()[seen.material as usize]
     }
 
-    /// Whether a ray leaves the scene, at most through cutouts and what is mostly clear, such as window panes.
+    /// Returns true if a ray leaves the scene, passing only cutouts and mostly clear surfaces such
+    /// as window panes.
     pub fn escapes(&self, origin: Vec3, direction: Vec3) -> bool {
         let mut ray = Ray::new(origin, direction);
         for _ in 0..MAX_CUTOUTS {
@@ -97,12 +99,12 @@ impl Looker<'_> {
     }
 }
 
-/// Statistics of the surfaces that a bundle of rays meets; all rays have the same weight.
+/// Statistics of the surfaces that a bundle of rays hits; all rays have the same weight.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     pub rays: u32,
     pub hits: u32,
-    /// Hits of fronts.
+    /// Number of hits on fronts.
     pub fronts: u32,
     normals: BTreeMap<u8, u32>,
     materials: BTreeMap<u32, u32>,
@@ -110,7 +112,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Takes in what one ray saw.
+    /// Adds the result of one ray.
     pub fn add(&mut self, seen: Option<&Seen>) {
         self.rays += 1;
         let Some(seen) = seen else { return };
@@ -121,15 +123,16 @@ impl Tally {
         *self.triangles.entry(seen.triangle).or_default() += 1;
     }
 
-    /// Share of the hits that meet the front of a triangle.
+    /// Share of the hits that are on the front of a triangle.
     pub fn front_share(&self) -> f32 {
         self.fronts as f32 / self.hits.max(1) as f32
     }
 
     /// Entropies in bits over the hits: of the cells of normals, of materials, and of triangles.
     ///
-    /// This is viewpoint entropy (Vázquez, Feixas, Sbert and Heidrich 2001) of three partitions of what is visible; that of normals does not depend on how
-    /// finely a surface is cut.
+    /// This is viewpoint entropy (Vázquez, Feixas, Sbert and Heidrich 2001) of three partitions of
+    /// the visible surfaces. The entropy of normals does not depend on the tessellation of a
+    /// surface.
     pub fn entropies(&self) -> [f32; 3] {
         let normals = entropy(self.normals.values(), self.hits);
         let materials = entropy(self.materials.values(), self.hits);
@@ -148,7 +151,7 @@ fn entropy<'a>(counts: impl Iterator<Item = &'a u32>, total: u32) -> f32 {
     terms.sum::<f64>() as f32
 }
 
-/// The cell of a direction, of 6 · 3 · 3 on the faces of a cube.
+/// Cell of a direction: one of 6 · 3 · 3 on the faces of a cube.
 fn cell_of(direction: Vec3) -> u8 {
     let size = direction.abs();
     let axis = size.max_position();

@@ -1,10 +1,14 @@
-//! Guesses of the upright axis, the camera and the light of a scene whose file does not give them.
+//! Guesses of the upright axis, the camera and the light of a scene, if its file does not have
+//! them.
 //!
-//! A bare OBJ has no camera. Whether it is an object or an interior (`survey`) decides how it is looked at: an object from its front and above, at an
-//! angle that shows most of it (`object`); an interior at eye height from the place and in the direction that show most (`interior`). All is decided by
-//! rays of the scene's own backend at fixed places. The kind of scene also decides on the light (`light`).
+//! A bare OBJ has no camera. The view depends on the kind of scene, object or interior (`survey`).
+//! An object is seen from its front and above, at the angle with the most information (`object`).
+//! An interior is seen at eye height, from the place and in the direction with the most information
+//! (`interior`). All decisions use rays of the scene's own backend at fixed places. The kind of
+//! scene also decides on the light (`light`).
 //!
-//! Scores are compared with a margin, and results are rounded, so that two backends, which differ by roundings, agree; thread counts change nothing.
+//! Scores are compared with a margin, and results are rounded, so that two backends, which differ
+//! by rounding, agree. The number of threads changes nothing.
 
 mod camera;
 mod elevation;

@@ -1,4 +1,4 @@
-//! The front of an object by the names of its materials and parts: eyes, teeth and headlights are
+//! The front of an object from the names of its materials and parts: eyes, teeth and headlights are
 //! at the front, tails and tail lamps at the back.
 
 use super::look::Looker;
@@ -6,9 +6,9 @@ use super::surfaces::{Point, words};
 use super::triangles::for_each_triangle;
 use crate::math::{Horizon, Vec3};
 
-/// Maximum number of triangles that are looked at, evenly spread over the scene's.
+/// Maximum number of triangles that are used, evenly spread over the scene's triangles.
 const MAX_TRIANGLES: u64 = 1 << 20;
-/// Words in names of things that are at the front.
+/// Words in names of things at the front.
 const FRONT: [&str; 23] = [
     "beak",
     "cornea",
@@ -34,20 +34,20 @@ const FRONT: [&str; 23] = [
     "tooth",
     "windscreen",
 ];
-/// Words in names of things that are at the back.
+/// Words in names of things at the back.
 const BACK: [&str; 6] = ["backpack", "exhaust", "rear", "tail", "taillamp", "taillight"];
-/// Half of the height in which the rest of the object is compared with the named things, beyond
-/// their own, as a share of the object's.
+/// Margin of the band of heights in which the object is compared with the named things, as a share
+/// of the object's height.
 const BAND: f32 = 0.02;
 /// Minimum number of points in the band.
 const MIN_POINTS: usize = 40;
-/// Distance of the named things from the middle of the band, as a share of its extent: minimum.
+/// Minimum distance of the named things from the middle of the band, as a share of its extent.
 const OFF_MIDDLE: f32 = 0.12;
 /// Minimum distance to the front over that to the side.
 const STRAIGHT: f32 = 2.0;
 
-/// Direction of the front by names, of any length; `None` if they do not tell. `points` are spread
-/// over the surfaces.
+/// Direction of the front by names, of any length; `None` if names do not show it. `points` are
+/// spread over the surfaces.
 pub(super) fn named_front(looker: &Looker, points: &[Point], horizon: &Horizon) -> Option<Vec3> {
     let scene = looker.scene;
     let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| is_front(&m.name)).collect();
@@ -77,7 +77,7 @@ pub(super) fn named_front(looker: &Looker, points: &[Point], horizon: &Horizon) 
 
 /// Triangles with names of one side, in coordinates of the horizon.
 struct Named {
-    /// Sum of their middles, weighted by area, and of the areas.
+    /// Sum of their centroids, weighted by area, and total area.
     sum: Vec3,
     area: f32,
     /// Lowest and highest corner.
@@ -103,8 +103,8 @@ impl Named {
         }
     }
 
-    /// Horizontal way from the middle of the object at the height of the named things to these;
-    /// `None` if it is short, or leads to a corner.
+    /// Horizontal vector to the named things, from the middle of the object at their height; `None`
+    /// if it is short, or points to a corner.
     fn offset(&self, points: &[Vec3]) -> Option<Vec3> {
         let middle = self.sum / self.area;
         let ends = |values: &mut dyn Iterator<Item = f32>| {
@@ -128,7 +128,7 @@ impl Named {
     }
 }
 
-/// True if a name is of a thing at the front, false if it is of one at the back, `None` of others.
+/// True for the name of a thing at the front, false at the back, `None` for other names.
 fn is_front(name: &str) -> Option<bool> {
     let words = words(name);
     let has = |list: &[&str]| {

@@ -1,4 +1,4 @@
-//! The view of an object: which of its sides is its front, and from where around it shows most.
+//! The view of an object: its front, and the azimuth around it with the most information.
 
 use super::facing::{facing, is_long_body};
 use super::file_axes::FileAxes;
@@ -12,62 +12,64 @@ use crate::camera::{Camera, CameraParameters};
 use crate::math::{Horizon, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Rays along a side of the square through which candidates are compared.
+/// Number of rays along a side of the square through which candidates are compared.
 const RAYS: u32 = 64;
 /// Share of the square's width or height that the object fills in a candidate.
 const FILL: f32 = 0.8;
-/// Triangles that candidates are framed by.
+/// Maximum number of triangles that frame candidates.
 const FEW: u64 = 1 << 15;
-/// Azimuths from the front, and elevations, of candidates; the first is taken where all show as much.
+/// Azimuths from the front, and elevations, of candidates, in degrees; the first wins if all are
+/// equal.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
-/// Lengths of an object towards its front, over its width, between which it is turned further, and
-/// by how much at the second: cars show their sides, and a rifle is not seen into its muzzle.
-/// Objects that are higher than long, such as people, are not turned.
+/// Range of an object's length towards its front over its width in which it is turned further, and
+/// the angle in degrees at the end of the range: cars show their sides, and a rifle is not seen
+/// into its muzzle. Objects that are higher than long, such as people, are not turned.
 const LONG: [f32; 2] = [1.5, 2.5];
 const LONG_TURN: f32 = 30.0;
-/// Height of an object over its width up to which it is flat, and the elevation of its candidates.
+/// Maximum height of a flat object over its width, and the elevation of its candidates in degrees.
 const FLAT: f32 = 0.1;
 const FLAT_ELEVATION: [f32; 1] = [40.0];
-/// Width of an object over its depth up to which a side is the edge of a plate, and its minimum
-/// height: phones, screens and pictures are not seen from there.
+/// Maximum width of the edge of a plate over its depth, and its minimum height: phones, screens and
+/// pictures are not seen from their edges.
 const EDGE: f32 = 0.25;
 const PLATE: f32 = 0.5;
-/// Share of its distance by which the depth of a surface changes at a step.
+/// Minimum change of a surface's depth at a step, as a share of its distance.
 const STEP: f32 = 0.03;
-/// Bits by which another candidate must show more to be preferred to one before it, so that roundings do not decide.
+/// Minimum lead in bits of a candidate over an earlier one, so that rounding does not decide.
 const MARGIN: f32 = 0.02;
-/// Doublings of detail that azimuth 0 counts more than other sides: many models face it.
+/// Bonus of azimuth 0, in doublings of detail: it is the front of many models.
 const USUAL_FRONT: f32 = 1.2;
-/// Doublings of detail that a side counts more whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
+/// Bonus of a side with left-right symmetry, in doublings of detail: faces, animals, vehicles and
+/// furniture are symmetric.
 const SYMMETRY: f32 = 0.6;
 
-/// Doublings of detail that the usual front of the program which wrote the file counts more, in
-/// place of azimuth 0.
+/// Bonus of the usual front of the program that wrote the file, in doublings of detail. It replaces
+/// the bonus of azimuth 0.
 const FRONT_OF_PROGRAM: f32 = 2.5;
-/// Doublings of detail that a side counts more if shapes tell that it is the front.
+/// Bonus of a side that is the front by its shapes, in doublings of detail.
 const FACING: f32 = 4.0;
-/// Doublings of detail that the long sides of a vehicle or an animal count less.
+/// Penalty of the long sides of a vehicle or an animal, in doublings of detail.
 const LONG_SIDE: f32 = 3.0;
-/// Doublings of detail by which the front must be ahead of all other sides to be no guess, if
-/// azimuth 0 counts no more than they do.
+/// Minimum lead of a clear front over all other sides, in doublings of detail, without the bonus of
+/// azimuth 0.
 const CLEAR: f32 = 1.0;
 
-/// The side of an object that is its front.
+/// Front side of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Front {
-    /// Degrees: 0, 90, 180 or 270.
+    /// Azimuth in degrees: 0, 90, 180 or 270.
     pub azimuth: f32,
     /// True if the file declares it.
     pub is_declared: bool,
-    /// True if detail, shapes or the program tell it, and not the habit of most files alone.
+    /// True if detail, shapes or the program show it, and not only the habit of most files.
     pub is_clear: bool,
 }
 
 impl Front {
-    /// The side that the file declares, or else the one with the most detail and materials: faces
-    /// have eyes and noses, backs are smooth. Seats, feet, azimuth 0 and symmetry count for
-    /// something, and edges of plates are no fronts.
+    /// The side that the file declares, or else the side with the most detail and materials: faces
+    /// have eyes and noses, backs are smooth. Seats, feet, azimuth 0 and symmetry have a bonus.
+    /// Edges of plates are not a front.
     pub fn of(looker: &Looker, horizon: &Horizon, frame: &Frame, axes: &FileAxes) -> Self {
         let toward = |side: Vec3| {
             let azimuth = horizon.azimuth(side)?;
@@ -129,7 +131,7 @@ impl Front {
     }
 }
 
-/// Size of an object as it is seen from one side.
+/// Size of an object as seen from one side, scene units.
 struct Side {
     width: f32,
     height: f32,
@@ -137,7 +139,7 @@ struct Side {
 }
 
 impl Side {
-    /// Returns true if the object is wider than deep from here.
+    /// Returns true if the object is wider than deep from this side.
     fn is_long(&self) -> bool {
         self.width > self.depth
     }
@@ -154,7 +156,8 @@ impl Side {
     }
 }
 
-/// Azimuth and elevation, in degrees, of the three-quarter view that shows most of an object whose front is at `front`.
+/// Azimuth and elevation, in degrees, of the three-quarter view with the most information, for an
+/// object with its front at `front`.
 pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
     if let Some(azimuth) = open_house::azimuth(looker, horizon, front) {
         return (azimuth, open_house::ELEVATION);
@@ -183,13 +186,13 @@ pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, f
     candidates[first_best(&scores)]
 }
 
-/// The first of the largest scores, up to [`MARGIN`].
+/// Index of the first score within [`MARGIN`] of the largest.
 fn first_best(scores: &[f32]) -> usize {
     let best = scores.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     scores.iter().position(|&score| score >= best - MARGIN).unwrap_or(0)
 }
 
-/// Surfaces that the rays of a coarse picture meet, row by row.
+/// Surfaces that the rays of a coarse image hit, row by row.
 struct Picture(Vec<Option<Seen>>);
 
 impl Picture {
@@ -208,7 +211,7 @@ impl Picture {
             lens_radius: 0.0,
             focus_distance: 1.0,
         };
-        // A camera that cannot be sees nothing.
+        // An invalid camera has no hits.
         let Ok(camera) = Camera::new(parameters, UVec2::splat(RAYS)) else {
             return Self(Vec::new());
         };
@@ -220,14 +223,15 @@ impl Picture {
         Self(seen.collect())
     }
 
-    /// Information in the view, in bits: of shapes, of materials, and of detail, for which modellers cut surfaces more finely.
+    /// Information in the view, in bits: of shapes, of materials, and of detail, which modellers
+    /// tessellate more finely.
     fn information(&self) -> f32 {
         let [normals, materials, triangles] = self.tally().entropies();
         normals + materials + 0.5 * triangles
     }
 
-    /// Curvature of the surfaces: the sum over neighbouring pixels of `1 − cos` of the angle between their normals, without steps in depth, which are
-    /// outlines; at least 1.
+    /// Curvature of the surfaces: the sum over neighbouring pixels of `1 − cos` of the angle
+    /// between their normals, without steps in depth, which are outlines; at least 1.
     fn detail(&self) -> f32 {
         let n = RAYS as usize;
         let at = |x: usize, y: usize| self.0.get(y * n + x).copied().flatten();
@@ -254,7 +258,8 @@ impl Picture {
         tally
     }
 
-    /// How alike its left and its right half are, from 0 to 1: mirrored pixels that both see nothing, or surfaces that face mirrored ways.
+    /// Similarity of the left and the right half, from 0 to 1: pairs of mirrored pixels with
+    /// similar depths.
     fn symmetry(&self) -> f32 {
         let rows = self.0.chunks_exact(RAYS as usize);
         let (mut alike, mut all) = (0.0, 0.0);

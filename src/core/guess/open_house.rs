@@ -1,32 +1,33 @@
-//! Rooms without a ceiling, seen from above: dolls' houses and furnished floor plans. They are
-//! looked into from a side whose outer wall is low, open or missing.
+//! Rooms without a ceiling, seen from above: dolls' houses and furnished floor plans. The view is
+//! from a side whose outer wall is low, open or missing.
 
 use super::floors::{Floors, PLACES};
 use super::look::Looker;
 use crate::math::{Horizon, Vec3};
 
-/// Elevation from which rooms without a ceiling are seen, degrees.
+/// Elevation of the view of rooms without a ceiling, in degrees.
 pub(super) const ELEVATION: f32 = 35.0;
-/// Height of a scene over its smaller width, at most: cups and crates are higher.
+/// Maximum height of a scene over its smaller width: cups and crates are higher.
 const LOW: f32 = 0.6;
-/// Share of the scene's height below which a place inside has its highest surface.
+/// Maximum height of the highest surface at a place inside, as a share of the scene's height.
 const INSIDE: f32 = 0.6;
-/// Height above the ground at which walls are looked for, as a share of the scene's.
+/// Height above the ground at which walls are searched, as a share of the scene's height.
 const WALL: f32 = 0.5;
-/// Walls around a place inside, of 8 directions, and the share of the places that are inside.
+/// Minimum number of walls around a place inside, of 8 directions; and minimum share of the places
+/// that are inside.
 const WALLS: usize = 5;
 const ROOMS: f32 = 0.3;
-/// Height above the highest surface of a place at which it is looked at, as a share of the scene's.
+/// Height of test points above the highest surface of a place, as a share of the scene's height.
 const OFF_SURFACE: f32 = 0.02;
-/// Azimuths from the front that are tried, those nearest to it first, and the share of the places
-/// that one must show more to be preferred to one before it.
+/// Azimuths from the front that are tried, in degrees, the nearest first; and the share of places
+/// by which a later one must be better.
 const TURNS: [f32; 12] = [
     30.0, -30.0, 60.0, -60.0, 0.0, 90.0, -90.0, 120.0, -120.0, 150.0, -150.0, 180.0,
 ];
 const MORE: f32 = 0.04;
 
-/// Azimuth from which most of the rooms shows, degrees; `None` if the scene has no rooms without a
-/// ceiling.
+/// Azimuth from which most of the rooms is visible, in degrees; `None` if the scene has no rooms
+/// without a ceiling.
 pub(super) fn azimuth(looker: &Looker, horizon: &Horizon, front: f32) -> Option<f32> {
     let floors = Floors::new(looker, horizon);
     let (bounds, height) = (floors.bounds(), floors.height());

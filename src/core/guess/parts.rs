@@ -1,4 +1,4 @@
-//! Parts of a scene: connected components of its triangles, and which of them rest on others.
+//! Parts of a scene: connected components of its triangles, and the parts that rest on others.
 
 use super::look::Looker;
 use super::triangles::for_each_triangle;
@@ -6,33 +6,34 @@ use crate::math::{Bounds3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Triangles of a scene whose parts are found at most.
+/// Maximum number of triangles of a scene whose parts are found.
 const MAX_TRIANGLES: u64 = 1 << 18;
-/// Parts that are tried at most, evenly spread over all.
+/// Maximum number of parts that are tried, evenly spread over all.
 const MAX_PARTS: usize = 512;
-/// Lowest vertices of a part that are tried.
+/// Maximum number of lowest vertices of a part that are tried.
 const MAX_FEET: usize = 8;
-/// Share of the scene's extent along two axes from which on a part is the hull of the scene: its
+/// Minimum share of the scene's extent along two axes for a part that is the hull of the scene: its
 /// walls, or its ground.
 const HULL: f32 = 0.8;
-/// Distance within which parts touch, in diagonals of the scene.
+/// Maximum distance of touching parts, in diagonals of the scene.
 const TOUCH: f32 = 1.5e-3;
-/// Cosine from which on a surface faces up.
+/// Minimum cosine between up and the normal of a surface that faces up.
 const FACES_UP: f32 = 0.9;
-/// Surfaces of the part itself that a ray may meet before another part.
+/// Maximum number of surfaces of the part itself that a ray may hit before another part.
 const MAX_OWN: u32 = 3;
 
-/// The connected components of a scene, but for its hull.
+/// Connected components of a scene, without its hull.
 pub(super) struct Parts<'a> {
     looker: &'a Looker<'a>,
     bounds: Bounds3,
     parts: Vec<Vec<Vec3>>,
-    /// Part of each triangle, by its name. Those of the hull have none of `parts`.
+    /// Part of each triangle, by the triangle's name. Triangles of the hull belong to no entry of
+    /// `parts`.
     of_triangles: HashMap<u64, u32>,
 }
 
 impl<'a> Parts<'a> {
-    /// The parts of the looker's scene; none of a scene of many triangles.
+    /// Parts of the looker's scene; empty for a scene with many triangles.
     pub fn of(looker: &'a Looker) -> Self {
         let bounds = looker.region.bounds;
         let mut parts = Self {
@@ -79,7 +80,7 @@ impl<'a> Parts<'a> {
         self.of_triangles = first_vertices.into_iter().map(number).collect();
     }
 
-    /// The box of each part, and the number of its corners.
+    /// Box of each part, and its number of corners.
     pub fn boxes(&self) -> Vec<(Bounds3, usize)> {
         let boxes = self
             .parts
@@ -88,16 +89,16 @@ impl<'a> Parts<'a> {
         boxes.collect()
     }
 
-    /// Whether a part is a wall, the floor or the like.
+    /// Returns true if a part is a wall, a floor or similar.
     fn is_hull(&self, part: &[Vec3]) -> bool {
         let bounds: Bounds3 = part.iter().copied().collect();
         let (size, whole) = (bounds.max - bounds.min, self.bounds.max - self.bounds.min);
         (0..3).filter(|&axis| size[axis] >= HULL * whole[axis]).count() >= 2
     }
 
-    /// How well the parts stand, by direction of `ups`, each followed by its opposite: the sum over
-    /// the parts that rest on something below and touch nothing above, each weighted by its shape,
-    /// over the number of parts. Zeros if there are few parts.
+    /// Stability of the parts for each direction of `ups`, each followed by its opposite. It is the
+    /// weighted number of parts that rest on something below and touch nothing above, over the
+    /// number of parts. The weight depends on the shape. Zeros if there are few parts.
     pub fn standing(&self, ups: &[Vec3; 6]) -> [f32; 6] {
         const FEW: usize = 3;
         let parts: Vec<(u32, &[Vec3])> = (0..)
@@ -124,7 +125,7 @@ impl<'a> Parts<'a> {
         })
     }
 
-    /// Whether a vertex among the lowest ones of a part touches something below.
+    /// Returns true if any of the lowest vertices of a part touches something below.
     fn rests(&self, number: u32, part: &[Vec3], up: Vec3) -> bool {
         let touch = TOUCH * 2.0 * self.bounds.radius();
         let height = |p: &Vec3| p.dot(up);
@@ -160,8 +161,8 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// What the contact of a part tells, from 0 to 1: sheets lie on floors and hang on walls, and poles
-/// lean anywhere, but a chair stands.
+/// Weight of a part's contact, from 0 to 1: sheets lie on floors and hang on walls, and poles lean
+/// anywhere, but a chair stands.
 fn weight(part: &[Vec3], up: Vec3) -> f32 {
     let bounds: Bounds3 = part.iter().copied().collect();
     let size = bounds.max - bounds.min;
@@ -183,7 +184,7 @@ impl Joined {
         number
     }
 
-    /// The number that stands for the set of `i`.
+    /// Representative of the set of `i`.
     fn find(&mut self, mut i: u32) -> u32 {
         while self.0[i as usize] != i {
             let above = self.0[self.0[i as usize] as usize];

@@ -1,4 +1,4 @@
-//! The plan of an interior: what is below a horizontal cut through it, seen from above.
+//! The plan of an interior: the scene below a horizontal cut, seen from above.
 
 use super::floors::Floors;
 use super::look::Looker;
@@ -8,42 +8,42 @@ use crate::film::RgbImage;
 use crate::math::{Bounds3, Horizon, Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Height of the cut above the floor, metres.
+/// Height of the cut above the floor, in metres.
 const CUT: f32 = 1.2;
 /// Margin around the plan, as a share of its larger extent.
 const MARGIN: f32 = 0.04;
-/// Triangles whose section is drawn at most.
+/// Maximum number of triangles whose section is drawn.
 const MAX_TRIANGLES: u64 = 1 << 23;
-/// Colours, linear: no floor, cut bodies, and the section of surfaces.
+/// Linear colours: no floor, cut bodies, and the section of surfaces.
 const EMPTY: [f32; 3] = [0.75, 0.77, 0.8];
 const BODY: [f32; 3] = [0.035, 0.035, 0.04];
 const SECTION: [f32; 3] = [0.0, 0.0, 0.0];
-/// Brightness of a surface that is `x` of the way from the floor to the cut.
+/// Brightness of a surface at the height of the floor; it rises to 1 at the cut.
 const LOWEST: f32 = 0.65;
-/// Reflectance of what has a texture.
+/// Reflectance of textured surfaces.
 const TEXTURED: [f32; 3] = [0.45, 0.42, 0.38];
 
-/// A plan with places of cameras.
+/// A plan with positions of cameras.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The picture, linear; azimuth 0 is at the bottom, azimuth 90° on the right.
+    /// The image, linear; azimuth 0 is at the bottom, azimuth 90° on the right.
     pub image: RgbImage,
-    /// Cameras, in the order in which they were given.
+    /// Cameras, in the given order.
     pub cameras: Vec<PlanCamera>,
-    /// The corners at the top left, the top right and the bottom left, in the scene.
+    /// Top left, top right and bottom left corners, in the scene.
     pub corners: [Vec3; 3],
 }
 
 /// A camera on a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanCamera {
-    /// Where it stands, in pixels from the top left corner.
+    /// Position in pixels from the top left corner.
     pub at: Vec2,
-    /// Where it looks: a vector of length 1 at most, which is shorter if the camera looks up or down.
+    /// View direction: a vector of length at most 1, shorter if the camera looks up or down.
     pub direction: Vec2,
 }
 
-/// Where a plan is cut, in coordinates of the horizon.
+/// Plane of the cut, in coordinates of the horizon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cut {
     floor: f32,
@@ -66,16 +66,16 @@ impl Cut {
 
 /// The part of the scene that a plan shows, and its pixels.
 struct Sheet {
-    /// Left and top end.
+    /// Left and top end, scene units.
     corner: Vec2,
-    /// Length of a pixel's edge.
+    /// Length of a pixel's edge, scene units.
     pixel: f32,
     width: usize,
     height: usize,
 }
 
 impl Sheet {
-    /// A sheet that shows a box, `size` pixels along its larger edge.
+    /// A sheet that shows the box `bounds`, `size` pixels along its larger edge.
     fn of(bounds: &Bounds3, size: usize) -> Self {
         let [min, max] = [bounds.min, bounds.max].map(|p| Vec2::new(p.x, p.z));
         let margin = MARGIN * (max - min).max_element().max(f32::MIN_POSITIVE);
@@ -90,12 +90,12 @@ impl Sheet {
         }
     }
 
-    /// Pixels of a point of the scene.
+    /// Pixel position of a point of the scene.
     fn at(&self, p: Vec3) -> Vec2 {
         (Vec2::new(p.x, p.z) - self.corner) / self.pixel
     }
 
-    /// The point in the middle of a pixel, at a height.
+    /// The point in the middle of pixel `i`, at the height `y`.
     fn point(&self, i: usize, y: f32) -> Vec3 {
         let (column, row) = ((i % self.width) as f32, (i / self.width) as f32);
         let p = self.corner + self.pixel * Vec2::new(column + 0.5, row + 0.5);
@@ -164,7 +164,7 @@ fn shade(looker: &Looker, horizon: &Horizon, cut: Cut, p: Vec3) -> [f32; 3] {
     color.map(|v| v * facing * (LOWEST + (1.0 - LOWEST) * height))
 }
 
-/// The line in which a triangle meets the plane at height `y`.
+/// The line in which a triangle intersects the plane at height `y`.
 fn section(corners: [Vec3; 3], y: f32) -> Option<[Vec3; 2]> {
     let crossing = |a: Vec3, b: Vec3| ((a.y > y) != (b.y > y)).then(|| a.lerp(b, (y - a.y) / (b.y - a.y)));
     let [a, b, c] = corners;
@@ -172,7 +172,7 @@ fn section(corners: [Vec3; 3], y: f32) -> Option<[Vec3; 2]> {
     Some([points.next()?, points.next()?])
 }
 
-/// Draws a line by points half a pixel apart.
+/// Draws a line as points at most half a pixel apart.
 fn draw_line(image: &mut RgbImage, a: Vec2, b: Vec2) {
     let size = Vec2::new(image.width as f32, image.height as f32);
     let steps = (2.0 * a.distance(b)).ceil().clamp(1.0, 4.0 * size.max_element());
@@ -194,7 +194,7 @@ mod tests {
         let [p, q] = section([a, b, c], 1.0).unwrap();
         assert_eq!([p, q], [Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 2.0)]);
         assert!(section([a, b, c], 3.0).is_none());
-        // A triangle in the plane has no line of its own: its neighbours have.
+        // A triangle in the plane has no line; its neighbours have.
         assert!(section([Vec3::Y, Vec3::X + Vec3::Y, Vec3::Y + Vec3::Z], 1.0).is_none());
     }
 

@@ -1,51 +1,53 @@
-//! The region that holds most of a scene: a few strays far away do not shrink the rest to a point.
+//! The region that contains most of a scene: a few strays far away do not shrink the rest to a
+//! point.
 //!
-//! Files mix places: a part in the metres of a national grid and a part at the origin, or a vertex
-//! that an exporter lost. Corners of triangles are compared by coordinate. Empty gaps that are wide
-//! against the extent of the corners on one side separate the rest from them. Extents are those of
-//! the middle 90 % of the corners. A scene without wide gaps is one region, whatever its shape.
+//! Some files mix places: a part in the metres of a national grid and a part at the origin, or a
+//! stray vertex from an exporter. Corners of triangles are compared by coordinate. The rest is
+//! separated from them by empty gaps that are wide compared to the extent of the corners on one
+//! side. Extents are those of the middle 90 % of the corners. A scene of any shape without wide
+//! gaps is one region.
 
 use super::triangles::for_each_triangle;
 use crate::math::{Bounds3, Vec3};
 use crate::scene::Scene;
 
-/// Triangles by which places are found, evenly spread.
+/// Number of triangles by which places are found, evenly spread.
 const SAMPLES: u64 = 1 << 13;
-/// Triangles among which strays are found at most.
+/// Maximum number of triangles among which strays are found.
 const MAX_TRIANGLES: u64 = 1 << 23;
-/// Fewest corners that have places.
+/// Minimum number of corners for a search of places.
 const MIN_CORNERS: usize = 30;
-/// Places that are left out at most.
+/// Maximum number of places that are left out.
 const MAX_PLACES: usize = 8;
-/// Share of the corners left out at either end for the extent.
+/// Share of the corners left out at each end for the extent.
 const TAIL: f32 = 0.05;
-/// Width of the gap between two places, in extents of the larger one.
+/// Minimum gap between two places, in extents of the larger one.
 const PLACE_GAP: f32 = 50.0;
-/// Width of that gap as a share of the scene, at least.
+/// Minimum gap between two places, as a share of the scene.
 const MIN_GAP: f32 = 0.05;
-/// Width of the gap before strays, in extents; strays are fewer than [`TAIL`].
+/// Minimum gap before strays, in extents; the share of strays is below [`TAIL`].
 const STRAY_GAP: f32 = 8.0;
-/// Width of the gaps on both sides of a region that is surrounded: by a ground, or by a dome.
+/// Minimum gap on both sides of a surrounded region: within a ground or a dome.
 const SURROUNDING_GAP: f32 = 100.0;
-/// What a scene is looked at for.
+/// The part of a scene that guesses use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Region {
     /// Bounds of the triangles.
     pub bounds: Bounds3,
-    /// Limits of the coordinates of its corners, infinite if nothing lies beyond.
+    /// Limits of the corners' coordinates; infinite if nothing lies beyond.
     limits: Bounds3,
-    /// Triangles with a corner beyond the limits.
+    /// Number of triangles with a corner beyond the limits.
     pub left_out: u64,
-    /// Middle of those corners.
+    /// Middle of the corners beyond the limits.
     pub left_out_at: Vec3,
     /// True if a ground reaches far beyond the bounds.
     pub has_wide_ground: bool,
-    /// Share of the corners of all groups, if this is a group of parts with others around.
+    /// Share of the corners of all groups, if this is a group of parts among others.
     pub group: Option<f32>,
 }
 
 impl Region {
-    /// The region that holds most of the scene.
+    /// The region that contains most of the scene.
     pub fn of(scene: &Scene) -> Self {
         let mut region = Self {
             bounds: scene.bounds(),
@@ -69,7 +71,7 @@ impl Region {
         region
     }
 
-    /// A group of parts in `bounds` with this share of the corners.
+    /// A group of parts in `bounds` with the share `share` of the corners.
     pub fn with_group(self, bounds: Bounds3, share: f32) -> Self {
         Self {
             bounds,
@@ -102,7 +104,7 @@ impl Region {
         p.cmpge(self.limits.min).all() && p.cmple(self.limits.max).all()
     }
 
-    /// Cuts off places that hold less than half of the corners.
+    /// Cuts off places with less than half of the corners.
     fn leave_places(&mut self, corners: &mut Vec<Vec3>) {
         for _ in 0..MAX_PLACES {
             let cut = (0..3).find_map(|axis| {
@@ -129,7 +131,7 @@ impl Region {
     fn leave_strays(&mut self, scene: &Scene, corners: &[Vec3]) {
         let core = middle_bounds(corners);
         let whole = extent(&scene.bounds());
-        // Without a gap nothing has to be sorted.
+        // Without a gap, no sorting is needed.
         if whole <= (1.0 + STRAY_GAP) * extent(&core) {
             return;
         }
@@ -179,7 +181,7 @@ impl Region {
         }
     }
 
-    /// Measures what lies within the limits and what does not.
+    /// Measures the parts of the scene within and beyond the limits.
     fn measure(&mut self, scene: &Scene) {
         if self.limits.min == Vec3::NEG_INFINITY && self.limits.max == Vec3::INFINITY {
             return;
@@ -303,7 +305,7 @@ mod tests {
             let found = region(meshes);
             assert_eq!(found.left_out, 0, "{found:?}");
         }
-        // A ground that is too large for any picture
+        // A ground that is too large for any image
         assert_eq!(region([grid(10, Vec3::ZERO), floor(5000.0)]).left_out, 2);
     }
 }

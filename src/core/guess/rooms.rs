@@ -4,38 +4,40 @@ use super::look::{Looker, Tally};
 use super::spread::{POINTS, directions, points_inside};
 use crate::math::Vec3;
 
-/// Share of the rays from a point that must meet fronts for the point to be inside of a room.
+/// Minimum share of the rays from a point in a room that hit fronts.
 const ENCLOSED: f32 = 0.62;
-/// Share of the points that must be in an interior, and in one of which much more shows inside.
+/// Minimum share of the points that are in rooms for an interior; and for an interior with much
+/// more detail inside.
 const MIN_ROOM: f32 = 0.2;
 const MIN_DETAILED_ROOM: f32 = 0.12;
-/// Share of the hits of rays from outside that meet fronts below which the scene is a hull that was
-/// not made for being seen from there.
+/// Share of front hits from outside below which the scene is a hull that is not made to be seen
+/// from there.
 const HULL: f32 = 0.75;
-/// Bits that more must show inside than outside: of a hull; of a hull of which little is room; and
-/// of a body, which is closed on the outside. Hollow bricks and cupboards are bodies.
+/// Minimum additional information inside compared to outside, in bits: for a hull; for a hull with
+/// little room; and for a body, which is closed on the outside. Hollow bricks and cupboards are
+/// bodies.
 const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
 
-/// Minimum share of the scene's corners in a group of parts that is a room among others, minimum
-/// share of its points that must be in rooms, and maximum openness of these: courtyards of
-/// buildings are open, and smaller than the buildings.
+/// Limits for a group of parts that is a room among others: minimum share of the scene's corners,
+/// minimum share of its points in rooms, and maximum openness. Courtyards of buildings are open,
+/// and smaller than the buildings.
 const MIN_GROUP: f32 = 0.5;
 const MIN_ROOM_OF_GROUP: f32 = 0.4;
 const MAX_OPENNESS: f32 = 0.1;
 
-/// What surrounds a point.
+/// Surroundings of a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surroundings {
-    /// Share of all directions in which there is a front.
+    /// Share of all directions that hit a front.
     pub fronts: f32,
-    /// Share of all directions in which there is a back.
+    /// Share of all directions that hit a back.
     pub backs: f32,
-    /// Share of the directions above the horizon in which there is a surface.
+    /// Share of the directions above the horizon that hit a surface.
     pub above: f32,
 }
 
 impl Surroundings {
-    /// Surroundings of `p` along the directions of number `i`, where `up` is up.
+    /// Surroundings of `p` along set `i` of the directions, with the up direction `up`.
     pub fn of(looker: &Looker, p: Vec3, up: Vec3, i: u32) -> Self {
         let (mut fronts, mut backs, mut above) = (0.0, 0.0, [0.0, 0.0f32]);
         let mut count = 0.0f32;
@@ -59,7 +61,7 @@ impl Surroundings {
         }
     }
 
-    /// Share of all directions in which there is a surface.
+    /// Share of all directions that hit a surface.
     pub fn closed(&self) -> f32 {
         self.fronts + self.backs
     }
@@ -70,15 +72,15 @@ impl Surroundings {
     }
 }
 
-/// The rooms in the looker's region, and how much shows from inside and from outside.
+/// Rooms in the looker's region, and the information inside and outside.
 pub(super) struct Rooms {
     /// Points in rooms.
     pub points: Vec<Vec3>,
-    /// Share of the rays from these that leave the scene.
+    /// Share of the rays from these points that leave the scene.
     pub openness: f32,
-    /// Share of the hits from outside that meet fronts.
+    /// Share of the hits from outside that are on fronts.
     fronts: f32,
-    /// Bits that more show inside than outside.
+    /// Additional information inside compared to outside, in bits.
     more: f32,
     /// Share of the corners, if the region is a group of parts among others.
     group: Option<f32>,
@@ -100,7 +102,7 @@ impl Rooms {
             }
         }
 
-        // From outside, at random points of it
+        // From outside, towards points of the region
         let mut without = Tally::default();
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
         for (i, p) in (0..).zip(points_inside(bounds)) {
@@ -122,7 +124,7 @@ impl Rooms {
         }
     }
 
-    /// Returns true if the region was made for being seen from inside.
+    /// Returns true if the region was made to be seen from inside.
     pub fn are_interior(&self) -> bool {
         let rooms = self.points.len() as f32 / POINTS as f32;
         let is_open = || rooms < MIN_ROOM_OF_GROUP || self.openness > MAX_OPENNESS;
@@ -137,7 +139,7 @@ impl Rooms {
     }
 }
 
-/// Distance from a point inside to the surface of the region's box, a little beyond.
+/// Distance from a point inside to the surface of the region's box, plus a margin.
 fn distance_to_surface(looker: &Looker, p: Vec3, direction: Vec3) -> f32 {
     let bounds = looker.region.bounds;
     let margin = 1e-3 * bounds.radius();

@@ -1,32 +1,32 @@
-//! The unit of length of a file, for what people measure: the height of their eyes, and how near a
-//! wall may be.
+//! The unit of length of a file, for human measures: the height of eyes, and the distance of a near
+//! wall.
 
 use crate::accel::Accel;
 use crate::math::{Ray, Vec3};
 
-/// Distance at which a surface is too near for a camera, metres.
+/// Distance at which a surface is too near for a camera, in metres.
 const NEAR: f32 = 0.05;
-/// Height of the eyes of a person who stands, metres.
+/// Height of the eyes of a standing person, in metres.
 const EYES: f32 = 1.6;
-/// Usual height of a room, metres.
+/// Usual height of a room, in metres.
 const ROOM: f32 = 2.7;
-/// Height of the eyes as a share of the room if no unit fits.
+/// Height of the eyes as a share of the room's height, if no unit fits.
 const SHARE: f32 = 0.6;
-/// Minimum and maximum height of a room whose unit is believed, metres.
+/// Minimum and maximum height of a room for a plausible unit, in metres.
 const BELIEVED: [f32; 2] = [1.2, 40.0];
-/// Units by the heights of rooms, with their length in metres.
+/// Units that are guessed from the heights of rooms, with their length in metres.
 const UNITS: [(f32, &str); 4] = [
     (1.0, "metre"),
     (0.0254, "inch"),
     (0.01, "centimetre"),
     (0.001, "millimetre"),
 ];
-/// Further units that files name.
+/// Additional unit that files may have.
 const FOOT: (f32, &str) = (0.3048, "foot");
 
-/// Distance in the file's units that is 5 cm, for a camera at `position`, where `up` is up: by the
-/// unit that the file names, or by the height of the room there. `None` in the open, where a place
-/// has no scale.
+/// 5 cm in the file's units, for a camera at `position` with the up direction `up`. The unit is
+/// that of the file, or is guessed from the height of the room. `None` in the open without a unit,
+/// where the scale is unknown.
 pub fn near_distance(accel: &dyn Accel, position: Vec3, up: Vec3, unit: Option<f32>) -> Option<f32> {
     let up = up.try_normalize()?;
     let distance = |way: Vec3| accel.intersect(&Ray::new(position, way)).map(|hit| hit.t);
@@ -38,15 +38,15 @@ pub fn near_distance(accel: &dyn Accel, position: Vec3, up: Vec3, unit: Option<f
 /// Length of a metre in the units of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
-    /// Height of the eyes of a person who stands, in the file's units.
+    /// Height of the eyes of a standing person, in the file's units.
     pub eyes: f32,
-    /// The name of the unit and why it is believed.
+    /// Name of the unit and the reason for it.
     unit: Option<(&'static str, &'static str)>,
 }
 
 impl Scale {
-    /// The scale of a file that names its unit, in metres, or has rooms of this height. A scene
-    /// without rooms is in metres unless its own `height` is too low for that.
+    /// The scale of a file: from its unit in metres, or from the height of its rooms. A scene
+    /// without rooms is in metres, unless its own `height` is too low.
     pub fn new(named: Option<f32>, room: Option<f32>, height: f32) -> Self {
         let of = |(metres, name): (f32, &'static str), why| Self {
             eyes: EYES / metres,
@@ -76,12 +76,13 @@ impl Scale {
         }
     }
 
-    /// Length of `metres` in the file's units; of a file without a unit in proportion to the eyes.
+    /// Length of `metres` in the file's units. Without a unit, it is proportional to the eye
+    /// height.
     pub fn length(&self, metres: f32) -> f32 {
         metres * self.eyes / EYES
     }
 
-    /// The height of the eyes, in words.
+    /// Description of the eye height for users.
     pub fn words(&self) -> String {
         match self.unit {
             Some((name, why)) => format!("{EYES} m; the unit is the {name}, {why}"),

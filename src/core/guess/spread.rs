@@ -1,14 +1,14 @@
-//! Points and directions that are evenly spread, the same ones in every run.
+//! Evenly spread points and directions, the same in every run.
 
 use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
 
-/// Points inside of a box.
+/// Number of points inside of a box.
 pub(super) const POINTS: u32 = 256;
-/// Directions from a point.
+/// Number of directions from a point.
 const DIRECTIONS: u32 = 48;
 
-/// Points all over the inside of `bounds`: those of Halton's sequence.
+/// Points all over the inside of `bounds`, from Halton's sequence.
 pub(super) fn points_inside(bounds: Bounds3) -> impl Iterator<Item = Vec3> {
     (0..POINTS).map(move |i| {
         let share = Vec3::from([radical_inverse(2, i), radical_inverse(3, i), radical_inverse(5, i)]);
@@ -16,7 +16,7 @@ pub(super) fn points_inside(bounds: Bounds3) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Directions all over the sphere, other ones for each `i`.
+/// Directions all over the sphere, different for each `i`.
 pub(super) fn directions(i: u32) -> impl Iterator<Item = Vec3> {
     let shift = Vec2::new(radical_inverse(7, i), radical_inverse(11, i));
     (0..DIRECTIONS).map(move |k| {

@@ -1,17 +1,17 @@
-//! Where a camera stands that is given by its place on the floor.
+//! Position of a camera that stands at a given place on the floor.
 
 use super::floors::{Floors, Surface};
 use super::rooms::Surroundings;
 use super::scale::Scale;
 use crate::math::{DVec3, Vec3, encode_fields};
 
-/// Height up to which a surface is a step of the floor and no furniture, metres.
+/// Maximum height of a step of the floor, in metres; higher surfaces are furniture.
 const STEP: f32 = 0.4;
-/// Distance from the eyes to what is above and below, metres, minimum.
+/// Minimum distance from the eyes to surfaces above and below, in metres.
 const FREE: [f32; 2] = [0.05, 0.3];
-/// Half the width of a floor that a person stands on, metres, and the difference of its heights.
+/// Half the width of a floor to stand on, and the maximum difference of its heights, in metres.
 const FEET: (f32, f32) = (0.3, 0.25);
-/// Storeys above count as so much farther than storeys below.
+/// Factor of distances to storeys above, compared to storeys below.
 const UPSTAIRS: f32 = 3.0;
 
 /// A place on the floor.
@@ -19,15 +19,15 @@ const UPSTAIRS: f32 = 3.0;
 pub struct Stand {
     /// The two horizontal coordinates of the file, in the order of its axes.
     pub place: [f64; 2],
-    /// Height of the eyes above the floor, in the file's units; `None` for that of a person.
+    /// Height of the eyes above the floor, in the file's units; `None` for the height of a person.
     pub height: Option<f32>,
 }
 
 encode_fields!(Stand { place, height });
 
 impl Stand {
-    /// A place of its coordinates and, if there is a third number, the height of the eyes; else what
-    /// is expected.
+    /// A place from two coordinates and an optional height of the eyes. The error is the expected
+    /// format.
     pub fn of(numbers: &[f64]) -> Result<Self, &'static str> {
         let (place, height) = match *numbers {
             [x, z] => ([x, z], None),
@@ -52,7 +52,8 @@ impl Stand {
         self.place.map(|x| x.to_string()).join(",")
     }
 
-    /// The place in coordinates of the horizon, of a file whose point `origin` is the scene's.
+    /// The place in coordinates of the horizon, for a file whose point `origin` is the scene's
+    /// origin.
     pub(super) fn coordinates(&self, floors: &Floors, origin: DVec3) -> Vec3 {
         let axis = floors.horizon.up().abs().max_position();
         let mut p = Vec3::ZERO;
@@ -65,12 +66,12 @@ impl Stand {
 }
 
 /// Height of the floor at `place` to stand on with eyes `height` above it, in coordinates of the
-/// horizon; `None` if there is none. It is the highest one that is not much above `usual`, the
-/// height of the floor that a guess stands on in a room, or else the nearest one. Above `usual` a
+/// horizon; `None` if there is none. It is the highest floor that is not much above `usual`, the
+/// height of the floor of a guessed camera in a room; or else the nearest floor. Above `usual`, a
 /// floor without a ceiling is a roof.
 pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, usual: Option<f32>) -> Option<f32> {
     let surfaces = floors.at(place.x, place.z);
-    // A ceiling shows its back to what is above it. The lowest surface is no ceiling: the bottom of
+    // A ceiling shows its back from above. The lowest surface is not a ceiling: the bottom of
     // furniture may lie in the floor.
     let has_fronts = surfaces.iter().any(|surface| surface.is_flat() && surface.is_front);
     let lowest = surfaces.last().map_or(0.0, |surface| surface.y);
@@ -80,7 +81,7 @@ pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, us
     let is_outside = |surface: &&Surface| !is_in_body(floors, place, surface.y + height);
     let mut levels: Vec<&Surface> = flat().filter(has_room).filter(is_outside).collect();
     if levels.is_empty() {
-        // Walls may be turned inside out.
+        // Walls may be inside out.
         levels = flat().filter(has_room).collect();
     }
     if levels.iter().any(|surface| is_wide(floors, scale, place, surface.y)) {
@@ -93,7 +94,7 @@ pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, us
     let usual = usual.or_else(|| Some(levels.last()?.y))?;
     let off = |y: f32| match y - usual {
         above if above > step => UPSTAIRS * above,
-        // Higher is better within a step.
+        // Within a step, higher is better.
         near if near >= -step => -near,
         below => -below,
     };
@@ -101,7 +102,7 @@ pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, us
     Some(nearest.y)
 }
 
-/// Returns true if nothing is near above and below the eyes, `height` above `y`.
+/// Returns true if no surface is near above and below the eyes, `height` above `y`.
 fn has_free_eyes(floors: &Floors, scale: &Scale, place: Vec3, (y, height): (f32, f32)) -> bool {
     let up = floors.horizon.up();
     let eye = floors.horizon.point(Vec3::new(place.x, y + height, place.z));
@@ -112,7 +113,7 @@ fn has_free_eyes(floors: &Floors, scale: &Scale, place: Vec3, (y, height): (f32,
     is_free(up, scale.length(FREE[0])) && is_free(-up, scale.length(FREE[1]).min(0.5 * height))
 }
 
-/// Returns true if there is anything above eyes at the height `y`.
+/// Returns true if there is a surface above eyes at the height `y`.
 fn has_ceiling(floors: &Floors, place: Vec3, y: f32) -> bool {
     let eye = floors.horizon.point(Vec3::new(place.x, y, place.z));
     floors.looker.look(eye, floors.horizon.up()).is_some()

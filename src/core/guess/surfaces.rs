@@ -1,4 +1,4 @@
-//! Measures of a scene's surfaces along its axes, as evidence on its upright axis (`up`).
+//! Measures of a scene's surfaces along its axes, as evidence for its upright axis (`up`).
 
 use super::lathe::Lathe;
 use super::look::Looker;
@@ -10,23 +10,23 @@ use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use std::collections::HashMap;
 
-/// Maximum number of triangles that are measured, evenly spread over the scene's.
+/// Maximum number of triangles that are measured, evenly spread over the scene's triangles.
 const MAX_TRIANGLES: u64 = 1 << 20;
-/// Points of the surfaces, evenly spread over their area.
+/// Number of points on the surfaces, evenly spread over their area.
 const POINTS: f64 = 16384.0;
-/// Maximum number of points from which rays are cast.
+/// Maximum number of points from which rays are traced.
 const RAYS: usize = 1024;
-/// Length by which a ray starts off its surface, in radii of the scene.
+/// Offset of a ray's origin from its surface, in radii of the scene.
 const OFF_SURFACE: f32 = 1e-4;
-/// Cells along each axis of the grid in which a scene is compared with its images.
+/// Number of cells along each axis of the grid in which a scene is compared with its images.
 const CELLS: i32 = 20;
 /// Share of the extent along an axis within which points are on its lowest plane.
 const CONTACT: f32 = 0.015;
-/// Minimum cosine between up and the normal of a surface that looks up.
+/// Minimum cosine between up and the normal of a surface that faces up.
 const LOOKS_UP: f32 = 0.2;
 /// Share of the extent along an axis within which a coordinate is 0.
 const AT_ORIGIN: f32 = 0.02;
-/// Share of all parts that stand, below which few do.
+/// Share of standing parts below which few parts stand.
 const FEW_STAND: f32 = 0.02;
 
 /// Words in names of materials of things that are high in an object or a room.
@@ -110,7 +110,7 @@ pub(super) struct Surfaces {
     pub turn: [f32; 3],
     /// Similarity of the scene and a body of revolution around each axis, 0 to 1.
     pub round: [f32; 3],
-    /// Length of the scene along each axis, over the smaller one of its widths across.
+    /// Length of the scene along each axis, over the smaller of its widths across.
     pub slimness: [f32; 3],
     /// Distance of the box's centre from the origin along each axis, in extents, at most 1/2.
     pub off_center: [f32; 3],
@@ -131,11 +131,11 @@ pub(super) struct Surfaces {
 /// Measures of a direction, as if it were up.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
-    /// Share of the parts that stand, of those that stand in any direction.
+    /// Share of the parts that stand in this direction, of the parts that stand in any direction.
     pub standing: f32,
     /// Area of the box around the lowest points, as a share of the scene's outline.
     pub contact: f32,
-    /// Share of the surfaces that look up.
+    /// Share of the surfaces that face up.
     pub looks_up: f32,
     /// Share of the surfaces with nothing above.
     pub open: f32,
@@ -193,7 +193,7 @@ impl Surfaces {
 /// A point of a surface.
 pub(super) struct Point {
     pub p: Vec3,
-    /// Unit normal by the winding.
+    /// Unit normal, from the winding.
     pub n: Vec3,
     /// Direction in which the texture coordinate v increases; zero without texture coordinates.
     v: Vec3,
@@ -292,8 +292,8 @@ impl Cells {
         }
     }
 
-    /// Similarity with the image in which each cell is at `image`, 0 to 1: the share of points
-    /// that have a counterpart.
+    /// Similarity with the image in which each cell is at `image`, 0 to 1: the share of points with
+    /// a counterpart.
     fn similarity(&self, image: impl Fn([i32; 3]) -> [i32; 3]) -> f32 {
         let shared = |(cell, count): (&[i32; 3], &u32)| {
             let other = self.counts.get(&image(*cell)).copied().unwrap_or(0);
@@ -326,7 +326,7 @@ fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
     })
 }
 
-/// Vector from the middle of the materials with names of low things to that of the materials with
+/// Vector from the middle of materials with names of low things to the middle of materials with
 /// names of high things. The middle of all materials replaces a missing one.
 fn named(materials: &[Material], points: &[Point]) -> Vec3 {
     let levels: Vec<Option<bool>> = materials.iter().map(|material| is_high(&material.name)).collect();
@@ -340,7 +340,7 @@ fn named(materials: &[Material], points: &[Point]) -> Vec3 {
     of_level(true) - of_level(false)
 }
 
-/// True if a name is of a high thing, false if it is of a low thing, `None` of all others.
+/// True for the name of a high thing, false for a low thing, `None` for all others.
 fn is_high(name: &str) -> Option<bool> {
     let words = words(name);
     let has = |list: &[&str]| {

@@ -1,4 +1,4 @@
-//! Survey of a scene: whether it is an object, seen from outside, or an interior, seen from inside.
+//! Survey of a scene: it is an object, seen from outside, or an interior, seen from inside.
 
 use super::file_axes::FileAxes;
 use super::floors::Floors;
@@ -15,29 +15,30 @@ use crate::math::{Bounds3, Horizon, Vec3};
 pub struct Survey {
     /// Up, and azimuths around it.
     pub horizon: Horizon,
-    /// Whether the scene is an interior, modelled to be seen from inside.
+    /// True if the scene is an interior, modelled to be seen from inside.
     pub is_interior: bool,
-    /// Share of the rays from points inside of a room that leave the scene: through windows, or where there is no wall or ceiling.
+    /// Share of the rays from points inside of rooms that leave the scene, through windows or
+    /// missing walls and ceilings.
     pub openness: f32,
-    /// Bounds of the part that guesses are for, if triangles far away are left out.
+    /// Bounds of the part that guesses use, if triangles far away are left out.
     pub part: Option<Bounds3>,
-    /// Scores of the directions as upright axis, if that is guessed.
+    /// Scores of the upright axes, if the axis is guessed.
     pub up_scores: Option<UpScores>,
 }
 
 impl Survey {
-    /// Share of the rays from inside that must leave an interior for daylight to come in.
+    /// Minimum share of the rays from inside that leave an interior with daylight.
     const MIN_OPENNESS: f32 = 0.003;
 
-    /// Returns true if too little daylight comes into an interior.
+    /// Returns true if too little daylight enters an interior.
     pub(super) fn is_closed(&self) -> bool {
         self.openness < Self::MIN_OPENNESS
     }
 
-    /// Surveys the scene, and finds the region that guesses are for: that of the looker, or the part
-    /// of it that is an interior, and the places that are inside. `up` is not guessed where it is
-    /// given. `axes` are those of comments of the file.
-    /// If `wants_inside`, the camera is inside whatever the scene is.
+    /// Surveys the scene. Returns the survey, the region that guesses use (the looker's, or the
+    /// part of it that is an interior), and the kind of places inside. If `up` is given, it is not
+    /// guessed. `axes` are from comments of the file. If `wants_inside`, the camera is inside for
+    /// any kind of scene.
     pub(super) fn new(
         looker: &Looker,
         up: Option<Vec3>,
@@ -105,8 +106,8 @@ impl Survey {
         !self.is_interior && self.up_scores.is_some_and(|scores| scores.are_close())
     }
 
-    /// The survey with the upright axis by `sisters` too, which interiors do without. Returns true
-    /// beside it if they changed that axis.
+    /// The survey with the evidence of `sisters` for the upright axis, which interiors ignore. Also
+    /// returns true if the axis changed.
     pub(super) fn with(self, sisters: &Sisters) -> (Self, bool) {
         let Some(scores) = self.up_scores.filter(|_| !self.is_interior) else {
             return (self, false);

@@ -2,18 +2,18 @@ use crate::geometry::{GeomId, InstanceId, Mesh, PrimId, triangle_area, triangle_
 use crate::math::{Affine3A, Vec2, Vec3};
 use crate::scene::Scene;
 
-/// A triangle that stands in the world at time 0.
+/// A triangle of the world at time 0.
 pub(super) struct Triangle {
-    /// Names the triangle.
+    /// Name of the triangle.
     pub name: u64,
     pub corners: [Vec3; 3],
-    /// Unit normal of its winding; zero without area.
+    /// Unit normal from its winding; zero without area.
     pub normal: Vec3,
     pub area: f64,
     /// Texture coordinates of the corners; `None` without them.
     pub uvs: Option<[Vec2; 3]>,
     pub material: u32,
-    /// Part of the scene's names of parts.
+    /// Part, as an index of the scene's part names.
     pub part: u32,
 }
 
@@ -22,7 +22,8 @@ pub(super) fn name(geom: GeomId, prim: PrimId, inst: InstanceId) -> u64 {
     (u64::from(geom.0) << 32 | u64::from(prim.0)) ^ u64::from(inst.0).rotate_right(20)
 }
 
-/// Calls `visit` with `max` triangles of the world at most, copies included and the ground left out: all of them, or evenly spread ones in the scene's order.
+/// Calls `visit` with at most `max` triangles of the world, including copies, without the ground:
+/// all of them, or evenly spread ones in the scene's order.
 pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&Triangle)) {
     let stride = scene.placed_triangle_count().div_ceil(max).max(1);
     let mut next = 0;

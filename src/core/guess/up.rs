@@ -1,19 +1,19 @@
 //! The upright axis of a scene.
 //!
-//! Six directions compete, each with a score in natural logarithms of odds: how usual the direction
-//! is in OBJ files, plus a weighted sum of evidence (`OUTSIDE` and `INSIDE`). The measures are those
-//! of `surfaces`; of an interior also rays from its rooms count. Directions with close scores are
-//! decided by other files of the folder (`Sisters`).
+//! Six directions compete. Each has a score in natural logarithms of odds: the frequency of the
+//! direction in OBJ files, plus a weighted sum of evidence (`OUTSIDE` and `INSIDE`). The measures
+//! are those of `surfaces`; for an interior, also rays from its rooms. Close scores are decided by
+//! other files of the folder (`Sisters`).
 //!
 //! Weights of objects are a logistic regression with fixed odds of the directions, with a ridge
-//! penalty. It was fitted to 173 public files, whose upright axis was told by eye, and with a weight
-//! of 0.3 to turned copies of them with other axes up. Evidence was kept if it lowered the loss in a
-//! cross-validation by repository. Weights of bodies of revolution and of other files were fitted
-//! later, with all other weights fixed, and those of grounds and tips were set by hand. Weights of
-//! interiors were set by hand on 9 files and on 5
-//! rooms in four positions. Wrong directions: 6 of the 183 files, and 5 of 147 files of 45 other
-//! repositories, for which nothing was fitted. Without bodies of revolution and other files they
-//! were 7 and 7; by an earlier version with 6 kinds of evidence 16 and 21.
+//! penalty. It was fitted to 173 public files, whose upright axis was identified by eye, and with a
+//! weight of 0.3 to turned copies of them with other axes up. Evidence was kept if it lowered the
+//! loss in a cross-validation by repository. Weights of bodies of revolution and of other files
+//! were fitted later, with all other weights fixed, and weights of grounds and tips were set by
+//! hand. Weights of interiors were set by hand on 9 files and on 5 rooms in four positions. Wrong
+//! directions: 6 of the 183 files, and 5 of 147 files of 45 other repositories, for which nothing
+//! was fitted. Without bodies of revolution and other files they were 7 and 7; with an earlier
+//! version with 6 kinds of evidence 16 and 21.
 
 use super::file_axes::FileAxes;
 use super::look::Looker;
@@ -25,12 +25,12 @@ use crate::math::Vec3;
 const USUAL: [f32; 6] = [-1.5, -1.5, 2.5, -0.6, 1.0, -0.6];
 /// Scores of the directions in interiors, whose evidence is clearer.
 const USUAL_INSIDE: [f32; 6] = [-0.3, -0.3, 0.3, 0.0, 0.2, 0.0];
-/// Scores of the axis that the program which wrote the file usually writes. Lower than fitted: meshes
-/// that were read and written by MeshLab often have +y up.
+/// Scores of the usual up axis of the program that wrote the file. Lower than fitted: meshes that
+/// were read and written by MeshLab often have +y up.
 const USUAL_FOR_PROGRAM: f32 = 1.5;
 const USUAL_FOR_PROGRAM_INSIDE: f32 = 0.2;
-/// Score of the direction opposite to the axis that the program usually writes: its settings offer
-/// other axes, but models upside down are mistakes.
+/// Score of the direction opposite to the usual up axis of the program: its settings offer other
+/// axes, but models upside down are mistakes.
 const AGAINST_PROGRAM: f32 = -2.5;
 /// Score of the axis across a flat scene with the name of a building, of rooms or of land.
 const LIES: f32 = 4.0;
@@ -65,29 +65,29 @@ const INSIDE: [(f32, Evidence); 4] = [
     (0.7, has_upright_textures),
     (2.0, is_named),
 ];
-/// Weights of rays in interiors: how low the rooms are, and how clear the way up is.
+/// Weights of rays in interiors: for low rooms, and for a clear way up.
 const LOW_ROOMS: f32 = 0.8;
 const CLEAR_ABOVE: f32 = 1.0;
 
-/// An object has a wide contact with the ground, but not with the ceiling. Wider than `WIDE`, a
-/// base is no better: rims and table tops are wide too.
+/// An object has a wide contact with the ground, but not with the ceiling. A base wider than `WIDE`
+/// is not better: rims and table tops are wide too.
 fn rests(surfaces: &Surfaces, up: Direction) -> f32 {
     const WIDE: f32 = 0.3;
     let contact = |up| surfaces.way(up).contact.min(WIDE);
     contact(up) - contact(up.opposite())
 }
 
-/// Parts stand on others, and few hang.
+/// Parts stand on others; few hang.
 fn stands(surfaces: &Surfaces, up: Direction) -> f32 {
     surfaces.way(up).standing
 }
 
-/// Surfaces look up rather than down: terrain has no underside, nor have plates and houses.
+/// More surfaces face up than down: terrain, plates and houses have no underside.
 fn looks_up(surfaces: &Surfaces, up: Direction) -> f32 {
     (surfaces.way(up).looks_up - surfaces.way(up.opposite()).looks_up).clamp(-0.15, 0.15)
 }
 
-/// Surfaces have the sky above rather than nothing below.
+/// More surfaces have open sky above than open space below.
 fn is_open(surfaces: &Surfaces, up: Direction) -> f32 {
     (surfaces.way(up).open - surfaces.way(up.opposite()).open).clamp(-0.2, 0.2)
 }
@@ -108,17 +108,17 @@ fn is_balanced(surfaces: &Surfaces, up: Direction) -> f32 {
     -surfaces.off_balance[up.axis].min(0.15)
 }
 
-/// Towers, bottles and trees look alike if they are turned.
+/// Towers, bottles and trees look similar if they are turned.
 fn is_turned(surfaces: &Surfaces, up: Direction) -> f32 {
     over_others(surfaces.turn, up)
 }
 
-/// Left and right are alike, front and back often; top and bottom are not.
+/// Left and right are similar, front and back often; top and bottom are not.
 fn is_mirrored(surfaces: &Surfaces, up: Direction) -> f32 {
     over_others(surfaces.mirror, up)
 }
 
-/// Bottles, lamps and pawns stand on the axis of their revolution. Wheels and coins stand and lie.
+/// Bottles, lamps and pawns stand on their axis of revolution. Wheels and coins stand and lie.
 fn is_lathe(surfaces: &Surfaces, up: Direction) -> f32 {
     const FLAT: f32 = 0.5;
     revolves(surfaces, up) * (surfaces.slimness[up.axis] / FLAT).min(1.0)
@@ -130,7 +130,7 @@ fn is_vessel(surfaces: &Surfaces, up: Direction) -> f32 {
     revolves(surfaces, up) * (depth(up) - depth(up.opposite()))
 }
 
-/// Likeness to a body of revolution around this axis and no other, 0 to 1.
+/// Similarity to a body of revolution around this axis only, 0 to 1.
 fn revolves(surfaces: &Surfaces, up: Direction) -> f32 {
     ((over_others(surfaces.round, up) - 0.25) / 0.35).clamp(0.0, 1.0)
 }
@@ -140,12 +140,13 @@ fn has_upright_textures(surfaces: &Surfaces, up: Direction) -> f32 {
     surfaces.v.dot(up.vector())
 }
 
-/// Materials called roof, hair or leaves are above those called floor, shoe or wheel.
+/// Materials with names such as roof, hair or leaves are above materials with names such as floor,
+/// shoe or wheel.
 fn is_named(surfaces: &Surfaces, up: Direction) -> f32 {
     surfaces.named.dot(up.vector()).clamp(-0.5, 0.5)
 }
 
-/// Flat sheets of grass, dirt or asphalt lie, with their fronts up.
+/// Flat sheets of grass, dirt or asphalt lie with their fronts up.
 fn is_ground(surfaces: &Surfaces, up: Direction) -> f32 {
     const THIN: f32 = 1e-3;
     const LOW: f32 = 0.5;
@@ -158,7 +159,7 @@ fn is_ground(surfaces: &Surfaces, up: Direction) -> f32 {
     }
 }
 
-/// Slender bodies whose left and right are alike do not stand on a tip: fish, ships and planes.
+/// Slender bodies with symmetric sides do not stand on a tip: fish, ships and planes.
 fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
     const SLENDER: f32 = 1.8;
     const TIP: f32 = 0.01;
@@ -173,14 +174,14 @@ fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
     f32::from(u8::from(is))
 }
 
-/// Returns true if a scene of this `extent` is flat, and lies if `up` is up.
+/// Returns true if a scene with this `extent` is flat, and lies if `up` is up.
 fn lies(extent: Vec3, up: Direction) -> bool {
     const FLAT: f32 = 0.25;
     let across = extent[(up.axis + 1) % 3].min(extent[(up.axis + 2) % 3]);
     !up.is_negative && extent[up.axis] <= FLAT * across
 }
 
-/// Value of an axis, less the larger one of both other axes.
+/// Value of an axis, minus the larger value of both other axes.
 fn over_others(values: [f32; 3], up: Direction) -> f32 {
     values[up.axis] - values[(up.axis + 1) % 3].max(values[(up.axis + 2) % 3])
 }
@@ -190,8 +191,8 @@ fn over_others(values: [f32; 3], up: Direction) -> f32 {
 pub struct UpScores([f32; 6]);
 
 impl UpScores {
-    /// Scores by the scene's shapes and the comments of its file; of an interior by points inside of
-    /// its rooms.
+    /// Scores from the scene's shapes and the comments of its file; for an interior, also from
+    /// points inside of its rooms.
     pub(super) fn new(looker: &Looker, rooms: Option<&[Vec3]>, axes: &FileAxes) -> Self {
         let usual = axes.usual_up;
         let surfaces = Surfaces::new(looker);
@@ -241,7 +242,7 @@ impl UpScores {
         self.margin() <= Sisters::LARGEST
     }
 
-    /// Score of the best direction, less that of the second best.
+    /// Score of the best direction, minus the score of the second best.
     pub(super) fn margin(&self) -> f32 {
         let mut scores = self.0;
         scores.sort_by(f32::total_cmp);
@@ -257,17 +258,17 @@ impl UpScores {
 }
 
 /// Evidence of other OBJ files of the same folder, most of which have the same upright axis: the
-/// logarithm of its probability by all of them, for each direction.
+/// logarithm of the probability by all of them, for each direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sisters([f32; 6]);
 
 impl Sisters {
-    /// Score that all files together can change.
+    /// Maximum change of scores by all files together.
     const LARGEST: f32 = 2.0;
-    /// Probability that the axis of a file does not depend on that of others.
+    /// Probability that the axis of a file does not depend on the other files.
     const OTHER: f32 = 0.2;
 
-    /// Adds the evidence of a file with these scores.
+    /// Adds the evidence of a file with the scores `scores`.
     pub fn add(&mut self, scores: &UpScores) {
         let max = scores.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         let odds = scores.0.map(|score| (score - max).exp());
@@ -285,7 +286,7 @@ fn is_low(rays: &[Free; 6], up: Direction) -> f32 {
     (across / length(up.axis)).ln().clamp(-0.8, 0.8)
 }
 
-/// Ceilings are clearer than floors.
+/// There is less clutter below ceilings than above floors.
 fn is_clear(rays: &[Free; 6], up: Direction) -> f32 {
     (rays[up.index()].clear - rays[up.opposite().index()].clear).clamp(-0.15, 0.15)
 }
@@ -294,12 +295,12 @@ fn is_clear(rays: &[Free; 6], up: Direction) -> f32 {
 struct Free {
     /// Mean length, to the scene's box if nothing is hit.
     mean: f32,
-    /// Share of the rays that hit nothing but the outermost surfaces.
+    /// Share of the rays that hit only the outermost surfaces.
     clear: f32,
 }
 
 impl Free {
-    /// Share of the extent in which the outermost surfaces lie.
+    /// Share of the extent that contains the outermost surfaces.
     const OUTERMOST: f32 = 0.05;
 
     fn along(looker: &Looker, rooms: &[Vec3], direction: Vec3) -> Self {

@@ -1,14 +1,15 @@
-//! Views by their names, and by angles.
+//! Views by names and by angles.
 
 use crate::math::{encode_fields, encode_variants};
 
-/// Elevation of an isometric view, degrees: its three axes are equally short.
+/// Elevation of an isometric view, in degrees: its three axes are equally short.
 const ISOMETRIC: f32 = 35.264_39;
 
-/// A view by its name.
+/// A named view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum View {
-    /// By the kind of scene: an object from its front, right or left, and above; an interior from inside.
+    /// Depends on the kind of scene: an object from its front, right or left, and above; an
+    /// interior from inside.
     #[default]
     Auto,
     /// From the front, level.
@@ -28,7 +29,7 @@ pub enum View {
 }
 
 impl View {
-    /// Each by the name that users type, the default first.
+    /// Names that users type, the default first.
     pub const NAMES: &[(&str, Self)] = &[
         ("auto", Self::Auto),
         ("front", Self::Front),
@@ -40,7 +41,7 @@ impl View {
         ("inside", Self::Inside),
     ];
 
-    /// Degrees of azimuth from the front, and of elevation; `None` where the scene decides.
+    /// Azimuth from the front and elevation, in degrees; `None` if they depend on the scene.
     pub(super) fn angles(self) -> Option<(f32, f32)> {
         match self {
             Self::Auto | Self::Inside => None,
@@ -65,14 +66,15 @@ encode_variants!(View {
     7 => Inside,
 });
 
-/// A camera on a sphere around what it looks at.
+/// A camera on a sphere around its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// Degrees, from +z towards +x where +y is up, and from −y towards +x where +z is up.
+    /// Azimuth in degrees, from +z towards +x if +y is up, and from −y towards +x if +z is up.
     pub azimuth: f32,
-    /// Degrees above the horizon.
+    /// Elevation in degrees above the horizon.
     pub elevation: f32,
-    /// Scene units from the target, or else from the middle of the scene's box; `None` where the scene fills the image.
+    /// Distance in scene units from the target, or else from the middle of the scene's box; `None`:
+    /// the scene fills the image.
     pub distance: Option<f32>,
 }
 
@@ -83,7 +85,8 @@ encode_fields!(Orbit {
 });
 
 impl Orbit {
-    /// Orbit of azimuth, elevation between -90 and 90 and, if there is a third number, distance above 0.
+    /// Orbit from azimuth, elevation between -90 and 90, both in degrees, and an optional distance
+    /// above 0.
     pub fn of(numbers: &[f32]) -> Option<Self> {
         let (azimuth, elevation, distance) = match *numbers {
             [azimuth, elevation] => (azimuth, elevation, None),

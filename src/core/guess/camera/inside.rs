@@ -1,4 +1,4 @@
-//! Cameras inside: of interiors, and of places that are named.
+//! Cameras inside: views of interiors, and cameras at given places.
 
 use super::{Asked, CameraFinder, CameraGuess, MAX_CANDIDATES, position_text, short};
 use crate::camera::CameraError;
@@ -10,21 +10,25 @@ use crate::guess::stand::{self, Stand};
 use crate::guess::views::View;
 use crate::math::Vec3;
 
-/// Horizontal field of view of interiors in a square image, degrees.
+/// Horizontal field of view of interiors in a square image, in degrees.
 const INTERIOR_FOV: f32 = 62.0;
-/// Vertical field of view of an interior that is seen from outside, through a side without a wall, degrees.
+/// Vertical field of view of an interior that is seen from outside, through a side without a wall,
+/// in degrees.
 const OPEN_SIDE_FOV: f32 = 40.0;
-/// How other cameras of an interior are had.
+/// Hint on other cameras of an interior.
 const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -o views.png` other cameras";
-/// Views of an interior that stand and look alike, as a share of the scene's width and as a cosine; only one of them is a candidate.
+/// Maximum distance, as a share of the scene's width, and minimum cosine between directions of
+/// similar views of an interior. Only one of similar views is a candidate.
 const ALIKE: (f32, f32) = (0.2, 0.5);
-/// Minimum height of the eye of an interior's view, as a share of that of the best one: eyes under a table or a stair are lower.
+/// Minimum height of the eye of an interior's view, as a share of the height of the best view: eyes
+/// under a table or a stair are lower.
 const MIN_HEIGHT: f32 = 0.35;
-/// Maximum share of the rays of an interior's view that leave the scene, unless the best one has more.
+/// Maximum share of the rays of an interior's view that leave the scene, unless the best view has
+/// more.
 const MAX_MISSING: f32 = 0.5;
-/// Candidates inside of an interior at most; one view from outside fits beside them.
+/// Maximum number of candidates inside of an interior; a view from outside is added.
 const INSIDE_CANDIDATES: usize = MAX_CANDIDATES - 1;
-/// Places along each side of the floor where small rooms of a large scene are looked for.
+/// Number of places along each side of the floor in the search for small rooms of a large scene.
 const MANY_PLACES: u32 = 4 * PLACES;
 
 impl CameraFinder<'_> {
@@ -69,7 +73,7 @@ impl CameraFinder<'_> {
     }
 
     /// Views from inside, the best first. If the scene is not an interior, these are views of its
-    /// rooms, of those with a ceiling if there are any.
+    /// rooms; if any rooms have a ceiling, only of these.
     fn views_inside(&self) -> Vec<InteriorView> {
         let views = |inside, count| interior::views(&self.looker, self.horizon(), inside, count);
         if self.inside == Inside::Anywhere {
@@ -87,7 +91,7 @@ impl CameraFinder<'_> {
         self.guess(view.position, view.target(), self.inside_fov(), words)
     }
 
-    /// The error of a scene that has no inside.
+    /// Error for a scene without an inside.
     pub(super) fn nothing_inside(&self) -> CameraError {
         let reason = match self.asked.look_at {
             Some(_) if !self.views_inside().is_empty() => "no place inside sees the point of --look-at",
@@ -100,7 +104,7 @@ impl CameraFinder<'_> {
         )
     }
 
-    /// The camera that stands on the floor at a place.
+    /// The camera that stands on the floor at the place `stand`.
     pub(super) fn standing(&self, stand: Stand) -> Result<CameraGuess, CameraError> {
         let Asked {
             look_at, yaw, origin, ..
@@ -137,12 +141,12 @@ impl CameraFinder<'_> {
         Ok(self.guess(eye, target, self.inside_fov(), words))
     }
 
-    /// The unit of the file, by what it says and by the height of its rooms.
+    /// Unit of the file, from the file itself or from the height of its rooms.
     fn scale(&self, floors: &Floors) -> Scale {
         Scale::new(self.asked.unit, floors.room_height(), floors.height())
     }
 
-    /// The error of a place without a floor.
+    /// Error for a place without a floor.
     fn no_floor(&self, floors: &Floors, stand: &Stand) -> CameraError {
         let bounds = self.looker.region.bounds;
         let axis = self.horizon().up().abs().max_position();
@@ -169,7 +173,7 @@ impl CameraFinder<'_> {
         )
     }
 
-    /// Views of an interior that differ, the best first.
+    /// Dissimilar views of an interior, the best first.
     pub(super) fn distinct_views(&self) -> Vec<InteriorView> {
         let mut distinct: Vec<InteriorView> = Vec::new();
         for view in self.views_inside() {
@@ -198,7 +202,8 @@ impl CameraFinder<'_> {
             .unwrap_or_else(|| (2.0 * narrowed.atan()).to_degrees().round())
     }
 
-    /// The plan of an interior with `cameras`, `size` pixels along its larger edge; `None` of an object.
+    /// Plan of an interior with `cameras`, `size` pixels along its larger edge; `None` for an
+    /// object.
     pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Option<Plan> {
         if !self.survey.is_interior {
             return None;
@@ -211,7 +216,7 @@ impl CameraFinder<'_> {
         Some(plan::plan(&floors, cut, &cameras, size))
     }
 
-    /// The coordinates of the edges of a plan in the file, in words.
+    /// Description of the file coordinates of a plan's edges.
     pub fn edges_text(&self, plan: &Plan) -> String {
         let text = |from: Vec3, to: Vec3, [from_side, to_side]: [&str; 2]| {
             let axis = (to - from).abs().max_position();

@@ -1,4 +1,4 @@
-//! The background of the picture: `image.background` and `--background`.
+//! The background of the image: `image.background` and `--background`.
 
 use super::Value;
 use crate::color::Spectrum;
@@ -8,28 +8,29 @@ use crate::parameter::parameters;
 use serde_json::json;
 
 parameters! {
-    /// What camera rays see where they leave the scene.
+    /// Background of camera rays that leave the scene.
     pub struct BackgroundOptions, heading "", values background_values {
         /// Background of camera rays: light, transparent, gradient or a colour
         ///
-        /// `light` shows the lights, such as an environment; `transparent` makes an alpha channel; `gradient` is a backdrop that darkens towards the
-        /// top, of radiance 0.8, or of another one as `gradient:COLOUR`. A colour is `#rrggbb` in sRGB, a name of CSS such as `orange`, or one or three linear numbers.
-        /// Reflections and glass still see the lights.
+        /// `light` shows the lights, such as an environment; `transparent` makes an alpha channel;
+        /// `gradient` is a backdrop that darkens towards the top, of radiance 0.8, or of another
+        /// one as `gradient:COLOUR`. A colour is `#rrggbb` in sRGB, a name of CSS such as `orange`,
+        /// or one or three linear numbers. Reflections and glass still see the lights.
         background: Background = Background::Light;
     }
 }
 
-/// Name of the background in settings as files describe them, `key=value`.
+/// Key of the background in the settings text of files, `key=value`.
 pub const BACKGROUND: &str = "background";
 
-/// The backing of pictures of these settings, as files describe them.
+/// The backing of images with the settings text `settings` of a file.
 pub fn backing_of(settings: &str) -> Option<Backing> {
     let pairs = settings.split(' ').filter_map(|pair| pair.split_once('='));
     let (_, text) = pairs.into_iter().find(|(key, _)| *key == BACKGROUND)?;
     Background::of_text(text)?.backing()
 }
 
-/// Before the colour of a gradient.
+/// Prefix of the colour of a gradient.
 const GRADIENT: &str = "gradient:";
 
 impl Value for Background {
@@ -71,7 +72,7 @@ impl Value for Background {
         ] })
     }
 
-    /// Whether the radiance is finite and not negative.
+    /// Returns true if the radiance is finite and not negative.
     fn is_finite(&self) -> bool {
         match self {
             Self::Light | Self::Transparent => true,
@@ -80,7 +81,7 @@ impl Value for Background {
     }
 }
 
-/// As users write it, without a space.
+/// Text of a colour as users write it, without a space.
 fn color_text(color: Spectrum) -> String {
     match color.to_array() {
         [r, g, b] if r == g && g == b => r.to_string(),

@@ -1,4 +1,4 @@
-//! Calibrated cameras as users write them: intrinsics, distortion, and poses by the convention of
+//! Calibrated cameras as users write them: intrinsics, distortion, and poses in the convention of
 //! another program.
 
 use crate::camera::{Distortion, Intrinsics};
@@ -54,8 +54,8 @@ impl DistortionCoefficients {
         (!is_none).then_some(Self { first, last })
     }
 
-    /// The distortion of a perspective or a fisheye; `None` if it has another number of
-    /// coefficients.
+    /// The distortion of a perspective or fisheye camera; `None` if the number of coefficients is
+    /// wrong.
     pub fn distortion(&self, is_fisheye: bool) -> Option<Distortion> {
         let [k1, k2, p1, p2] = self.first;
         match (is_fisheye, self.last) {
@@ -100,7 +100,7 @@ impl Value for DistortionCoefficients {
     }
 }
 
-/// Convention of a matrix that is the pose of a camera.
+/// Convention of a pose matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoseConvention {
     /// World to camera; x right, y down, z forward.
@@ -119,21 +119,21 @@ impl Named for PoseConvention {
     ];
 }
 
-/// Place and direction of a camera.
+/// Position and directions of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Position of the lens.
+    /// Position of the lens, world space.
     pub position: DVec3,
-    /// A point on the view axis.
+    /// A point on the view axis, world space.
     pub look_at: DVec3,
     /// Upward direction in the image.
     pub up: DVec3,
 }
 
-/// Largest difference of the axes of a pose from a right angle or a common length, relative.
+/// Maximum relative deviation of a pose's axes from right angles and from a common length.
 const TOLERANCE: f64 = 1e-3;
 
-/// Pose of a camera as a matrix of a convention: three rows of four numbers.
+/// Pose of a camera as a matrix in a convention: three rows of four numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseMatrix {
     /// Direction of the matrix and its axes.
@@ -143,12 +143,12 @@ pub struct PoseMatrix {
 }
 
 impl PoseMatrix {
-    /// The pose; an error if the matrix is singular, mirrors or is skewed.
+    /// The pose; an error if the matrix is singular, mirrored or skewed.
     pub fn pose(&self) -> Result<Pose, String> {
         let axis = |column: usize| DVec3::from(self.rows.map(|row| row[column]));
         let (axes, offset) = (DMat3::from_cols(axis(0), axis(1), axis(2)), axis(3));
         let determinant = axes.determinant();
-        // A factor common to all axes does not matter.
+        // A common factor of all axes is ignored.
         let scale = determinant.cbrt();
         let size = axes
             .to_cols_array()
@@ -176,7 +176,7 @@ impl PoseMatrix {
             PoseConvention::OpenCv => (to_world.y_axis, to_world.z_axis),
             _ => (-to_world.y_axis, -to_world.z_axis),
         };
-        // Far enough that roundings of the point do not turn the axis
+        // Far enough that rounding of the point does not turn the axis
         let distance = position.abs().max_element().max(1.0);
         Ok(Pose {
             position,
@@ -227,7 +227,7 @@ impl Value for PoseMatrix {
 mod tests {
     use super::*;
 
-    /// One camera in three conventions: at (1, 2, 3), towards −x, with z up.
+    /// A single camera in three conventions: at (1, 2, 3), towards −x, with z up.
     #[test]
     fn conventions_name_one_pose() {
         for text in [

@@ -10,7 +10,7 @@ use crate::parameter::{Range, Value, numbers, parameters};
 use serde_json::json;
 
 parameters! {
-    /// The camera. What is not set is guessed from the scene, if it decides what the camera sees.
+    /// The camera. Unset options are guessed from the scene, if they change the view.
     pub struct CameraOptions, heading "Camera", values camera {
         /// Side from which the scene is seen; auto chooses one
         ///
@@ -18,12 +18,13 @@ parameters! {
         view: View, default "auto";
         /// Elevation: an orthographic view of the front, back, left or right
         ///
-        /// It shows the whole box of the scene. `plan` is the view from above, with the front below.
-        /// Up is the axis next to `up`, or that of the OBJ file's comments, or else +y.
+        /// It shows the whole box of the scene. `plan` is the view from above, with the front
+        /// below. Up is the axis next to `up`, or that of the OBJ file's comments, or else +y.
         elevation: Elevation, default "off";
         /// Camera at this azimuth, elevation and distance, degrees and scene units
         ///
-        /// It looks at `look_at`, or at the middle of the scene's box; not with `position` or `view`.
+        /// It looks at `look_at`, or at the middle of the scene's box; not with `position` or
+        /// `view`.
         orbit: Orbit, default "guessed; the scene fills the image";
         /// Stand on the floor at X,Z (X,Y if z is up), with the eyes HEIGHT above it
         ///
@@ -146,8 +147,8 @@ impl CameraOptions {
         ["intrinsics", "fisheye_mapping"],
     ];
 
-    /// Options with the place that the `pose` gives. A matrix that is no pose stays, as an error of
-    /// the camera.
+    /// Options with the position and directions of `pose`. An invalid matrix is kept, and is an
+    /// error of the camera.
     pub fn placed(self) -> Self {
         let Some(Ok(Pose { position, look_at, up })) = self.pose.map(|matrix| matrix.pose()) else {
             return self;
@@ -161,7 +162,7 @@ impl CameraOptions {
         }
     }
 
-    /// All that decides what the camera of `description` sees.
+    /// All options that define the view of `description`'s camera.
     pub fn of(description: &CameraDescription) -> Self {
         let (parameters, motion) = (&description.parameters, description.motion);
         let (aperture, close) = (description.aperture, motion.and_then(|motion| motion.close));
@@ -193,7 +194,7 @@ impl CameraOptions {
                 ..Self::default()
             },
         };
-        // That of calibrated cameras follows from the focal length.
+        // The field of view of calibrated cameras follows from the focal length.
         let is_calibrated = of_projection.intrinsics.is_some();
         Self {
             position: Some(parameters.position.as_dvec3()),
@@ -213,7 +214,7 @@ impl CameraOptions {
     }
 }
 
-/// When the shutter opens and closes, from 0 to 1.
+/// Times of shutter open and close, from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shutter(pub [f32; 2]);
 

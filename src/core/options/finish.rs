@@ -1,4 +1,4 @@
-//! Steps from the sums of a render to its picture.
+//! Steps from the sums of a render to its image.
 
 use super::{Denoising, Value};
 use crate::color::Tone;
@@ -6,15 +6,15 @@ use crate::color::tone::{Curve, Exposure};
 use crate::denoise::Denoiser;
 use std::fmt;
 
-/// Denoiser, exposure and tone curve that a render was asked for. Files of parts and checkpoints name
-/// them, so that pictures made from these are those of the render.
+/// Denoiser, exposure and tone curve of a render. Files of parts and checkpoints store them, so
+/// that images made from these files equal those of the render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Finish {
     /// Exposure and tone curve of PNG files.
     pub tone: Tone,
     /// The denoiser, if there is one.
     pub denoiser: Option<Denoiser>,
-    /// Radius of the denoiser in pixels; `None` for its own.
+    /// Radius of the denoiser in pixels; `None`: its default.
     pub denoise_radius: Option<f32>,
 }
 
@@ -31,7 +31,7 @@ impl fmt::Display for Finish {
 }
 
 impl Finish {
-    /// What [`Finish`] is displayed as; defaults for what is not there or invalid.
+    /// Parses the displayed text of [`Finish`]; missing or invalid values get defaults.
     pub fn of_text(text: &str) -> Self {
         let value = |key: &str| {
             let mut pairs = text.split(' ').filter_map(|pair| pair.split_once('='));

@@ -1,7 +1,8 @@
 //! Parameters of integrators: keys, ranges, help and defaults.
 //!
-//! A default that depends on scene or method is given in words (`default "…"`). Its value is computed in `method/run.rs`, and that of a
-//! search radius in `integrator/search_radius.rs`. Defaults that differ between methods are in `method.rs`.
+//! A default that depends on the scene or the method is described in words (`default "…"`). Its
+//! value is computed in `method/run.rs`, and the default of a search radius in
+//! `integrator/search_radius.rs`. Defaults that differ between methods are in `method.rs`.
 
 use super::IntegratorKind;
 use crate::integrator::{
@@ -15,7 +16,8 @@ use serde_json::json;
 use std::fmt;
 
 parameters! {
-    /// How light transport is estimated: the integrator and its parameters. Each integrator reads its own ([`IntegratorKind::parameters`]).
+    /// The integrator and its parameters. Each integrator reads only its own
+    /// ([`IntegratorKind::parameters`]).
     pub struct IntegratorOptions, heading "Integrator", values values {
         /// Integrator: the method that finds light
         integrator: IntegratorKind = IntegratorKind::Path;
@@ -25,23 +27,28 @@ parameters! {
         roulette_depth: u32 = 1;
         /// Survival in Russian roulette: throughput, luminance, constant:P or threshold:T
         ///
-        /// `throughput` is the largest channel of the throughput, `luminance` its luminance, and `threshold:T` the ratio of the largest channel to T; all are
-        /// 0.95 at most. With `constant:P` all paths survive with the probability P, from above 0 to 1; at 1 `max_depth` alone ends paths.
+        /// `throughput` is the largest channel of the throughput, `luminance` its luminance, and
+        /// `threshold:T` the ratio of the largest channel to T; all are 0.95 at most. With
+        /// `constant:P` all paths survive with the probability P, from above 0 to 1; at 1
+        /// `max_depth` alone ends paths.
         roulette: Survival = Survival::LargestChannel;
         /// Distribution of the directions sampled at surfaces
         ///
-        /// `perturbed-qmc` (by the cosine) and `perturbed-qmc-uniform` take low-discrepancy points of the cube that lie in the ball, and move each on a disk.
-        /// `fibonacci` takes spherical Fibonacci points, by the cosine.
+        /// `perturbed-qmc` (by the cosine) and `perturbed-qmc-uniform` take low-discrepancy points
+        /// of the cube that lie in the ball, and move each on a disk. `fibonacci` takes spherical
+        /// Fibonacci points, by the cosine.
         directions: Directions = Directions::Bsdf;
         /// Points in the cube from which perturbed-qmc makes directions
         direction_points: CubePoints = CubePoints::Halton;
         /// Radius of the disks of perturbed-qmc; 0 moves no point, 1 covers its area
         ///
-        /// A disk of radius 1 is as large as the area of the sphere divided by the number of points.
+        /// A disk of radius 1 is as large as the area of the sphere divided by the number of
+        /// points.
         direction_perturbation: f32 = 1.0, in Range::FromTo(0.0, 16.0);
         /// Random rotation of the points of perturbed-qmc in each pixel; off is biased
         ///
-        /// With `off` all pixels use the same points, and `direction_perturbation` moves them. At 0 the error is a pattern.
+        /// With `off` all pixels use the same points, and `direction_perturbation` moves them. At 0
+        /// the error is a pattern.
         direction_scrambling: Scrambling = Scrambling::On;
         /// Direct light: light sampling (light), rays that hit lights (none), or both (mis)
         direct: DirectLight = DirectLight::Mis;
@@ -49,13 +56,16 @@ parameters! {
         mis: Heuristic = Heuristic::Power;
         /// Light selection: by visibility, place or power, uniform, all, or auto
         ///
-        /// `place` weighs each light by its unoccluded contribution. `visibility` learns, before the first sample, which parts of the sky and which other
-        /// lights each part of the scene sees. `auto` is `visibility` in rooms that see a sky, if `direct` is `mis`; else `place` with more than two lights
-        /// and `power` with fewer. `all` samples every lamp at every vertex: connected emitting triangles are one lamp.
+        /// `place` weighs each light by its unoccluded contribution. `visibility` learns, before
+        /// the first sample, which parts of the sky and which other lights each part of the scene
+        /// sees. `auto` is `visibility` in rooms that see a sky, if `direct` is `mis`; else `place`
+        /// with more than two lights and `power` with fewer. `all` samples every lamp at every
+        /// vertex: connected emitting triangles are one lamp.
         light_selection: SelectionMode = SelectionMode::Auto;
         /// Samples of the widest lamp at each vertex, for light selection all
         ///
-        /// Other lamps take at least one sample, in proportion to the root of their area. Skies take as many as the widest lamp.
+        /// Other lamps take at least one sample, in proportion to the root of their area. Skies
+        /// take as many as the widest lamp.
         lamp_samples: u32 = 1, in Range::FromTo(1, 64);
         /// Sampling of emitting triangles: by area or by solid angle
         triangle_sampling: TriangleSampling = TriangleSampling::Area;
@@ -63,7 +73,8 @@ parameters! {
         reuse: PathReuse = PathReuse::Pixels;
         /// Maximum luminance of a sample's light after the first bounce; biased
         ///
-        /// Indirect light above this luminance is scaled down, sample by sample. This removes fireflies and some light.
+        /// Indirect light above this luminance is scaled down, sample by sample. This removes
+        /// fireflies and some light.
         clamp_indirect: Clamp = Clamp(None);
         /// Light samples at the first vertex of a path; 1 without reuse
         light_samples: u32 = 1, in Range::FromTo(1, 1024);
@@ -73,7 +84,8 @@ parameters! {
         emission_probability: f32 = 0.5, in Range::FromTo(0.01, 0.99);
         /// Absorption in naive: a factor of the throughput (weight), or by chance
         ///
-        /// With `chance` a lobe is chosen by its albedo, and the path ends with the probability that remains.
+        /// With `chance` a lobe is chosen by its albedo, and the path ends with the probability
+        /// that remains.
         absorption: Absorption = Absorption::Weight;
         /// Probability that a vertex of one-sample takes direct light, not indirect light
         direct_probability: f32 = 0.5, in Range::FromTo(0.01, 0.99);
@@ -89,7 +101,8 @@ parameters! {
         photon_radius: f32, default "sppm: three pixels; vcm: one; photon-map: from the scene", in Range::Above(0.0);
         /// Radius reduction factor of sppm and vcm; 1 keeps the radius
         ///
-        /// After iteration i, counted from 1, r² shrinks by (i + α) / (i + 1). Smaller values give less blur and more noise.
+        /// After iteration i, counted from 1, r² shrinks by (i + α) / (i + 1). Smaller values give
+        /// less blur and more noise.
         photon_alpha: f32 = 2.0 / 3.0, in Range::AboveTo(0.0, 1.0);
         /// Number of nearest photons in a density estimate of photon-map
         photon_count: u32 = 64, in Range::FromTo(2, 1 << 16);
@@ -101,8 +114,9 @@ parameters! {
         cache_rays: u32 = 1024, in Range::FromTo(16, 1 << 20);
         /// Property of the first surface that debug shows
         ///
-        /// `uv` shows fractional parts of texture coordinates as red and green; blue means none. `depth` goes from white to black through the scene's
-        /// bounding box. `light-count` counts the visible lights, `ray-cost` the rays of a sample of `path`.
+        /// `uv` shows fractional parts of texture coordinates as red and green; blue means none.
+        /// `depth` goes from white to black through the scene's bounding box. `light-count` counts
+        /// the visible lights, `ray-cost` the rays of a sample of `path`.
         debug_view: DebugView = DebugView::Normals;
         /// Direct light of Metropolis methods: by ordinary path tracing or by the chains
         ///
@@ -110,7 +124,8 @@ parameters! {
         metropolis_direct: MetropolisDirect = MetropolisDirect::Ordinary;
         /// Target of Markov chains: luminance, or luminance relative to the surroundings
         ///
-        /// `relative` divides the light of a path by a rough picture at its pixel, so dark regions get as many paths as bright ones.
+        /// `relative` divides the light of a path by a rough picture at its pixel, so dark regions
+        /// get as many paths as bright ones.
         metropolis_target: MetropolisTarget = MetropolisTarget::Relative;
         /// Markov chains per iteration; together they make one mutation per pixel
         chains: u32, default "one per 256 mutations, at least 16", in Range::AtLeast(1);
@@ -123,12 +138,12 @@ parameters! {
     }
 }
 
-/// Whether point sets are turned at random.
+/// Random rotation of point sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scrambling {
-    /// In each pixel and at each vertex.
+    /// A rotation per pixel and vertex.
     On,
-    /// Not at all.
+    /// No rotation.
     Off,
 }
 
@@ -136,13 +151,13 @@ named! {
     Scrambling: "on" => Self::On, "off" => Self::Off;
 }
 
-/// Which paths are shared.
+/// Path reuse between pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PathReuse {
     /// Samples of different pixels share their paths.
     Pixels,
-    /// Each sample has its path alone.
+    /// Each sample has a separate path.
     None,
 }
 
@@ -150,7 +165,7 @@ named! {
     PathReuse: "pixels" => Self::Pixels, "none" => Self::None;
 }
 
-/// Maximum luminance of a sample's indirect light, W·sr⁻¹·m⁻²; `None` leaves light as it is.
+/// Maximum luminance of a sample's indirect light, W·sr⁻¹·m⁻²; `None`: no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clamp(pub Option<f32>);
 
@@ -174,7 +189,7 @@ impl Value for Clamp {
         json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "enum": ["off"] }] })
     }
 
-    /// Whether the limit leaves light: it may have been set by code.
+    /// Returns true if the limit is positive and finite. Code may set other values.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|limit| limit > 0.0 && limit.is_finite())
     }
@@ -212,7 +227,7 @@ impl Value for Survival {
         json!({ "type": "string", "pattern": format!("^(throughput|luminance|(constant|threshold):{number})$") })
     }
 
-    /// Whether the numbers are in range: they may have been set by code.
+    /// Returns true if the numbers are in range. Code may set other values.
     fn is_finite(&self) -> bool {
         match *self {
             Self::LargestChannel | Self::Luminance => true,
@@ -222,16 +237,16 @@ impl Value for Survival {
     }
 }
 
-/// Scattering events of a path at most, also where nothing else bounds them: milliseconds for a single path. Roulette from the first
-/// vertices on lets 10⁻²³ of the paths come so far.
+/// Maximum number of scattering events of a path if nothing else limits it: milliseconds for a
+/// single path. With roulette from the first vertices on, 10⁻²³ of the paths reach it.
 const MAX_SCATTERINGS: u32 = 1024;
 
-/// Maximum number of scattering events; `None` leaves the end to roulette.
+/// Maximum number of scattering events; `None`: only roulette ends paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaxDepth(pub Option<u32>);
 
 impl MaxDepth {
-    /// The bound for integrators: there is always one.
+    /// The limit for integrators; always `Some`.
     pub fn limit(self) -> Option<u32> {
         Some(self.0.unwrap_or(MAX_SCATTERINGS))
     }
@@ -270,7 +285,7 @@ impl Value for MaxDepth {
         json!({ "anyOf": [{ "type": "integer", "minimum": 0, "maximum": MAX_SCATTERINGS }, { "enum": ["none"] }] })
     }
 
-    /// Whether the depth is in bounds: it may have been set by code.
+    /// Returns true if the depth is in range. Code may set other values.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|n| n <= MAX_SCATTERINGS)
     }

@@ -1,14 +1,15 @@
-//! Integrators, and the parameters that each of them reads.
+//! Integrators and their parameters.
 //!
-//! The macro `methods!` has an entry for each integrator. From it come the values of [`IntegratorKind`], a struct of the parameters with their
-//! defaults, the text that files keep, and the warnings of flags that are not read.
+//! The macro `methods!` has an entry for each integrator. It generates the values of
+//! [`IntegratorKind`], a struct of the parameters with their defaults, the text that files store,
+//! and the warnings about unused flags.
 
 use super::integrator_parameters::{Clamp, IntegratorOptions, PathReuse, Scrambling, values};
 use super::{Named, OptionGroup, Value};
 use crate::integrator::{Directions, Survival};
 use std::any::Any;
 
-/// The value of a parameter as text, which is kept in files: `auto` where the method finds it.
+/// Text of a parameter's value for files: `auto` if the method chooses it.
 trait Described {
     fn described(&self) -> String;
 }
@@ -25,8 +26,8 @@ impl<T: Value> Described for Option<T> {
     }
 }
 
-/// Defines the integrators: for each its name, and a struct of the parameters that it reads; with a default of its own where one stands
-/// after `=`, which may be made of those before it.
+/// Defines the integrators: the name of each, and a struct of the parameters that it reads. A value
+/// after `=` is the integrator's own default, and may use parameters before it.
 macro_rules! methods {
     ($($(#[doc = $doc:literal])+ $kind:ident($settings:ident) = $name:literal {
         $($key:ident $(= $value:expr)?),* $(,)?
@@ -43,14 +44,14 @@ macro_rules! methods {
         }
 
         impl IntegratorKind {
-            /// Keys of the parameters that the integrator reads: all others change nothing.
+            /// Keys of the parameters that the integrator reads. All others have no effect.
             pub fn parameters(self) -> &'static [&'static str] {
                 match self {
                     $(Self::$kind => &[$(stringify!($key)),*]),+
                 }
             }
 
-            /// Description in a line.
+            /// Description in one line.
             pub fn help(self) -> &'static str {
                 match self {
                     $(Self::$kind => concat!($($doc, "\n"),+).trim()),+
@@ -66,7 +67,7 @@ macro_rules! methods {
         }
 
         impl $settings {
-            /// What `options` say, and the defaults.
+            /// Values of `options`, and defaults for unset ones.
             pub fn new(options: &IntegratorOptions) -> Self {
                 $(let $key = methods!(@value options, $key $(, $value)?);)*
                 Self { $($key),* }
@@ -80,26 +81,26 @@ macro_rules! methods {
         }
 
         impl Method {
-            /// What `options` say, and the defaults.
+            /// The integrator and parameters of `options`, with defaults for unset ones.
             pub fn new(options: &IntegratorOptions) -> Self {
                 match options.integrator() {
                     $(IntegratorKind::$kind => Self::$kind($settings::new(options))),+
                 }
             }
 
-            /// Which integrator.
+            /// The integrator.
             pub fn kind(&self) -> IntegratorKind {
                 match self {
                     $(Self::$kind(_) => IntegratorKind::$kind),+
                 }
             }
 
-            /// The value of the parameter `key`, if the method reads it and it is of this type.
+            /// The value of the parameter `key`, if the method reads it and its type is `T`.
             pub fn value<T: Copy + 'static>(&self, key: &str) -> Option<T> {
                 self.any_value(key)?.downcast_ref().copied()
             }
 
-            // Apart from `value`, so that it is compiled once and not for each type.
+            // Separate from `value`, so that it is compiled once and not for each type.
             fn any_value(&self, key: &str) -> Option<&dyn Any> {
                 match self {
                     $(Self::$kind(settings) => {
@@ -112,7 +113,7 @@ macro_rules! methods {
                 }
             }
 
-            /// The parameters that the method reads, and their values.
+            /// The parameters that the method reads, with their values.
             pub fn values(&self) -> Vec<(&'static str, String)> {
                 match self {
                     $(Self::$kind(settings) => {
@@ -194,7 +195,8 @@ methods! {
 }
 
 impl DistributedSettings {
-    /// Maximum number of scattering events: the smaller of both limits. Scene files set a `max_depth` for paths, which a tree cannot have.
+    /// Maximum number of scattering events: the smaller of both limits. Scene files set a
+    /// `max_depth` for paths, which is too large for a tree.
     pub fn depth(&self) -> u32 {
         self.max_depth
             .limit()
@@ -214,7 +216,7 @@ impl Method {
         super::name_of(IntegratorKind::NAMES, self.kind())
     }
 
-    /// The parameter that makes the mean of a picture another one than that of all light, as `key=value`, if there is one.
+    /// The parameter that makes the mean image biased, as `key=value`, if there is one.
     pub fn bias(&self) -> Option<String> {
         let clamp: Option<Clamp> = self.value("clamp_indirect");
         if let Some(clamp) = clamp.filter(|clamp| clamp.0.is_some()) {
@@ -223,7 +225,7 @@ impl Method {
         self.repeats_directions().then(|| "direction_scrambling=off".into())
     }
 
-    /// Whether the method takes the same directions in all pixels.
+    /// Returns true if the method uses the same directions in all pixels.
     pub fn repeats_directions(&self) -> bool {
         let is_perturbed = matches!(
             self.value("directions"),
@@ -232,7 +234,8 @@ impl Method {
         is_perturbed && self.value("direction_scrambling") == Some(Scrambling::Off)
     }
 
-    /// Integrator and parameters as `key=value` pairs: all that decides pixels besides scene, image and random numbers. Files keep it.
+    /// Integrator and parameters as `key=value` pairs: everything that defines pixels, apart from
+    /// scene, image and random numbers. Files store it.
     pub fn describe(&self) -> String {
         let mut text = format!("integrator={}", self.name());
         for (key, value) in self.values() {
@@ -243,7 +246,7 @@ impl Method {
 }
 
 impl IntegratorOptions {
-    /// Integrators whose default of the parameter `key` is not that of all others, with their defaults.
+    /// Integrators with a special default of the parameter `key`, and these defaults.
     pub fn other_defaults(key: &str) -> Vec<(&'static str, String)> {
         let parameter = Self::PARAMETERS.iter().find(|parameter| parameter.key == key);
         let usual = parameter.map(|parameter| parameter.default()).unwrap_or_default();

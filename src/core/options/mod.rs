@@ -1,8 +1,10 @@
-//! Everything that a user can set, each defined once: key, type, default, range and help of a parameter are an entry of the macro `parameters!`
-//! (`parameter`), from which the scene file, the command line, the documentation and the checks are made.
+//! All options that a user can set, each defined once. Key, type, default, range and help of a
+//! parameter are an entry of the macro `parameters!` (`parameter`). The scene file, the command
+//! line, the documentation and the checks are generated from it.
 //!
-//! To add a parameter of an integrator: an entry in [`integrator_parameters`], its name in the list of each method that reads it in [`method`], and the line
-//! that uses it. To add another one: an entry in [`picture_parameters`], or beside the code that it belongs to.
+//! A new parameter of an integrator needs an entry in [`integrator_parameters`], its name in the
+//! list of each method that reads it in [`method`], and the line that uses it. Other parameters
+//! need an entry in [`picture_parameters`], or beside their code.
 
 mod background;
 mod calibration;

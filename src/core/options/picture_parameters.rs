@@ -1,4 +1,4 @@
-//! Parameters of the picture and of its samples.
+//! Parameters of the image and of its samples.
 
 use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
@@ -7,11 +7,12 @@ use crate::parameter::{Named, Range, Value, named, parameters};
 use crate::sampler::SamplerKind;
 use serde_json::json;
 
-/// Pixels a side at most: EXR counts them in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
+/// Maximum width and height in pixels: EXR counts them in signed 32-bit integers, and 2^16 per side
+/// is more than fits any memory here.
 const MAX_SIDE: u32 = 1 << 16;
 
 parameters! {
-    /// Size of the picture.
+    /// Size of the image.
     pub struct SizeOptions, heading "", values size {
         /// Width of the image in pixels
         width: u32 = 512, in Range::FromTo(1, MAX_SIDE);
@@ -25,7 +26,8 @@ parameters! {
     pub struct FilterOptions, heading "", values filter {
         /// Pixel filter
         ///
-        /// Sample positions follow the filter (importance sampling). `mitchell` has negative lobes: it sharpens edges, and light beside bright pixels can be negative.
+        /// Sample positions follow the filter (importance sampling). `mitchell` has negative lobes:
+        /// it sharpens edges, and light beside bright pixels can be negative.
         filter: FilterKind = FilterKind::Box;
         /// Radius of the pixel filter in pixels
         filter_radius: f32, default "0.5 of box, 1 of tent, 2 of mitchell, else 1.5", in Range::Above(0.0);
@@ -33,7 +35,7 @@ parameters! {
 }
 
 parameters! {
-    /// How PNG files show the picture.
+    /// Conversion of the image to PNG files.
     pub struct ToneOptions, heading "", values tone_values {
         /// Exposure of PNG files in stops, each of which doubles the light, auto or studio
         ///
@@ -46,7 +48,7 @@ parameters! {
 }
 
 parameters! {
-    /// Samples, and what computes them.
+    /// Samples, and their computation.
     pub struct SamplingOptions, heading "", values sampling {
         /// Samples per pixel (with --noise the maximum)
         samples: u32 = 64, default "64; 16 for a bare OBJ; with --noise: 16384", in Range::AtLeast(1), flag "spp";
@@ -55,9 +57,9 @@ parameters! {
         /// Source of random numbers
         ///
         /// `sobol` uses separate Owen-scrambled Sobol points for each decision of a pixel's paths.
-        /// In `zsobol` the points of neighbouring pixels are also well distributed together, so that
-        /// errors cancel over an area. `cmj` is correlated multi-jittered sampling, `orthogonal`
-        /// uses orthogonal arrays.
+        /// In `zsobol` the points of neighbouring pixels are also well distributed together, so
+        /// that errors cancel over an area. `cmj` is correlated multi-jittered sampling,
+        /// `orthogonal` uses orthogonal arrays.
         sampler: SamplerKind = SamplerKind::ZSobol;
         /// Ray-tracing backend, of those built in (see --version)
         backend: Backend = Backend::ALL[0], default "the first of those built in";
@@ -71,7 +73,7 @@ parameters! {
 }
 
 impl ToneOptions {
-    /// How PNG files show the picture, as these say.
+    /// The tone of PNG files with these options.
     pub fn tone_settings(&self) -> Tone {
         Tone {
             exposure: self.exposure(),
@@ -79,7 +81,7 @@ impl ToneOptions {
         }
     }
 
-    /// `tone` with what these say in place of its own.
+    /// `tone`, with the values that are set here replaced.
     pub fn over(&self, tone: Tone) -> Tone {
         Tone {
             exposure: self.exposure.unwrap_or(tone.exposure),
@@ -109,18 +111,18 @@ impl Value for Exposure {
         json!({ "anyOf": [{ "type": "number", "minimum": -MAX_EXPOSURE, "maximum": MAX_EXPOSURE }, { "enum": ["auto", "studio"] }] })
     }
 
-    /// Whether the stops are in range.
+    /// Returns true if the stops are in range.
     fn is_finite(&self) -> bool {
         self.stops().is_none_or(|stops| stops.abs() <= MAX_EXPOSURE)
     }
 }
 
-/// What takes noise out of the picture.
+/// Denoising of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Denoising {
-    /// Nothing.
+    /// No denoising.
     Off,
-    /// A filter.
+    /// Denoising by a filter.
     By(Denoiser),
 }
 
@@ -134,7 +136,7 @@ impl Denoising {
     }
 }
 
-/// A ray-tracing backend. Which of them are built in, features decide.
+/// A ray-tracing backend. Features decide which backends are built in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
@@ -142,7 +144,7 @@ pub enum Backend {
     Embree,
     /// A hierarchy by obvhs, in pure Rust; feature `obvhs`.
     Obvhs,
-    /// Every triangle against every ray.
+    /// Tests every ray against every triangle.
     Brute,
 }
 
@@ -156,13 +158,13 @@ impl Backend {
         Self::Brute,
     ];
 
-    /// The name users type.
+    /// Name as users type it.
     pub fn name(self) -> &'static str {
         super::name_of(Self::NAMES, self)
     }
 
-    /// The backend for rays that guesses of camera and light trace. Brute force would take minutes
-    /// before the first sample; guesses agree between backends.
+    /// The backend for the rays of camera and light guesses. Brute force would take minutes before
+    /// the first sample, and guesses agree between backends.
     pub fn for_guesses(self) -> Self {
         match self {
             Self::Brute => Self::ALL[0],

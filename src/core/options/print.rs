@@ -1,32 +1,32 @@
-//! Pictures to scale: their scale on paper, and the pixels of the paper.
+//! Images to scale: their scale on paper, and the pixels of the paper.
 
 use crate::math::{Encode, encode_fields};
 use crate::parameter::{Range, Value, parameters};
 use serde_json::json;
 
-/// Metres of an inch.
+/// Length of an inch in metres.
 const INCH: f64 = 0.0254;
 
 parameters! {
-    /// Scale of the picture on paper.
+    /// Scale of the image on paper.
     pub struct PrintOptions, heading "", values print {
         /// Scale of an orthographic picture on paper, such as 1:50
         ///
-        /// The size of the image follows, of `elevation` and `--plan` from the box of the scene, or else
-        /// from `ortho_height`. Without these the height of the view follows from the size. The OBJ
-        /// file names its unit, or else it is a metre.
+        /// The size of the image follows, of `elevation` and `--plan` from the box of the scene, or
+        /// else from `ortho_height`. Without these the height of the view follows from the size.
+        /// The OBJ file names its unit, or else it is a metre.
         scale: DrawingScale, default "off";
         /// Pixels per inch of a picture to scale
         dpi: f32 = 300.0, in Range::FromTo(1.0, 100_000.0);
     }
 }
 
-/// A length on paper to a length of the scene.
+/// Ratio of a length on paper to a length in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawingScale([f64; 2]);
 
 impl DrawingScale {
-    /// Largest number that a scale may have.
+    /// Maximum of both numbers of a scale.
     const MAX: f64 = 1e6;
 
     /// Length on paper over length of the scene.
@@ -61,7 +61,7 @@ impl Value for DrawingScale {
     }
 }
 
-/// Scale and resolution of a picture on paper.
+/// Scale and resolution of an image on paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Print {
     /// Scale.
@@ -79,7 +79,7 @@ impl Encode for DrawingScale {
 }
 
 impl Print {
-    /// The print that options ask for.
+    /// The print settings of `options`; `None` without a scale.
     pub fn of(options: &PrintOptions) -> Option<Self> {
         options.scale.map(|scale| Self {
             scale,
@@ -87,12 +87,12 @@ impl Print {
         })
     }
 
-    /// Pixels for a metre of the scene.
+    /// Pixels per metre of the scene.
     pub fn pixels_per_metre(self) -> f64 {
         f64::from(self.dpi) / INCH * self.scale.ratio()
     }
 
-    /// Pixels for a metre of paper, as PNG files have them.
+    /// Pixels per metre of paper, as in PNG files.
     pub fn pixels_per_metre_of_paper(self) -> u32 {
         (f64::from(self.dpi) / INCH).round() as u32
     }

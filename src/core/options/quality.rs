@@ -1,4 +1,4 @@
-//! Quality of a picture in one word: samples, noise level and denoiser together.
+//! Quality of an image as a single name, for samples, noise level and denoiser together.
 
 use super::{Denoising, SamplingOptions};
 use crate::denoise::Denoiser;
@@ -17,12 +17,12 @@ parameters! {
     }
 }
 
-/// How good a picture is to be.
+/// Quality of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
     /// A first look.
     Draft,
-    /// A picture to show, in seconds.
+    /// For showing, in seconds.
     Good,
     /// Nearly without noise.
     Final,
@@ -32,7 +32,7 @@ named! {
     Quality: "draft" => Self::Draft, "good" => Self::Good, "final" => Self::Final;
 }
 
-/// Relative error at which a picture of the best quality is finished.
+/// Relative error at which an image of the best quality is finished.
 const FINAL_NOISE: f64 = 0.01;
 
 impl Quality {
@@ -53,14 +53,14 @@ impl Quality {
         }
     }
 
-    /// Relative error at which to stop, if there is one.
+    /// Relative error at which to stop; `None`: no noise level.
     pub fn noise(self) -> Option<f64> {
         (self == Self::Final).then_some(FINAL_NOISE)
     }
 }
 
 impl QualityOptions {
-    /// What the quality says of samples and denoiser where `sampling` does not say it.
+    /// `sampling`, with samples and denoiser of the quality where unset.
     pub fn under(&self, sampling: SamplingOptions) -> SamplingOptions {
         match self.quality {
             Some(quality) => sampling.or(quality.sampling()),
@@ -68,7 +68,7 @@ impl QualityOptions {
         }
     }
 
-    /// Noise level of the quality, unless `sampling` says how many samples are taken.
+    /// Noise level of the quality, unless `sampling` has a number of samples.
     pub fn noise(&self, sampling: &SamplingOptions) -> Option<f64> {
         self.quality.filter(|_| sampling.samples.is_none())?.noise()
     }

@@ -3,10 +3,10 @@
 use super::Value;
 use std::fmt;
 
-/// What a user has written as a value.
+/// A value as a user has written it.
 #[derive(Clone, Copy, Debug)]
 pub enum Input<'a> {
-    /// After a flag.
+    /// Text after a flag.
     Flag(&'a str),
     /// A string of a scene file.
     String(&'a str),
@@ -19,7 +19,7 @@ pub enum Input<'a> {
 }
 
 impl Input<'_> {
-    /// As it was written.
+    /// The text as it was written.
     pub(super) fn written(self) -> String {
         match self {
             Self::String(text) => format!("\"{text}\""),
@@ -29,7 +29,7 @@ impl Input<'_> {
     }
 }
 
-/// A value that a parameter cannot have.
+/// Error: an invalid value of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidOption {
     /// Key of the parameter.
@@ -38,7 +38,7 @@ pub struct InvalidOption {
     pub flag: String,
     /// Value as written.
     pub value: String,
-    /// What to write instead.
+    /// Help for the user: valid values.
     pub help: String,
 }
 
@@ -48,30 +48,30 @@ impl fmt::Display for InvalidOption {
     }
 }
 
-/// A key with its value, as scene files have them.
+/// A key with its value, as in scene files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// Key of the parameter.
     pub key: &'static str,
     /// The value.
     pub text: String,
-    /// How it is written.
+    /// Type of the value in a file.
     pub kind: EntryKind,
 }
 
-/// How a scene file writes a value.
+/// Type of a value in a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntryKind {
-    /// As a number.
+    /// A number.
     Number,
-    /// As a string.
+    /// A string.
     String,
-    /// As a list of numbers, which commas separate.
+    /// A list of numbers, separated by commas.
     List,
 }
 
 impl Entry {
-    /// The entry of a parameter that is set.
+    /// The entry of a parameter with a value.
     pub(crate) fn of<T: Value>(key: &'static str, value: T) -> Self {
         let text = value.text();
         let kind = if is_number::<T>(&text) {

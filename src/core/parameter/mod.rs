@@ -1,10 +1,9 @@
-//! Machinery of parameters: how a value that a user can set is read, written, checked and
-//! described.
+//! Machinery of parameters: reading, writing, checking and describing a value that a user can set.
 //!
 //! The macro `parameters!` (`table`) defines the parameters of a group once, for flags, scene
-//! files, documentation and checks. [`Value`] is a type of parameters, [`Range`] the numbers that
-//! one may have, and [`Named`] a choice by name. The lists of parameters stand beside the code that
-//! they belong to, most of them in `options`.
+//! files, documentation and checks. [`Value`] is a type of parameters, [`Range`] the valid numbers
+//! of a parameter, and [`Named`] a choice by name. The lists of parameters are beside their code,
+//! most of them in `options`.
 
 mod entry;
 mod names;

@@ -1,12 +1,12 @@
 //! Values that users choose by name.
 
-/// Values each of which has a name, as users type it.
+/// Types whose values have names, as users type them.
 pub trait Named: Copy + PartialEq + 'static {
-    /// All of them; the first is the default.
+    /// All values with their names; the first is the default.
     const NAMES: &'static [(&'static str, Self)];
 }
 
-/// Names the values of a type.
+/// Implements [`Named`] for types.
 #[macro_export]
 macro_rules! named {
     ($($ty:ty: $($name:literal => $value:expr),+;)*) => {
@@ -17,21 +17,21 @@ macro_rules! named {
 }
 pub use named;
 
-/// The name of `value` among those `known`.
+/// Name of `value` in the list `known`.
 pub fn name_of<T: PartialEq>(known: &[(&'static str, T)], value: T) -> &'static str {
     known.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name)
 }
 
-/// All names, with commas between them.
+/// All names, separated by commas.
 pub fn join_names<T>(known: &[(&str, T)]) -> String {
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
     names.join(", ")
 }
 
-/// Minimum similarity of two names of which one may be meant by the other (Jaro and Winkler, 0 to 1).
+/// Minimum similarity of a misspelled name and its suggestion (Jaro and Winkler, 0 to 1).
 const SIMILAR: f64 = 0.8;
 
-/// The name among `known` that is most like `name`, if one may be meant.
+/// The name in `known` that is most similar to `name`; `None` if no name is similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let scored = known.into_iter().map(|k| (strsim::jaro_winkler(name, k), k));
     let best = scored.max_by(|(a, _), (b, _)| a.total_cmp(b));

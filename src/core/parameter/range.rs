@@ -2,25 +2,25 @@ use super::Value;
 use crate::math::list;
 use std::fmt;
 
-/// The values that a number may have.
+/// Valid values of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range<T> {
     /// All finite numbers.
     Any,
     /// From the first number to the second, both included.
     FromTo(T, T),
-    /// This number or a larger one.
+    /// Numbers at least as large as this number.
     AtLeast(T),
-    /// Larger numbers.
+    /// Numbers larger than this number.
     Above(T),
-    /// Larger numbers than the first, up to the second.
+    /// Numbers larger than the first, up to and including the second.
     AboveTo(T, T),
-    /// Numbers between both.
+    /// Numbers between both, which are excluded.
     Between(T, T),
 }
 
 impl<T: Value + PartialOrd> Range<T> {
-    /// Whether `value` may be taken; NaN and infinities never.
+    /// Returns true if `value` is in the range; false for NaN and infinities.
     pub fn contains(self, value: T) -> bool {
         value.is_finite()
             && match self {
@@ -35,8 +35,8 @@ impl<T: Value + PartialOrd> Range<T> {
 }
 
 impl Range<f32> {
-    /// Returns what `numbers` are and what they must be, as texts, unless all of them are in the
-    /// range: `1.5`, and `a number from 0 to 1`.
+    /// Returns the values of `numbers` and the rule as texts, such as `1.5` and `a number from 0 to
+    /// 1`; `None` if all numbers are in the range.
     pub fn violation(self, numbers: &[f32]) -> Option<(String, String)> {
         if numbers.iter().all(|&number| self.contains(number)) {
             return None;
@@ -60,7 +60,8 @@ impl Range<f32> {
 impl<T: Value> Range<T> {
     /// Bounds as keywords of a JSON Schema.
     pub fn schema(self) -> Vec<(&'static str, serde_json::Value)> {
-        // Numbers are read from their text, whose digits are those of the documentation: 32-bit floats have others as doubles.
+        // Numbers are parsed from their text, which has the digits of the documentation: a 32-bit
+        // float converted to a double has other digits.
         let number = |value: T| serde_json::from_str(&value.text()).unwrap_or_default();
         match self {
             Self::Any => Vec::new(),
@@ -75,7 +76,7 @@ impl<T: Value> Range<T> {
 
 impl<T: Value> fmt::Display for Range<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        /// A number as people write it: `1e10` for 10000000000.
+        /// Short text of a number: `1e10` for 10000000000.
         fn short<T: Value>(number: &T) -> String {
             let text = number.text();
             match text.parse::<f64>() {

@@ -1,22 +1,24 @@
-//! The macro `parameters!` defines options once, for flags, scene files, documentation and checks. Its types are here too.
+//! The macro `parameters!`, which defines options once, for flags, scene files, documentation and
+//! checks; and its types.
 
 use super::value::expected;
 use super::{Entry, Input, InvalidOption, Value, nearest};
 
-/// A value that a user can set: what flags, keys of scene files, documentation and messages say of it.
+/// A parameter that a user can set: its description for flags, keys of scene files, documentation
+/// and messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Key in a scene file: words joined by `_`.
     pub key: &'static str,
-    /// What it does: a line, and for the documentation more of them.
+    /// Help: one line, then optional lines for the documentation.
     help: &'static str,
-    /// Name of the flag where that is not the key's.
+    /// Name of the flag if it differs from the key; empty without a flag.
     named_flag: Option<&'static str>,
-    /// Value of a flag that stands alone.
+    /// Value of a flag without a value.
     pub bare: Option<&'static str>,
-    /// What a value is called where flags are listed.
+    /// Placeholder of the value in the list of flags.
     pub placeholder: &'static str,
-    /// Default value, or what the default depends on.
+    /// Default value, or a description of its dependence.
     default: fn() -> String,
     names: fn() -> Vec<&'static str>,
     range: fn() -> String,
@@ -24,7 +26,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// The entry of `parameters!` with this key and help.
+    /// The parameter of an entry of `parameters!`.
     pub(crate) const fn define(
         (key, help): (&'static str, &'static str),
         (named_flag, bare): (Option<&'static str>, Option<&'static str>),
@@ -58,7 +60,7 @@ impl Parameter {
         Self::define(key_and_help, (None, None), "", default, names, range, schema)
     }
 
-    /// Returns true if a flag sets it.
+    /// Returns true if the parameter has a flag.
     pub fn has_flag(&self) -> bool {
         self.named_flag != Some("")
     }
@@ -68,23 +70,23 @@ impl Parameter {
         self.named_flag.map_or_else(|| self.key.replace('_', "-"), String::from)
     }
 
-    /// Description in a line.
+    /// Description in one line.
     pub fn help(&self) -> &'static str {
         self.help.lines().next().unwrap_or_default().trim()
     }
 
-    /// More about it for the documentation; empty where the line says all.
+    /// Details for the documentation; may be empty.
     pub fn detail(&self) -> String {
         let lines = self.help.lines().skip(1).map(str::trim);
         lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     }
 
-    /// Default value, or what the default depends on.
+    /// Default value, or a description of its dependence.
     pub fn default(&self) -> String {
         (self.default)()
     }
 
-    /// All values, where they are named.
+    /// Names of all values; empty if values have no names.
     pub fn names(&self) -> Vec<&'static str> {
         (self.names)()
     }
@@ -94,48 +96,48 @@ impl Parameter {
         (self.range)()
     }
 
-    /// What a scene file may write, as a JSON Schema.
+    /// JSON Schema of the value in a scene file.
     pub fn schema(&self) -> serde_json::Value {
         (self.schema)()
     }
 
-    /// Keys by which a scene file may call it: its key, and its flag where that has another name.
+    /// Keys of the parameter in scene files: its key, and its flag if it has another name.
     pub fn keys(&self) -> impl Iterator<Item = &'static str> {
         [self.key]
             .into_iter()
             .chain(self.named_flag.filter(|flag| !flag.is_empty()))
     }
 
-    /// Whether a scene file may call it `key`: by its key, or by its flag.
+    /// Returns true if `key` is the parameter's key or flag name.
     pub fn is_called(&self, key: &str) -> bool {
         self.keys().any(|known| known == key)
     }
 }
 
-/// What a user has set of the parameters that belong together; what was not set is `None`.
+/// Options of one group that a user has set; unset options are `None`.
 pub trait OptionGroup: Default {
-    /// All of them, in the order of the documentation.
+    /// All parameters, in the order of the documentation.
     const PARAMETERS: &'static [Parameter];
-    /// Title over their flags; empty for the general ones.
+    /// Title of their flags; empty for general flags.
     const HEADING: &'static str;
 
-    /// Sets the parameter that is called `key`; `None`: there is no such parameter in this group.
+    /// Sets the parameter with the name `key`; `None` if this group has no such parameter.
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
 
-    /// Values set here, and for the rest those set in `other`.
+    /// Values that are set here, and values of `other` for unset ones.
     fn or(self, other: Self) -> Self;
 
-    /// Keys of what is set.
+    /// Keys of the parameters that are set.
     fn given(&self) -> Vec<&'static str>;
 
-    /// Keys and values of what is set, as scene files have them.
+    /// Keys and values of the parameters that are set, as in scene files.
     fn entries(&self) -> Vec<Entry>;
 
     /// The first value out of its range.
     fn invalid(&self) -> Option<InvalidOption>;
 }
 
-/// Reads a value of `parameter`.
+/// Parses a value of `parameter`.
 pub(crate) fn read<T: Value>(
     parameter: &Parameter,
     input: Input,
@@ -165,7 +167,7 @@ pub(crate) fn read<T: Value>(
     })
 }
 
-/// `value` as one that `parameter` cannot have, unless `is_valid`.
+/// The error for `value` of `parameter`, unless `is_valid`.
 pub(crate) fn check<T: Value>(parameter: &Parameter, value: T, is_valid: bool) -> Option<InvalidOption> {
     (!is_valid).then(|| InvalidOption {
         key: parameter.key,
@@ -175,7 +177,7 @@ pub(crate) fn check<T: Value>(parameter: &Parameter, value: T, is_valid: bool) -
     })
 }
 
-/// `schema` with keywords over its own.
+/// `schema` with the keywords `bounds` added or replaced.
 pub(crate) fn bounded(
     mut schema: serde_json::Value,
     bounds: Vec<(&'static str, serde_json::Value)>,
@@ -186,26 +188,27 @@ pub(crate) fn bounded(
     schema
 }
 
-/// Defines a struct of options and all there is to say about each of them.
+/// Defines a struct of options with all properties of each.
 ///
 /// ```text
 /// parameters! {
-///     /// What they are about.
+///     /// Subject of the group.
 ///     pub struct NAME, heading "TITLE OVER THEIR FLAGS", values MODULE {
-///         /// Help: what it does, in a line.
+///         /// Help in one line.
 ///         ///
-///         /// More, for the documentation alone.
+///         /// Details for the documentation only.
 ///         key: TYPE = DEFAULT, in RANGE;
-///         /// One whose default is no value, but depends on something.
+///         /// An option with a default in words.
 ///         key: TYPE, default "what it depends on", in RANGE;
-///         /// One whose flag has another name, and may stand without a value. `""` is no flag.
+///         /// An option whose flag has another name (`""`: no flag) and an optional value.
 ///         key: TYPE = DEFAULT, flag "name", bare "value";
 ///     }
 /// }
 /// ```
 ///
-/// Fields are options, `None` where nothing was set; a method of the same name gives the value or its default. `MODULE` has the type of each
-/// value by its key, and in `resolved` the type with which methods read it: an option only where there is no default.
+/// Fields are `Option`s, `None` if unset. A method with the same name returns the value or its
+/// default. `MODULE` has the type of each value by its key. Its module `resolved` has the type that
+/// methods return: an `Option` only if there is no default.
 macro_rules! parameters {
     ($(#[$attribute:meta])* pub struct $group:ident, heading $heading:literal, values $values:ident {
         $($(#[doc = $doc:literal])+ $key:ident: $ty:ty $(= $value:expr)? $(, default $words:literal)? $(, in $range:expr)?
@@ -290,7 +293,7 @@ macro_rules! parameters {
             $(#[doc = concat!("Of `", stringify!($key), "`.")]
             pub type $key = $ty;)+
 
-            /// Types of the values where nothing was set is the default, an option where there is none.
+            /// Types of the values with defaults applied: an `Option` if there is no default.
             pub mod resolved {
                 #[allow(unused_imports)]
                 use super::super::*;

@@ -4,35 +4,35 @@ use super::{Named, join_names, name_of};
 use crate::math::{DVec3, Vec2, Vec3};
 use serde_json::json;
 
-/// A type of parameters: how a value is read and written.
+/// A type of parameters, with its text format.
 pub trait Value: Copy + PartialEq + 'static {
-    /// Stands for a value in a list of flags.
+    /// Placeholder of a value in the list of flags.
     const PLACEHOLDER: &'static str;
-    /// What a value is, for messages.
+    /// Description of valid values for messages.
     const KIND: &'static str;
-    /// Whether scene files write the value as a string.
+    /// True if scene files write the value as a string.
     const IS_STRING: bool = false;
-    /// Whether scene files write the value as a number.
+    /// True if scene files write the value as a number.
     const IS_NUMBER: bool = true;
 
-    /// Whether scene files may write the value as a list of numbers.
+    /// True if scene files may write the value as a list of numbers.
     const IS_LIST: bool = false;
 
-    /// Reads a value.
+    /// Parses a value.
     fn of_text(text: &str) -> Option<Self>;
 
-    /// The value as users write it.
+    /// Text of the value as users write it.
     fn text(&self) -> String;
 
-    /// All values, where they are named.
+    /// Names of all values; empty if values have no names.
     fn names() -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// What a scene file may write, without the range of a number, as a JSON Schema.
+    /// JSON Schema of the value in a scene file, without the range of a number.
     fn schema() -> serde_json::Value;
 
-    /// False for NaN and infinities.
+    /// Returns false for NaN and infinities.
     fn is_finite(&self) -> bool {
         true
     }
@@ -103,7 +103,7 @@ vectors! {
     DVec3: f64, 3, "X,Y,Z", "three numbers";
 }
 
-/// Numbers with commas between them.
+/// Parses numbers separated by commas.
 pub fn numbers<T: std::str::FromStr>(text: &str) -> Option<Vec<T>> {
     text.split(',').map(|number| number.trim().parse().ok()).collect()
 }
@@ -131,7 +131,7 @@ impl<T: Named> Value for T {
     }
 }
 
-/// What to write instead of what is no value of the type.
+/// Help for an invalid value: valid values.
 pub(super) fn expected<T: Value>(range: &str) -> String {
     match T::names().as_slice() {
         [] if range.is_empty() => format!("use {}", T::KIND),

@@ -1,4 +1,4 @@
-//! Tells the linker, and the build script of the program, where the libraries will be found at run time.
+//! Sets the run-time library folders for the linker and for the program's build script.
 
 use std::env;
 use std::path::Path;
@@ -12,12 +12,13 @@ fn main() {
     println!("cargo::metadata=rpath={}", folders.join(":"));
 }
 
-/// Folders of Embree and Open Image Denoise that the system does not search by itself.
+/// Folders of Embree and Open Image Denoise that the system does not search.
 fn folders() -> Vec<String> {
     let mut folders = Vec::new();
-    // Embree, which `embree4-sys` has found. Empty where it lies in a system folder, unset where the feature is off.
+    // Folder of Embree, as found by `embree4-sys`. Empty if it is a system folder, unset if the
+    // feature is off.
     folders.extend(env::var("DEP_EMBREE4_RPATH").ok().filter(|folder| !folder.is_empty()));
-    // Open Image Denoise, where the oidn crate looks for it; that of a system folder is found without.
+    // Folder of Open Image Denoise, where the oidn crate searches; a system folder needs no entry.
     if env::var_os("CARGO_FEATURE_OIDN").is_some() {
         println!("cargo::rerun-if-env-changed=OIDN_DIR");
         if let Ok(prefix) = env::var("OIDN_DIR") {

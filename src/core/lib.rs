@@ -1,18 +1,23 @@
-//! The renderer of Embrasure, below scene files and the command line: scenes in memory, ray queries, light transport, and formats of files.
+//! The renderer of Embrasure, below scene files and the command line: scenes in memory, ray
+//! queries, light transport, and file formats.
 //!
-//! It is a crate of its own so that it is compiled with full optimisation beside all that renders nothing, which is not. The crate `embrasure` re-exports
-//! every module under its name, and is what programs depend on; what may change with which version is said there.
+//! It is a separate crate, so that it is compiled with full optimisation, unlike the code that does
+//! not render. The crate `embrasure` re-exports every module under its name. Programs depend on
+//! that crate; its documentation has the rules for changes between versions.
 //!
-//! From the ground up; a module imports only modules above it in this list. docs/architecture.md says more of each.
+//! The modules in order; a module imports only modules above it in this list. docs/architecture.md
+//! has more on each.
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
-//! - [`parameter`]: how a value that a user can set is read, written, checked and described
-//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
-//! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of a picture
+//! - [`parameter`]: reading, writing, checking and describing a value that a user can set
+//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: the parts
+//!   of an image
+//! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of an image
 //! - [`accel`]: ray queries over the scene
-//! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; what is guessed of a scene that does not say it
+//! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; guesses
+//!   of missing settings of a scene
 //! - [`options`]: everything that a user can set
-//! - [`render`], [`io`]: passes and tiles, and formats of files
+//! - [`render`], [`io`]: passes and tiles, and file formats
 //! - [`lint`]: checks of a scene
 //! - [`method`]: a method over a backend, chosen once before the first ray
 

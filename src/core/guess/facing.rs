@@ -1,5 +1,5 @@
-//! Shapes that show the front of an object: the back-rest of a seat is at its back, feet stick out
-//! to the front of the ankles, and the head of an animal on four legs is high at its front.
+//! Shapes that show the front of an object. The back-rest of a seat is at its back. Feet stick out
+//! to the front of the ankles. The head of an animal on four legs is high at its front.
 //!
 //! Limits were set on some 700 public files. Their seats and people were identified by name and by
 //! eye. Both are rare among other files: about one in a hundred has the shape of a seat or of feet.

@@ -21,7 +21,8 @@ const MARGIN: f32 = 0.5;
 const LOW: f32 = 0.2;
 /// Maximum share of all triangles in the ground.
 const FEW: f32 = 0.05;
-/// Minimum outline area of the scene over that of the rest; and minimum number of other triangles.
+/// Minimum outline area of the scene over the outline area of the rest; and minimum number of other
+/// triangles.
 const WIDER: f32 = 4.0;
 /// Minimum width of the scene over its height: fins of rockets and feet of towers are not a ground.
 const WIDE: f32 = 2.0;

@@ -10,8 +10,7 @@ pub struct FileAxes {
     pub usual_up: Option<Vec3>,
     /// Axis that is up in all files of the program that wrote this file.
     pub only_up: Option<Vec3>,
-    /// True if the name of the file is that of a building, of rooms or of land, which are wider
-    /// than high.
+    /// True if the file has the name of a building, of rooms or of land, which are wider than high.
     pub is_of_land: bool,
     /// Side that is the front in most files of the program that wrote this file.
     pub usual_front: Option<Vec3>,

@@ -7,7 +7,7 @@ use super::region::{Region, extent};
 use crate::math::{Bounds3, Horizon, Vec3};
 
 /// Minimum extents of a ground that does not decide the framing of an object, in extents of the
-/// object; and maximum height of the ground in the object.
+/// object; and maximum height of the ground, as a share of the object's height.
 const WIDE_GROUND: f32 = 3.0;
 const AT_BOTTOM: f32 = 0.05;
 /// Maximum thickness of a sheet, such as a ground, as a share of its extent.

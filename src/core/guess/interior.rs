@@ -189,8 +189,8 @@ const OPEN: (f32, f32) = (0.75, 0.15);
 const SHOWN: f32 = 0.7;
 
 /// The view from outside through a side of the scene's box without a wall: some rooms are modelled
-/// to be seen like this. With several such sides, the first one from azimuth 0 on is used. `fov` is
-/// vertical, in degrees. `aspect` is the aspect ratio of the image, which the side fills.
+/// to be seen like this. If several sides have no wall, the first from azimuth 0 on is used. `fov`
+/// is vertical, in degrees. `aspect` is the aspect ratio of the image, which the side fills.
 pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, aspect: f32) -> Option<InteriorView> {
     let box_ = upright_bounds(looker.region.bounds, horizon);
     let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
@@ -300,8 +300,8 @@ impl Panorama {
     }
 
     /// The view whose middle is between `column` and the one before it. Its score is the visible
-    /// information in bits plus a term for the distance, minus surfaces that block the view, and
-    /// minus backs of surfaces, which are not meant to be seen.
+    /// information in bits plus a term for the distance. Surfaces that block the view, and backs of
+    /// surfaces, which are not meant to be seen, lower it.
     fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> InteriorView {
         let mut tally = Tally::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);

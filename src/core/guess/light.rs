@@ -52,7 +52,7 @@ pub enum LightGuess {
 
 impl LightGuess {
     /// Light for a camera at `position` that looks at `target`; `None` if the scene's own emitters
-    /// light what the camera sees.
+    /// light its view.
     pub(super) fn new(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> Option<Self> {
         if is_lit(looker, survey, position, target) {
             return None;

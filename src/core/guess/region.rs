@@ -4,7 +4,7 @@
 //! Some files mix places: a part in the metres of a national grid and a part at the origin, or a
 //! stray vertex from an exporter. Corners of triangles are compared by coordinate. The rest is
 //! separated from them by empty gaps that are wide compared to the extent of the corners on one
-//! side. Extents are those of the middle 90 % of the corners. A scene of any shape without wide
+//! side. Extents are measured on the middle 90 % of the corners. A scene of any shape without wide
 //! gaps is one region.
 
 use super::triangles::for_each_triangle;

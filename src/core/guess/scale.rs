@@ -25,8 +25,8 @@ const UNITS: [(f32, &str); 4] = [
 const FOOT: (f32, &str) = (0.3048, "foot");
 
 /// 5 cm in the file's units, for a camera at `position` with the up direction `up`. The unit is
-/// that of the file, or is guessed from the height of the room. `None` in the open without a unit,
-/// where the scale is unknown.
+/// read from the file or guessed from the height of the room. `None` in the open if the file has no
+/// unit: the scale is unknown.
 pub fn near_distance(accel: &dyn Accel, position: Vec3, up: Vec3, unit: Option<f32>) -> Option<f32> {
     let up = up.try_normalize()?;
     let distance = |way: Vec3| accel.intersect(&Ray::new(position, way)).map(|hit| hit.t);

@@ -118,7 +118,7 @@ pub(super) struct Surfaces {
     pub off_balance: [f32; 3],
     /// Mean direction in which the texture coordinate v increases.
     pub v: Vec3,
-    /// Vector from materials with names of low things to those with names of high things, in
+    /// Vector from materials with names of low things to materials with names of high things, in
     /// extents.
     pub named: Vec3,
     /// Share of the surfaces whose materials have names of low things.

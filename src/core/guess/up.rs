@@ -2,8 +2,8 @@
 //!
 //! Six directions compete. Each has a score in natural logarithms of odds: the frequency of the
 //! direction in OBJ files, plus a weighted sum of evidence (`OUTSIDE` and `INSIDE`). The measures
-//! are those of `surfaces`; for an interior, also rays from its rooms. Close scores are decided by
-//! other files of the folder (`Sisters`).
+//! come from `surfaces`; for an interior, also from rays from its rooms. Close scores are decided
+//! by other files of the folder (`Sisters`).
 //!
 //! Weights of objects are a logistic regression with fixed odds of the directions, with a ridge
 //! penalty. It was fitted to 173 public files, whose upright axis was identified by eye, and with a

@@ -86,7 +86,7 @@ impl CellGrid {
         self.places.len()
     }
 
-    /// Numbers of the six cells beside cell `cell`.
+    /// Numbers of the six neighbours of cell `cell`.
     pub fn neighbours(&self, cell: usize) -> [Option<u32>; 6] {
         std::array::from_fn(|i| {
             let mut at = self.places[cell];

@@ -254,8 +254,8 @@ impl LatLongImage {
         row(y) * (1.0 - f.y) + row(y + 1) * f.y
     }
 
-    /// Mean of the interpolated image over a texel. In both directions, the weight of the texel is
-    /// 6/8 and that of its neighbours 1/8.
+    /// Mean of the interpolated image over a texel. In both directions, the weights are 6/8 for the
+    /// texel and 1/8 for its neighbours.
     fn smoothed(&self, x: usize, y: usize) -> Spectrum {
         let (x, y) = (x as isize, y as isize);
         let row = |y| (self.texel(x - 1, y) + self.texel(x + 1, y)) * 0.125 + self.texel(x, y) * 0.75;

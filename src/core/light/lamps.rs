@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// The frequency of each light is the expected one.
+    /// Each light has the expected frequency.
     #[test]
     fn lights_come_as_often_as_expected() {
         for samples in [1, 3, 4] {

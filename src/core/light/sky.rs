@@ -9,8 +9,8 @@
 //!
 //! Beyond the paper: with the sun below the horizon, the sky keeps the colours of sunset and
 //! darkens by a decade every 2.9° (the illuminance of civil twilight falls from about 400 lx to 3.4
-//! lx within 6°), down to 18° below, where night begins. Directions below the horizon show a grey
-//! ground of albedo [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
+//! lx within 6°). Night begins 18° below. Directions below the horizon show a grey ground of albedo
+//! [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
 
 use super::LatLongImage;
 use crate::color::Spectrum;

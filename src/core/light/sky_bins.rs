@@ -155,8 +155,8 @@ impl SkyBins {
     }
 
     /// Samples a direction of `light`, the light of these bins, in the bin at `row` and `column`,
-    /// by the light's own distribution. The density is that of the light's own sampling among all
-    /// directions. `None` if the light never samples a direction in the bin.
+    /// by the light's own distribution. The density is the density of the light's own sampling
+    /// among all directions. `None` if the light never samples a direction in the bin.
     pub fn sample(&self, light: &Light, (row, column): (usize, usize), u: Vec2) -> Option<LightSample> {
         match (light, &self.texels) {
             (Light::Constant(ConstantLight { radiance }), None) => Some(LightSample {

@@ -126,7 +126,7 @@ mod tests {
         let expected = 1.0 / (PI * 5f64.to_radians().sin().powi(2));
         assert!((f64::from(at(4.99).max_component()) / expected - 1.0).abs() < 1e-5);
         assert!(at(5.01).is_black() && at(180.0).is_black());
-        // The power is that of parallel light, except for the mean cosine of the cone.
+        // The power is the power of parallel light, except for the mean cosine of the cone.
         let parallel = super::super::DirectionalLight {
             direction: Vec3::NEG_Y,
             irradiance: Spectrum::ONE,

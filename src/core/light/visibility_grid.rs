@@ -14,7 +14,7 @@
 //! light's own distribution, so that every direction can be sampled. Within a bin, directions
 //! follow the light's own distribution, so the density is the light's own times one factor.
 //!
-//! The choice among lights is that of `light_grid`, with the irradiance of each light multiplied by
+//! Lights are chosen as in `light_grid`, with the irradiance of each light multiplied by
 //! its visibility in the same way. If the sky is the only light, it is sampled less often in cells
 //! that see little of it.
 //!
@@ -169,7 +169,7 @@ impl VisibilityGrid {
         self.sky.as_ref().map_or(0, |sky| sky.bins.len())
     }
 
-    /// The bin `bin` and all bins beside it, including those at its corners.
+    /// The bin `bin` and all bins beside it, including bins at its corners.
     pub fn bins_around(&self, bin: usize) -> impl Iterator<Item = usize> + use<> {
         let (rows, columns) = self
             .sky

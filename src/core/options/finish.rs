@@ -7,7 +7,7 @@ use crate::denoise::Denoiser;
 use std::fmt;
 
 /// Denoiser, exposure and tone curve of a render. Files of parts and checkpoints store them, so
-/// that images made from these files equal those of the render.
+/// that images made from these files equal the images of the render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Finish {
     /// Exposure and tone curve of PNG files.

@@ -60,7 +60,7 @@ impl Quality {
 }
 
 impl QualityOptions {
-    /// `sampling`, with samples and denoiser of the quality where unset.
+    /// `sampling`, with the samples and denoiser of the quality if they are unset.
     pub fn under(&self, sampling: SamplingOptions) -> SamplingOptions {
         match self.quality {
             Some(quality) => sampling.or(quality.sampling()),

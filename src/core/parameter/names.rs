@@ -6,7 +6,7 @@ pub trait Named: Copy + PartialEq + 'static {
     const NAMES: &'static [(&'static str, Self)];
 }
 
-/// Implements [`Named`] for types.
+/// Implements `Named` for types.
 #[macro_export]
 macro_rules! named {
     ($($ty:ty: $($name:literal => $value:expr),+;)*) => {

@@ -66,8 +66,7 @@ mod tests {
         assert_ne!(first, shuffled(cell, 64));
     }
 
-    /// The probability that two pixels are in one group of 16 of 256 is that of random groups, for
-    /// neighbours too.
+    /// Two pixels are in the same group of 16 of 256 as often as in random groups, neighbours too.
     #[test]
     fn neighbours_are_not_kept_together() {
         let (mut together, cells) = (0, 4000);

@@ -6,7 +6,7 @@
 //!
 //! A render may end between two cuts. For example, 100 samples are two passes of 64 and 36. If more
 //! are needed later, the 36 are traced again and subtracted, and the whole block 64..128 is added:
-//! the sums are those of a render that never stopped at 100.
+//! the sums equal the sums of a render that never stopped at 100.
 
 use crate::film::BLOCK;
 use std::ops::Range;

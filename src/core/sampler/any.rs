@@ -254,8 +254,8 @@ mod tests {
         }
     }
 
-    /// Numbers of different dimensions are independent; those of neighbouring pixels are if one
-    /// sampler is separate.
+    /// Numbers of different dimensions are independent. Numbers of neighbouring pixels are
+    /// independent if one sampler is separate.
     #[test]
     fn dimensions_and_separate_pixels_are_not_correlated() {
         let here = Dimension::bounce(0, Bounce::Direction);

@@ -3,8 +3,8 @@
 //! Generators keep no state between samples, so the image does not depend on threads or on the
 //! order of work. Dimensions come in fixed blocks (camera; at each vertex: light choice, light
 //! point, lobe, direction, roulette): a skipped draw does not shift the others. Numbers that belong
-//! to no pixel, such as those of photons and chains, have sample keys in rows below all images
-//! ([`Stream`]).
+//! to no pixel, such as the numbers of photons and chains, have sample keys in rows below all
+//! images ([`Stream`]).
 
 mod antithetic;
 mod any;

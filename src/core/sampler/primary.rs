@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Kinds of mutations of primary samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// All numbers are drawn anew.
+    /// All numbers are sampled again.
     Large,
     /// Each number moves a little.
     Small,
@@ -91,7 +91,7 @@ impl PrimarySampler {
     }
 
     /// Accepts the step with a probability, and returns true if accepted. If rejected, the numbers
-    /// are those before the proposal.
+    /// return to their values before the proposal.
     pub fn decide(&mut self, probability: f32) -> bool {
         let Some((kind, step)) = self.proposal.take() else {
             return false;

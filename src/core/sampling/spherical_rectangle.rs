@@ -67,8 +67,8 @@ impl SphericalRectangle {
         })
     }
 
-    /// Returns true if the solid angle is accurate enough for sampling. Small ones, and those near
-    /// the half sphere, have few correct digits.
+    /// Returns true if the solid angle is accurate enough for sampling. Small solid angles, and
+    /// solid angles near the half sphere, have few correct digits.
     #[inline]
     pub fn is_accurate(&self) -> bool {
         (0.01..6.2).contains(&self.solid_angle)
@@ -158,7 +158,7 @@ mod tests {
         SphericalRectangle::new(CORNER, EDGES.map(Vec3::normalize), EDGES.map(Vec3::length), p)
     }
 
-    /// The solid angle equals that of two triangles, from near and far.
+    /// The solid angle equals the sum of two triangles, from near and far.
     #[test]
     fn solid_angles_are_those_of_two_triangles() {
         let [a, b] = EDGES;

@@ -19,7 +19,7 @@
 //! - Towards the rim the share fades to 1, so that no edge shows.
 //! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the
 //!   undersides of objects on it. Without it, an object would be lit from below by the environment
-//!   and seem to float. The albedo is between that of asphalt and that of paper.
+//!   and seem to float. The albedo lies between asphalt and paper.
 //! - Camera rays from below pass the ground.
 //! - The scene's bounds do not include it: they frame the image, and aim the light from distant
 //!   lights.
@@ -42,7 +42,7 @@ const GAP: f32 = 1e-4;
 const FADE: f32 = 0.5;
 /// Minimum albedo: the share of light is an estimate of reflected light over the albedo.
 const MIN_ALBEDO: f32 = 0.01;
-/// Minimum radius, that of the smallest scene.
+/// Minimum radius: the radius of the smallest scene.
 const MIN_RADIUS: f32 = 1e-9;
 /// Maximum number of finite lights that are summed at each point of the ground.
 const MAX_FINITE_LIGHTS: usize = 256;

@@ -31,8 +31,8 @@ impl Scene {
     /// Light that the surface at `hit`, with the point `q`, sends to `context` along −`wi`. The
     /// unit direction `wi` points from the context to `q`. All at `time`.
     ///
-    /// The density is that of sampling this direction by its light, including the choice of the
-    /// light by `selection`.
+    /// The density is the probability density with which light sampling samples this direction,
+    /// including the choice of the light by `selection`.
     pub fn emitted(
         &self,
         selection: &LightSelection,

@@ -51,7 +51,7 @@ impl Scene {
     }
 
     /// Probability with which `ray` passes thin glass at `hit` straight on, and the factor of the
-    /// light that passes; `None` if the surface is not such glass.
+    /// light that passes; `None` if the surface is not thin glass.
     pub fn thin_surface_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
         if !self.has_thin_surfaces {
             return None;

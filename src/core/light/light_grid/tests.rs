@@ -111,7 +111,7 @@ fn context(numbers: &mut Numbers) -> LightSampleContext {
     }
 }
 
-/// Probabilities sum to one and are the frequencies of the lights.
+/// Probabilities sum to 1 and equal the frequencies of the lights.
 #[test]
 fn draws_have_their_probabilities() {
     let mut numbers = Numbers(1);

@@ -3,7 +3,7 @@
 //! Files model a window pane as a slab: two parallel faces and a narrow rim. Two refractions
 //! deflect light and restore its direction, but no shadow ray finds this path. A thin dielectric in
 //! the middle of the slab, with the same index of refraction, has the same Fresnel transmittance
-//! with all reflections between the faces, and light passes it straight on
+//! with all reflections between the faces. Light passes it straight on
 //! (`material/thin_surface.rs`). This neglects the shift of light inside the slab (`d sin θ (1 −
 //! cos θ / √(n² − sin² θ))` for a thickness d), and the rim, which is left out.
 //!
@@ -14,7 +14,7 @@
 //! - The connected component is closed, its faces point outwards, and almost all of its area lies
 //!   in two parallel planes, with equal areas and nothing beyond them. Vertices at the same
 //!   position are connected.
-//! - Vertex normals, if any, are those of the planes.
+//! - Vertex normals, if any, are the normals of the planes.
 //! - The thickness is at most a twentieth of the width and a hundredth of the scene's radius.
 //!
 //! Two separate faces with the same outline that point away from each other, as a slab without its
@@ -356,7 +356,7 @@ impl Face {
         }
     }
 
-    /// Width of the face: that of a strip with its area and its greatest length.
+    /// Width of the face: the width of a strip with its area and its greatest length.
     fn width(&self) -> f64 {
         self.area / (2.0 * self.radius).max(f64::MIN_POSITIVE)
     }

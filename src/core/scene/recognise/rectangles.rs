@@ -1,7 +1,7 @@
 //! Rectangles among emitting triangles: each is a single light instead of two triangles.
 //!
-//! A single light has points that are stratified over the whole rectangle, directions by solid
-//! angle nearby, and half the entries in the tables of the choice of a light (docs/benchmarks.md,
+//! A single light has points that are stratified over the whole rectangle, and directions by solid
+//! angle nearby. The tables of the choice of a light have half as many entries (docs/benchmarks.md,
 //! "Rectangles"). A quad of an OBJ file becomes two consecutive triangles, and only consecutive
 //! triangles are checked.
 

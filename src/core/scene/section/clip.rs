@@ -73,7 +73,7 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
                 continue;
             }
         };
-        // The corner that is alone on its side comes first.
+        // The only corner on its side comes first.
         let is_lone_kept = sides.iter().filter(|kept| **kept).count() == 1;
         let first = sides.iter().position(|&kept| kept == is_lone_kept).unwrap_or(0);
         let [a, b, c] = [0, 1, 2].map(|k| triangle[(first + k) % 3]);

@@ -1,5 +1,5 @@
-//! Sections: planes that cut the scene when it is loaded. Backends, methods and bits are those of a
-//! scene that was modelled with the cut.
+//! Sections: planes that cut the scene when it is loaded. For backends and methods, and bit by bit,
+//! the result is a scene that was modelled with the cut.
 //!
 //! Triangles are clipped (`clip`), and the edges that the plane cuts out of the surfaces of an
 //! object (`outline`) are filled with caps (`fill`). Instances that a plane crosses become meshes

@@ -28,7 +28,7 @@ pub(super) struct OutlineEdge {
     pub unoriented: Option<u32>,
 }
 
-/// Edges of closed outlines, and those of open ones.
+/// Edges of closed outlines, and edges of open ones.
 #[derive(Debug, Default)]
 pub(super) struct Outlines {
     pub closed: Vec<OutlineEdge>,

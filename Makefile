@@ -117,13 +117,13 @@ guide: ## build the guide to out/guide/index.html; gets mdBook where it is missi
 test-guide: setup ## run every command of the guide
 	EMBRASURE_LONG=1 EMBRASURE_GUIDE=all $(CARGO) test --release $(FEATURES) --test it -- guide:: --nocapture
 
-bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; rewrites table and plot of docs/benchmarks.md
+bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; adds the table to the notebook of the month
 	scripts/bench-peers
 
 random-renders: setup ## render RANDOM_RENDERS (0..20000) random products of scenes, materials and flags; each must end well
 	EMBRASURE_RANDOM_RENDERS=$(or $(RANDOM_RENDERS),0..20000) $(CARGO) test --release $(FEATURES) --test random_renders -- --nocapture
 
-bench: setup ## measure ray rates of all backends on all scenes there are, and rewrite the tables of docs/benchmarks.md
+bench: setup ## measure ray rates of all backends on all scenes there are, and add the tables to the notebook of the month
 	scripts/bench
 
 PREFIX ?= /usr/local

@@ -117,7 +117,7 @@ guide: ## build the guide to out/guide/index.html; gets mdBook where it is missi
 test-guide: setup ## run every command of the guide
 	EMBRASURE_LONG=1 EMBRASURE_GUIDE=all $(CARGO) test --release $(FEATURES) --test it -- guide:: --nocapture
 
-bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; adds the table to the notebook of the month
+bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; adds table and plot to the notebook of the month
 	scripts/bench-peers
 
 random-renders: setup ## render RANDOM_RENDERS (0..20000) random products of scenes, materials and flags; each must end well

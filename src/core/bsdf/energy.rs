@@ -14,7 +14,7 @@
 //! Light of multiple scattering is sampled in proportion to its distribution. With cosine sampling
 //! only, a sample at the horizon of a nearly smooth surface would weigh hundreds of times the mean.
 //! Anisotropic facets use the tables of the geometric mean of their two slopes. The remaining error
-//! is in docs/benchmarks.md, "Energy of lobes".
+//! is in docs/notebook/2026-11.md, "Energy of lobes".
 
 use super::fresnel;
 use super::ggx::Ggx;

@@ -4,7 +4,7 @@
 //! The lobes of the base do not depend on the layers. The factor must be symmetric, and must not
 //! exceed the transmittance of the layer in any direction. `T(wi) T(wo)` over the mean is exact for
 //! diffuse lobes, and the minimum of `T(wi)` and `T(wo)` is exact for mirrors. Wide glossy lobes
-//! between the two lose light (docs/benchmarks.md, "Energy of lobes").
+//! between the two lose light (docs/notebook/2026-11.md, "Energy of lobes").
 //!
 //! A real coat also darkens and saturates its base, because it reflects light of the base inwards.
 //! This coat does not. Surfaces without layers have no cost.

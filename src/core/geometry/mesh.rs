@@ -17,7 +17,7 @@
 //!
 //! Each triangle in world space stores its normal and its part of the ray offset, a `Facet` of 16
 //! bytes. Emitting triangles store one ray offset for all their points. Together this saves 7 % of
-//! a render (docs/benchmarks.md, "Single steps").
+//! a render (docs/notebook/2026-11.md, "Single steps").
 
 use super::{PrimId, UNNAMED};
 use crate::color::Spectrum;

@@ -9,7 +9,7 @@
 //! roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger if an instance is far from the
 //! origin. By the same bound, points keep a distance from the edges of their triangle
 //! (`PlacedTriangle::point`). Nearer to an edge, rounding could put the start of a ray behind the
-//! neighbour, and paths would leak (docs/benchmarks.md, "Leaks in instances").
+//! neighbour, and paths would leak (docs/notebook/2026-11.md, "Leaks in instances").
 //!
 //! A moving placement is a list of matrices with linear interpolation, because Embree interpolates
 //! matrices linearly. Backends and shading use the same motion; rotations are divided into enough

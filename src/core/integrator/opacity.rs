@@ -25,8 +25,8 @@
 //!   sampled point counts α Le (`light/textured.rs`). Rays that miss a round lamp pass its hull
 //!   (`scene/lamp_hulls.rs`).
 //!
-//! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Alpha",
-//! has the cost of alpha, and "Window panes" that of glass.
+//! Scenes without alpha and thin glass are distinguished once per ray. docs/notebook/2026-11.md,
+//! "Alpha", has the cost of alpha, and "Window panes" that of glass.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;

@@ -37,7 +37,8 @@ impl ProgressiveRadius {
     }
 }
 
-/// Radius of the first iteration of `sppm`, in widths of a pixel (docs/benchmarks.md, "Photons").
+/// Radius of the first iteration of `sppm`, in widths of a pixel (docs/notebook/2026-11.md,
+/// "Photons").
 pub const PHOTON_PIXELS: f32 = 3.0;
 
 /// Radius of the first iteration of `vcm`, in widths of a pixel. Connections find most of the

@@ -98,7 +98,7 @@ fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
     let is_asked = match mode {
         SelectionMode::Visibility => true,
-        // With lamps only, learning gains nothing (docs/benchmarks.md).
+        // With lamps only, learning gains nothing (docs/notebook/2026-11.md).
         SelectionMode::Auto => scene.lights().iter().any(is_sky),
         SelectionMode::Power | SelectionMode::Place | SelectionMode::Uniform | SelectionMode::All => false,
     };

@@ -5,7 +5,8 @@
 //! view (`World::footprint`). This width depends only on the point and needs no state along a path,
 //! so both ends of a bidirectional path agree on it. The mean over the samples of the pixel does
 //! the rest of the filtering. After a diffuse bounce the filter is sharper than necessary: this
-//! costs noise but no blur. docs/benchmarks.md, "Texture filters", has the widths that were tried.
+//! costs noise but no blur. docs/notebook/2026-11.md, "Texture filters", has the widths that were
+//! tried.
 //!
 //! `World::vertex` has a fast path for plain shapes with one normal and one material.
 
@@ -32,7 +33,7 @@ use crate::scene::{HullHit, Scene};
 /// The samples of a pixel lie at different points, and their mean filters textures again. For n
 /// samples a width of 1/√n is enough (PBR4 §10.1.3, which stops at 1/8). Here n is always 64, so
 /// that samples do not change if more are added. With fewer samples textures have more noise than
-/// necessary, far below the noise of light (docs/benchmarks.md).
+/// necessary, far below the noise of light (docs/notebook/2026-11.md).
 const SAMPLE_WIDTH: f32 = 0.125;
 
 /// Scene, backend, camera and light selection: shared by all integrators.

@@ -3,9 +3,9 @@
 //! From nearer than the radius, directions are uniform over the solid angle of the square around
 //! the disk (`sampling/spherical_rectangle.rs`). Directions beside the disk are rejected: on the
 //! axis a share of at most 1 − π/4, near the rim up to a half. From farther away, points are
-//! uniform over the area, which has less variance there (docs/benchmarks.md, "Disks"). The disk
-//! itself is a spherical ellipse on the sphere of directions. Its uniform sampling needs elliptic
-//! integrals or their inversion for each sample (Guillén et al. 2017, "Area-Preserving
+//! uniform over the area, which has less variance there (docs/notebook/2026-11.md, "Disks"). The
+//! disk itself is a spherical ellipse on the sphere of directions. Its uniform sampling needs
+//! elliptic integrals or their inversion for each sample (Guillén et al. 2017, "Area-Preserving
 //! Parameterizations for Spherical Ellipses").
 //!
 //! In the scene geometry a disk is a square around it. Rays that miss the disk pass the square

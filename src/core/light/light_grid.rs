@@ -10,8 +10,8 @@
 //! would evaluate two boxes per level; a table needs one search.
 //!
 //! A fiftieth of the choice goes by power for any estimate, and no cluster has a probability below
-//! 2⁻²⁰: every light can be sampled. docs/benchmarks.md, "By place", has the gain and the variants
-//! that were tried.
+//! 2⁻²⁰: every light can be sampled. docs/notebook/2026-11.md, "By place", has the gain and the
+//! variants that were tried.
 
 use super::tree::{LightTree, ReceiverRegion};
 use super::{Light, LightId, LightSampleContext};

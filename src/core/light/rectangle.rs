@@ -87,7 +87,7 @@ impl RectangleLight {
 
     /// The rectangle on the sphere of directions at `p`; `None` if it is sampled by area there. The
     /// distance of `p` from the middle must be at most the diagonal: farther away, the lower error
-    /// is not worth the time (docs/benchmarks.md, "Rectangles").
+    /// is not worth the time (docs/notebook/2026-11.md, "Rectangles").
     #[inline(always)]
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         let [width, height] = self.lengths;

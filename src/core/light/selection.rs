@@ -10,7 +10,7 @@ use crate::texture::Texture;
 use std::sync::OnceLock;
 
 /// Maximum number of lights that are chosen by power: a lamp of two triangles looks the same from
-/// almost anywhere (docs/benchmarks.md).
+/// almost anywhere (docs/notebook/2026-11.md).
 const FEW: usize = 2;
 
 /// Choice of lights in next-event estimation.

@@ -1,7 +1,7 @@
 //! Emitting triangles.
 //!
 //! Points are sampled by area. Sampling by solid angle needs arcs in f64, and costs more time than
-//! its lower error saves on the suite (docs/benchmarks.md, "Sampling emitting triangles and
+//! its lower error saves on the suite (docs/notebook/2026-11.md, "Sampling emitting triangles and
 //! choosing lights").
 
 use super::tree::{LightBounds, ReceiverRegion};

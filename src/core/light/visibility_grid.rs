@@ -19,8 +19,8 @@
 //! that see little of it.
 //!
 //! A table is made from the cell only, at the first request, so that threads change no bit.
-//! Probabilities of bins are whole multiples of 2⁻¹⁶. docs/benchmarks.md, "Sky through windows",
-//! has the gain.
+//! Probabilities of bins are whole multiples of 2⁻¹⁶. docs/notebook/2026-11.md, "Sky through
+//! windows", has the gain.
 
 use super::cell_grid::CellGrid;
 use super::light_grid::{Entry, LightGrid, NORMALS, normal_direction, normal_index};

@@ -17,8 +17,8 @@
 //! Decisions are made between rounds and from the film only, so threads change no bit. They use the
 //! samples that are kept, which moves means a little (Kirk and Arvo 1991). The pixels of a tile
 //! therefore decide together, after at least 128 samples, and after more if the image has less than
-//! 256 pixels. docs/benchmarks.md, "Stopping at a noise level", shows that no visible bias is left.
-//! A crop reaches the level separately; its pixels differ from those of the full image.
+//! 256 pixels. docs/notebook/2026-11.md, "Stopping at a noise level", shows that no visible bias is
+//! left. A crop reaches the level separately; its pixels differ from those of the full image.
 
 use super::dispatch::SampleIntegrator;
 use super::observer::{Observer, Outcome, should_leave};

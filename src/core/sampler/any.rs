@@ -1,7 +1,7 @@
 //! All samplers as one enum, matched at each draw.
 //!
 //! The renderer is not monomorphised per sampler, because compiling it once for each sampler,
-//! backend and integrator would gain little (docs/benchmarks.md, "Shared paths").
+//! backend and integrator would gain little (docs/notebook/2026-11.md, "Shared paths").
 
 use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, SampleKey, Sampler};
 use super::{Sobol, Stratified, ZSobol};

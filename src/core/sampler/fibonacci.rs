@@ -2,8 +2,8 @@
 //!
 //! This sampler wraps the chosen sampler; `integrator/path/strategy.rs` has its warp. Both work in
 //! any combination: the warp has the cosine's density with any sampler, and the numbers are uniform
-//! with any warp. It costs more time than its lower error saves (docs/benchmarks.md, "Fibonacci
-//! directions").
+//! with any warp. It costs more time than its lower error saves (docs/notebook/2026-11.md,
+//! "Fibonacci directions").
 
 use super::hash::{numbered, permute, pixel};
 use super::sphere::{moved_on_disk, pair, rotation, set_bits};

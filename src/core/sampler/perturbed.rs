@@ -11,8 +11,8 @@
 //! exactly uniform. The estimate is then unbiased for any points and disks. Without scrambling, the
 //! estimate only converges with the number of points and the number of pixels together.
 //!
-//! docs/benchmarks.md, "Perturbed quasi-Monte Carlo directions", compares it with Owen-scrambled
-//! Sobol points, which win.
+//! docs/notebook/2026-11.md, "Perturbed quasi-Monte Carlo directions", compares it with
+//! Owen-scrambled Sobol points, which win.
 
 use super::ball::CubePoints;
 use super::halton::radical_inverse;

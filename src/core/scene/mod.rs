@@ -3,7 +3,7 @@
 //!
 //! A frozen scene takes 36 bytes per triangle of a mesh with positions only: 12 of indices, 8 of
 //! vertices and 16 of its facet. A compact scene (`--compact`) computes the facet at each hit; the
-//! image is bit-identical. docs/benchmarks.md, "Memory", has both.
+//! image is bit-identical. docs/notebook/2026-11.md, "Memory", has both.
 
 mod absorption;
 mod builder;

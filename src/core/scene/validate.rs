@@ -3,7 +3,7 @@
 //! Coordinates beyond 10¹⁰ are errors, and so are scenes less than 10⁻⁹ wide, in the world and in
 //! the space of each instanced object. Embree computes distances as volumes of three lengths over
 //! areas, in f32: they underflow in small scenes and overflow in large ones. The limits keep a
-//! margin to the scales at which images were wrong (docs/benchmarks.md, "Range of scales").
+//! margin to the scales at which images were wrong (docs/notebook/2026-11.md, "Range of scales").
 
 use crate::geometry::{Mesh, Placement, retain_triangles, triangle_area};
 use crate::light::LightGroups;

@@ -9,7 +9,7 @@
 //!
 //! Instances have a separate tree, and so have moving triangles; boxes bound all positions over
 //! time. obvhs's CWBVH is not used. It has nodes with eight quantised boxes; four float boxes per
-//! node have the same gain over a binary hierarchy (docs/benchmarks.md, "Choice of BVH").
+//! node have the same gain over a binary hierarchy (docs/notebook/2026-11.md, "Choice of BVH").
 
 mod tree;
 mod watertight;

@@ -37,7 +37,7 @@ impl<L: Leaf> Tree<L> {
         items.par_sort_by_cached_key(|item| bits(item.bounds()));
         let alike: Vec<&[L]> = items.chunk_by(|a, b| bits(a.bounds()) == bits(b.bounds())).collect();
         let boxes: Vec<Item> = alike.iter().map(|items| Item(items[0].bounds())).collect();
-        // Splitting large triangles first costs rays more than it saves (docs/benchmarks.md).
+        // Splitting large triangles first costs rays more than it saves (docs/notebook/2026-11.md).
         let parameters = BvhBuildParams {
             pre_split: false,
             ..BvhBuildParams::slow_build()

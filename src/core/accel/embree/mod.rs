@@ -7,7 +7,7 @@
 //!   each new device.
 //! - Errors are checked after each call of a build, but not after a ray.
 //! - Scenes are built with high quality and the robust flag. Without the flag, rays pass between
-//!   triangles. Medium quality is slower (docs/benchmarks.md, "Single steps").
+//!   triangles. Medium quality is slower (docs/notebook/2026-11.md, "Single steps").
 //! - Embree reads vertices and indices from the scene's borrowed arrays: a `Vec3` has the 16 bytes
 //!   that Embree loads.
 //! - A deforming mesh has two vertex buffers, and placements are time steps. Each prototype is an

@@ -25,7 +25,7 @@
 //!   of each record; they had a tenth more error.
 //! - There is at most one record per 8 pixels: among leaves, paths are faster.
 //!
-//! docs/benchmarks.md, "Irradiance cache", compares it with `path`.
+//! docs/notebook/2026-11.md, "Irradiance cache", compares it with `path`.
 
 mod cache;
 mod hemisphere;

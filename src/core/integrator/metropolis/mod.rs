@@ -16,7 +16,7 @@
 //! `embrasure compare` assumes the worst case, that all pixels of a tile have common errors.
 //! `tests/it/transport/metropolis.rs` compares regions by their variance over iterations.
 //!
-//! docs/benchmarks.md, "Metropolis light transport", has the figures behind the defaults.
+//! docs/notebook/2026-11.md, "Metropolis light transport", has the figures behind the defaults.
 
 pub(crate) mod importance_image;
 pub(crate) mod mlt;

@@ -22,8 +22,8 @@
 //! pixels then were 64 times too bright after 2048 iterations. A seed that represents all paths of
 //! its sample is as bright as in `bdpt`, times the number of mutations per seed.
 //!
-//! Defaults (docs/benchmarks.md, "Metropolis light transport"): one chain per 256 mutations is a
-//! compromise between scenes with easy light and scenes with hidden light. Step sizes and the
+//! Defaults (docs/notebook/2026-11.md, "Metropolis light transport"): one chain per 256 mutations
+//! is a compromise between scenes with easy light and scenes with hidden light. Step sizes and the
 //! probability of large steps are those of Kelemen et al.
 
 use super::options::{FilmArea, OrdinaryLight, mutations, mutations_of_chain, name};

@@ -5,7 +5,7 @@
 //! ray, and continues in a direction sampled from the BSDF. Light that both strategies can find is
 //! weighted by the power heuristic (Veach 1997, §9.2).
 //!
-//! The order of the steps follows from measurements (docs/benchmarks.md, "Single steps"). The
+//! The order of the steps follows from measurements (docs/notebook/2026-11.md, "Single steps"). The
 //! random numbers of a vertex are computed before its ray is traced. The next ray is ready before
 //! the shadow ray is traced, so that the CPU need not wait between the two. The camera rays of
 //! sixteen samples are traced as one packet. After the first hit rays diverge, and packets gain

@@ -2,8 +2,8 @@
 //! survivors (Arvo and Kirk 1990, "Particle Transport and Image Synthesis").
 //!
 //! Roulette may end a path after its second scattering. The default survival probability is the
-//! largest channel of the throughput (in `path` divided by 0.5), at most 0.95. docs/benchmarks.md,
-//! "Russian roulette", compares rules by the product of noise and time.
+//! largest channel of the throughput (in `path` divided by 0.5), at most 0.95.
+//! docs/notebook/2026-11.md, "Russian roulette", compares rules by the product of noise and time.
 //!
 //! Roulette multiplies the throughput by the squared indices of refraction by which the path was
 //! divided. Radiance that shrinks on its way into glass grows again on its way out. `reuse` adds a
@@ -70,7 +70,7 @@ impl Roulette {
 
 impl Default for Roulette {
     /// Depth 1, which has the smallest product of noise and time, or is near it, on the suite's
-    /// scenes (docs/benchmarks.md, "Russian roulette").
+    /// scenes (docs/notebook/2026-11.md, "Russian roulette").
     fn default() -> Self {
         Self::after(1)
     }

@@ -22,7 +22,7 @@
 //! Density estimation is biased: it takes the mean over a disk. The bias is proportional to `r²`
 //! times the curvature of the irradiance. At the edge of a surface, part of the disk is empty. A
 //! photon counts if its surface has nearly the normal of the point (`MIN_COSINE`) and if it lies
-//! within a ball. docs/benchmarks.md, "Photons", has errors and biases.
+//! within a ball. docs/notebook/2026-11.md, "Photons", has errors and biases.
 
 pub(crate) mod density;
 pub(crate) mod grid;

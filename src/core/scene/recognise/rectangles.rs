@@ -1,9 +1,9 @@
 //! Rectangles among emitting triangles: each is a single light instead of two triangles.
 //!
 //! A single light has points that are stratified over the whole rectangle, and directions by solid
-//! angle nearby. The tables of the choice of a light have half as many entries (docs/benchmarks.md,
-//! "Rectangles"). A quad of an OBJ file becomes two consecutive triangles, and only consecutive
-//! triangles are checked.
+//! angle nearby. The tables of the choice of a light have half as many entries
+//! (docs/notebook/2026-11.md, "Rectangles"). A quad of an OBJ file becomes two consecutive
+//! triangles, and only consecutive triangles are checked.
 
 use crate::geometry::{Mesh, PrimId};
 use crate::math::{Vec3, float::gamma};

@@ -2,7 +2,7 @@
 //! Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths"; Bauszat, Petitjean and
 //! Eisemann 2017, "Gradient-Domain Path Reusing").
 //!
-//! Nearly all error of a path tracer in a room comes from indirect light (docs/benchmarks.md,
+//! Nearly all error of a path tracer in a room comes from indirect light (docs/notebook/2026-11.md,
 //! "Shared paths"). Each pixel of a group traces one path, whose second vertex is its end. Each
 //! pixel connects its own first vertex to the ends of all paths, and evaluates the BSDF there for
 //! its own direction. A connection costs one shadow ray and saves the rest of a path. The shadow

@@ -35,7 +35,7 @@ impl<'de> Deserialize<'de> for ChannelValues {
 
 /// Reads three channels.
 struct Channels {
-    /// Whether texts name colours.
+    /// True if strings name colours.
     is_color: bool,
 }
 

@@ -8,11 +8,11 @@ use crate::scene::SectionPlane;
 use std::ops::Range;
 use toml::Spanned;
 
-/// Axes of planes. What is below the plane along the axis stays.
+/// Axes of planes. The cut keeps the part below the plane along the axis.
 const AXES: &[&str] = &["x", "y", "z", "-x", "-y", "-z"];
 
 section! {
-    /// `[[section]]`: a plane that cuts the scene open; several cut one after the other.
+    /// `[[section]]`: a plane that cuts the scene open. Several planes cut one after the other.
     #[derive(Default)]
     pub struct CutSection {
         required {}
@@ -32,8 +32,8 @@ section! {
         point: [f32; 3], default "0 0 0";
         /// Material of the caps that close the cut, by its name
         ///
-        /// One of the scene file or of the libraries of its objects. Texture coordinates of caps are
-        /// scene units.
+        /// One of the scene file or of the libraries of its objects. Texture coordinates of caps
+        /// are scene units.
         material: String, default "dark grey";
     }
 }
@@ -43,7 +43,7 @@ key_types! {
 }
 
 impl CutSection {
-    /// The plane `AXIS=VALUE` of the flag `--cut`, whose errors are told at `span`.
+    /// Section of the plane `AXIS=VALUE` of the flag `--cut`. Its errors are reported at `span`.
     pub(super) fn of_flag(text: &str, span: Range<usize>) -> Option<Self> {
         let (axis, number) = text.split_once('=')?;
         let (axis, number) = (axis.trim(), number.trim().parse::<f64>().ok()?);
@@ -54,7 +54,8 @@ impl CutSection {
         })
     }
 
-    /// The plane at `height` above the lowest point along `axis`, whose errors are told at `span`.
+    /// Section of the plane at `height` above the lowest point along `axis`. Its errors are
+    /// reported at `span`.
     pub(super) fn above_lowest(axis: &str, height: f64, span: Range<usize>) -> Self {
         Self {
             axis: Some(Spanned::new(span.clone(), axis.to_string())),
@@ -71,7 +72,7 @@ impl CutSection {
             .unwrap_or(0..0)
     }
 
-    /// Words for the plane in messages.
+    /// Text of the plane in messages.
     pub(super) fn words(&self) -> String {
         match (&self.axis, &self.value, &self.normal) {
             (Some(axis), None, _) => {
@@ -87,7 +88,8 @@ impl CutSection {
         }
     }
 
-    /// The plane in a scene with this box. One that cannot be is an error at its place in `file`.
+    /// The plane in a scene with the box `bounds`. An invalid plane is an error at its place in
+    /// `file`.
     pub(super) fn plane(&self, file: &Source, bounds: Bounds3) -> Result<SectionPlane, FileError> {
         let wrong = |span: Range<usize>, message: String, help: &str| Err(file.error(span, message).help(help));
         let help = "write axis = \"z\" and value = 1.2, or normal = [0, 0, 1] and point = [0, 0, 1.2]";

@@ -1,11 +1,11 @@
-//! Lists of a fixed number of values: serde's arrays ignore further values, and here these are an error.
+//! Lists of a fixed number of values. serde's arrays ignore further values; here they are an error.
 
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// A list of `N` values, neither fewer nor more.
+/// A list of exactly `N` values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub(super) struct ExactList<L>(pub L);

@@ -1,20 +1,21 @@
-//! The search for textures. Libraries name them as they lay on the machine of the modeller, such as `C:\\Users\\bob\\Textures\\a.png`.
+//! Search for textures. Libraries name them with paths on the machine of the modeller, such as
+//! `C:\\Users\\bob\\Textures\\a.png`.
 
 use super::find_file::{FileFinder, base_name, folder_above, unquoted};
 use crate::math::excerpt_of_path;
 use std::path::{Path, PathBuf};
 
-/// Folders beside a library, or beside its folder, in which textures lie.
+/// Usual names of texture folders, beside a library or beside its folder.
 const USUAL_FOLDERS: [&str; 5] = ["textures", "maps", "texture", "images", "tex"];
-/// Folders of a written path that are looked for with the name of the file.
+/// Maximum number of folders of a written path that are searched for, together with the file name.
 const MAX_FOLDERS_OF_NAME: usize = 3;
 
-/// Returns true if a folder of this name usually has textures: `Textures` too.
+/// Returns true if `name` is usual for a texture folder. Case does not matter.
 pub(super) fn is_texture_folder(name: &str) -> bool {
     USUAL_FOLDERS.iter().any(|usual| name.eq_ignore_ascii_case(usual))
 }
 
-/// The folders in which the textures of a material are looked for.
+/// Folders to search for the textures of a material.
 pub(super) struct TextureSearch<'a> {
     /// Folder of the file that names the textures.
     folder: &'a Path,
@@ -24,17 +25,18 @@ pub(super) struct TextureSearch<'a> {
     obj: &'a Path,
 }
 
-/// A texture that was found.
+/// A texture found by the search.
 #[derive(Debug, PartialEq)]
 pub(super) enum FoundTexture {
-    /// Under the name that was written.
+    /// Found under the written name.
     AsNamed(PathBuf),
-    /// Under its base name, or in another folder.
+    /// Found under its base name, or in another folder.
     Elsewhere(PathBuf),
 }
 
 impl<'a> TextureSearch<'a> {
-    /// Textures named in `library` for the OBJ file `obj`; `given` are folders that the user gave.
+    /// Searches textures that `library` names for the OBJ file `obj`. `given` are folders that the
+    /// user gave.
     pub fn new(library: &'a Path, given: &'a [PathBuf], obj: &'a Path) -> Self {
         let folder = |file: &'a Path| file.parent().unwrap_or(Path::new(""));
         Self {
@@ -44,14 +46,14 @@ impl<'a> TextureSearch<'a> {
         }
     }
 
-    /// The file of the first of these `names` that is there. Else it is looked for by the ends of
-    /// the name, the longest first:
+    /// Finds the first of `names` that exists. If none exists, searches for the ends of the name,
+    /// the longest end first:
     ///
     /// - in the folders that the user gave;
-    /// - among the resources of Minecraft, if it names one;
+    /// - among the resources of Minecraft, if the name is the name of a resource;
     /// - beside the library, the OBJ file and their folders, and in the usual folders there;
     /// - in the folders within those, as [`FileFinder::folders_within`] lists them, if exactly one
-    ///   has it.
+    ///   of them has the file.
     pub fn find<'n>(
         &self,
         names: impl Iterator<Item = &'n str> + Clone,
@@ -84,8 +86,8 @@ impl<'a> TextureSearch<'a> {
         found.map(FoundTexture::Elsewhere)
     }
 
-    /// The folders of the library and of the OBJ file, those that they lie in, and the usual
-    /// folders there.
+    /// Folders of the library and of the OBJ file, their parent folders, and the usual texture
+    /// folders within them.
     fn usual_folders(&self) -> impl Iterator<Item = PathBuf> {
         self.places().into_iter().flat_map(|place| {
             let usual = USUAL_FOLDERS.map(|folder| place.join(folder));
@@ -93,7 +95,7 @@ impl<'a> TextureSearch<'a> {
         })
     }
 
-    /// The file of this name if exactly one of the folders within those of the search has it.
+    /// The file `name`, if exactly one folder within the searched folders has it.
     fn find_within(&self, name: &str, finder: &mut FileFinder) -> Option<PathBuf> {
         let mut folders: Vec<PathBuf> = Vec::new();
         for place in self.places() {
@@ -106,7 +108,7 @@ impl<'a> TextureSearch<'a> {
     }
 
     /// The file of a resource of Minecraft: `domain:block/a` is
-    /// `assets/domain/textures/block/a.png`, where the OBJ file lies within `assets`.
+    /// `assets/domain/textures/block/a.png`, if the OBJ file lies within `assets`.
     fn resource(&self, name: &str) -> Option<PathBuf> {
         let (domain, path) = name.split_once(':')?;
         let is_plain = |c: char| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-' | '.');
@@ -129,7 +131,7 @@ impl<'a> TextureSearch<'a> {
         Some(assets.join(domain).join("textures").join(file))
     }
 
-    /// The folders of the library and of the OBJ file, and those that they lie in.
+    /// Folders of the library and of the OBJ file, and their parent folders.
     fn places(&self) -> Vec<PathBuf> {
         let here = [self.folder, self.obj];
         let mut places: Vec<PathBuf> = Vec::with_capacity(4);
@@ -141,7 +143,7 @@ impl<'a> TextureSearch<'a> {
         places
     }
 
-    /// What to do about a texture that is nowhere: what was searched, and for which names.
+    /// Help for a missing texture: searched folders and searched names.
     pub fn help(&self, name: &str, finder: &mut FileFinder) -> String {
         // Without a trailing `/`
         let shown = |folder: &Path| match folder.components().as_path() {
@@ -179,8 +181,8 @@ impl<'a> TextureSearch<'a> {
     }
 }
 
-/// Ends of a path of whatever system, the longest first: the name of the file, and that in some of
-/// the last folders.
+/// Ends of a path of any operating system, the longest first: the file name, with and without some
+/// of the last folders.
 fn ends_of(name: &str) -> Vec<String> {
     let Some(base) = base_name(name) else {
         return Vec::new();
@@ -227,7 +229,7 @@ mod tests {
             fs::create_dir_all(at(name).parent().unwrap()).unwrap();
             fs::write(at(name), name).unwrap();
         }
-        // One that is in the folder given as well as beside the library
+        // A file in the given folder and beside the library
         fs::write(at("given/a.png"), "given/a.png").unwrap();
         let (library, obj, given) = (at("lib/m.mtl"), at("obj/m.obj"), [at("given")]);
         let search = TextureSearch::new(&library, &given, &obj);

@@ -6,7 +6,7 @@ use crate::scene::{BuildError, GroundPlane};
 use std::ops::Range;
 
 section! {
-    /// `[ground]`: a plane that catches shadows; it is there where the section is, also without any key.
+    /// `[ground]`: a plane that catches shadows. A section without keys adds the plane too.
     #[derive(Default)]
     pub struct GroundSection {
         required {}
@@ -26,7 +26,7 @@ section! {
 }
 
 impl GroundSection {
-    /// The plane, with defaults for what the section does not say.
+    /// The plane, with defaults for missing keys.
     pub fn plane(&self) -> GroundPlane {
         let usual = GroundPlane::default();
         GroundPlane {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use toml::Spanned;
 
-/// The entries of a table in the order in which the file has them: parsers sort tables by their keys.
+/// Entries of a table in the order of the file. Parsers sort tables by their keys.
 #[derive(Clone, Debug)]
 pub struct InOrder<T>(pub Vec<(Spanned<String>, T)>);
 
@@ -15,7 +15,7 @@ impl<T> Default for InOrder<T> {
 }
 
 impl<T> InOrder<T> {
-    /// Whether there are no entries.
+    /// Returns true if there are no entries.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

@@ -3,7 +3,7 @@
 use crate::options::{Parameter, Range};
 use serde_json::{Map, Value, json};
 
-/// Where the schema defines the texts of colours.
+/// Place in the schema that defines the strings of colours.
 pub(super) const COLOR_TEXT: &str = "#/definitions/colour";
 
 /// Schema of a number in `range`.
@@ -25,7 +25,7 @@ pub(super) fn either(choices: &[Value]) -> Value {
     json!({ "anyOf": choices })
 }
 
-/// A table that has these properties and no others.
+/// Schema of a table that has exactly the given properties.
 pub(super) fn closed(description: Option<&str>, properties: Map<String, Value>, required: &[&str]) -> Value {
     let mut table = json!({
         "type": "object",
@@ -41,7 +41,7 @@ pub(super) fn closed(description: Option<&str>, properties: Map<String, Value>, 
     table
 }
 
-/// The schema of a parameter, with its help, and its default where that is a value.
+/// Schema of a parameter with its help, and with its default if the default is a value.
 pub(super) fn described(parameter: &Parameter) -> Value {
     let mut schema = parameter.schema();
     let mut words = parameter.help().to_string();
@@ -60,7 +60,8 @@ pub(super) fn described(parameter: &Parameter) -> Value {
     schema
 }
 
-/// Returns true if `schema` is a choice of names, or has one, with this `name`.
+/// Returns true if `schema` is a choice of names that contains `name`, or has a nested choice that
+/// does.
 fn has_name(schema: &Value, name: &str) -> bool {
     let items = |keyword: &str| schema[keyword].as_array().into_iter().flatten();
     items("enum").any(|known| known == name) || items("anyOf").any(|choice| has_name(choice, name))

@@ -1,4 +1,5 @@
-//! Light that is set over that of a scene file. Where it stands depends on the camera, which may be guessed only once the scene is known.
+//! Light that replaces or extends the light of a scene file. Its position depends on the camera,
+//! which may be guessed only after the scene is read.
 
 use super::{DEFAULT_SUN, LightSection, Rotation};
 use crate::light::sky::DEFAULT_TURBIDITY;
@@ -7,12 +8,13 @@ use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// Light over that of a scene file, each with the words that gave it, such as `--env sky`: errors name them.
+/// Changes to the light of a scene file. Each has the text that set it, such as `--env sky`, for
+/// error messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightChanges {
     /// Environment that replaces all environments of the file.
     pub env: Option<(Environment, String)>,
-    /// Sun that is added, and to which the sun of each sky moves.
+    /// Sun to add. The suns of all skies move to its position.
     pub sun: Option<(Sun, String)>,
     /// Irradiance, W·m⁻², of soft light from the camera's upper left.
     pub key_light: Option<(f32, String)>,
@@ -34,7 +36,7 @@ pub(crate) enum Environment {
 /// A sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sun {
-    /// Azimuth and elevation, degrees.
+    /// Azimuth and elevation in degrees.
     pub at: [f32; 2],
     /// Luminance of its irradiance, W·m⁻².
     pub strength: f32,
@@ -47,22 +49,22 @@ pub(crate) struct Viewpoint {
     pub back: Option<Vec3>,
     /// Up in the image.
     pub up: Option<Vec3>,
-    /// Up in the scene; +y where nothing is known.
+    /// Up in the scene; +y if unknown.
     pub scene_up: Option<Vec3>,
 }
 
-/// Changes of a scene file's light, and the sections before them.
+/// Changes of the light of a scene file, and the light sections before the changes.
 #[derive(Clone, Debug)]
 pub(super) struct ChangedLight {
     pub changes: LightChanges,
-    /// Places of the errors of environment, sun and key light.
+    /// Spans for errors of the environment, the sun and the key light.
     pub spans: [Range<usize>; 3],
     /// Sections before the changes.
     pub light: Vec<LightSection>,
 }
 
 impl LightChanges {
-    /// Words that gave the environment, the sun and the key light, where they are changed.
+    /// Texts that set the environment, the sun and the key light; `None` if unchanged.
     pub(super) fn words(&self) -> [Option<&str>; 3] {
         fn of<T>(change: &Option<(T, String)>) -> Option<&str> {
             change.as_ref().map(|(_, words)| words.as_str())
@@ -72,7 +74,7 @@ impl LightChanges {
 }
 
 impl ChangedLight {
-    /// All lights, those that depend on the camera for one at `viewpoint`.
+    /// All lights. Lights that depend on the camera are placed for a camera at `viewpoint`.
     pub fn seen_from(&self, viewpoint: &Viewpoint) -> Vec<LightSection> {
         let mut lights = self.light.clone();
         let [at_env, at_sun, at_key_light] = self.spans.clone();
@@ -99,7 +101,7 @@ impl ChangedLight {
 }
 
 impl Environment {
-    /// The section at the bytes `span` of a file, for a camera at `viewpoint`.
+    /// The section of the environment at the bytes `span` of a file, for a camera at `viewpoint`.
     pub(crate) fn section(&self, span: Range<usize>, viewpoint: &Viewpoint) -> LightSection {
         let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
         match self {
@@ -119,7 +121,8 @@ impl Environment {
     }
 }
 
-/// Angles about x, y and z, in degrees, of the shortest rotation from +y to `up`, an axis of either direction.
+/// Angles about x, y and z, in degrees, of the shortest rotation from +y to `up`. `up` is an axis
+/// of either direction.
 fn upright(up: Vec3) -> [f32; 3] {
     match up.y < 0.0 {
         true => [180.0, 0.0, 0.0],

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use toml::Spanned;
 
 section! {
-    /// `[[light_group]]`: materials whose emission is distinguished from other light.
+    /// `[[light_group]]`: materials whose emission is separated from other light.
     pub struct LightGroupSection {
         required {
             /// Name of the group, which lights may name too
@@ -30,7 +30,8 @@ pub(super) fn group_name() -> Value {
 }
 
 impl LightGroupSection {
-    /// Notes the group of each material in `groups`; what cannot be is an error at its place in `file`.
+    /// Stores the group of each material in `groups`. An invalid group is an error at its place in
+    /// `file`.
     pub(super) fn add_to(
         &self,
         builder: &mut SceneBuilder,
@@ -55,7 +56,7 @@ impl LightGroupSection {
     }
 }
 
-/// The group of lights that is called `name`; an error at its place in `file` where nothing can be called so.
+/// Light group `name`. An invalid name is an error at its place in `file`.
 pub(super) fn light_group(
     builder: &mut SceneBuilder,
     file: &Source,
@@ -74,7 +75,8 @@ pub(super) fn light_group(
     })
 }
 
-/// Materials in groups that give no light to them, and why: surfaces of each name that is used emit something, or nothing.
+/// Materials of groups that emit nothing or that no face uses, each with the reason. `emits` is
+/// true if any used surface of that material name emits.
 pub(super) fn idle_members<'a>(
     groups: &'a [LightGroupSection],
     emits: &HashMap<String, bool>,

@@ -1,4 +1,4 @@
-//! `[[light]]`: its keys, and the light that they make.
+//! `[[light]]`: its keys, and the light that they define.
 
 use super::environment::{BYTES_OF_A_NEW_TEXEL, Environment, environment_bytes, read_environment};
 use super::key_schema::{either, list, number};
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 section! {
-    /// `[[light]]`; which keys belong to it depends on its type.
+    /// `[[light]]`. Its type decides which keys are valid.
     #[derive(PartialEq)]
     pub struct LightSection {
         required {
@@ -35,7 +35,8 @@ section! {
         position: [f32; 3], in Numbers::FromTo(-1e15, 1e15);
         /// Intensity of a point or spot light, W/sr
         intensity: ColorValue, in Numbers::AtLeast(0.0);
-        /// Direction in which a directional or spot light travels; normal of the side of a disk or a rectangle that emits
+        /// Direction in which a directional or spot light travels; normal of the side of a disk or
+        /// a rectangle that emits
         direction: [f32; 3];
         /// Point that a spot light shines at
         look_at: [f32; 3];
@@ -68,14 +69,14 @@ section! {
     }
 }
 
-/// Keys of a type of lights, besides `type` and `group`.
+/// Keys of a light type, except `type` and `group`.
 pub(crate) struct LightType {
     pub name: &'static str,
     pub required: &'static [&'static str],
     pub optional: &'static [&'static str],
-    /// Keys of which it has exactly one.
+    /// Keys of which exactly one is required.
     pub one_of: &'static [&'static str],
-    /// Meaning and schema of `angle`, which types share.
+    /// Meaning and schema of `angle`, which several types use.
     pub angle: Option<Angle>,
 }
 
@@ -131,7 +132,7 @@ impl LightType {
         }
     }
 
-    /// The type of this name.
+    /// The type called `name`.
     pub fn of_name(name: &str) -> Option<&'static Self> {
         Self::ALL.iter().find(|kind| kind.name == name)
     }
@@ -141,12 +142,12 @@ impl LightType {
         Self::ALL.iter().map(|kind| kind.name).collect()
     }
 
-    /// Its keys, the required ones first.
+    /// Keys of the type, the required keys first.
     pub fn keys(&self) -> impl Iterator<Item = &'static str> {
         self.required.iter().chain(self.optional).copied()
     }
 
-    /// What its `angle` is, with its schema.
+    /// Schema of the key `angle`, with its help.
     pub fn angle_schema(&self) -> Option<Value> {
         self.angle.map(|Angle { help, schema }| {
             let mut schema = schema();
@@ -156,13 +157,13 @@ impl LightType {
     }
 }
 
-/// Schema of the place of a sun.
+/// Schema of the direction of a sun.
 fn azimuth_and_elevation() -> Value {
     let elevation = number(Numbers::FromTo(-90.0, 90.0));
     json!({ "type": "array", "items": [number(Numbers::Any), elevation], "additionalItems": false, "minItems": 2 })
 }
 
-/// Degrees about +y, or about the fixed x, y and z axes in this order.
+/// Rotation in degrees, about +y or about the fixed x, y and z axes in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged, expecting = "rotate must be a number or three numbers")]
 pub enum Rotation {
@@ -176,19 +177,20 @@ key_types! {
     Rotation: |number| either(&[number.clone(), list(3, number)]);
 }
 
-/// Where a spot light falls off, as a share of its angle, if it does not say.
+/// Default half-angle from which a spot light falls off, as a fraction of `angle`.
 const DEFAULT_FALLOFF: f32 = 0.8;
-/// Azimuth and elevation of the sun of a sky that does not say, degrees: to the left of a camera at azimuth 0, and half way up.
+/// Default azimuth and elevation of the sun of a sky, in degrees: to the left of a camera at
+/// azimuth 0, and half way up.
 pub const DEFAULT_SUN: [f32; 2] = [-45.0, 45.0];
 
 impl LightSection {
-    /// A light of a type, of which nothing else is said yet. Errors that concern it are told at the bytes `span` of its file
-    /// ([`flag_span`](super::SceneFile::flag_span)).
+    /// A light of type `kind` without any other key. Errors about the light point to the bytes
+    /// `span` of its file ([`flag_span`](super::SceneFile::flag_span)).
     pub fn of_type(kind: &str, span: Range<usize>) -> Self {
         Self::new(Spanned::new(span, kind.to_string()))
     }
 
-    /// Whether the light is an environment: it has a radiance in every direction.
+    /// Returns true if the light is an environment: it emits from every direction.
     pub fn is_environment(&self) -> bool {
         matches!(
             self.kind.get_ref().as_str(),
@@ -196,7 +198,7 @@ impl LightSection {
         )
     }
 
-    /// Adds the light to `builder`; what cannot be is an error at its place in `file`.
+    /// Adds the light to `builder`. An invalid value is an error at its place in `file`.
     pub(super) fn add_to(
         &self,
         builder: &mut SceneBuilder,
@@ -208,7 +210,7 @@ impl LightSection {
         let group = name.map(|name| light_group(builder, file, name)).transpose()?;
         builder.begin_light_group(group);
         self.check_keys(file)?;
-        // Keys that are required are there.
+        // `check_keys` has checked that the required keys exist.
         let vector = |key: &Option<Spanned<[f32; 3]>>| value(key).map(Vec3::from).unwrap_or_default();
         let color = |key: &Option<Spanned<ColorValue>>| value(key).map(Spectrum::from).unwrap_or_default();
         let number = |key: &Option<Spanned<f32>>| value(key).unwrap_or_default();
@@ -304,7 +306,7 @@ impl LightSection {
         Ok(image)
     }
 
-    /// Sets memory aside for a picture of that size, which is made and not read.
+    /// Reserves memory for a generated picture of `size`.
     fn reserve(&self, file: &Source, size: [usize; 2], allowance: &mut Allowance) -> Result<(), FileError> {
         let texels = (size[0] * size[1]) as u64;
         let checked = allowance.check(Path::new(""), texels * BYTES_OF_A_NEW_TEXEL);
@@ -324,7 +326,7 @@ impl LightSection {
         }
     }
 
-    /// The place of the key that an error is about.
+    /// Span of the key that `error` is about.
     fn place_of(&self, error: &BuildError) -> Option<Range<usize>> {
         match error {
             BuildError::BadLight { key, .. } => self.span_of(key),
@@ -332,7 +334,8 @@ impl LightSection {
         }
     }
 
-    /// Checks that the light has a type, all keys that the type requires, and no key of other types.
+    /// Checks that the type exists, that all required keys are given, and that no key belongs to
+    /// another type.
     fn check_keys(&self, file: &Source) -> Result<(), FileError> {
         let name = self.kind.get_ref();
         let kind = LightType::of_name(name).ok_or_else(|| self.unknown_type(file))?;
@@ -363,7 +366,7 @@ impl LightSection {
         }
     }
 
-    /// The error of a type that does not exist.
+    /// Error for an unknown type.
     fn unknown_type(&self, file: &Source) -> FileError {
         let message = format!("unknown type of light `{}`", excerpt(self.kind.get_ref()));
         let names = LightType::names();
@@ -372,7 +375,7 @@ impl LightSection {
         error.help(format!("choose from {} and {last}", others.join(", ")))
     }
 
-    /// The error of a key that the type requires.
+    /// Error for a missing required key.
     fn missing(&self, file: &Source, key: &str) -> FileError {
         let schema = Self::KEYS.iter().find(|known| known.key == key).map(Parameter::schema);
         let schema = schema.unwrap_or_default();

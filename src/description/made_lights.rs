@@ -1,4 +1,4 @@
-//! `[[light]]` sections that are written by the program: by flags, and for scenes without lights.
+//! `[[light]]` sections made by the program: for flags, and for scenes without lights.
 
 use super::{ColorValue, LightSection};
 use crate::color::Spectrum;
@@ -9,15 +9,16 @@ use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// Diameter of the sun's disc, degrees.
+/// Diameter of the sun's disc in degrees.
 const SUN_ANGLE: f32 = 0.53;
-/// Azimuth and elevation of a key light as the camera sees it, and the diameter of its disc, degrees.
+/// Azimuth and elevation of the key light relative to the camera, and diameter of its disc, all in
+/// degrees.
 const KEY_LIGHT: [f32; 3] = [-40.0, 40.0, 30.0];
 
-/// Sections at the bytes `span` of a file, where errors of them are told ([`super::SceneFile::flag_span`]). Angles are degrees, as [`Horizon`] counts them;
-/// `up` is +y where it is `None`.
+/// Sections at the bytes `span` of a file, to which errors point ([`super::SceneFile::flag_span`]).
+/// Angles are in degrees, in the frame of [`Horizon`]. `up` is +y if it is `None`.
 impl LightSection {
-    /// An environment of the same `radiance` everywhere.
+    /// An environment with the same `radiance` in all directions.
     pub fn constant(span: Range<usize>, radiance: [f32; 3]) -> Self {
         Self {
             radiance: Some(Spanned::new(span.clone(), ColorValue(radiance))),
@@ -25,7 +26,7 @@ impl LightSection {
         }
     }
 
-    /// A picture of latitude and longitude.
+    /// An environment from a latitude-longitude picture.
     pub fn environment(span: Range<usize>, image: PathBuf) -> Self {
         Self {
             image: Some(Spanned::new(span.clone(), image)),
@@ -33,7 +34,7 @@ impl LightSection {
         }
     }
 
-    /// A daylight sky with its sun at this azimuth and elevation.
+    /// A daylight sky with its sun at azimuth and elevation `sun`.
     pub fn sky(span: Range<usize>, sun: [f32; 2], up: Option<Vec3>) -> Self {
         Self {
             sun: Some(Spanned::new(span.clone(), sun)),
@@ -51,21 +52,21 @@ impl LightSection {
         }
     }
 
-    /// The sun at this azimuth and elevation: `strength` is the luminance of the irradiance, W·m⁻², of a surface that faces it, and its colour that of
-    /// sunlight through air of that turbidity.
+    /// The sun at azimuth and elevation `at`. `strength` is the luminance of the irradiance, W·m⁻²,
+    /// of a surface that faces it. Its colour is the colour of sunlight through air of `turbidity`.
     pub fn sun(span: Range<usize>, at: [f32; 2], strength: f32, turbidity: f32, up: Option<Vec3>) -> Self {
         let towards = horizon(up).direction(at[0], at[1]);
         Self::directional(span, -towards, sun_color(at[1], turbidity) * strength, SUN_ANGLE)
     }
 
-    /// Soft light of `irradiance` W·m⁻² from the upper left of a camera that stands in the direction `back` from what it looks at; azimuth 0 where that is
-    /// `None`.
+    /// Soft light of `irradiance` W·m⁻² from the upper left of the camera. `back` is the direction
+    /// from the target to the camera; azimuth 0 if it is `None`.
     pub fn key_light(span: Range<usize>, back: Option<Vec3>, up: Option<Vec3>, irradiance: f32) -> Self {
         let towards = key_direction(back, up);
         Self::directional(span, -towards, Spectrum::splat(irradiance), KEY_LIGHT[2])
     }
 
-    /// Light that travels in `direction` from a disc of the diameter `angle`.
+    /// Light that travels in `direction`, from a disc of the diameter `angle`.
     pub fn directional(span: Range<usize>, direction: Vec3, irradiance: Spectrum, angle: f32) -> Self {
         Self {
             direction: Some(Spanned::new(span.clone(), direction.to_array())),
@@ -89,12 +90,12 @@ impl LightSection {
     }
 }
 
-/// The horizon of `up`; that of +y where this is none.
+/// Horizon of `up`; of +y if `up` is `None` or zero.
 fn horizon(up: Option<Vec3>) -> Horizon {
     Horizon::new(up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y))
 }
 
-/// Unit vector to the key light.
+/// Unit vector towards the key light.
 fn key_direction(back: Option<Vec3>, up: Option<Vec3>) -> Vec3 {
     let horizon = horizon(up);
     let [front, side, top] = [
@@ -115,7 +116,8 @@ fn key_direction(back: Option<Vec3>, up: Option<Vec3>) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// Left, above and in front of what is looked at, whichever way the camera looks.
+    /// The key light is at the left, above and in front of the target, for all directions of the
+    /// camera.
     #[test]
     fn the_key_light_comes_from_the_upper_left() {
         let close = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-6, "{a} {b}");
@@ -127,7 +129,7 @@ mod tests {
         close(key_direction(Some(Vec3::NEG_Z), None), behind);
         let z_up = Vec3::new(expected.x, -expected.z, expected.y);
         close(key_direction(Some(Vec3::NEG_Y), Some(Vec3::Z)), z_up);
-        // Straight down, and what cannot be a camera
+        // A camera that looks straight down, and invalid cameras
         for (back, up) in [(Vec3::Y, Vec3::Y), (Vec3::ZERO, Vec3::ZERO), (Vec3::NAN, Vec3::NAN)] {
             assert!(key_direction(Some(back), Some(up)).is_normalized());
         }

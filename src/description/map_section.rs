@@ -80,7 +80,7 @@ impl<'de> Deserialize<'de> for MapSection {
                 }
             }
 
-            // A derived choice between both would not say which key is unknown.
+            // A derived choice between both would not report which key is unknown.
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
                 TextureSection::deserialize(MapAccessDeserializer::new(map))
                     .map(|texture| MapSection::Texture(Box::new(texture)))
@@ -94,7 +94,7 @@ impl Serialize for MapSection {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::None => serializer.serialize_bool(false),
-            // The file alone
+            // Only the file
             Self::Texture(texture) if texture.given().len() == 1 => texture.file.serialize(serializer),
             Self::Texture(texture) => texture.serialize(serializer),
         }
@@ -109,7 +109,7 @@ key_types! {
     ]);
 }
 
-/// Each way of wrapping by its name.
+/// Wrap modes by name.
 const WRAPS: &[(&str, Wrap)] = &[
     ("repeat", Wrap::Repeat),
     ("clamp", Wrap::Clamp),
@@ -121,7 +121,7 @@ fn names_of<T>(named: &[(&'static str, T)]) -> Vec<&'static str> {
 }
 
 impl TextureSection {
-    /// The picture `file`, which lies on the surface as `mapping` says.
+    /// The picture `file` with `mapping`.
     pub(super) fn of(file: PathBuf, mapping: &Mapping) -> Self {
         fn said<T>(value: T) -> Option<Spanned<T>> {
             Some(Spanned::new(0..0, value))
@@ -140,13 +140,13 @@ impl TextureSection {
             base: number(mapping.base, default.base),
             gain: number(mapping.gain, default.gain),
             height: number(mapping.bump, default.bump),
-            // Part of the base
+            // `base` includes it.
             midlevel: None,
             flip_green: said(true).filter(|_| mapping.flips_green),
         }
     }
 
-    /// Asks for this texture at the bytes `span` of `file`, for `slot` of the material `name`.
+    /// Request for this texture at the bytes `span` of `file`, for `slot` of the material `name`.
     pub(super) fn request(
         &self,
         span: Range<usize>,
@@ -194,7 +194,7 @@ impl TextureSection {
     }
 }
 
-/// What the key `key` names, of `names`.
+/// Value that the string `given` names, from `names`. `key` is for messages.
 fn named<T: Copy>(
     given: &Option<Spanned<String>>,
     names: &[(&str, T)],

@@ -1,9 +1,12 @@
-//! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
+//! The scene description: a scene file, and the scene built from it and from the files that it
+//! names.
 //!
-//! `scene_file` reads the file, the `*_section` modules are its parts, `source` gives errors their places, and `scene_options` lists the options that
-//! its sections `[image]` and `[render]` set. `patches` lists the changes of materials, `placement` resolves where objects stand, `load` reads the
-//! named files and builds the scene, `write` makes the text of a scene file, and `schema` the JSON Schema of all of them. Formats of meshes and pictures are in `io`, and parameters of a
-//! render in `options`.
+//! `scene_file` reads the file, and the `*_section` modules are its sections. `source` gives places
+//! to errors. `scene_options` lists the options that the sections `[image]` and `[render]` set.
+//! `patches` lists changes of materials, `placement` computes the transforms of objects, and `load`
+//! reads the named files and builds the scene. `write` makes the text of a scene file, and `schema`
+//! its JSON Schema. `io` has the formats of meshes and pictures, `options` the parameters of a
+//! render.
 
 mod color_value;
 mod cut_section;
@@ -66,7 +69,7 @@ pub(crate) use {
     schema::{light_keys, material_keys},
 };
 
-// What the modules here need of the formats
+// Items of the file formats for the modules here
 use crate::files::{MemoryLimit, find_file, input, memory};
 use crate::io::{
     DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, Position, Severity,

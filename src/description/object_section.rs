@@ -48,7 +48,7 @@ section! {
 }
 
 impl ObjectSection {
-    /// Forgets the keys that a flag sets for all objects.
+    /// Clears the keys that a flag sets for all objects.
     pub(crate) fn set_below(&mut self, flags: &LoadParameters) {
         if flags.subdivision.is_some() {
             self.subdivision = None;
@@ -80,19 +80,19 @@ section! {
     expecting = "instances must be a file name or a list of matrices, each four rows of four"
 )]
 pub enum Instances {
-    /// A file with one placement a line.
+    /// A file with one placement per line.
     File(PathBuf),
-    /// The placements.
+    /// Placements as matrices.
     Matrices(Vec<[[f32; 4]; 4]>),
 }
 
-/// One factor, or one for each axis.
+/// Scale of an object.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "scale must be a number or three numbers")]
 pub enum Scale {
-    /// One factor for all axes.
+    /// Equal factor along all axes.
     Uniform(f32),
-    /// Along x, y and z.
+    /// Factors along x, y and z.
     Axes([f32; 3]),
 }
 

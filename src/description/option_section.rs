@@ -1,4 +1,5 @@
-//! Sections that set parameters (`options`): keys and values as they were written, and the options read from them.
+//! Sections that set parameters (`options`): written keys and values, and the options read from
+//! them.
 
 use super::scene_options::AnyGroup;
 use super::source::Source;
@@ -13,20 +14,21 @@ use std::fmt;
 use std::ops::Range;
 use toml::Spanned;
 
-/// A section of a scene file that sets parameters: keys and values as they were written.
+/// A section of a scene file that sets parameters, with its written keys and values.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(transparent)]
 pub(super) struct OptionSection(InOrder<Spanned<Scalar>>);
 
-/// Numbers of a list at most that a value may have.
+/// Maximum number of values in a list.
 const MAX_LIST: usize = 16;
 
-/// A value as it was written.
+/// A written value.
 #[derive(Clone, Debug)]
 enum Scalar {
     String(String),
     Number(String),
-    /// Values, and as numbers with commas between them, if they are a few numbers.
+    /// Values of a list, and their text as numbers with commas between them, if they are at most
+    /// `MAX_LIST` numbers.
     List(Vec<Scalar>, Option<String>),
     Other(&'static str),
 }
@@ -51,7 +53,7 @@ impl Scalar {
 }
 
 impl OptionSection {
-    /// The section that sets what `groups` say.
+    /// Section that sets the values of `groups`.
     pub fn of(groups: &[&dyn AnyGroup]) -> Self {
         let entry = |entry: Entry| {
             let numbers = |text: &str| text.split(',').map(|number| Scalar::Number(number.into())).collect();
@@ -66,7 +68,7 @@ impl OptionSection {
         Self(InOrder(entries.map(entry).collect()))
     }
 
-    /// Sets `key` to a list of strings, in place of what it was.
+    /// Sets `key` to a list of strings, and replaces its old value.
     pub fn set_strings(&mut self, key: &str, strings: impl IntoIterator<Item = String>) {
         self.0.0.retain(|(name, _)| name.get_ref() != key);
         let list = strings.into_iter().map(Scalar::String).collect();
@@ -77,7 +79,7 @@ impl OptionSection {
         self.0.0.push(entry);
     }
 
-    /// The place of the value of `key`, if it is there.
+    /// Span of the value of `key`, if it exists.
     pub fn span_of(&self, key: &str) -> Option<Range<usize>> {
         let mut entries = self.0.0.iter();
         entries
@@ -85,12 +87,13 @@ impl OptionSection {
             .map(|(_, value)| value.span())
     }
 
-    /// Whether nothing is set.
+    /// Returns true if the section has no keys.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The value of `key`, a string or a list of strings, and its place; `None` for a string in the list that is none.
+    /// Value of `key`, a string or a list of strings, with its span. The value is `None` if an item
+    /// is not a string.
     pub fn strings(&self, key: &str) -> Option<(Option<Vec<&str>>, Range<usize>)> {
         let (_, value) = self.0.0.iter().find(|(name, _)| name.get_ref() == key)?;
         let strings = match value.get_ref() {
@@ -100,7 +103,8 @@ impl OptionSection {
         Some((strings, value.span()))
     }
 
-    /// Sets in `groups` what the section `name` of `file` says, but for the keys `others`. An error comes with the byte of the file that it is about.
+    /// Sets `groups` from the section `name` of `file`, except for the keys `others`. An error has
+    /// the byte of the file where it is.
     pub fn read(
         &self,
         name: &str,
@@ -155,7 +159,7 @@ impl Serialize for Scalar {
             Self::String(text) => serializer.serialize_str(text),
             Self::Other(text) => serializer.serialize_str(text),
             Self::List(list, _) => serializer.collect_seq(list),
-            // Whole numbers of 64 bits would lose bits as floats, and floats are read as 32 bits.
+            // 64-bit whole numbers would lose bits as floats. Floats are read as 32 bits.
             Self::Number(text) => match (text.parse::<i64>(), text.parse::<u64>(), text.parse::<f32>()) {
                 (Ok(number), ..) => serializer.serialize_i64(number),
                 (_, Ok(number), _) => serializer.serialize_u64(number),

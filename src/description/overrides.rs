@@ -1,9 +1,10 @@
-//! Keys that are set over those of a scene file (`--set KEY=VALUE`), and patches of materials and
-//! parts (`--material GLOB.KEY=VALUE`, `--part GLOB.KEY=VALUE`).
+//! Keys that replace keys of a scene file (`--set KEY=VALUE`), and patches of materials and parts
+//! (`--material GLOB.KEY=VALUE`, `--part GLOB.KEY=VALUE`).
 //!
-//! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`, where the next free index adds an entry). Any other value replaces
-//! that of the file. A value that is no TOML is a string: `render.sampler=halton`. Each text is parsed behind more blanks than the file has bytes, so that
-//! the place of a value tells who set it.
+//! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`; the next free
+//! index adds an entry). Any other value replaces the value of the file. A value that is not TOML
+//! is a string: `render.sampler=halton`. Each text is parsed after more blanks than the file has
+//! bytes. So the byte of a value identifies the flag that set it.
 
 use serde::Deserialize;
 use std::ops::Range;
@@ -16,7 +17,7 @@ const ARRAYS: [&str; 3] = ["object", "light", "light_group"];
 /// Sections whose entries have the names of materials or parts.
 const SECTIONS_BY_NAME: [&str; 3] = ["material", "patch", "part"];
 
-/// Kind of things that a flag patches.
+/// Kind of items that a flag patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Patched {
     Materials,
@@ -33,7 +34,7 @@ impl Patched {
     }
 }
 
-/// Keys and values, in the order in which they are set.
+/// Keys and values in the order in which they apply.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Overrides(Vec<Override>);
 
@@ -41,22 +42,22 @@ pub(super) struct Overrides(Vec<Override>);
 struct Override {
     /// Flag and value, as the user wrote them.
     written: String,
-    /// Key and value as TOML, behind blanks; empty where it is not a key that is set.
+    /// Key and value as TOML, after blanks; empty if the flag sets no key.
     toml: String,
-    /// Number of these blanks.
+    /// Number of blanks.
     start: usize,
-    /// Names of the things that it patches; `None` if it is a key of the file.
+    /// Kind and glob of a patch; `None` for a key of the file.
     patches: Option<(Patched, String)>,
-    /// Whether a patch that matches no material is an error.
+    /// True if it is an error that the patch matches no material.
     must_match: bool,
 }
 
 impl Overrides {
-    /// Overrides of a file of `bytes`.
+    /// Overrides for a file of `bytes`.
     ///
     /// # Errors
     ///
-    /// The text that is no `KEY=VALUE`.
+    /// The first text that is not `KEY=VALUE`.
     pub fn new(written: &[String], bytes: usize) -> Result<Self, String> {
         let mut start = bytes + 1;
         let overrides = written.iter().map(|written| {
@@ -74,8 +75,8 @@ impl Overrides {
         overrides.collect::<Result<_, _>>().map(Self)
     }
 
-    /// Adds a patch `KEY=VALUE` of the things that `glob` matches, which errors name as `written`;
-    /// the file has `bytes`.
+    /// Adds a patch `KEY=VALUE` for all items that `glob` matches. Errors name the patch as
+    /// `written`. The file has `bytes`.
     ///
     /// # Errors
     ///
@@ -99,7 +100,7 @@ impl Overrides {
         Ok(())
     }
 
-    /// Patches of one kind: the glob, and a line of TOML whose places [`Overrides::at`] knows.
+    /// Patches of one kind: the glob, and a line of TOML whose bytes [`Overrides::at`] identifies.
     pub fn patches(&self, wanted: Patched) -> impl Iterator<Item = (&str, &str)> {
         self.0.iter().filter_map(move |o| match &o.patches {
             Some((patched, glob)) if *patched == wanted => Some((glob.as_str(), o.toml.as_str())),
@@ -107,7 +108,8 @@ impl Overrides {
         })
     }
 
-    /// A place behind all others for what another flag sets, over a file of `bytes`.
+    /// Adds the flag `written` over a file of `bytes`, and returns a new span for its values, after
+    /// all others.
     pub fn add_flag(&mut self, bytes: usize, written: String) -> Range<usize> {
         let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
         self.0.push(Override {
@@ -120,26 +122,26 @@ impl Overrides {
         start..start
     }
 
-    /// Makes it an error if the last patch matches no material.
+    /// The last patch must match a material; else it is an error.
     pub fn require_match(&mut self) {
         if let Some(last) = self.0.last_mut() {
             last.must_match = true;
         }
     }
 
-    /// Returns true if the value at `byte` is that of a patch that has to match a material.
+    /// Returns true if the value at `byte` belongs to a patch that must match a material.
     pub fn must_match(&self, byte: usize) -> bool {
         let before = self.0.partition_point(|o| o.start <= byte);
         before.checked_sub(1).is_some_and(|i| self.0[i].must_match)
     }
 
-    /// The flag that set the value at `byte`, as the user wrote it; `None` if the file did.
+    /// The flag that set the value at `byte`, as the user wrote it; `None` if the file set it.
     pub fn at(&self, byte: usize) -> Option<&str> {
         let before = self.0.partition_point(|o| o.start <= byte);
         before.checked_sub(1).map(|i| self.0[i].written.as_str())
     }
 
-    /// Reads the file's `text` with the overrides over it.
+    /// Reads the `text` of the file with the overrides applied.
     pub fn read<T: for<'de> Deserialize<'de>>(&self, text: &str) -> Result<T, Error> {
         if self.0.is_empty() {
             return toml::from_str(text);
@@ -147,7 +149,7 @@ impl Overrides {
         T::deserialize(Deserializer::from(self.root(text)?))
     }
 
-    /// The file's `text` with the overrides over it.
+    /// The `text` of the file as a table with the overrides applied.
     fn root<'i>(&'i self, text: &'i str) -> Result<Spanned<DeTable<'i>>, Error> {
         let mut root = DeTable::parse(text)?;
         for Override { toml, .. } in self.0.iter().filter(|o| o.patches.is_none()) {
@@ -156,8 +158,9 @@ impl Overrides {
         Ok(root)
     }
 
-    /// The section and the name of a material that is written with dots and without quotes, if the parser's error at `byte` comes of that: TOML takes
-    /// `[material.White.001]` for the table `001` of the material `White`.
+    /// Section and name of a material whose name has dots and no quotes, if this causes the
+    /// parser's error at `byte`. TOML reads `[material.White.001]` as the table `001` of the
+    /// material `White`.
     pub fn dotted_material(&self, text: &str, byte: usize) -> Option<(&'static str, String)> {
         let root = self.root(text).ok()?.into_inner();
         let materials = SECTIONS_BY_NAME
@@ -177,7 +180,7 @@ impl Overrides {
                 });
                 let Some((key, mut table)) = table else { continue };
                 let mut name = format!("{}.{}", name.get_ref(), key.get_ref());
-                // More dots, as long as nothing but tables follows
+                // Further dots, while a table has only one table in it
                 while let Some((key, DeValue::Table(inner))) = table.iter().next().map(|(k, v)| (k, v.get_ref())) {
                     if table.len() > 1 || key.get_ref().ends_with("_map") {
                         break;
@@ -235,7 +238,7 @@ fn replace<'i>(old: &mut Spanned<DeValue<'i>>, new: Spanned<DeValue<'i>>) {
     }
 }
 
-/// Whether all keys are indices of `items`, or the next one.
+/// Returns true if all keys are indices of `items`, or the next index.
 fn indices(items: &DeArray, from: &DeTable) -> bool {
     let is_index = |key: &str| key.parse().is_ok_and(|i: usize| i <= items.len());
     from.keys().all(|key| is_index(key.get_ref()))
@@ -275,7 +278,7 @@ mod tests {
             }
             assert_eq!(read["light"].as_array().unwrap().len(), 2);
         }
-        // Entries by index, and one more
+        // Entries by index, and a new entry
         let lights = read(text, &["light.1.type=constant", "light.2.type=directional"]).unwrap();
         let types: Vec<&str> = lights["light"]
             .as_array()
@@ -286,9 +289,9 @@ mod tests {
         assert_eq!(types, ["point", "constant", "directional"]);
         let first = read("", &["light.0.type=point"]).unwrap();
         assert_eq!(first["light"].as_array().unwrap().len(), 1);
-        // An index beyond the next one is no entry: the parser refuses the table.
+        // An index after the next free one is not an entry: the parser rejects the table.
         assert!(read("", &["light.1.type=point"]).unwrap()["light"].is_table());
-        // The last one wins.
+        // The last value wins.
         assert_eq!(read(text, &["a=2", "a=3"]).unwrap()["a"].as_integer(), Some(3));
     }
 

@@ -1,4 +1,4 @@
-//! `[part."GLOB"]`: keys for the parts of OBJ files whose names match.
+//! `[part."GLOB"]`: keys for the parts of OBJ files whose names match the glob.
 
 use super::MaterialSection;
 use super::section::{Section, section};
@@ -23,7 +23,7 @@ section! {
 }
 
 /// `[part."GLOB"]`: changes of parts. Keys of `[material.NAME]` change the material of these parts
-/// alone.
+/// only.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct PartSection {
     /// Keys that only parts have.
@@ -38,13 +38,13 @@ pub struct PartSection {
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| PartSection::all_keys().map(|key| key.key).collect());
 
 impl PartSection {
-    /// All keys, those of materials last.
+    /// All keys; keys of materials come last.
     pub(crate) fn all_keys() -> impl Iterator<Item = &'static Parameter> {
         let of_materials = MaterialSection::KEYS.iter().filter(|key| key.key != "patch");
         PartKeys::KEYS.iter().chain(of_materials)
     }
 
-    /// Sets the keys of `other` over those of this section.
+    /// Replaces keys of this section with the keys of `other`.
     pub(super) fn set_over(&mut self, other: Self) {
         self.keys.set_over(other.keys);
         self.material.set_over(other.material);
@@ -61,7 +61,7 @@ impl PartSection {
     }
 }
 
-/// The name of a key of the section. Unknown names are errors at their place.
+/// Name of a key of the section. An unknown name is an error at its place.
 struct Key(&'static str);
 
 impl<'de> Deserialize<'de> for Key {

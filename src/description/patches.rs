@@ -1,5 +1,5 @@
-//! Patches of materials and of parts, in the order in which they apply: those of the scene file as
-//! it has them, then those of flags.
+//! Patches of materials and of parts in the order in which they apply: first the scene file's in
+//! their order, then the patches of flags.
 
 use super::overrides::Patched;
 use super::part_section::PartSection;
@@ -16,35 +16,35 @@ use std::collections::HashMap;
 use std::ops::Range;
 use toml::Spanned;
 
-/// Keys that things whose names match get in place of their own: a [`MaterialSection`], or a
+/// Keys that replace the keys of items whose names match: a [`MaterialSection`] or a
 /// [`PartSection`].
 pub(super) struct Patch<'a, S: Clone = MaterialSection> {
     pub glob: Glob,
-    /// The glob or name, as it is written.
+    /// The written glob or name.
     pub written: &'a str,
     /// Place of the patch in the file.
     pub span: Range<usize>,
     pub section: Cow<'a, S>,
 }
 
-/// The glob that matches `name` alone.
+/// Glob that matches exactly `name`.
 #[cfg(feature = "view")]
 pub(crate) fn glob_of_name(name: &str) -> String {
     Glob::exact(name).text(0)
 }
 
-/// Patches, and which of them have met a material.
+/// Patches, each with true if it has matched a material.
 #[derive(Default)]
 pub(super) struct PatchList<'a> {
     patches: Vec<(Patch<'a>, bool)>,
-    /// Those of a single name: a scene may have very many.
+    /// Indices of patches with a single name. A scene may have very many.
     by_name: HashMap<String, Vec<usize>>,
-    /// The others.
+    /// Indices of the other patches.
     by_glob: Vec<usize>,
 }
 
 impl<'a> PatchList<'a> {
-    /// A list in which each patch applies after those before it.
+    /// A list in which each patch applies after the patches before it.
     pub fn new(patches: Vec<Patch<'a>>) -> Self {
         let mut list = Self::default();
         for (index, patch) in patches.into_iter().enumerate() {
@@ -57,7 +57,7 @@ impl<'a> PatchList<'a> {
         list
     }
 
-    /// The patches of the material `name`, which have met one now.
+    /// Patches of the material `name`. The function marks them as used.
     pub fn of_material(&mut self, name: &str) -> Vec<&Patch<'a>> {
         let matches = |&index: &usize| self.patches[index].0.glob.matches(name);
         let mut indices: Vec<usize> = self.by_glob.iter().copied().filter(matches).collect();
@@ -78,8 +78,8 @@ impl<'a> PatchList<'a> {
     }
 }
 
-/// The glob and the patch `KEY=VALUE` of `GLOB.KEY=VALUE` or `GLOB=PRESET`. The last dot before the
-/// `=` ends the glob if one of the keys `known` follows. The glob may stand between quotes.
+/// Splits `GLOB.KEY=VALUE` or `GLOB=PRESET` into the glob and the patch `KEY=VALUE`. The last dot
+/// before the `=` ends the glob if a key of `known` follows. The glob may have quotes.
 fn split_patch<'w>(
     written: &'w str,
     mut known: impl Iterator<Item = &'static Parameter>,
@@ -102,13 +102,13 @@ fn split_patch<'w>(
 }
 
 impl SceneFile {
-    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE` or
-    /// `GLOB=PRESET`: a glob of names, a key of `[material.NAME]` and a value of TOML or a plain
+    /// Adds patches of materials after the patches of the file, each as `GLOB.KEY=VALUE` or
+    /// `GLOB=PRESET`: a glob of names, a key of `[material.NAME]`, and a value of TOML or a plain
     /// string.
     ///
     /// # Errors
     ///
-    /// A text that is no patch. Keys and values are checked when the scene is loaded.
+    /// A text that is not a patch. Keys and values are checked when the scene is loaded.
     pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
         for written in written {
             let patch = split_patch(written, MaterialSection::KEYS.iter());
@@ -121,12 +121,13 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds patches of parts after those of the file, each as `GLOB.KEY=VALUE` or `GLOB=PRESET`: a
-    /// glob of names, a key of `[part."GLOB"]` and a value of TOML or a plain string.
+    /// Adds patches of parts after the patches of the file, each as `GLOB.KEY=VALUE` or
+    /// `GLOB=PRESET`: a glob of names, a key of `[part."GLOB"]`, and a value of TOML or a plain
+    /// string.
     ///
     /// # Errors
     ///
-    /// A text that is no patch. Keys and values are checked when the scene is loaded.
+    /// A text that is not a patch. Keys and values are checked when the scene is loaded.
     pub fn patch_parts(&mut self, written: &[String]) -> Result<(), FileError> {
         for written in written {
             if !self.add_patch(Patched::Parts, split_patch(written, PartSection::all_keys()), written) {
@@ -138,24 +139,25 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds a patch of a flag: the glob and `KEY=VALUE`. Returns false if it is none.
+    /// Adds a patch of a flag: the glob and `KEY=VALUE`. Returns false if it is invalid.
     fn add_patch(&mut self, patched: Patched, patch: Option<(&str, Cow<'_, str>)>, written: &str) -> bool {
         let Some((glob, patch)) = patch else { return false };
         let bytes = self.source.bytes();
         let overrides = &mut self.source.overrides;
         let added = overrides.add_patch_of((patched, glob), &patch, written, bytes).is_ok();
         if added {
-            // A picture that a flag does not change is a surprise.
+            // A flag that changes nothing must be an error.
             overrides.require_match();
         }
         added
     }
 
-    /// Adds a patch of the material `name`, whatever characters that has: `value` of TOML, or a plain string, for a key of `[material.NAME]`.
+    /// Adds a patch of the material `name`, which may have any characters. `value` is TOML or a
+    /// plain string for a key of `[material.NAME]`.
     ///
     /// # Errors
     ///
-    /// A key that is none. Keys and values are checked when the scene is loaded.
+    /// An invalid key. Keys and values are checked when the scene is loaded.
     #[cfg(feature = "view")]
     pub(crate) fn patch_material(&mut self, name: &str, key: &str, value: &str) -> Result<(), FileError> {
         let (bytes, patch) = (self.source.bytes(), format!("{key}={value}"));
@@ -170,13 +172,13 @@ impl SceneFile {
         })
     }
 
-    /// The section that replaces materials of this name, and its key.
+    /// Section that replaces materials called `name`, with its key.
     pub(super) fn replacement(&self, name: &str) -> Option<(&Spanned<String>, &MaterialSection)> {
         let section = self.material.get_key_value(name);
         section.filter(|(_, section)| !section.is_patch())
     }
 
-    /// All patches. What no patch can be is an error at its place.
+    /// All patches of materials. An invalid patch is an error at its place.
     pub(super) fn patches(&self) -> Result<Vec<Patch<'_>>, FileError> {
         let mut patches = Vec::new();
         for (key, section) in self.material.iter().filter(|(_, section)| section.is_patch()) {
@@ -204,7 +206,7 @@ impl SceneFile {
         Ok(patches)
     }
 
-    /// All patches of parts. What no patch can be is an error at its place.
+    /// All patches of parts. An invalid patch is an error at its place.
     pub(super) fn part_patches(&self) -> Result<Vec<Patch<'_, PartSection>>, FileError> {
         let of_file = self.part.0.iter().map(|(key, section)| Patch {
             glob: Glob::new(key.get_ref()),
@@ -217,7 +219,7 @@ impl SceneFile {
         Ok(patches)
     }
 
-    /// The parts of OBJ files that are read, under the rules of `patches`.
+    /// Filter of the parts of OBJ files, with the rules of `patches`.
     pub(super) fn part_filter(&self, patches: &[Patch<PartSection>]) -> PartFilter {
         let [hide, only] = self
             .part_patterns()
@@ -234,8 +236,8 @@ impl SceneFile {
         }
     }
 
-    /// Adds the patches of flags. Those with one glob are one patch: `--material Gold.metallic=1
-    /// --material Gold.specular=0.5` in either order.
+    /// Adds the patches of flags. Patches with equal globs become one patch: `--material
+    /// Gold.metallic=1 --material Gold.specular=0.5` in either order.
     fn add_flags<'a, S: Clone + for<'de> Deserialize<'de>>(
         &'a self,
         patches: &mut Vec<Patch<'a, S>>,
@@ -265,7 +267,7 @@ impl SceneFile {
         Ok(())
     }
 
-    /// An error where a patch of its own section has the key `patch`.
+    /// Returns an error if a section of `[patch]` has the key `patch`.
     fn check_patch(&self, section: &MaterialSection) -> Result<(), FileError> {
         match &section.patch {
             Some(key) => {

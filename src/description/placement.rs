@@ -10,22 +10,23 @@ use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 
-/// Largest turn, in degrees, between two steps of a motion: in between a point that turns leaves its circle by 1/2900 of the radius.
+/// Maximum rotation in degrees between two steps of a motion. Between steps, a rotating point
+/// leaves its circle by 1/2900 of the radius.
 const DEGREES_A_STEP: f32 = 3.0;
 
-/// Where an object is.
+/// Placement of an object in the scene.
 #[derive(Clone, Debug)]
 pub(super) enum ObjectPlacement {
-    /// It stands where its file has it.
+    /// The coordinates of the file.
     AsItIs,
-    /// It stands there.
+    /// One transform, without motion.
     Once(Affine3A),
-    /// It moves, or has several places.
+    /// Motion, or several copies.
     Instances(Vec<Placement>),
 }
 
 impl ObjectPlacement {
-    /// All places, as instances have them.
+    /// All placements, as instances need them.
     pub fn into_placements(self) -> Vec<Placement> {
         match self {
             Self::AsItIs => vec![Placement::Still(Affine3A::IDENTITY)],
@@ -35,7 +36,7 @@ impl ObjectPlacement {
     }
 }
 
-/// Placement of `object`, as its keys say.
+/// Placement of `object` from its keys.
 pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPlacement, FileError> {
     let open = given(file, &object.transform, &object.matrix, "transform", "matrix")?;
     let close = given(
@@ -58,7 +59,7 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPl
         });
     };
 
-    // The object's own placement moves all of its instances.
+    // The object's own placement transforms all of its instances.
     let own = own.unwrap_or(Placement::Still(Affine3A::IDENTITY));
     let of_instance = |instance: Affine3A| match &own {
         Placement::Still(placement) => Placement::Still(*placement * instance),
@@ -70,7 +71,7 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPl
     ))
 }
 
-/// A placement as it was written.
+/// A placement from a scene file.
 #[derive(Clone, Copy)]
 enum Given {
     Parts { translate: Vec3, rotate: Vec3, scale: Vec3 },
@@ -110,8 +111,9 @@ impl Given {
     }
 }
 
-/// The motion from one placement to another. Parts change linearly, angles among them, so that an object may turn more than once. Matrices
-/// that only scale, rotate and translate turn by the shorter way; others change linearly, element by element.
+/// Motion from one placement to another. Translation, angles and scale change linearly, so that an
+/// object may turn more than once. Matrices that only scale, rotate and translate turn along the
+/// shorter arc. Other matrices change linearly, element by element.
 fn motion(open: Given, close: Given) -> Placement {
     let steps_of = |degrees: f32| ((degrees / DEGREES_A_STEP).ceil() as usize).clamp(1, Placement::MAX_STEPS - 1);
     let along = |count: usize, at: &dyn Fn(f32) -> Affine3A| {
@@ -148,7 +150,7 @@ fn motion(open: Given, close: Given) -> Placement {
     }
 }
 
-/// Scale, rotation and translation; `None` where the matrix also shears.
+/// Scale, rotation and translation; `None` if the matrix also shears.
 fn decomposed(m: &Affine3A) -> Option<(Vec3, Quat, Vec3)> {
     let (scale, rotation, translation) = m.to_scale_rotation_translation();
     let again = Affine3A::from_scale_rotation_translation(scale, rotation, translation);
@@ -159,7 +161,7 @@ fn decomposed(m: &Affine3A) -> Option<(Vec3, Quat, Vec3)> {
         .then(|| (scale.into(), rotation, translation.into()))
 }
 
-/// What one of the two keys says.
+/// Placement given by `transform` or by `matrix`.
 fn given(
     file: &SceneFile,
     transform: &Option<Spanned<TransformSection>>,
@@ -195,13 +197,13 @@ fn is_placement(m: &Affine3A) -> bool {
     fault(m).is_none()
 }
 
-/// What keeps a placement from being inverted, as it has to be, and the remedy.
+/// Reason why a placement cannot be inverted, and help. Placements must be invertible.
 fn fault(m: &Affine3A) -> Option<(String, &'static str)> {
     let determinant = m.matrix3.determinant();
     if !m.is_finite() {
         return Some(("is not finite".into(), "give finite numbers"));
     }
-    // By doubles, which tell what is too small or too large for floats from what is flat
+    // Doubles distinguish a flat placement from one that is too small or too large for floats.
     let factor = m.matrix3.as_dmat3().determinant().abs().cbrt();
     let is_beyond = determinant == 0.0 || !determinant.is_finite();
     is_beyond.then(|| match factor {
@@ -238,7 +240,7 @@ fn read_instances(file: &SceneFile, instances: &Spanned<Instances>) -> Result<Ve
     list.iter().enumerate().map(read).collect()
 }
 
-/// One placement a line: the first three rows of its matrix, or all four.
+/// Placements, one per line: the first three rows of a matrix, or all four.
 fn parse_instances(path: &Path, text: &str) -> Result<Vec<Affine3A>, FileError> {
     let mut placements = Vec::new();
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {

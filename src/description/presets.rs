@@ -1,16 +1,16 @@
 //! Materials by name: `preset` of a scene file, and `--material NAME=PRESET`.
 //!
-//! Colours of metals are measured: the reflectance along the normal that follows from measured n
-//! and k, seen in daylight (D65) and clipped to Rec.709. `docs/guide/reference/materials.md` lists
-//! all presets; the tests compute each colour from the figures of its source.
+//! Colours of metals are measured: the reflectance along the normal from measured n and k, in
+//! daylight (D65) and clipped to Rec.709. `docs/guide/reference/materials.md` lists all presets.
+//! The tests compute each colour from the figures of its source.
 
-/// A material that users choose by its name.
+/// A material that users select by name.
 pub struct Preset {
-    /// Name, as it is typed.
+    /// Name that the user writes.
     pub name: &'static str,
     /// The material in a few words.
     pub about: &'static str,
-    /// Origin of its figures.
+    /// Source of its figures.
     pub source: &'static str,
     /// Keys of `[material.NAME]`, as TOML.
     pub keys: &'static str,
@@ -22,7 +22,7 @@ const STAINLESS: &str = "n, k of austenitic steel: Karlsson and Ribbing 1982";
 const MEASURED: &str = "colour: Palmqvist, Physically Based database, spectrophotometer";
 const CHOSEN: &str = "colour chosen";
 
-/// A preset of these keys.
+/// A preset with `keys`.
 const fn preset(name: &'static str, about: &'static str, source: &'static str, keys: &'static str) -> Preset {
     Preset {
         name,
@@ -175,7 +175,7 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 impl Preset {
-    /// The preset of this name.
+    /// The preset called `name`.
     pub fn of_name(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
     }

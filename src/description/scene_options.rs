@@ -1,4 +1,5 @@
-//! Options that a scene file and flags set. Each group is named here once, under the section of the scene file that sets it.
+//! Options that scene files and flags can set. Each group has one entry here, under its section of
+//! the scene file.
 
 use super::LoadParameters;
 use crate::options::{
@@ -6,7 +7,7 @@ use crate::options::{
     Parameter, PrintOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
 };
 
-/// A group of options, whichever it is.
+/// Any group of options.
 pub(super) trait AnyGroup {
     fn parameters(&self) -> &'static [Parameter];
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
@@ -27,11 +28,11 @@ impl<G: OptionGroup> AnyGroup for G {
     }
 }
 
-/// Defines [`SceneOptions`] of groups: `SECTION, SECTION_mut { /// Doc. name: TYPE, … }` for each section. Its methods `SECTION` and `SECTION_mut`
-/// list the groups of that section.
+/// Defines [`SceneOptions`] from groups: `SECTION, SECTION_mut { /// Doc. name: TYPE, … }` for each
+/// section. Its methods `SECTION` and `SECTION_mut` list the groups of that section.
 macro_rules! scene_options {
     ($($section:ident, $section_mut:ident { $(#[doc = $doc:literal] $group:ident: $ty:ty,)+ })+) => {
-        /// What a scene file says of parameters that flags set too.
+        /// Parameters of a scene file that flags can set too.
         #[derive(Clone, Copy, Debug, Default)]
         pub struct SceneOptions {
             $($(#[doc = $doc] pub $group: $ty,)+)+
@@ -50,7 +51,7 @@ macro_rules! scene_options {
                 }
             )+
 
-            /// Each group as the name of its section and its parameters.
+            /// Name of the section and parameters of each group.
             pub(crate) const GROUPS: &[(&'static str, &'static [Parameter])] =
                 &[$($((stringify!($section), <$ty>::PARAMETERS)),+),+];
         }
@@ -59,7 +60,7 @@ macro_rules! scene_options {
 
 scene_options! {
     camera, camera_mut {
-        /// Where the picture is taken from.
+        /// View and lens.
         camera: CameraOptions,
     }
     image, image_mut {
@@ -69,19 +70,19 @@ scene_options! {
         print: PrintOptions,
         /// Reconstruction filter.
         filter: FilterOptions,
-        /// What camera rays see where they leave the scene.
+        /// Background for camera rays that leave the scene.
         background: BackgroundOptions,
-        /// How PNG files show the picture.
+        /// Tone curve of PNG files.
         tone: ToneOptions,
     }
     render, render_mut {
-        /// Samples, and what computes them.
+        /// Sample counts, sampler and denoiser.
         sampling: SamplingOptions,
-        /// Samples, noise level and denoiser together, where `sampling` does not say them.
+        /// Samples, noise level and denoiser together, for values that `sampling` does not set.
         quality: QualityOptions,
         /// The integrator and its parameters.
         integrator: IntegratorOptions,
-        /// How OBJ and MTL files are read.
+        /// Reading of OBJ and MTL files.
         load: LoadParameters,
     }
 }

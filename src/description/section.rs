@@ -1,5 +1,5 @@
-//! The macro `section!` defines the keys of a section of a scene file once: its reading and
-//! writing, its JSON Schema, its rows of the reference and the places of its values follow.
+//! The macro `section!` defines the keys of a section of a scene file once. It derives reading and
+//! writing, the JSON Schema, the rows of the reference, and the places of values.
 
 use super::exact_list::ExactList;
 use super::key_schema::{COLOR_TEXT, closed, described, either, list};
@@ -13,29 +13,29 @@ use toml::Spanned;
 
 /// A section of a scene file.
 pub(crate) trait Section: Sized {
-    /// All keys, in the order of the reference.
+    /// All keys in the order of the reference.
     const KEYS: &'static [Parameter];
-    /// Keys that have to be there.
+    /// Keys that are required.
     const REQUIRED: &'static [&'static str];
 
-    /// The keys that are there.
+    /// Keys that the file has.
     fn given(&self) -> Vec<Given<'_>>;
 
-    /// Sets the keys of `other` over those of this section.
+    /// Replaces keys of this section with the keys of `other`.
     fn set_over(&mut self, other: Self);
 
-    /// Reads the value of an optional `key` from `table`. Returns false if the section has no such
-    /// key.
+    /// Reads the value of an optional `key` from `table`. Returns false if the section does not
+    /// have the key.
     fn read_key<'de, A: MapAccess<'de>>(&mut self, key: &str, table: &mut A) -> Result<bool, A::Error>;
 
-    /// The place of a key, if it is there.
+    /// Place of a key, if the file has it.
     fn span_of(&self, key: &str) -> Option<std::ops::Range<usize>> {
         let mut given = self.given().into_iter();
         given.find(|given| given.key == key).map(|given| given.span)
     }
 }
 
-/// A key that is there.
+/// A key that the file has.
 pub(crate) struct Given<'a> {
     pub key: &'static str,
     /// Place of the value in the file.
@@ -46,15 +46,15 @@ pub(crate) struct Given<'a> {
     pub range: Range<f32>,
 }
 
-/// A type of keys: how scene files write its values.
+/// Type of the value of a key.
 pub(crate) trait KeyType: Sized {
     /// Reads a value.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error>;
 
-    /// JSON Schema of the values, each of whose numbers follows the schema `number`.
+    /// JSON Schema of the values. `number` is the schema of each number in a value.
     fn schema(number: Value) -> Value;
 
-    /// Numbers of the value that have to be in the range of the key.
+    /// Numbers of the value that must be in the range of the key.
     fn numbers(&self) -> &[f32] {
         &[]
     }
@@ -66,7 +66,7 @@ pub(crate) fn table<S: Section>(description: Option<&str>) -> Value {
     closed(description, properties.collect(), S::REQUIRED)
 }
 
-/// The value of a key, if it is there.
+/// Value of a key, if the file has it.
 pub(crate) fn value<T: Copy>(key: &Option<Spanned<T>>) -> Option<T> {
     key.as_ref().map(|value| *value.get_ref())
 }
@@ -92,7 +92,7 @@ impl<'de, T: KeyType> Deserialize<'de> for Optional<T> {
     }
 }
 
-/// A value as its [`KeyType`] reads it.
+/// A value read by its [`KeyType`].
 struct Read<T>(T);
 
 impl<'de, T: KeyType> Deserialize<'de> for Read<T> {
@@ -161,7 +161,7 @@ impl KeyType for [[f32; 4]; 4] {
     }
 }
 
-/// The range of a key, or a function that looks it up by the name of the key.
+/// Range of a key, or a function that returns it for the name of a key.
 pub(crate) trait RangeOf {
     /// The range of `key`.
     fn range_of(self, key: &str) -> Range<f32>;
@@ -183,26 +183,26 @@ impl<F: FnOnce(&str) -> Range<f32>> RangeOf for F {
 ///
 /// ```text
 /// section! {
-///     /// What it is about.
+///     /// Subject of the section.
 ///     pub struct NAME {
 ///         required {
-///             /// Help: a line.
+///             /// Help in one line.
 ///             key: TYPE;
 ///         }
-///         /// Help: what it does, in a line.
+///         /// Help in one line.
 ///         ///
-///         /// More, for the reference.
-///         key: TYPE, default "what the default is", in RANGE;
-///         /// One whose values are names.
+///         /// Further text for the reference.
+///         key: TYPE, default "description of the default", in RANGE;
+///         /// A key whose values are names.
 ///         key: String, names &["a", "b"];
-///         /// One whose values the type does not describe.
+///         /// A key whose schema does not follow from its type.
 ///         key: TYPE, schema JSON;
 ///     }
 /// }
 /// ```
 ///
-/// Fields hold values with their places; `None` if a key is left out. Types are [`KeyType`]s, and
-/// `RANGE` is that of each number of a value ([`RangeOf`]).
+/// Fields have values with their places; `None` if a key is left out. Types implement [`KeyType`].
+/// `RANGE` applies to each number of a value ([`RangeOf`]).
 macro_rules! section {
     ($(#[$attribute:meta])* pub struct $section:ident {
         required {
@@ -225,7 +225,7 @@ macro_rules! section {
         }
 
         impl $section {
-            /// The section without any optional key.
+            /// The section without optional keys.
             pub fn new($($required: toml::Spanned<$required_ty>),*) -> Self {
                 Self { $($required,)* $($key: None),* }
             }

@@ -1,4 +1,5 @@
-//! Where a scene description comes from: its file and text, the flags that set keys over it, and errors with their places in these.
+//! Sources of a scene description: its file and text, the flags that set keys, and errors with
+//! places in them.
 
 use super::overrides::Overrides;
 use crate::io::{FileError, Position};
@@ -6,26 +7,27 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Bytes of a line in which columns are counted: there may be an error of each word of a line, and lines may be megabytes.
+/// Maximum length in bytes of a line in which columns are counted. Lines may have megabytes and
+/// many errors.
 const MAX_COLUMNS: usize = 1 << 12;
 
-/// A scene file by its path and text, or the OBJ file that a scene consists of.
+/// A scene file with its path and text, or the OBJ file of a scene without a scene file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Source {
     /// The scene file; paths are relative to its folder. Empty for a bare OBJ.
     path: PathBuf,
-    /// The OBJ file of a scene that has no scene file.
+    /// The OBJ file of a scene without a scene file.
     obj: PathBuf,
-    /// Text of the scene file, for places in messages.
+    /// Text of the scene file, to find places for messages.
     text: String,
-    /// Keys that are set over those of the file.
+    /// Keys set by flags.
     pub overrides: Overrides,
-    /// Bytes at which its lines start, once a place was asked for.
+    /// Bytes at which the lines start, computed at the first use.
     line_starts: OnceLock<Vec<usize>>,
 }
 
 impl Source {
-    /// The scene file `path` with this text, and keys that are set over its own.
+    /// The scene file `path` with `text`, and keys set by flags.
     pub fn of_file(path: &Path, text: String, overrides: Overrides) -> Self {
         Self {
             path: path.to_path_buf(),
@@ -35,7 +37,7 @@ impl Source {
         }
     }
 
-    /// The OBJ file `path`, without a scene file but with these keys.
+    /// The OBJ file `path` without a scene file, and keys set by flags.
     pub fn of_obj(path: &Path, overrides: Overrides) -> Self {
         Self {
             obj: path.to_path_buf(),
@@ -44,7 +46,7 @@ impl Source {
         }
     }
 
-    /// Replaces the text by one of as many bytes.
+    /// Replaces the text with a text of equal length.
     pub fn set_text(&mut self, text: String) {
         self.text = text;
     }
@@ -64,12 +66,12 @@ impl Source {
         (!self.path.as_os_str().is_empty()).then_some(&self.path)
     }
 
-    /// A path in the scene file, which is relative to its folder.
+    /// The full path of `relative`, a path relative to the folder of the scene file.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(relative)
     }
 
-    /// An error at bytes `span` of the file, or of the flag that has set what is there.
+    /// An error at bytes `span` of the file, or of the flag that set the value there.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
         if let Some(written) = self.overrides.at(span.start) {
             return self.whole(format!("{written}: {}", message.into())).of_flag();
@@ -82,7 +84,8 @@ impl Source {
         FileError::new(self.path().unwrap_or(&self.obj), message)
     }
 
-    /// The place of a byte: as [`Position::of_byte`] has it, without counting all lines anew. Far to the right in a long line it has no column.
+    /// Position of a byte, as in [`Position::of_byte`], without counting all lines again. It has no
+    /// column after [`MAX_COLUMNS`] bytes of a line.
     fn position(&self, byte: usize) -> Position {
         let starts = self.line_starts.get_or_init(|| {
             let ends = self.text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');

@@ -1,4 +1,5 @@
-//! The commented scene file of a bare OBJ (`embrasure init`): what a render of it takes, and each material as a patch that is commented out.
+//! The commented scene file of a bare OBJ (`embrasure init`): all values that a render uses, and
+//! each material as a patch in comments.
 
 use super::mtl::MapRequest;
 use super::option_section::OptionSection;
@@ -11,10 +12,10 @@ use crate::options::{IntegratorOptions, SamplingOptions, SizeOptions, ToneOption
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Names of materials in one comment.
+/// Maximum number of material names in one comment.
 const MAX_NAMED: usize = 20;
 
-/// What stands above the first section of each kind.
+/// Comments above the first section of each kind.
 const COMMENTS: [(&str, &str); 5] = [
     (
         "[camera]",
@@ -38,11 +39,12 @@ const COMMENTS: [(&str, &str); 5] = [
 ];
 
 impl SceneFile {
-    /// The text of a commented scene file at `path` that renders what this file renders with `options`, seen by `camera`. `inspection` is that of this file.
+    /// Text of a commented scene file at `path` that renders the same image as this file with
+    /// `options` and `camera`. `inspection` is the inspection of this file.
     ///
     /// # Errors
     ///
-    /// A patch that cannot be, and names of files that are not UTF-8.
+    /// An invalid patch, or a file name that is not UTF-8.
     pub fn template(
         &self,
         options: &SceneOptions,
@@ -95,7 +97,7 @@ impl SceneFile {
         Ok(text)
     }
 
-    /// A material as a patch that is commented out.
+    /// A material as a patch in comments.
     fn material_text(&self, source: &MaterialSource, triangles: usize, folder: &Path) -> Result<String, FileError> {
         let name = source.name.as_str();
         let plural = if triangles == 1 { "" } else { "s" };
@@ -116,7 +118,7 @@ impl SceneFile {
         for request in source.found.maps.iter().filter(|request| request.path.is_none()) {
             text += &comment(&format!("Its texture {} is missing.", request.statement.file));
         }
-        // Patches that are there already have other spellings of the name.
+        // Existing patches have other spellings of the name.
         let glob = Glob::exact(name);
         let spellings = (0..=self.patch.0.len()).map(|copy| glob.text(copy));
         let is_free = |spelling: &String| self.patch.0.iter().all(|(known, _)| known.get_ref() != spelling);
@@ -135,7 +137,7 @@ impl SceneFile {
     }
 }
 
-/// `options` with the defaults of what people change first.
+/// `options` with explicit defaults for values that users change first.
 fn explicit(options: &SceneOptions) -> SceneOptions {
     let (size, tone) = (options.size, options.tone);
     SceneOptions {
@@ -158,12 +160,12 @@ fn explicit(options: &SceneOptions) -> SceneOptions {
     }
 }
 
-/// Whether samples and denoiser are not those of a quality.
+/// Returns true if no quality sets the samples and the denoiser.
 fn has_no_quality(options: &SceneOptions) -> bool {
     options.quality.quality.is_none()
 }
 
-/// Settings of `[render]` that `options` leave at their defaults, commented out.
+/// Settings of `[render]` with default values, in comments.
 fn usual_settings(options: &SceneOptions) -> String {
     let (sampling, integrator) = (&options.sampling, &options.integrator);
     let sampling = SamplingOptions {
@@ -182,7 +184,7 @@ fn usual_settings(options: &SceneOptions) -> String {
     text.lines().map(|line| format!("#{line}\n")).collect()
 }
 
-/// Triangles of the material `id`, each counted once however many copies there are.
+/// Number of triangles of the material `id`. Each triangle counts once, also with several copies.
 fn triangles(inspection: &Inspection, id: usize) -> usize {
     let Some(scene) = &inspection.scene else { return 0 };
     let of_material = scene
@@ -193,7 +195,7 @@ fn triangles(inspection: &Inspection, id: usize) -> usize {
         .sum()
 }
 
-/// Names that libraries define and no face uses.
+/// Names of materials that libraries define and no face uses.
 fn unused(inspection: &Inspection) -> String {
     let is_unused = |name: &&String| inspection.materials.iter().all(|material| material.name != **name);
     let defined = inspection
@@ -216,7 +218,7 @@ fn unused(inspection: &Inspection) -> String {
     )
 }
 
-/// A line of comment. Names may hold characters that no comment of TOML may have.
+/// A comment line. Control characters are invalid in TOML comments, so they are replaced.
 fn comment(words: &str) -> String {
     let shown: String = words
         .chars()

@@ -1,11 +1,12 @@
-//! Errors for names that are not there: keys that a section of a scene file does not have, and names of materials, with the nearest that there are.
+//! Errors for unknown names: of keys in a section of a scene file, and of materials. The errors
+//! list the nearest known names.
 
 use crate::math::excerpt;
 use crate::options::nearest;
 
 const REFERENCE: &str = "`embrasure help scene` lists every key of a scene file";
 
-/// Message and help for an unknown `key` of `[section]`, whose keys are `known`.
+/// Message and help for an unknown `key` of `[section]` that has the keys `known`.
 pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator<Item = &'a str>) -> (String, String) {
     (
         format!("unknown key `{}` in [{section}]", excerpt(key)),
@@ -13,10 +14,11 @@ pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator
     )
 }
 
-/// Message and help for an error of the TOML parser: an unknown key is told as by [`unknown_key`], a value of the wrong type in the
-/// words of TOML, and all else as the parser says it.
+/// Message and help for an error of the TOML parser. An unknown key is reported as by
+/// [`unknown_key`], a value of a wrong type in TOML terms, and other errors unchanged.
 ///
-/// serde words an unknown key as "unknown field `KEY`, expected one of `A`, `B`" and passes on no list: the names are those between backquotes.
+/// serde writes an unknown key as "unknown field `KEY`, expected one of `A`, `B`" and passes no
+/// list. The names are taken from the backquotes.
 pub(super) fn parser_error(message: &str) -> (String, String) {
     let message = message.trim_end();
     let Some(rest) = message.strip_prefix("unknown field ") else {
@@ -31,7 +33,8 @@ pub(super) fn parser_error(message: &str) -> (String, String) {
     (format!("unknown key `{}`", excerpt(key)), help(key, names))
 }
 
-/// serde's "invalid type: FOUND, expected WANTED", "invalid length N, expected WANTED" and "missing field `KEY`" without words of Rust; others as they are.
+/// serde's "invalid type: FOUND, expected WANTED", "invalid length N, expected WANTED" and "missing
+/// field `KEY`" without Rust terms. Other messages are unchanged.
 fn plain(message: &str) -> String {
     if let Some(key) = message.strip_prefix("missing field ") {
         return format!("the key {key} is missing");
@@ -70,14 +73,15 @@ fn plain(message: &str) -> String {
     format!("expected {wanted}, found {found}")
 }
 
-/// Names that are told for one that nothing has.
+/// Maximum number of names that are suggested for an unknown name.
 const MAX_NEAREST: usize = 3;
-/// Names among which the nearest are looked for: files may have more than anybody waits for.
+/// Maximum number of names that are compared. A file may have very many names.
 const MAX_NAMES: usize = 4096;
-/// Minimum similarity of two names of which one may be meant by the other (Jaro and Winkler, 0 to 1).
+/// Minimum similarity of a suggested name (Jaro and Winkler, 0 to 1).
 const SIMILAR: f64 = 0.7;
 
-/// The names of `known` that `name` is most like, the nearest first. Case does not count, and a name that holds all of `name` is near.
+/// Names of `known` that are most similar to `name`, the nearest first. Case does not matter. A
+/// name that contains all of `name` is near.
 pub(super) fn nearest_names<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let name = name.to_lowercase();
     let score = |known: &str| {
@@ -92,7 +96,7 @@ pub(super) fn nearest_names<'a>(name: &str, known: impl IntoIterator<Item = &'a 
     scored.into_iter().take(MAX_NEAREST).map(|(_, name)| name).collect()
 }
 
-/// Names of keys in other programs, and the keys here that mean the same.
+/// Names of keys in other programs, with the equivalent keys here.
 const ELSEWHERE: [(&str, &str); 12] = [
     ("eye", "position"),
     ("origin", "position"),
@@ -108,8 +112,8 @@ const ELSEWHERE: [(&str, &str); 12] = [
     ("file", "obj"),
 ];
 
-/// The key among `known` that `key` may stand for: that of another program's word, the most similar
-/// one, or one that contains it, such as `vertical_fov` for `fov`.
+/// The key of `known` that the user may mean by `key`: the equivalent of another program's key, a
+/// key that contains it, such as `vertical_fov` for `fov`, or the most similar key.
 fn nearest_key<'a>(key: &str, known: &[&'a str]) -> Option<&'a str> {
     let elsewhere = ELSEWHERE.iter().find(|(theirs, _)| *theirs == key);
     let meant = elsewhere.and_then(|(_, ours)| known.iter().find(|known| *known == ours));

@@ -1,7 +1,8 @@
-//! Scene files as text: what a render was made from, so that it can be edited and rendered again.
+//! Scene files as text: the input of a render, to edit and render again.
 //!
-//! Sections are serialised as they are read (serde), so that a new key needs nothing here. A key that names a file joins `SceneFile::paths_mut`, because
-//! paths are relative to the file that has them. Numbers are written with as many digits as bring back the same 32 bits.
+//! serde writes sections as it reads them, so that a new key needs no change here. A key that names
+//! a file must be in `SceneFile::paths_mut`, because paths are relative to the file that has them.
+//! Numbers have enough digits to restore the same 32 bits.
 
 use super::option_section::OptionSection;
 use super::patches::Patch;
@@ -15,30 +16,31 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
 
-/// Version of the format that is written.
+/// Version of the written format.
 const VERSION: u32 = 1;
 
-/// Patches of one glob: of the file's materials, of its patches, and of flags; a few more cost nothing.
+/// Maximum number of spellings of one glob. The file's materials, its patches and flags may each
+/// have a patch of the glob.
 const MAX_SPELLINGS: usize = 8;
 
-/// A value that no file has yet.
+/// A value without a place in a file.
 fn said<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
 impl LightSection {
-    /// The light of a scene in which nothing else emits: white, from everywhere.
+    /// The light of a scene without any emission: white from all directions.
     pub fn default_light() -> Self {
         Self::constant(0..0, [1.0; 3])
     }
 }
 
 impl SceneFile {
-    /// This scene with these options and this camera, and with all patches in sections of their own.
+    /// This scene with `options` and `camera`, and with all patches as sections.
     ///
     /// # Errors
     ///
-    /// A patch that cannot be.
+    /// An invalid patch.
     pub fn with(&self, options: &SceneOptions, camera: &CameraDescription) -> Result<Self, FileError> {
         let mut file = self.clone();
         file.version = Some(said(VERSION));
@@ -60,7 +62,8 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// The text of a scene file at `path` that describes this scene: paths are relative to its folder, and what is not UTF-8 is an error.
+    /// Text of a scene file at `path` that describes this scene. Paths are relative to its folder.
+    /// A path that is not UTF-8 is an error.
     pub fn to_toml(&self, path: &Path) -> Result<String, FileError> {
         let mut file = self.clone();
         let folder = absolute(path.parent().unwrap_or(Path::new("")));
@@ -91,14 +94,15 @@ impl SceneFile {
         })
     }
 
-    /// Folders to which the scene's own files, and textures of its materials, are relative: those of a bare OBJ lie beside it.
+    /// Folders to which the scene's files, and the textures of its materials, are relative.
+    /// Textures of a bare OBJ are relative to its folder.
     fn folders(&self) -> [PathBuf; 2] {
         let of = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
         let whole = self.whole("").file;
         [self.resolve(Path::new("")), of(&whole)]
     }
 
-    /// All paths of the file: those of objects and lights, and those of textures.
+    /// All paths of the file: of objects and lights, and of textures.
     fn paths_mut(&mut self) -> (Vec<&mut PathBuf>, Vec<&mut PathBuf>) {
         let mut files = Vec::new();
         for object in &mut self.object {
@@ -125,13 +129,13 @@ impl SceneFile {
     }
 }
 
-/// Patches in their order, by globs that differ from each other.
+/// Patches in order, with unique globs.
 fn own_patches<S: Clone>(patches: Vec<Patch<S>>, set_over: impl Fn(&mut S, S)) -> Vec<(Spanned<String>, S)> {
     let mut written: Vec<(Spanned<String>, S)> = Vec::new();
     let mut taken = HashSet::new();
     for patch in patches {
         let section = patch.section.into_owned();
-        // Of globs that are the same, each is spelled in a way of its own.
+        // Equal globs get different spellings.
         let mut spellings = (0..MAX_SPELLINGS).map(|copy| patch.glob.text(copy));
         let free = spellings.find(|text| taken.insert(text.clone()));
         match (free, written.last_mut()) {
@@ -142,7 +146,7 @@ fn own_patches<S: Clone>(patches: Vec<Patch<S>>, set_over: impl Fn(&mut S, S)) -
     written
 }
 
-/// The folder by its full name, as far as it is there.
+/// Full path of the folder. Parts that do not exist are kept.
 pub(super) fn absolute(folder: &Path) -> PathBuf {
     let folder = if folder == Path::new("") {
         Path::new(".")
@@ -154,7 +158,8 @@ pub(super) fn absolute(folder: &Path) -> PathBuf {
         .unwrap_or_else(|_| folder.to_path_buf())
 }
 
-/// `path`, which is relative to the folder `from`, as one that is relative to `to`, a folder by its full name. A full path stays.
+/// Converts `path`, relative to the folder `from`, to a path relative to the full path `to`. An
+/// absolute path is returned unchanged.
 pub(super) fn relocated(path: &Path, from: &Path, to: &Path) -> PathBuf {
     if path.is_absolute() {
         return path.to_path_buf();
@@ -204,7 +209,7 @@ mod tests {
         assert_eq!(relocated(&full, Path::new(""), &root), full);
     }
 
-    /// Every key of every section comes back as it was written.
+    /// Every key of every section is written and read back unchanged.
     #[test]
     fn what_is_written_is_read_again() {
         let folder = tempfile::tempdir().unwrap();
@@ -212,14 +217,15 @@ mod tests {
         fs::write(&path, EVERY_KEY).unwrap();
         let file = SceneFile::load(&path).unwrap();
         let text = file.to_toml(&path).unwrap();
-        // Keys and values are the same in whatever order.
+        // The order of keys does not matter.
         let [written, original]: [toml::Table; 2] = [&*text, EVERY_KEY].map(|text| toml::from_str(text).unwrap());
         assert_eq!(as_read(written.into()), as_read(original.into()), "{text}");
         fs::write(&path, &text).unwrap();
         assert_eq!(SceneFile::load(&path).unwrap().to_toml(&path).unwrap(), text);
     }
 
-    /// Numbers as the program reads them: 32 bits, whole ones too, and one number of a colour for three.
+    /// Numbers as the program reads them: 32 bits, also for whole numbers, and three numbers for a
+    /// grey.
     fn as_read(value: toml::Value) -> toml::Value {
         match value {
             toml::Value::Float(number) => toml::Value::Float((number as f32).into()),
@@ -236,7 +242,8 @@ mod tests {
         }
     }
 
-    /// Keys that say in another way what a key below says, and cannot stand beside it; the sections' own tests write them.
+    /// Keys that are alternatives to keys below and exclude them. The tests of the sections cover
+    /// them.
     const ALTERNATIVES: [&str; 14] = [
         "view",
         "elevation",
@@ -384,7 +391,7 @@ name = "lamps"
 materials = ["bulb", "tall.box"]
 "#;
 
-    /// A key that is added to a section is to be added above, too.
+    /// A new key of a section must be added to the text above.
     #[test]
     fn every_key_is_tried() {
         let page = include_str!("../../docs/guide/reference/scene-file.md");

@@ -1,5 +1,5 @@
-//! Pictures beside an OBJ file: in its folder, in folders of textures within it and beside it, and
-//! in folders within those that have the name of the file.
+//! Pictures near an OBJ file: in its folder, in texture folders within it and beside it, and in
+//! folders within those that have the name of the file.
 
 use crate::description::find_texture::is_texture_folder;
 use crate::description::texture::texture_size;
@@ -11,18 +11,18 @@ use std::path::{Path, PathBuf};
 
 /// Maximum number of files of a folder that are read.
 const MAX_FILES: usize = 10_000;
-/// Maximum number of libraries of a folder whose textures are read, and of bytes of one.
+/// Maximum number of libraries of a folder whose textures are read.
 const MAX_LIBRARIES: usize = 64;
 const MAX_LIBRARY_BYTES: u64 = 1 << 20;
 /// Extensions of pictures.
 const EXTENSIONS: [&str; 13] = [
     "png", "jpg", "jpeg", "tga", "tif", "tiff", "webp", "bmp", "exr", "hdr", "dds", "gif", "jfif",
 ];
-/// Begin of the names of metadata that this program writes into pictures.
+/// Prefix of the metadata names that this program writes into pictures.
 const METADATA: &[u8] = b"embrasure.";
-/// Bytes of a picture that are searched for them.
+/// Number of bytes at the beginning of a picture that are searched for the prefix.
 const METADATA_BYTES: u64 = 1 << 16;
-/// Words of the names of textures of colours.
+/// Words in names of colour textures.
 const TEXTURE_WORDS: [&str; 18] = [
     "albedo",
     "atlas",
@@ -43,8 +43,7 @@ const TEXTURE_WORDS: [&str; 18] = [
     "uv",
     "uvs",
 ];
-/// Words of the names of pictures that are not of colours: they show a model, or are for another
-/// property.
+/// Words in names of other pictures: views of a model, or textures of other properties.
 const OTHER_WORDS: [&str; 27] = [
     "beauty",
     "bump",
@@ -74,9 +73,9 @@ const OTHER_WORDS: [&str; 27] = [
     "thumb",
     "thumbnail",
 ];
-/// Maximum number of pictures of a folder among which the only texture is looked for.
+/// Maximum number of pictures in a folder in which the only texture is searched for.
 const MAX_HERE: usize = 64;
-/// Minimum length of a file's name or first word by which pictures are found.
+/// Minimum length of a file name, or of its first word, to find pictures by it.
 const MIN_NAME: usize = 3;
 
 /// A picture.
@@ -86,24 +85,26 @@ pub(super) struct Image {
     pub path: PathBuf,
     /// Words of the name without its extension.
     words: Vec<String>,
-    /// True if it lies in the folder of the OBJ file.
+    /// True if the picture lies in the folder of the OBJ file.
     is_here: bool,
 }
 
 impl Image {
-    /// Returns true if a word says that the picture is not of the colours of a model.
+    /// Returns true if a word of the name shows that the picture is not a colour texture of a
+    /// model.
     fn is_other(&self) -> bool {
         self.words.iter().any(|word| OTHER_WORDS.contains(&word.as_str()))
     }
 
-    /// Name without numbers at its end, which tell pictures of one kind apart: `skin1`, `skin2`.
+    /// Name without numbers at its end. Pictures of one kind differ by these numbers: `skin1`,
+    /// `skin2`.
     fn family(&self) -> String {
         let words = without_sizes(&self.words).concat();
         words.trim_end_matches(|c: char| c.is_ascii_digit()).to_string()
     }
 }
 
-/// Files beside an OBJ file.
+/// Files near an OBJ file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Beside {
     /// Folder of the OBJ file.
@@ -112,7 +113,7 @@ pub(super) struct Beside {
     file: Vec<String>,
     /// Pictures by folder and name.
     pub images: Vec<Image>,
-    /// Names of all OBJ files of the folder, as words in one.
+    /// Names of all OBJ files of the folder, each as its words without separators.
     objs: Vec<String>,
     /// Libraries of the folder.
     libraries: Vec<PathBuf>,
@@ -161,7 +162,7 @@ impl Beside {
         found
     }
 
-    /// Entries of a folder for which `is` returns true, sorted.
+    /// Entries of `folder` for which `is` returns true, sorted.
     fn entries_in(&self, folder: &Path, is: fn(&fs::DirEntry) -> bool) -> Vec<PathBuf> {
         let listed = self.here.join(folder);
         let listed = if listed.as_os_str().is_empty() {
@@ -175,7 +176,7 @@ impl Beside {
         names
     }
 
-    /// Folders within a folder, as paths from that of the OBJ file.
+    /// Folders within `folder`, as paths relative to the folder of the OBJ file.
     fn folders_in(&self, folder: &Path) -> Vec<PathBuf> {
         let names = self.entries_in(folder, |entry| entry.path().is_dir());
         names.into_iter().map(|name| folder.join(name)).collect()
@@ -186,13 +187,13 @@ impl Beside {
         self.entries_in(folder, |entry| entry.path().is_file())
     }
 
-    /// Returns true if the folder has one OBJ file.
+    /// Returns true if the folder has exactly one OBJ file.
     pub fn is_alone(&self) -> bool {
         self.objs.len() == 1
     }
 
-    /// Returns true for a picture that this program wrote, such as `model.png` of an earlier render
-    /// of `model.obj`. Its metadata precede its pixels.
+    /// Returns true if this program wrote the picture, such as `model.png` of an earlier render of
+    /// `model.obj`. Its metadata precede its pixels.
     pub fn is_rendering(&self, image: &Image) -> bool {
         let mut begin = Vec::new();
         let file = File::open(self.here.join(&image.path));
@@ -200,17 +201,17 @@ impl Beside {
         read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
     }
 
-    /// The picture that is the colour of all materials of a file without library. The first of these
-    /// rules that holds for a picture decides, if it holds for one only, among pictures that `may_be`
-    /// colours.
+    /// The picture that is the colour of all materials of a file without a library. `may_be`
+    /// returns true for possible colour textures. The rules apply in this order. The first rule
+    /// that any picture fulfils decides; it must hold for exactly one picture.
     ///
-    /// 1. It has the name of the file.
-    /// 2. Its name begins with that of the file, and with that of no other OBJ file of the folder
-    ///    that is longer. Of pictures that differ by a number, the first is taken.
-    /// 3. Its first word is that of the file, and its others are words for textures: `cup_tex` for
-    ///    `cup_small`.
-    /// 4. It is the only picture of the folder. Its sides are powers of two. The folder has no
-    ///    other OBJ file; or it has no library, and the name has a word for textures.
+    /// 1. The picture has the name of the file.
+    /// 2. Its name begins with the name of the file, and not with a longer name of another OBJ file
+    ///    of the folder. Of pictures that differ by a number, the first is taken.
+    /// 3. Its first word is the first word of the file, and its other words are texture words:
+    ///    `cup_tex` for `cup_small`.
+    /// 4. It is the only picture of the folder. Its sides are powers of two. Also, the folder has
+    ///    no other OBJ file; or it has no library, and the name has a texture word.
     pub fn picture_of_file(&self, may_be: impl Fn(&Image) -> bool) -> Option<PathBuf> {
         let file = self.file.concat();
         let found = |rule: &dyn Fn(&Image) -> bool| -> Vec<&Image> {
@@ -250,8 +251,8 @@ impl Beside {
         (is_candidate(only) && (self.is_alone() || may_be_shared()) && is_texture()).then(|| only.path.clone())
     }
 
-    /// Returns true if the name of a picture begins with `file`, the name of the OBJ file, and with
-    /// that of no other OBJ file which is longer.
+    /// Returns true if the name of a picture begins with `file`, the name of the OBJ file, and not
+    /// with a longer name of another OBJ file.
     fn begins_with_file(&self, image: &Image, file: &str) -> bool {
         let name = image.words.concat();
         let Some(rest) = name.strip_prefix(file) else {
@@ -267,14 +268,15 @@ impl Beside {
         (ends_word || is_word) && !self.is_of_longer(&name, file)
     }
 
-    /// Returns true if an OBJ file of the folder has a longer name than `file` with which a
-    /// picture's name begins.
+    /// Returns true if `name`, the name of a picture, begins with the name of an OBJ file of the
+    /// folder that is longer than `file`.
     fn is_of_longer(&self, name: &str, file: &str) -> bool {
         let mut objs = self.objs.iter();
         objs.any(|obj| obj.len() > file.len() && name.starts_with(obj.as_str()))
     }
 
-    /// Returns true if a picture has the first word of the OBJ file, and else words for textures.
+    /// Returns true if a picture has the first word of the OBJ file, and all its other words are
+    /// texture words.
     fn shares_first_word(&self, image: &Image) -> bool {
         let [first, others @ ..] = without_sizes(&image.words) else {
             return false;
@@ -288,8 +290,8 @@ impl Beside {
             && !self.objs.iter().any(|obj| obj == first)
     }
 
-    /// Names of pictures in libraries of the folder, other than `own` and the library of the OBJ
-    /// file's name.
+    /// Names of pictures in libraries of the folder, except in `own` and in the library with the
+    /// name of the OBJ file.
     pub fn claimed(&self, own: &[&Path]) -> HashSet<String> {
         let file = self.file.concat();
         let mut claimed = HashSet::new();
@@ -321,7 +323,8 @@ impl Beside {
         claimed
     }
 
-    /// The only picture in the folder of the only OBJ file there, unless it is `claimed`.
+    /// The only picture in the folder, if the folder has one OBJ file and `claimed` does not have
+    /// the picture.
     pub fn only_here(&self, claimed: &HashSet<String>) -> Option<PathBuf> {
         let mut here = self.images.iter().filter(|image| image.is_here && !image.is_other());
         let only = here.next().filter(|_| here.next().is_none() && self.is_alone())?;
@@ -329,9 +332,9 @@ impl Beside {
         is_free.then(|| self.here.join(&only.path))
     }
 
-    /// Pictures that a user may want for the file, those that share a word with it first, and the
-    /// number of further ones. Pictures of other models are left out: those that libraries other
-    /// than `own` name, and those with the name of another OBJ file.
+    /// Pictures that a user may want for the file, and the number of further pictures. Pictures
+    /// that share a word with the file come first. Pictures of other models are left out: pictures
+    /// that libraries other than `own` name, and pictures with the name of another OBJ file.
     pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
         const SHOWN: usize = 3;
         let claimed = self.claimed(own);
@@ -357,13 +360,14 @@ impl Beside {
     }
 }
 
-/// Returns true if a word for textures ends a name, but for numbers.
+/// Returns true if the last word of a name, without numbers, is a texture word.
 fn is_texture_name(words: &[String]) -> bool {
     let last = without_sizes(words).last();
     last.is_some_and(|word| TEXTURE_WORDS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
 }
 
-/// Pictures in words, with a flag that uses one as the colour of `material`; `None` without any.
+/// Text that lists pictures, and a flag that uses the first as the colour of `material`. `None`
+/// without pictures.
 pub(super) fn offer_in_words(material: &str, (shown, more): (Vec<PathBuf>, usize)) -> Option<(String, String)> {
     let first = shown.first()?.display().to_string();
     let names: Vec<String> = shown.iter().map(|path| name_of_shown(path)).collect();
@@ -385,13 +389,13 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Returns true if a name ends like that of a picture.
+/// Returns true if a name has the extension of a picture.
 pub(super) fn has_extension(name: &str) -> bool {
     let extension = Path::new(name).extension().and_then(|e| e.to_str());
     extension.is_some_and(|extension| EXTENSIONS.contains(&&*extension.to_lowercase()))
 }
 
-/// A name with the extensions of pictures.
+/// A name with each extension of pictures.
 pub(super) fn with_extensions(name: &str) -> Vec<String> {
     EXTENSIONS
         .iter()
@@ -399,8 +403,8 @@ pub(super) fn with_extensions(name: &str) -> Vec<String> {
         .collect()
 }
 
-/// Words of a name in lower case: letters and digits between separators, and between small and
-/// capital letters.
+/// Words of a name in lower case: letters and digits between separators, and between lower-case and
+/// upper-case letters.
 pub(super) fn words_of(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut before = ' ';
@@ -419,14 +423,13 @@ pub(super) fn words_of(name: &str) -> Vec<String> {
     words
 }
 
-/// Returns true for a word that says how large a picture is, or how it is kept: `2k`, `1001`,
-/// `jpg`.
+/// Returns true if a word is about the size or the format of a picture: `2k`, `1001`, `jpg`.
 fn is_about_size(word: &str) -> bool {
     let digits = word.strip_suffix('k').unwrap_or(word);
     (!digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())) || matches!(word, "jpg" | "png" | "exr")
 }
 
-/// The words without those about size at their end.
+/// The words without words about size at their end.
 pub(super) fn without_sizes(words: &[String]) -> &[String] {
     let end = words.iter().rposition(|word| !is_about_size(word));
     &words[..end.map_or(0, |end| end + 1)]

@@ -1,4 +1,4 @@
-//! Sections of a scene: cuts of everything that objects bring, and their caps.
+//! Sections of a scene: cuts through all objects, and caps that close them.
 
 use super::{Loader, Shape};
 use crate::color::Spectrum;
@@ -14,11 +14,11 @@ use crate::scene::SectionReport;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Name of the material of caps if none is named.
+/// Name of the default material of caps.
 const CAP: &str = "section";
-/// Reflectance of that material: the dark grey of cut walls in drawings.
+/// Reflectance of the default material of caps: the dark grey of cut walls in drawings.
 const CAP_REFLECTANCE: f32 = 0.05;
-/// Names of open surfaces in one message, at most.
+/// Maximum number of names of open surfaces in a message.
 const MAX_NAMED: usize = 4;
 
 impl Loader<'_> {
@@ -27,7 +27,7 @@ impl Loader<'_> {
         let mut usual = None;
         let parameters = &self.file.load.parameters;
         let light = parameters.cut_light();
-        // Panes are those of the whole.
+        // Panes are detected before the cut.
         self.builder.panes(parameters.panes());
         for section in &self.file.section {
             if self.is_over() {
@@ -68,7 +68,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Lists materials that were added to those of files: hidden copies, panes and caps.
+    /// Lists the materials that were added to materials of files: hidden copies, panes and caps.
     pub(super) fn list_materials(&mut self) {
         for index in self.materials.len()..self.builder.material_count() {
             let original = self.builder.copied_material(MaterialId(index as u32));
@@ -82,8 +82,8 @@ impl Loader<'_> {
         }
     }
 
-    /// The material of a group of triangles that no file has: of the scene file, or of the libraries of
-    /// its objects.
+    /// Material of a group of triangles that is in no file: of the scene file, or of the libraries
+    /// of its objects.
     pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<Shape, ObjFile>) -> MaterialId {
         let name = group.material.as_ref();
         let defines = |obj: &ObjFile| name.is_some_and(|name| obj.material(name).is_some());
@@ -102,7 +102,7 @@ impl Loader<'_> {
             diffuse: Spectrum::splat(CAP_REFLECTANCE),
             ..Material::default()
         };
-        // A material of these values is never refused.
+        // The builder always accepts a material of these values.
         let id = self.builder.add_material(material).unwrap_or(MaterialId(0));
         self.list_materials();
         id

@@ -14,7 +14,7 @@ use crate::texture::{Mapping, Texture, TextureFilter};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// Heights that a material gives to surfaces.
+/// Height map of a material.
 #[derive(Clone, Debug)]
 pub(super) struct Heights {
     texture: Rc<Texture>,
@@ -32,8 +32,8 @@ impl Heights {
 }
 
 impl Loader<'_> {
-    /// Displaces the meshes of an object of the file `obj`, if their materials do; `is_fine` says
-    /// that it was subdivided.
+    /// Displaces the meshes of an object of the file `obj` whose materials have a height map.
+    /// `is_fine` is true if the object was subdivided.
     pub(super) fn displace_object(
         &mut self,
         meshes: &mut [(Mesh, MaterialId)],
@@ -65,7 +65,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Heights that a material gives to `mesh`; `None` without any.
+    /// Height map of a material for `mesh`; `None` without one.
     fn heights_of(
         &mut self,
         material: MaterialId,
@@ -112,7 +112,7 @@ impl Loader<'_> {
         Ok(heights)
     }
 
-    /// Reads the texture of a request for the material `name`, and its file.
+    /// Reads the texture of a request for the material `name`. Returns also the path of its file.
     fn read_heights(
         &mut self,
         request: &MapRequest,
@@ -154,7 +154,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Tells of a statement of a library that displaces nothing, once for each library.
+    /// Reports a displacement statement of a library that has no effect, once for each library.
     fn tell_of_idle(&mut self, request: &MapRequest) {
         let file = &request.place.file;
         let is_same = |finding: &Finding| finding.code == "idle-displacement" && finding.error.file == *file;

@@ -1,4 +1,4 @@
-//! Materials of a scene: those of the scene file, of material libraries, and the default one.
+//! Materials of a scene: of the scene file, of material libraries, and the default material.
 
 use super::beside::offer_in_words;
 use super::{DEFAULT_MATERIAL, Loader, MaterialSource, UsedMaterial};
@@ -18,12 +18,14 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// Unused materials that are named in warnings, each with its line; more of them are only counted.
+/// Maximum number of unused materials that get warnings with their lines. Further materials are
+/// counted.
 const MAX_NAMED: usize = 100;
 
 impl Loader<'_> {
-    /// The scene file's material of the group's name, else that of the OBJ's libraries, else the
-    /// default one; with what patches of it and of its parts say. `mesh` is that of the group.
+    /// Material of the name of the group: of the scene file, else of the libraries of the OBJ file,
+    /// else the default material. Patches of the material and of its parts apply. `mesh` is the
+    /// mesh of the group.
     pub(super) fn material_of(&mut self, group: &Group, mesh: &Mesh, path: &Path, obj: &ObjFile) -> MaterialId {
         let file = self.file;
         let (other, parts) = self.material_of_parts(group);
@@ -49,7 +51,8 @@ impl Loader<'_> {
                 });
                 (found, place)
             }
-            // The last definition of a name wins, as it would in a program that reads the file top to bottom.
+            // The last definition of a name wins, as in a program that reads the file top to
+            // bottom.
             None => match obj.material(name) {
                 Some(found) => {
                     let place = (found.library.clone(), Position::line(found.line));
@@ -64,7 +67,7 @@ impl Loader<'_> {
                 None => {
                     let mut found = FileMaterial::default_of(name);
                     if obj.has_colors {
-                        // The colours of vertices are the whole colour.
+                        // Vertex colours are the whole colour.
                         found.material.diffuse = Spectrum::ONE;
                     }
                     (found, None)
@@ -109,7 +112,7 @@ impl Loader<'_> {
             self.wrong("wrong-material", error);
             self.builder.add_material(default_material(name))
         });
-        // A default material is never refused.
+        // The builder always accepts a default material.
         let id = added.unwrap_or(MaterialId(0));
         if let Some(&group) = self.light_groups.get(name) {
             self.builder.group_material(id, group);
@@ -125,7 +128,7 @@ impl Loader<'_> {
         id
     }
 
-    /// Tells of materials that no library defines, once for each OBJ file.
+    /// Reports materials that no library defines, once for each OBJ file.
     pub(super) fn tell_of_undefined(&mut self) {
         for (path, undefined) in std::mem::take(&mut self.undefined) {
             let is_told = |finding: &Finding| finding.code == "missing-library" && finding.error.file == path;
@@ -141,7 +144,7 @@ impl Loader<'_> {
             let words = format!("{noun} {shown} {is_not} not defined; {it_is} rendered {look}");
             let (severity, code, message) = match (undefined.has_library, is_library_told) {
                 (true, _) => (Severity::Warning, "missing-material", words),
-                // The missing library is the warning.
+                // The missing library is already the warning.
                 (false, true) => (Severity::Note, "missing-material", words),
                 (false, false) => {
                     let message =
@@ -149,7 +152,7 @@ impl Loader<'_> {
                     (Severity::Note, "no-library", message)
                 }
             };
-            // A mesh that is made in code has no line.
+            // A mesh made in code has no line.
             let lines = undefined
                 .materials
                 .iter()
@@ -173,8 +176,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Tells of pictures beside OBJ files with texture coordinates, none of whose materials has a
-    /// texture.
+    /// Offers pictures near an OBJ file that has texture coordinates, if no material of the file
+    /// has a texture.
     pub(super) fn tell_of_offers(&mut self) {
         for (path, untextured) in std::mem::take(&mut self.untextured) {
             let Some(material) = untextured.material.filter(|_| !untextured.has_texture) else {
@@ -190,8 +193,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Renders a scene whose materials are all invisible as an opaque one: exporters write `d 0`
-    /// for opaque surfaces by mistake. Wishes of the user, and the literal reading, stay.
+    /// Makes all materials opaque if all of them are invisible: exporters write `d 0` for opaque
+    /// surfaces by mistake. User settings and the literal reading of the MTL file have priority.
     pub(super) fn make_visible(&mut self) {
         let is_invisible = |source: &MaterialSource| {
             let found = &source.found;
@@ -222,8 +225,7 @@ impl Loader<'_> {
         }
     }
 
-    /// The material with what all patches of its name say, one after the other, and then those of
-    /// `parts`.
+    /// The material with all patches of its name applied in order, and then the patches `parts`.
     fn patched(&mut self, mut found: FileMaterial, parts: &[u32]) -> FileMaterial {
         let mut remarks = Vec::new();
         let name = found.material.name.clone();
@@ -244,7 +246,7 @@ impl Loader<'_> {
         found
     }
 
-    /// Says which names and globs of materials in the scene file are of no use.
+    /// Warns of names and globs of materials in the scene file that have no effect.
     pub(super) fn warn_of_idle_materials(&mut self) {
         let file = self.file;
         let used = self.used.keys().filter(|used| used.obj.is_none());
@@ -294,7 +296,7 @@ impl Loader<'_> {
         self.warn_of_more("idle-light-group", "no light comes from", idle.len());
     }
 
-    /// Says how many materials beyond those that were named `words` hold of.
+    /// Warns with `words` and the number of materials above `MAX_NAMED`.
     fn warn_of_more(&mut self, code: &'static str, words: &str, count: usize) {
         if count > MAX_NAMED {
             let more = count - MAX_NAMED;
@@ -303,7 +305,8 @@ impl Loader<'_> {
     }
 }
 
-/// Adds the alpha of the colours' picture as the opacity of an opaque material, if it is a cut-out.
+/// Adds the alpha of the colour texture as the opacity of an opaque material, if the texture is a
+/// cut-out.
 fn add_cut_out(found: &mut FileMaterial) {
     if found.material.emits_or_transmits() || found.has_map(MapSlot::Opacity) {
         return;
@@ -325,25 +328,25 @@ pub(super) struct Undefined {
     has_library: bool,
     /// Diffuse reflectance of their surfaces.
     diffuse: f32,
-    /// Names, and the lines of the first `usemtl`.
+    /// Names, each with the line of the first `usemtl`.
     materials: Vec<(String, usize)>,
 }
 
 /// Materials of an OBJ file with texture coordinates.
 #[derive(Debug, Default)]
 pub(super) struct Untextured {
-    /// True if one of them has a texture.
+    /// True if a material has a texture.
     has_texture: bool,
     /// Libraries of the file.
     libraries: Vec<PathBuf>,
-    /// Name of the first one.
+    /// Name of the first material.
     material: Option<String>,
 }
 
-/// Materials that are named for one reason; more of them are counted.
+/// Maximum number of materials in one message. Further materials are counted.
 const MAX_USERS: usize = 3;
 
-/// Names of materials in words: the first ones, and the number of others.
+/// Text with the first names of materials and the number of further names.
 pub(super) fn names_in_words<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
     let more = match names.len().saturating_sub(MAX_USERS) {
         0 => String::new(),
@@ -356,10 +359,10 @@ pub(super) fn names_in_words<'a>(names: impl ExactSizeIterator<Item = &'a str>) 
     shown.join(", ") + &more
 }
 
-/// Materials that the error of a pattern lists.
+/// Maximum number of materials that the error of a pattern lists.
 const MAX_LISTED: usize = 20;
 
-/// The error of a flag whose pattern, at `span` of `file`, matches none of the materials `names`;
+/// Error of a flag whose pattern, at `span` of `file`, matches none of the materials `names`.
 /// `literal` is the pattern without its wildcards.
 fn error_of_pattern<'a>(
     file: &SceneFile,
@@ -371,7 +374,7 @@ fn error_of_pattern<'a>(
     error.help(help_of_names("materials", literal, names))
 }
 
-/// The names that are nearest to `literal`, and all names, of `things`.
+/// Help with the names nearest to `literal`, and all names, of `things`.
 pub(super) fn help_of_names<'a>(things: &str, literal: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
     let quoted = |names: Vec<&str>| {
         let quoted: Vec<String> = names

@@ -1,7 +1,8 @@
-//! Loading a scene: reads the files that a scene file names, and builds the scene. `inspect_scene` collects all findings, and `load_scene` ends with
-//! the first error.
+//! Loading of a scene: reads the files that a scene file names, and builds the scene.
+//! `inspect_scene` collects all findings; `load_scene` ends at the first error.
 //!
-//! `shapes` reads OBJ files, `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
+//! `shapes` reads OBJ files, `objects` places meshes, `materials` finds their materials, and
+//! `textures` reads the pictures of materials.
 
 mod beside;
 mod cuts;
@@ -44,17 +45,17 @@ pub struct Loaded {
     pub scene: Scene,
     /// Missing parts, repairs and assumptions.
     pub warnings: Vec<Warning>,
-    /// All files that were read; nothing may be written over them.
+    /// All files that were read. Nothing may be written over them.
     pub files: Vec<PathBuf>,
 }
 
-/// Reads everything that `file` names and builds the scene with `builder`, which may hold parts and settings already. What is wrong first is the
-/// error.
+/// Reads all files that `file` names and builds the scene with `builder`. `builder` may already
+/// have parts and settings. Returns the first error.
 pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, FileError> {
     load_scene_watched(file, builder, &())
 }
 
-/// [`load_scene`], whose progress `observer` receives.
+/// [`load_scene`] that reports its progress to `observer`.
 pub fn load_scene_watched(
     file: &SceneFile,
     builder: SceneBuilder,
@@ -76,7 +77,7 @@ fn loaded_of(inspection: Inspection) -> Result<Loaded, FileError> {
     }
 }
 
-/// [`load_scene_watched`], with what is needed to build the scene again in other light.
+/// [`load_scene_watched`] that also returns the data to build the scene again with other lights.
 pub(crate) fn load_scene_to_light(
     file: &SceneFile,
     builder: SceneBuilder,
@@ -99,8 +100,9 @@ pub(crate) struct Unlit {
 }
 
 impl Unlit {
-    /// The scene in the lights and on the ground of `file`, with triangles and textures of `scene`;
-    /// `None` if these are not as they were read. All else of `file` is as in the first one.
+    /// The scene with the lights and the ground of `file`, and the triangles and textures of
+    /// `scene`. `None` if triangles or textures of `scene` differ from those that were read.
+    /// Everything else of `file` must equal the first file.
     pub fn lit(self, file: &SceneFile, scene: Scene, observer: &dyn LoadObserver) -> Result<Option<Loaded>, FileError> {
         let Some(builder) = self.builder.with_parts_of(scene) else {
             return Ok(None);
@@ -117,7 +119,7 @@ impl Unlit {
     }
 }
 
-/// Reads the same in the same way, but goes on after what is wrong.
+/// Reads a scene like [`load_scene`], but continues after errors.
 pub fn inspect_scene(file: &SceneFile, builder: SceneBuilder) -> Inspection {
     Loader::new(file, builder, &(), true).load()
 }
@@ -126,7 +128,7 @@ struct Loader<'a> {
     file: &'a SceneFile,
     builder: SceneBuilder,
     observer: &'a dyn LoadObserver,
-    /// Memory that reading may take.
+    /// Memory that loading may use.
     allowance: Allowance,
     /// The files of each object.
     shapes: Vec<Shapes>,
@@ -135,7 +137,7 @@ struct Loader<'a> {
     /// The last object for which a file is needed.
     last_use: HashMap<Shape, usize>,
     findings: Findings,
-    /// Whether to go on after what is wrong.
+    /// True to continue after errors.
     goes_on: bool,
     /// Materials handed to the builder.
     used: HashMap<UsedMaterial, MaterialId>,
@@ -144,48 +146,48 @@ struct Loader<'a> {
     patches: PatchList<'a>,
     /// Patches of parts.
     parts: Vec<Patch<'a, PartSection>>,
-    /// Whether any material of this name emits, of those that are used.
+    /// Names of used materials; true if any used material of the name emits.
     emits: HashMap<String, bool>,
-    /// The group of lights that materials of this name are in.
+    /// Light group of the materials of a name.
     light_groups: HashMap<String, LightGroupId>,
-    /// Textures that they ask for, and where they do so.
+    /// Requests for textures of materials, and the places of the requests.
     textures: Vec<TextureRequest>,
     asked: Vec<AskedTexture>,
-    /// Folders in which textures are looked for.
+    /// Folders to search for textures.
     texture_dirs: Vec<PathBuf>,
     finder: FileFinder,
-    /// Textures that were found elsewhere than named, by the file that names them and their folder.
+    /// Textures found at another path than the written path, by the file that names them and by
+    /// their folder.
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
-    /// Uses of textures that are nowhere, by the file that names them and their name.
+    /// Uses of missing textures, by the file that names them and by their name.
     missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
     /// Materials of each OBJ file that no library defines.
     undefined: BTreeMap<PathBuf, Undefined>,
-    /// Textures beside each OBJ file, by their names.
+    /// Textures near each OBJ file, found by their names.
     named_maps: BTreeMap<PathBuf, NamedMaps>,
-    /// Heights by which materials displace their surfaces.
+    /// Height maps of materials that displace their surfaces.
     heights: HashMap<MaterialId, Option<displacement::Heights>>,
-    /// Materials without any texture of each OBJ file with texture coordinates, and whether one of
-    /// its materials has a texture.
+    /// Materials without texture of each OBJ file with texture coordinates.
     untextured: BTreeMap<PathBuf, Untextured>,
-    /// How OBJ files are read.
+    /// Options for reading OBJ files.
     load: LoadOptions,
-    /// Patterns of the names of parts that fit one in any file.
+    /// True for each pattern of part names that matches a part in any file.
     part_fits: Vec<bool>,
-    /// Files of those that were read, by their id in the scene.
+    /// Files of the textures that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
     prototypes: HashMap<Shapes, PrototypeId>,
-    /// Files that were read, or tried.
+    /// Files that were read, or that could not be read.
     files: Vec<PathBuf>,
 }
 
 /// A material in use.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct UsedMaterial {
-    /// The OBJ file that it comes from; `None` if it is the scene file's.
+    /// The OBJ file that the material comes from; `None` for the scene file.
     obj: Option<PathBuf>,
     name: String,
-    /// Indices of the patches of parts that change it.
+    /// Indices of the patches of parts that change the material.
     parts: Vec<u32>,
 }
 
@@ -197,7 +199,7 @@ impl<'a> Loader<'a> {
             let Shapes { open, close, .. } = shapes;
             let copies = copies.entry(shapes.clone()).or_insert(0);
             *copies += 1;
-            // Copies share what the first one needs.
+            // Copies use the files of the first object.
             if *copies == 1 {
                 for shape in [Some(open), close.as_ref()].into_iter().flatten() {
                     last_use.insert(shape.clone(), index);
@@ -253,7 +255,7 @@ impl<'a> Loader<'a> {
         self.finish(objs)
     }
 
-    /// [`Loader::load`], which keeps in `unlit` what building the scene again needs.
+    /// [`Loader::load`] that stores in `unlit` the data to build the scene again.
     fn load_keeping(mut self, unlit: &mut Option<Unlit>) -> Inspection {
         let objs = self.load_objects();
         let mut builder = self.builder.unlit();
@@ -299,9 +301,9 @@ impl<'a> Loader<'a> {
         self.observer.begin("building the scene", 1);
         match self.builder.build() {
             Ok((scene, mut report)) => {
-                // Where files are missing, nothing is known of lights.
+                // If files are missing, the lights of the scene are unknown.
                 report.default_light &= scene.triangle_count() > 0 || findings.first_error().is_none();
-                // A light with an error is none of the scene.
+                // A light with an error is not in the scene.
                 report.default_light &= self.file.light.is_empty();
                 report.is_dark &= findings.first_error().is_none();
                 report_findings(self.file, &report, &inspection.materials, findings);
@@ -313,7 +315,7 @@ impl<'a> Loader<'a> {
         inspection
     }
 
-    /// Whether something is wrong, and that ends it.
+    /// Returns true if an error ends the loading.
     fn is_over(&self) -> bool {
         !self.goes_on && self.findings.first_error().is_some()
     }
@@ -334,7 +336,7 @@ impl<'a> Loader<'a> {
             ) {
                 self.wrong("wrong-light", error);
             }
-            // A lamp with a shape brings its material.
+            // A light with a shape has a material.
             let name = match light.kind.get_ref().as_str() {
                 "sphere" => SPHERE_NAME,
                 "disk" => DISK_NAME,

@@ -1,9 +1,10 @@
-//! Textures that no library names: `NAME_basecolor.png`, `NAME_roughness.png` and so on, beside the
-//! OBJ file or in its folders of textures, as Sketchfab, Substance, ambientCG and Poly Haven call them.
+//! Textures that no library names: `NAME_basecolor.png`, `NAME_roughness.png` and so on. They lie
+//! beside the OBJ file or in its texture folders, with names as in Sketchfab, Substance, ambientCG
+//! and Poly Haven.
 //!
-//! A material without any texture gets the textures of a set if exactly one set fits its name. The
-//! rules are those of [`Fit`]. Without any library, one picture can be the colour of all materials
-//! ([`Beside::picture_of_file`]). Pictures that this program wrote are no textures.
+//! A material without any texture gets the textures of a set if exactly one set fits its name.
+//! [`Fit`] has the rules. Without any library, one picture can be the colour of all materials
+//! ([`Beside::picture_of_file`]). Pictures that this program wrote are not textures.
 
 use super::Loader;
 use super::beside::{Beside, Image, stem_of, without_sizes, words_of};
@@ -17,10 +18,10 @@ use crate::texture::{Channel, Mapping};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Roughness of a surface whose set has a map of metal and none of roughness.
+/// Roughness of a surface whose set has a metallic map and no roughness map.
 const ROUGHNESS: f32 = 0.5;
 
-/// The property that a texture is for.
+/// Property that a texture defines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Role {
     Color,
@@ -28,7 +29,7 @@ enum Role {
     /// 1 − roughness.
     Gloss,
     Metallic,
-    /// Roughness in green and metal in blue, as glTF has them.
+    /// Roughness in green and metallic in blue, as in glTF.
     Packed,
     Normal,
     /// A normal map whose green points down.
@@ -39,7 +40,7 @@ enum Role {
     Occlusion,
 }
 
-/// Last words of a name without separators, in lower case, by role.
+/// Last words of file names, without separators and in lower case, by role.
 const WORDS: &[(Role, &[&str])] = &[
     (
         Role::Color,
@@ -83,33 +84,33 @@ const WORDS: &[(Role, &[&str])] = &[
     (Role::Occlusion, &["ambientocclusion", "occlusion", "ao", "mixedao"]),
 ];
 
-/// Textures by set, and role; a set has the words of a name before its role.
+/// Textures by set and role. The name of a set is the words of a file name before its role.
 type Sets = BTreeMap<String, BTreeMap<Role, PathBuf>>;
 
 /// Textures beside an OBJ file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NamedMaps {
-    /// Sets with a colour.
+    /// Sets with a colour texture.
     sets: Sets,
-    /// Sets with a map of emission and no colour.
+    /// Sets with an emission texture and no colour texture.
     glows: Sets,
-    /// The files.
+    /// Files near the OBJ file.
     beside: Beside,
 }
 
-/// The reason why a set belongs to a material, the best first.
+/// Reasons why a set belongs to a material, the best reason first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fit {
-    /// The set has the name of the material, alone or after that of the file or of its library.
+    /// The set has the name of the material, alone or after the name of the file or of its library.
     Material,
-    /// The set has the name of the file, whose only material this is.
+    /// The set has the name of the file, and the file has only this material.
     File,
-    /// It is the only set, beside the only OBJ file of the folder, whose only material this is.
+    /// The folder has only this set and only this OBJ file, and the file has only this material.
     Only,
 }
 
 impl NamedMaps {
-    /// Textures of the folders beside the OBJ file `path`.
+    /// Finds the textures near the OBJ file `path`.
     pub fn beside(path: &Path) -> Self {
         let beside = Beside::of(path);
         let mut sets = Sets::new();
@@ -128,12 +129,12 @@ impl NamedMaps {
         Self { sets, glows, beside }
     }
 
-    /// The files beside the OBJ file.
+    /// Files near the OBJ file.
     pub fn files(&self) -> &Beside {
         &self.beside
     }
 
-    /// The textures that fit the material `name` of the file `path`.
+    /// Textures that fit the material `name` of the file `path`.
     fn of_material(&self, name: &str, path: &Path, obj: &ObjFile) -> Option<BTreeMap<Role, PathBuf>> {
         let (materials, stem) = (obj.groups.len(), stem_of(path));
         let [material, file] = [name, &*stem].map(|text| words_of(text).concat());
@@ -187,11 +188,11 @@ impl NamedMaps {
     }
 }
 
-/// The set and the role of a picture, by its name without extension.
+/// Set and role of a picture from its name without extension.
 fn role_of(stem: &str) -> Option<(String, Role)> {
     let words = words_of(stem);
     let words = without_sizes(&words);
-    // The longest end that is a role
+    // Longest end of the name that is a role
     for count in (1..=words.len().min(3)).rev() {
         let (set, end) = words.split_at(words.len() - count);
         let end = end.concat();
@@ -203,14 +204,14 @@ fn role_of(stem: &str) -> Option<(String, Role)> {
 }
 
 impl Loader<'_> {
-    /// Textures beside the OBJ file `path`, which are listed once.
+    /// Textures near the OBJ file `path`. The list is made once.
     pub(super) fn maps_beside(&mut self, path: &Path) -> &NamedMaps {
         let beside = self.named_maps.entry(path.to_path_buf());
         beside.or_insert_with(|| NamedMaps::beside(path))
     }
 
-    /// Gives `found`, which has no texture, those of a set that fits it. It is a material of the
-    /// file `path`.
+    /// Adds the textures of the set that fits to the material `found` of the file `path`. `found`
+    /// must not have textures.
     pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, obj: &ObjFile) {
         let Some(files) = self.maps_beside(path).of_material(&found.material.name, path, obj) else {
             return;

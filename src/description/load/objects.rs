@@ -1,4 +1,4 @@
-//! Objects of a scene: meshes with their materials in their places.
+//! Objects of a scene: meshes with materials and placements.
 
 use super::{Loader, Shape, Shapes};
 use crate::description::FileError;
@@ -38,7 +38,8 @@ impl Loader<'_> {
             })
         };
 
-        // What has one place stands in the world there; all else is kept once.
+        // Objects with one placement are added in world space. Others are added once, as
+        // prototypes.
         let transform = match &place {
             _ if is_shared => None,
             ObjectPlacement::AsItIs => Some(None),
@@ -74,7 +75,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Adds a mesh that no file has. Its material may be one of the libraries of `objs`.
+    /// Adds a mesh that is in no file. Its material may be in the libraries of `objs`.
     pub(super) fn add_made(&mut self, object: &MadeObject, objs: &BTreeMap<Shape, ObjFile>) -> Result<(), FileError> {
         self.builder.begin_object(&object.name);
         let group = Group {
@@ -92,7 +93,8 @@ impl Loader<'_> {
         })
     }
 
-    /// The meshes of an object with their materials, as its files have them: taken out of `objs` where no later object needs them.
+    /// Meshes of an object with their materials. The function takes them out of `objs` if no later
+    /// object needs them.
     fn meshes_of(
         &mut self,
         index: usize,

@@ -1,4 +1,4 @@
-//! Errors and findings of the builder, with the places of the scene file.
+//! Errors and findings of the builder, with places in the scene file.
 
 use crate::description::scene_file::SceneFile;
 use crate::description::{DEFAULT_LIGHT, FileError, Finding, Findings, Severity};
@@ -7,7 +7,7 @@ use crate::math::{excerpt_of_name, significant};
 use crate::scene::{BuildError, SceneReport};
 use std::collections::HashMap;
 
-/// An error of the `[ground]`, at the key that it is about.
+/// Error of the `[ground]`, at the key that causes it.
 pub(super) fn ground_error(file: &SceneFile, error: &BuildError) -> FileError {
     let span = file.ground.as_ref().and_then(|ground| ground.place_of(error));
     let error = match span {
@@ -17,7 +17,7 @@ pub(super) fn ground_error(file: &SceneFile, error: &BuildError) -> FileError {
     error.help("correct the value, or leave the key out")
 }
 
-/// An error of the scene, with its remedy.
+/// Error of the scene, with help.
 pub(super) fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
     if matches!(error, BuildError::BadGround { .. }) {
         return ground_error(file, error);
@@ -34,10 +34,10 @@ pub(super) fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
     })
 }
 
-/// Sum of the shares of a surface up to which rounded statements may mean 1.
+/// Maximum sum of reflectance and transmittance that rounding of numbers in files may explain.
 const MAX_ROUNDING: f32 = 1.01;
 
-/// Reports what stands twice at one place.
+/// Reports repeated triangles and instances at the same place.
 fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Findings) {
     for (code, noun, count) in [
         ("repeated-triangles", "triangles", report.repeated_triangles),
@@ -72,7 +72,7 @@ fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Fin
     }
 }
 
-/// Reports what building the scene has found.
+/// Reports the findings of the scene builder.
 pub(super) fn report_findings(
     file: &SceneFile,
     report: &SceneReport,
@@ -85,7 +85,7 @@ pub(super) fn report_findings(
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
-    // Statements have few digits.
+    // Numbers in files have few digits.
     let told = report.scaled_materials.iter().filter(|(_, sum)| *sum > MAX_ROUNDING);
     for (name, sum) in told {
         let message = format!(

@@ -1,4 +1,4 @@
-//! The OBJ files of objects.
+//! OBJ files of objects.
 
 use super::Loader;
 use crate::description::load_obj::load_obj;
@@ -15,29 +15,29 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// What an object's shape comes from.
+/// OBJ files of an object.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Shapes {
-    /// At time 0.
+    /// OBJ file at time 0.
     pub open: Shape,
-    /// At time 1, if that is another one.
+    /// OBJ file at time 1, if it differs.
     pub close: Option<Shape>,
-    /// True if rays from the camera pass the object.
+    /// True if rays from the camera pass through the object.
     pub is_hidden: bool,
 }
 
-/// An OBJ file, and how it is subdivided.
+/// An OBJ file and its subdivision.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Shape {
     pub path: PathBuf,
-    /// Steps of subdivision.
+    /// Number of subdivision steps.
     pub steps: u32,
     /// Bits of the angle in degrees above which edges stay sharp.
     pub crease_angle: Option<u32>,
 }
 
 impl Shapes {
-    /// Shapes of an object of `file`.
+    /// Shapes of `object` in the scene file `file`.
     pub fn of(file: &SceneFile, object: &ObjectSection) -> Self {
         let parameters = &file.load.parameters;
         let shape = |name: &Spanned<PathBuf>| Shape {
@@ -148,7 +148,7 @@ impl Loader<'_> {
         load_obj(&shape.path, &options, self.allowance, self.observer, findings)
     }
 
-    /// Says where the scene file names the file that could not be read.
+    /// Adds to `error` the place in the scene file that names the unreadable file.
     fn named_here(&self, error: FileError, path: &Path, span: Range<usize>) -> FileError {
         if error.position.is_some() || error.help.is_some() || !self.file.is_file() {
             return error.help_if_none("check the path");

@@ -1,4 +1,4 @@
-//! Textures that materials of a scene ask for.
+//! Textures of the materials of a scene.
 
 use super::Loader;
 use super::beside::{has_extension, offer_in_words, with_extensions};
@@ -18,7 +18,7 @@ use crate::texture::{Channel, Mapping, TextureId, Wrap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// A texture that a material asks for.
+/// Request of a material for a texture.
 pub(super) struct AskedTexture {
     request: MapRequest,
     /// Index of the material among the sources of materials.
@@ -26,7 +26,7 @@ pub(super) struct AskedTexture {
 }
 
 impl AskedTexture {
-    /// The slot of a texture of this kind, if it is another one than is written.
+    /// Slot for a texture of `kind`, if the file has it in another slot.
     fn moved_to(&self, kind: TextureKind) -> Option<MapSlot> {
         let other = self.request.other_slot();
         other.filter(|&slot| (slot == MapSlot::Normal) == kind.is_normal())
@@ -34,14 +34,14 @@ impl AskedTexture {
 }
 
 impl Loader<'_> {
-    /// The material of a file with maps that name requests for textures: 2 i is the request i in
-    /// the slot that is written, and 2 i + 1 in the other one, if its picture decides so. `mesh`
-    /// has the material.
+    /// Material of a file with maps that refer to texture requests. Map 2 i is request i in the
+    /// written slot. Map 2 i + 1 is the same request in the other slot, for pictures that belong
+    /// there. `mesh` has the material.
     pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
         let mut colors: Option<(String, PathBuf)> = None;
-        // Displacements belong to objects.
+        // Displacement belongs to objects.
         let maps = found.maps.iter_mut();
         for request in maps.filter(|request| request.statement.slot != MapSlot::Displacement) {
             request.path = if request.if_cut_out {
@@ -96,8 +96,8 @@ impl Loader<'_> {
         material
     }
 
-    /// The file of a texture of `material`. Notes if there is none, and if it is found elsewhere
-    /// than named.
+    /// File of a texture of `material`. The function records missing files, and files found at
+    /// another path.
     pub(super) fn find_texture(&mut self, request: &MapRequest, material: &str, obj: &Path) -> Option<PathBuf> {
         let statement = &request.statement;
         let folder = request.place.file.parent().unwrap_or(Path::new(""));
@@ -154,8 +154,9 @@ impl Loader<'_> {
         }
     }
 
-    /// The file of a texture whose name has no extension, as Blockbench writes it: a picture of that
-    /// name that no other library of the folder names, else the only one beside the OBJ file.
+    /// File of a texture whose name has no extension, as Blockbench writes it. It is a picture with
+    /// this name that no other library of the folder names, else the only picture beside the OBJ
+    /// file.
     fn without_extension(&mut self, request: &MapRequest, obj: &Path) -> Option<PathBuf> {
         let name = request.statement.file.trim();
         if has_extension(name) || name.is_empty() {
@@ -183,8 +184,7 @@ impl Loader<'_> {
         Some(path)
     }
 
-    /// Tells of a texture of several tiles, and of those that triangles of `mesh` need and that are
-    /// missing.
+    /// Reports a texture of several tiles, and its missing tiles that triangles of `mesh` need.
     fn tell_of_tiles(&mut self, request: &MapRequest, tiles: &Tiles, mesh: &Mesh) {
         let mapping = request.statement.mapping;
         let number = |corners: [Vec2; 3]| {
@@ -219,7 +219,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Tells of textures that are nowhere, each once with its uses.
+    /// Reports missing textures, each once with all its uses.
     fn tell_of_missing(&mut self) {
         let mut missing: Vec<Vec<MissingUse>> = std::mem::take(&mut self.missing).into_values().collect();
         for uses in &mut missing {
@@ -244,7 +244,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Tells of textures that lie elsewhere than named, once for each folder.
+    /// Reports textures found at another path, once for each folder.
     fn tell_of_found_elsewhere(&mut self) {
         for found in std::mem::take(&mut self.found_elsewhere).into_values() {
             let Some((first, path)) = found.first() else { continue };
@@ -293,7 +293,7 @@ impl Loader<'_> {
         let mut ids = Vec::with_capacity(2 * asked.len());
         let (mut decided, mut cut_outs) = (Vec::new(), Vec::new());
         for ((result, asked), file) in loaded.ids.into_iter().zip(&asked).zip(&self.textures) {
-            // Ids are given in the order of the first requests.
+            // Ids follow the order of the first requests.
             if matches!(result, Ok(TextureId(id)) if id as usize == self.texture_files.len()) {
                 self.texture_files.push(file.path.clone());
             }
@@ -304,7 +304,7 @@ impl Loader<'_> {
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
-                // What the system did not give may be sound: it is not replaced.
+                // An unreadable file may be valid, so that no constant replaces it.
                 let severity = match error.is_unreadable() {
                     true => Severity::Error,
                     false => self.file.load.severity_of_lack(),
@@ -324,7 +324,7 @@ impl Loader<'_> {
             ids.extend(if is_moved { [None, id] } else { [id, None] });
             decided.extend(kind.map(|kind| (asked, kind)));
         }
-        // Of two statements each has the picture of the other one.
+        // Each of two statements has the picture of the other.
         let exchanged = exchanged(&decided);
         for (i, asked) in asked.iter().enumerate() {
             if exchanged.contains(&asked.material) && asked.request.other_slot().is_some() {
@@ -342,8 +342,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Keeps the opacity by the alpha of colours in the source of its material if the picture is a
-    /// cut-out, and tells of it once for each picture.
+    /// Keeps the opacity map from the alpha of the colour texture in the source of its material if
+    /// the picture is a cut-out. Reports each picture once.
     fn decide_cut_out(&mut self, asked: &AskedTexture, is_cut_out: bool) {
         let maps = self
             .materials
@@ -367,8 +367,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Moves textures in the sources of materials to the slots that their pictures have decided,
-    /// and tells of it, once for each library and effect.
+    /// Moves textures in the sources of materials to the slots that fit their pictures. Reports
+    /// this once for each library and effect.
     fn move_maps(&mut self, decided: &[(&AskedTexture, TextureKind)], exchanged: &BTreeSet<usize>) {
         for &material in exchanged {
             let source = self.materials.get_mut(material);
@@ -413,7 +413,7 @@ impl Loader<'_> {
     }
 }
 
-/// Materials whose heights and normals both have the picture of the other one.
+/// Materials whose height map and normal map are exchanged.
 fn exchanged(decided: &[(&AskedTexture, TextureKind)]) -> BTreeSet<usize> {
     let moved = |slot: MapSlot| -> BTreeSet<usize> {
         let moved = decided
@@ -424,7 +424,7 @@ fn exchanged(decided: &[(&AskedTexture, TextureKind)]) -> BTreeSet<usize> {
     &moved(MapSlot::Bump) & &moved(MapSlot::Normal)
 }
 
-/// A use of a texture that is nowhere.
+/// Use of a missing texture.
 pub(super) struct MissingUse {
     request: MapRequest,
     /// Name of the material.
@@ -434,8 +434,8 @@ pub(super) struct MissingUse {
     help: String,
 }
 
-/// The path of all tiles if `found` is one of several (UDIM): the name in the library says so, or
-/// tile 1001 that it names has others beside it.
+/// Path of all tiles if `found` is one of several (UDIM): the name in the library is a tile
+/// pattern, or other tiles lie beside tile 1001.
 fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
     let is_said = statement.names().any(|name| tile_names(name).is_some());
     let is_first = || found.to_string_lossy().contains("1001");
@@ -446,7 +446,7 @@ fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
     if is_said || count > 1 { path } else { found }
 }
 
-/// The look of surfaces without a texture, for each kind of use, with the materials.
+/// Text for the appearance of surfaces without their textures, with the materials of each.
 fn words_of_lack(uses: &[MissingUse]) -> String {
     let mut looks: Vec<(&str, Vec<&str>)> = Vec::new();
     for MissingUse { request, material, .. } in uses {
@@ -464,7 +464,7 @@ fn words_of_lack(uses: &[MissingUse]) -> String {
     looks.collect::<Vec<_>>().join("; ")
 }
 
-/// The look of a surface without its texture in this slot.
+/// Appearance of a surface without the texture of `slot`.
 fn look_without(slot: MapSlot) -> &'static str {
     match slot {
         MapSlot::Diffuse => "in one plain colour",
@@ -476,7 +476,7 @@ fn look_without(slot: MapSlot) -> &'static str {
     }
 }
 
-/// What a picture has decided of its texture; `None` if it is as written.
+/// Text for a picture of another kind than its statement; `None` if it is as written.
 fn words_of_decision(kind: TextureKind, is_moved: bool, has_effect: bool) -> Option<&'static str> {
     Some(match (kind, is_moved, has_effect) {
         (TextureKind::Normal, true, true) => "is a normal map where heights are expected, and is used as a normal map",
@@ -493,7 +493,7 @@ fn words_of_decision(kind: TextureKind, is_moved: bool, has_effect: bool) -> Opt
     })
 }
 
-/// Words for `count` further textures in a `place`.
+/// Text for `count` further textures in `place`.
 fn others(count: usize, place: &str) -> String {
     match count {
         0 => String::new(),
@@ -502,7 +502,7 @@ fn others(count: usize, place: &str) -> String {
     }
 }
 
-/// Use of a texture.
+/// Kind of texture that a request expects.
 pub(super) fn kind_of(request: &MapRequest) -> TextureKind {
     let MapStatement { slot, mapping, .. } = &request.statement;
     let value = |default| TextureKind::Value(mapping.channel.unwrap_or(default));
@@ -519,7 +519,7 @@ pub(super) fn kind_of(request: &MapRequest) -> TextureKind {
     }
 }
 
-/// The mapping of a texture of several tiles, which are one picture.
+/// Mapping of a texture whose tiles are read as one picture.
 pub(super) fn mapping_of_tiles(mapping: Mapping, tiles: &Tiles) -> Mapping {
     let size = Vec2::from(tiles.size().map(|count| count as f32));
     Mapping {
@@ -530,7 +530,7 @@ pub(super) fn mapping_of_tiles(mapping: Mapping, tiles: &Tiles) -> Mapping {
     }
 }
 
-/// The map of a slot; `None` if surfaces have none while they are rendered.
+/// The map of a slot; `None` for slots that are not used while rendering.
 fn map_of(maps: &mut Maps, slot: MapSlot) -> Option<&mut Option<Map>> {
     Some(match slot {
         MapSlot::Diffuse => &mut maps.diffuse,

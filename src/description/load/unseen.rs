@@ -1,5 +1,4 @@
-//! Warnings of invisible surfaces: if no face of a scene can be seen, the picture would be empty
-//! without a reason.
+//! Warnings of invisible surfaces, to explain a picture that would be empty.
 
 use crate::color::Spectrum;
 use crate::description::{FileError, Findings, Position, SceneFile, Severity};
@@ -10,8 +9,8 @@ use crate::scene::{Scene, SceneReport};
 use crate::texture::Texture;
 use std::collections::BTreeSet;
 
-/// Warns if all triangles were skipped, or if all materials are invisible; else of each material
-/// that its library makes invisible.
+/// Warns if all triangles were skipped, or if all materials are invisible. Else warns of each
+/// material that its library makes invisible.
 pub(super) fn report_unseen(
     file: &SceneFile,
     scene: &Scene,
@@ -21,7 +20,7 @@ pub(super) fn report_unseen(
 ) {
     let shapes = scene.geom_ids().map(|geom| scene.shape(geom));
     let used = shapes.map(|shape| shape.material.0 as usize);
-    // The ground has a material of its own.
+    // The material of the ground is not in `materials`.
     let used: BTreeSet<usize> = used.filter(|&id| id < materials.len()).collect();
     let count = used.len();
     let reason = |id: usize| Some((id, reason_unseen(&scene.materials()[id], scene.textures())?));
@@ -29,7 +28,7 @@ pub(super) fn report_unseen(
     if reasons.len() < count {
         for (id, reason) in reasons {
             let source = materials.get(id);
-            // A material that the user makes invisible is no surprise.
+            // No warning if the user makes a material invisible.
             if source.is_some_and(|source| source.found.opacity_line.is_some()) {
                 let name = excerpt_of_name(&scene.materials()[id].name);
                 let message = format!("material `{name}` is invisible, {}", reason.words);
@@ -66,7 +65,7 @@ pub(super) fn report_unseen(
     findings.add(Severity::Warning, "no-visible-face", error);
 }
 
-/// The error at the statement of the material's opacity, or else at the material.
+/// Error at the opacity statement of the material, or else at the material.
 fn placed(file: &SceneFile, source: Option<&MaterialSource>, message: String) -> FileError {
     let opacity = source.and_then(|source| {
         let line = source.found.opacity_line?;
@@ -79,13 +78,13 @@ fn placed(file: &SceneFile, source: Option<&MaterialSource>, message: String) ->
     }
 }
 
-/// The reason why a surface is invisible, and the remedy.
+/// Reason why a surface is invisible, and help.
 struct Reason {
     words: &'static str,
     help: &'static str,
 }
 
-/// The reason why a surface of this material is invisible; `None` if it can be seen.
+/// Reason why a surface of this material is invisible; `None` if it is visible.
 fn reason_unseen(material: &Material, textures: &[Texture]) -> Option<Reason> {
     let maps = &material.maps;
     if material.opacity == 0.0 {

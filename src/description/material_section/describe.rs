@@ -1,5 +1,5 @@
-//! A material as the section that says it: of each key what it is, where that has a meaning for the material. To patch the material with this section changes
-//! nothing.
+//! A material as a section with all keys that apply to it. A patch of the material with its own
+//! section has no effect.
 
 use super::{ChannelValues, ColorValue, FileMaterial, Gloss, MapSection, MaterialSection, fields};
 use crate::bsdf::Fresnel;
@@ -38,12 +38,13 @@ impl MaterialSection {
         Self::of(&found, &|_| None)
     }
 
-    /// The section of `found`. `path` names the file of each texture; `None` leaves the texture out.
+    /// The section of `found`. `path` names the file of each texture; `None` leaves the texture
+    /// out.
     pub(in crate::description) fn of(found: &FileMaterial, path: &dyn Fn(&MapRequest) -> Option<PathBuf>) -> Self {
         let (material, has) = (&found.material, |slot| found.has_map(slot));
         let reflects = !material.specular.is_black() || has(MapSlot::Specular);
         let refracts = !material.transmission.is_black();
-        // Fields that differ from those of a black surface, and both colours
+        // Fields that differ from a black surface, and both colours
         let (mut section, black) = (Self::default(), Material::default());
         macro_rules! say {
             ($($key:ident),+) => {
@@ -98,7 +99,7 @@ impl MaterialSection {
         }
         section.abbe = material.abbe.and_then(said).filter(|_| material.is_dispersive());
         if refracts {
-            // An index would give facets a Fresnel term that they do not have.
+            // The key `ior` would give facets a Fresnel term that they do not have.
             if !matches!(material.gloss, Gloss::Ggx(_) | Gloss::Blinn(..)) {
                 section.ior = said(material.ior);
             }

@@ -1,4 +1,4 @@
-//! Errors of the keys of a material.
+//! Errors in keys of a material.
 
 use super::{MaterialSection, preset_names};
 use crate::description::FileError;
@@ -8,7 +8,7 @@ use crate::description::unknown_key::nearest_names;
 use crate::math::{excerpt, excerpt_of_name};
 use std::ops::Range;
 
-/// A material's name and file, for messages.
+/// Name and file of a material, for messages.
 pub(super) struct Named<'a> {
     pub name: &'a str,
     pub file: &'a Source,
@@ -20,7 +20,7 @@ impl Named<'_> {
         self.file.error(span, message).help(help)
     }
 
-    /// Checks that the numbers of `section` are in their ranges.
+    /// Returns an error if a number of `section` is out of its range.
     pub fn check(&self, section: &MaterialSection) -> Result<(), FileError> {
         for given in section.given() {
             if let Some((value, rule)) = given.range.violation(given.numbers) {
@@ -32,7 +32,7 @@ impl Named<'_> {
     }
 }
 
-/// Errors of keys that do not go together.
+/// Errors of keys that cannot be combined.
 impl Named<'_> {
     pub fn half_a_metal(&self, given: &str, place: Range<usize>) -> FileError {
         let missing = if given == "eta" { "k" } else { "eta" };

@@ -1,9 +1,9 @@
 //! Materials of a scene file.
 //!
-//! The table of `MaterialSection` is the one place of its keys; ranges are those of
-//! [`range_of`]. `patch` changes a material by what a section says, also a black one for a section
-//! that replaces, and `describe` writes a material as the section that patches nothing of it.
-//! `mistakes` has the errors of keys that cannot be combined.
+//! `MaterialSection` is the only table of its keys; [`range_of`] has their ranges. `patch` changes
+//! a material by the keys of a section. A section that replaces a material patches a black one.
+//! `describe` writes a material as a section that patches nothing of it. `mistakes` has the errors
+//! of keys that cannot be combined.
 
 mod describe;
 mod mistakes;
@@ -27,7 +27,8 @@ use std::ops::Range;
 use toml::Spanned;
 
 section! {
-    /// `[material.NAME]` or `[patch."GLOB"]`. In a material that is no patch, a key that is left out is 0, or the default of the model.
+    /// `[material.NAME]` or `[patch."GLOB"]`. In a section that is not a patch, a missing key is 0,
+    /// or the default of the model.
     #[derive(Default)]
     #[serde(expecting = "a table with keys of a material")]
     pub struct MaterialSection {
@@ -79,7 +80,8 @@ section! {
         transmission: ColorValue, default "0", in range_of;
         /// Index of refraction behind the surface
         ///
-        /// With `blinn` and `ggx` also of their Fresnel term, which they do not have without the key.
+        /// With `blinn` and `ggx` also of their Fresnel term, which they do not have without the
+        /// key.
         ior: f32, default "1.5", in range_of;
         /// Abbe number of smooth glass, whose ior is that at 587.56 nm
         ///
@@ -133,7 +135,7 @@ section! {
     }
 }
 
-/// Calls the macro `$use` with the keys that set the field of their name in a material.
+/// Calls the macro `$use` with the keys that set the material field of the same name.
 macro_rules! fields {
     ($use:ident) => {
         $use!(
@@ -162,12 +164,12 @@ fn preset_names() -> Vec<&'static str> {
 }
 
 impl MaterialSection {
-    /// Whether this changes a material of a library instead of replacing it.
+    /// Returns true if the section changes a material of a library instead of replacing it.
     pub fn is_patch(&self) -> bool {
         value(&self.patch) == Some(true)
     }
 
-    /// `old` as the preset has it; `old` itself without a preset.
+    /// `old` changed by the preset; `old` if the section has no preset.
     fn preset_over<'a>(&self, old: &'a FileMaterial, file: &Source) -> Result<Cow<'a, FileMaterial>, FileError> {
         let Some(name) = &self.preset else {
             return Ok(Cow::Borrowed(old));
@@ -182,7 +184,7 @@ impl MaterialSection {
         Ok(Cow::Owned(preset::applied(new, old)))
     }
 
-    /// The keys of textures with their slots, in the order of the slots.
+    /// Texture keys with their slots, in the order of the slots.
     fn slots(&self) -> [(&Option<Spanned<MapSection>>, MapSlot); 10] {
         [
             (&self.diffuse_map, MapSlot::Diffuse),
@@ -198,7 +200,7 @@ impl MaterialSection {
         ]
     }
 
-    /// The keys of textures with their slots, to be changed.
+    /// Texture keys with their slots, mutable.
     pub fn maps_mut(&mut self) -> [(MapSlot, &mut Option<Spanned<MapSection>>); 10] {
         [
             (MapSlot::Diffuse, &mut self.diffuse_map),
@@ -215,12 +217,12 @@ impl MaterialSection {
     }
 }
 
-/// The texture that a key gives: none where it is left out, or `false`.
+/// Texture of a key; `None` if the key is missing or `false`.
 fn texture(map: &Option<Spanned<MapSection>>) -> Option<&Spanned<MapSection>> {
     map.as_ref().filter(|map| !matches!(map.get_ref(), MapSection::None))
 }
 
-/// Where a quantity is given: its number, or else its texture.
+/// Span of a quantity: of its number, or else of its texture.
 fn place_of(number: &Option<Spanned<f32>>, map: &Option<Spanned<MapSection>>) -> Option<Range<usize>> {
     number.as_ref().map(Spanned::span).or(texture(map).map(Spanned::span))
 }

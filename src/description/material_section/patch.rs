@@ -1,7 +1,8 @@
-//! Patches: a material changed by the keys of a section, and by nothing else.
+//! Patches: a material changed by the keys of a section only.
 //!
-//! A key that only another model of reflection has brings that model with it: `roughness` and `anisotropy` make a Phong or Blinn lobe, or a mirror, one of
-//! GGX facets, `eta` and `k` make a metal, and `metallic` the metallic-roughness model. What the old model has in common with the new one stays.
+//! A key that only another reflection model has changes the model. `roughness` and `anisotropy`
+//! turn a Phong or Blinn lobe, or a mirror, into GGX facets. `eta` and `k` make a metal, and
+//! `metallic` makes the metallic-roughness model. Properties that both models have are kept.
 
 use super::mistakes::Named;
 use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture};
@@ -12,10 +13,10 @@ use crate::description::section::value;
 use crate::description::{ChannelValues, ColorValue, FileError, MapSection};
 use toml::Spanned;
 
-/// Exponent of a glossy reflection that names none.
+/// Default exponent of a glossy reflection.
 const DEFAULT_EXPONENT: f32 = 10.0;
 
-/// Minimum share of the light that a body is taken to leave on its depth: what leaves nothing has no coefficient.
+/// Minimum transmittance at the absorption depth. A transmittance of 0 would have no coefficient.
 const MIN_TRANSMISSION: f32 = 1e-6;
 
 impl From<ColorValue> for Spectrum {
@@ -31,7 +32,7 @@ impl From<ChannelValues> for Spectrum {
 }
 
 impl MaterialSection {
-    /// The material `name` as this section alone has it: a black one, patched.
+    /// Material `name` from this section only: a patched black material.
     pub(in crate::description) fn material(&self, name: &str, file: &Source) -> Result<FileMaterial, FileError> {
         let black = |gloss| FileMaterial {
             material: Material {
@@ -54,7 +55,8 @@ impl MaterialSection {
         Ok(section.patched(&black(Gloss::Ggx(Fresnel::Full)), file)?.0)
     }
 
-    /// `base` with what the keys say, and a warning where they change nothing that can be seen; what cannot be is an error at its key in `file`.
+    /// `base` changed by the keys, and a warning if they have no visible effect. An invalid key is
+    /// an error at its place in `file`.
     pub(in crate::description) fn patched(
         &self,
         base: &FileMaterial,
@@ -67,7 +69,7 @@ impl MaterialSection {
         let mut patched = base.clone();
         let material = &mut patched.material;
 
-        // Keys that stand by themselves
+        // Keys that do not depend on other keys
         macro_rules! set {
             ($($key:ident),+) => {
                 $(if let Some(value) = value(&self.$key) {
@@ -82,7 +84,7 @@ impl MaterialSection {
             patched.opacity_line = None;
         }
 
-        // Those that decide about the model of reflection
+        // Keys that decide the reflection model
         let has_share = matches!(base.material.gloss, Gloss::Metallic(_)) && base.has_map(MapSlot::Metallic);
         let is_new_map = texture(&self.metallic_map).is_some() && !has_share;
         let metallic = value(&self.metallic).or(is_new_map.then_some(1.0));
@@ -114,7 +116,7 @@ impl MaterialSection {
         Ok((patched, warning))
     }
 
-    /// The reflection of `base` as the keys change it; `material` has the other keys already.
+    /// Reflection of `base` changed by the keys. `material` already has the other keys.
     fn patched_gloss(
         &self,
         section: &Named,
@@ -133,7 +135,7 @@ impl MaterialSection {
         let metal_place = self.eta.as_ref().or(self.k.as_ref()).map(Spanned::span);
         let metallic_place = place_of(&self.metallic, &self.metallic_map);
         let is_roughened = place_of(&self.roughness, &self.roughness_map).is_some() || self.anisotropy.is_some();
-        // Of glass without a reflection of its own, it is the refraction that is roughened.
+        // In glass without its own reflection, roughness applies to the refraction.
         let reflects =
             !material.specular.is_black() || base.has_map(MapSlot::Specular) || texture(&self.specular_map).is_some();
         let refracts = !material.transmission.is_black() && !material.thin;
@@ -169,7 +171,7 @@ impl MaterialSection {
                 (Gloss::Metallic(_), None) if metal_place.is_none() => was,
                 _ => Gloss::Ggx(fresnel),
             }),
-            // A mirror without an index of a metal reflects alike at all angles.
+            // A mirror without metal indices reflects equally at all angles.
             ("mirror", None) => Ok(Gloss::Mirror(match fresnel {
                 Fresnel::Dielectric { .. } if own_model != "mirror" => Fresnel::Full,
                 Fresnel::Dielectric { .. } => own_fresnel,
@@ -182,7 +184,8 @@ impl MaterialSection {
         }
     }
 
-    /// The Fresnel term of a metal, where a key gives one of its numbers: the other may be that of the material.
+    /// Fresnel term of a metal if `eta` or `k` is given. The missing value may come from the
+    /// material.
     fn conductor(&self, section: &Named, own: Fresnel) -> Result<Option<Fresnel>, FileError> {
         let (own_eta, own_k) = match own {
             Fresnel::Conductor { eta, k } => (Some(eta), Some(k)),
@@ -202,7 +205,7 @@ impl MaterialSection {
         }
     }
 
-    /// Gives `material` the reflection `gloss`, and what that needs besides.
+    /// Sets the reflection `gloss` of `material`, and the fields that depend on it.
     fn change_model(&self, gloss: Gloss, material: &mut Material) {
         let was = std::mem::replace(&mut material.gloss, gloss);
         let is_metal = |gloss: Gloss| {
@@ -214,7 +217,7 @@ impl MaterialSection {
                     | Gloss::Mirror(Fresnel::Conductor { .. })
             )
         };
-        // A metal reflects by its own colour.
+        // The colour of a metal is its own reflectance.
         if is_metal(gloss) && !is_metal(was) && self.specular.is_none() {
             material.specular = Spectrum::ONE;
         }
@@ -231,7 +234,7 @@ impl MaterialSection {
         }
     }
 
-    /// That a roughness roughens what cannot be seen: nothing is reflected.
+    /// Warning if a roughness has no effect because the material has no reflection.
     fn idle_roughness(&self, section: &Named, patched: &FileMaterial) -> Option<FileError> {
         let material = &patched.material;
         let place = place_of(&self.roughness, &self.roughness_map)?;
@@ -243,8 +246,9 @@ impl MaterialSection {
         })
     }
 
-    /// Sets the constant beside a new texture of `slot`, if no key does: it was the value itself, and is now a factor. The emission stays, since it says how
-    /// bright a lamp is.
+    /// Sets the constant to 1 beside a new texture of `slot`, if no key sets it. The constant was
+    /// the value, and is now a factor. The emission is kept, because it defines the brightness of a
+    /// lamp.
     fn unlock(&self, material: &mut Material, slot: MapSlot) {
         match slot {
             MapSlot::Diffuse if self.diffuse.is_none() => material.diffuse = Spectrum::ONE,
@@ -255,7 +259,8 @@ impl MaterialSection {
         }
     }
 
-    /// Makes the transmission of `material` the light that is left after the depth: a colour of the body, and none of its surface any more.
+    /// Converts the transmission of `material` at the absorption depth to an absorption
+    /// coefficient. The colour moves from the surface to the body.
     fn set_absorption_depth(&self, material: &mut Material) {
         let Some(depth) = value(&self.absorption_depth) else {
             return;
@@ -268,7 +273,7 @@ impl MaterialSection {
         }
     }
 
-    /// An error where a key speaks of facets that `material` does not have: what roughens nothing was meant otherwise.
+    /// Returns an error if a key is about facets or dispersion that `material` does not have.
     fn check_facets(&self, section: &Named, material: &Material) -> Result<(), FileError> {
         if let Some(abbe) = self.abbe.as_ref().filter(|_| !material.is_dispersive()) {
             return Err(section.disperses_nothing(abbe.span()));
@@ -288,12 +293,14 @@ impl MaterialSection {
     }
 }
 
-/// Exponent of Blinn's half vector for a highlight as wide as one of Phong's mirror direction, whose exponent is 1: angles to the half vector are half as large
-/// (Fisher and Woo 1994, "R.E versus N.H Specular Highlights", Graphics Gems IV).
+/// Ratio of Blinn's exponent to Phong's exponent for a highlight of equal width: angles to the half
+/// vector are half as large (Fisher and Woo 1994, "R.E versus N.H Specular Highlights", Graphics
+/// Gems IV).
 const PHONG_TO_BLINN: f32 = 4.0;
 
-/// Roughness of facets whose highlight is about as wide as that of Blinn's exponent `n`: α² = 2 / (n + 2) (Walter et al. 2007, "Microfacet Models for
-/// Refraction through Rough Surfaces", section 5.2, for Beckmann's facets), and α is the square of the roughness.
+/// Roughness of facets whose highlight is about as wide as a highlight of Blinn's exponent `n`: α²
+/// = 2 / (n + 2) (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces",
+/// section 5.2, for Beckmann's facets), and α is the square of the roughness.
 fn roughness_of_exponent(n: f32) -> f32 {
     (2.0 / (n + 2.0)).sqrt().sqrt()
 }

@@ -1,11 +1,11 @@
-//! Light that is set over that of a scene file: it is kept as changes until the camera is known.
+//! Changes of the light of a scene file. They are kept as changes until the camera is known.
 
 use super::SceneFile;
 use crate::description::LightSection;
 use crate::description::light_changes::{ChangedLight, LightChanges, Viewpoint};
 
 impl SceneFile {
-    /// Sets `changes` over the light of the file, seen from `viewpoint`.
+    /// Applies `changes` to the light of the file, for a camera at `viewpoint`.
     pub(crate) fn change_light(&mut self, changes: LightChanges, viewpoint: &Viewpoint) {
         let words = changes.words();
         if words == [None; 3] {
@@ -21,13 +21,13 @@ impl SceneFile {
         self.changed_light = Some(Box::new(changed));
     }
 
-    /// Lights for a camera at `viewpoint`; `None` if they are those of the file.
+    /// Lights for a camera at `viewpoint`; `None` if they equal the lights of the file.
     pub(crate) fn lights_seen_from(&self, viewpoint: &Viewpoint) -> Option<Vec<LightSection>> {
         let lights = self.changed_light.as_ref()?.seen_from(viewpoint);
         (lights != self.light).then_some(lights)
     }
 
-    /// Makes the changes of light final: `lights` in place of the sections, if they are given.
+    /// Ends the changes of light. `lights` replace the sections, if given.
     pub(crate) fn settle_light(&mut self, lights: Option<Vec<LightSection>>) {
         self.changed_light = None;
         if let Some(lights) = lights {
@@ -35,7 +35,7 @@ impl SceneFile {
         }
     }
 
-    /// Whether the file's environment was changed.
+    /// Returns true if the environment of the file was changed.
     pub(crate) fn has_changed_environment(&self) -> bool {
         let changed = self.changed_light.as_ref();
         changed.is_some_and(|changed| changed.changes.env.is_some())

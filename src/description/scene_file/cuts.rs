@@ -5,11 +5,12 @@ use crate::description::{CutSection, FileError};
 use crate::math::excerpt;
 
 impl SceneFile {
-    /// Adds the sections of the flags `--cut AXIS=VALUE`, whose coordinates are those of the OBJ file.
+    /// Adds the sections of the flags `--cut AXIS=VALUE`. Their coordinates are the coordinates of
+    /// the OBJ file.
     ///
     /// # Errors
     ///
-    /// A text that is no plane.
+    /// A text that is not a plane.
     pub fn cut(&mut self, planes: &[String]) -> Result<(), FileError> {
         let origin = self.origin();
         for text in planes {
@@ -34,7 +35,7 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds the section of a plan: `height` above the lowest point along `axis`.
+    /// Adds the section of a plan, at `height` above the lowest point along `axis`.
     pub(crate) fn cut_above_lowest(&mut self, axis: &str, height: f64) {
         let span = self.flag_span(format!("--plan {height}"));
         self.section.push(CutSection::above_lowest(axis, height, span));

@@ -1,15 +1,16 @@
-//! All errors of a scene file, instead of the first alone.
+//! All errors of a scene file, instead of only the first.
 
 use super::{SceneFile, read, read_overrides};
 use crate::io::FileError;
 use std::path::Path;
 
-/// Errors of a scene file that are told.
+/// Maximum number of reported errors of a scene file.
 const MAX_ERRORS: usize = 20;
 
 impl SceneFile {
-    /// Reads a scene file as [`SceneFile::load_with`] does, and continues after errors: an entry or a section with an error is left out, and the rest
-    /// is read again. Returns the rest, unless it is too little for a scene, and all errors.
+    /// Reads a scene file like [`SceneFile::load_with`], and continues after errors. It leaves out
+    /// an entry or a section with an error, and reads the rest again. Returns the rest, unless it
+    /// is too little for a scene, and all errors.
     pub fn inspect(path: &Path, set: &[String]) -> (Option<Self>, Vec<FileError>) {
         let read = read(path).and_then(|text| Ok((read_overrides(path, set, &text)?, text)));
         let (overrides, mut text) = match read {
@@ -21,7 +22,7 @@ impl SceneFile {
         loop {
             let (error, start) = match Self::parse_spanned(path, text.clone(), &overrides) {
                 Ok(mut file) => {
-                    // Places are those of the whole file; blanks have kept them.
+                    // The blanks have kept the places of the whole file.
                     file.source.set_text(original);
                     return (Some(file), errors);
                 }
@@ -40,13 +41,13 @@ impl SceneFile {
     }
 }
 
-/// The text with blanks in place of the entry or the section that byte `start` belongs to, so that other bytes keep their places.
-/// `None` where nothing was there.
+/// The text with blanks in place of the entry or section at byte `start`, so that other bytes keep
+/// their places. `None` if that place is already blank.
 fn without_entry(text: &str, start: usize) -> Option<String> {
     let before = text.get(..start)?;
     let begin = before.rfind('\n').map_or(0, |i| i + 1);
     let is_header = text[begin..].trim_start().starts_with('[');
-    // An entry goes on until its brackets are closed, a section to the next one.
+    // An entry ends where its brackets are closed; a section ends at the next section.
     let mut end = begin;
     let mut depth = 0i64;
     for line in text[begin..].split_inclusive('\n') {

@@ -1,5 +1,5 @@
-//! A scene file as it was written: reading and parsing it, what its text alone tells, and what its sections have in common. `inspect` finds
-//! all errors, for `embrasure check`; errors with their places are those of `source`.
+//! A scene file as text and sections: reading, parsing, and properties that need no other file.
+//! `inspect` finds all errors, for `embrasure check`. `source` gives errors their places.
 
 mod changed_light;
 mod cuts;
@@ -29,40 +29,41 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// A TOML scene file as it was written: values are read, places are kept for messages, nothing is looked up yet.
+/// A TOML scene file. Values are parsed, and their places are kept for messages. No other file is
+/// read.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// Version of the format; 1.
+    /// Version of the format: 1.
     pub(super) version: Option<Spanned<u32>>,
-    /// `[camera]` as it was written.
+    /// `[camera]` as written.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) camera: OptionSection,
-    /// `[image]` as it was written.
+    /// `[image]` as written.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) image: OptionSection,
-    /// `[render]` as it was written.
+    /// `[render]` as written.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) render: OptionSection,
-    /// What these sections say.
+    /// Options that these sections set.
     #[serde(skip)]
     pub options: SceneOptions,
     /// Geometry.
     #[serde(default)]
     pub object: Vec<ObjectSection>,
-    /// Materials that replace those of the MTL files, by name, or patch them.
+    /// Materials by name. They replace or patch materials of the MTL files.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub material: BTreeMap<Spanned<String>, MaterialSection>,
-    /// Patches of materials, by globs of their names.
+    /// Patches of materials by globs of their names.
     #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub patch: InOrder<MaterialSection>,
-    /// Changes of parts of OBJ files, by globs of their names.
+    /// Changes of parts of OBJ files by globs of their names.
     #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub part: InOrder<PartSection>,
-    /// Lights besides emitting triangles.
+    /// Lights other than emitting triangles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light: Vec<LightSection>,
-    /// The plane that catches shadows, if there is one.
+    /// The plane that catches shadows, if any.
     pub ground: Option<GroundSection>,
     /// Planes that cut the scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -70,54 +71,55 @@ pub struct SceneFile {
     /// Groups of emitting materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_group: Vec<LightGroupSection>,
-    /// Meshes that a program brings, after those of the objects.
+    /// Meshes made in code, after the meshes of the objects.
     #[serde(skip)]
     pub made: Vec<MadeObject>,
-    /// How OBJ and MTL files are read.
+    /// Options for reading OBJ and MTL files.
     #[serde(skip)]
     pub load: LoadOptions,
-    /// Folders in which textures are looked for before those of the key `render.texture_dir`.
+    /// Folders to search for textures, before the folders of the key `render.texture_dir`.
     #[serde(skip)]
     pub texture_dirs: Vec<PathBuf>,
-    /// Patterns of names of parts to hide, besides those of the key `render.hide`.
+    /// Patterns of names of parts to hide, in addition to the key `render.hide`.
     #[serde(skip)]
     pub hide: Vec<String>,
-    /// Patterns of names of parts to show alone, besides those of the key `render.only`.
+    /// Patterns of names of the only parts to show, in addition to the key `render.only`.
     #[serde(skip)]
     pub only: Vec<String>,
-    /// Changes of its light that were set over it.
+    /// Changes of the light that flags set.
     #[serde(skip)]
     pub(super) changed_light: Option<Box<ChangedLight>>,
-    /// The file itself, its text and the keys that are set over it.
+    /// The file, its text, and the keys that flags set.
     #[serde(skip)]
     pub(super) source: Source,
 }
 
-/// Key of `[render]`: folders in which textures are looked for.
+/// Key of `[render]`: folders to search for textures.
 pub(super) const TEXTURE_DIR: &str = "texture_dir";
-/// Key of `[render]`: patterns of names of parts that are hidden.
+/// Key of `[render]`: patterns of names of parts to hide.
 pub(super) const HIDE: &str = "hide";
-/// Key of `[render]`: patterns of names of the parts that are shown.
+/// Key of `[render]`: patterns of names of the only parts to show.
 pub(super) const ONLY: &str = "only";
 
 impl SceneFile {
-    /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
+    /// Reads and parses a scene file. Unknown keys and wrong types are errors with their place.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::load_with(path, &[])
     }
 
-    /// Reads a scene file with keys set over its own, each as `KEY=VALUE`: a dotted key of TOML, and a value of TOML or a plain string.
+    /// Reads a scene file and replaces keys, each as `KEY=VALUE`: a dotted TOML key, and a value of
+    /// TOML or a plain string.
     ///
     /// # Errors
     ///
-    /// Those of [`SceneFile::load`]. An error of a key that is set names it.
+    /// Errors of [`SceneFile::load`]. An error in a key of `set` names the key.
     pub fn load_with(path: impl AsRef<Path>, set: &[String]) -> Result<Self, FileError> {
         let path = path.as_ref();
         Self::of_text(path, read(path)?, set)
     }
 
-    /// Parses `text` as the contents of the scene file `path`, with keys set as in [`SceneFile::load_with`]. The file
-    /// itself is not read.
+    /// Parses `text` as the contents of the scene file `path`, with keys set as in
+    /// [`SceneFile::load_with`]. The file itself is not read.
     pub(crate) fn of_text(path: &Path, text: String, set: &[String]) -> Result<Self, FileError> {
         let overrides = read_overrides(path, set, &text)?;
         Self::parse(path, text, &overrides)
@@ -127,7 +129,7 @@ impl SceneFile {
         Self::parse_spanned(path, text, overrides).map_err(|(error, _)| error)
     }
 
-    /// What the text says, or an error and the byte that it is about.
+    /// The parsed file, or an error and its byte.
     fn parse_spanned(path: &Path, text: String, overrides: &Overrides) -> Result<Self, (FileError, Option<usize>)> {
         let mut file: Self = overrides.read(&text).map_err(|error| {
             let (mut message, mut help) = parser_error(error.message());
@@ -167,24 +169,26 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// Stands for the file in errors of a scene that is made in code.
+    /// Path of a scene made in code, for errors.
     const MADE: &'static str = "<scene>";
 
-    /// A scene without objects, for a program that adds its own meshes to [`SceneFile::made`]. Paths in it are relative to the current folder.
+    /// A scene without objects, for a program that adds its own meshes to [`SceneFile::made`].
+    /// Paths in it are relative to the current folder.
     ///
     /// # Errors
     ///
-    /// A key or value of `set` that a scene file cannot have; `set` is that of [`SceneFile::load_with`].
+    /// An invalid key or value of `set`, which is as in [`SceneFile::load_with`].
     pub fn in_code(set: &[String]) -> Result<Self, FileError> {
         let (path, text) = (Path::new(Self::MADE), "version = 1\n");
         Self::parse(path, text.into(), &read_overrides(path, set, text)?)
     }
 
-    /// This scene with keys set over those that it has, as in [`SceneFile::load_with`]; keys that were set before, and patches of materials, are gone.
+    /// This scene with other keys set over the file, as in [`SceneFile::load_with`]. Keys and
+    /// patches that were set before are dropped.
     ///
     /// # Errors
     ///
-    /// A key or value that a scene file cannot have; the error names it.
+    /// An invalid key or value; the error names it.
     pub fn with_keys(&self, set: &[String]) -> Result<Self, FileError> {
         let mut file = match (self.path(), self.object.first()) {
             (None, Some(object)) => Self::of_obj_with(object.obj.get_ref(), set)?,
@@ -198,7 +202,7 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// The scene that consists of one OBJ file.
+    /// A scene of one OBJ file.
     pub fn of_obj(path: impl AsRef<Path>) -> Self {
         let path = path.as_ref();
         let object = ObjectSection::new(Spanned::new(0..0, path.to_path_buf()));
@@ -209,11 +213,11 @@ impl SceneFile {
         }
     }
 
-    /// The scene that consists of one OBJ file, with keys set as in [`SceneFile::load_with`].
+    /// A scene of one OBJ file, with keys set as in [`SceneFile::load_with`].
     ///
     /// # Errors
     ///
-    /// A key or value that a scene file cannot have; the error names it.
+    /// An invalid key or value; the error names it.
     pub fn of_obj_with(path: impl AsRef<Path>, set: &[String]) -> Result<Self, FileError> {
         let path = path.as_ref();
         let mut file = Self::of_obj(path);
@@ -230,8 +234,7 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// What `[image]` and `[render]` say, or an error and the byte that it is about.
-    /// Finds the origin if it is to be found: that of a bare OBJ, unless it is given.
+    /// Computes the origin if the option is `auto`, or if it is not given for a bare OBJ.
     pub(crate) fn settle_origin(&mut self) {
         let is_wanted = match self.load.parameters.origin {
             None => !self.is_file(),
@@ -247,7 +250,7 @@ impl SceneFile {
         }
     }
 
-    /// The point of the OBJ file's coordinates that is the scene's origin.
+    /// Point in OBJ coordinates that becomes the origin of the scene.
     pub(crate) fn origin(&self) -> DVec3 {
         match self.load.parameters.origin {
             Some(Origin::At(origin)) => origin,
@@ -255,12 +258,12 @@ impl SceneFile {
         }
     }
 
-    /// Axes by the comments of the scene's OBJ file; none of several objects.
+    /// Axes from the comments of the scene's OBJ file; unknown if there are several objects.
     pub(crate) fn axes(&self) -> FileAxes {
         self.only_obj().map(|obj| file_axes(&obj)).unwrap_or_default()
     }
 
-    /// The OBJ file that is the scene as it was written; `None` if there are several objects.
+    /// The only OBJ file, if the scene has one object without `transform`; else `None`.
     pub(crate) fn only_obj(&self) -> Option<PathBuf> {
         match self.object.as_slice() {
             [object] if object.transform.is_none() => Some(self.resolve(object.obj.get_ref())),
@@ -268,7 +271,7 @@ impl SceneFile {
         }
     }
 
-    /// An error where two keys of the camera exclude each other.
+    /// Returns an error if two camera keys exclude each other.
     fn check_camera(&self) -> Result<(), FileError> {
         if let (Some(span), None) = (self.camera.span_of("yaw"), self.camera.span_of("stand")) {
             let error = self.error(span, "`yaw` needs `stand`");
@@ -283,8 +286,8 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Length of the unit of the scene's OBJ file in metres; `None` if the file does not name it, or
-    /// if there are several objects.
+    /// Length in metres of the unit of the scene's OBJ file; `None` if the file does not name it,
+    /// or if there are several objects.
     pub(crate) fn unit(&self) -> Option<f32> {
         match self.object.as_slice() {
             [object] if object.transform.is_none() => named_unit(&self.resolve(object.obj.get_ref())),
@@ -292,6 +295,7 @@ impl SceneFile {
         }
     }
 
+    /// Options of `[camera]`, `[image]` and `[render]`, or an error and its byte.
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
         self.camera
@@ -329,11 +333,11 @@ impl SceneFile {
         Ok(options)
     }
 
-    /// Folders in which textures are looked for, in their order.
+    /// Folders to search for textures, in order.
     ///
     /// # Errors
     ///
-    /// A folder of the key `render.texture_dir` that is not there.
+    /// A folder of the key `render.texture_dir` that does not exist.
     pub(super) fn all_texture_dirs(&self) -> Result<Vec<PathBuf>, FileError> {
         let mut folders = self.texture_dirs.clone();
         if let Some((Some(names), span)) = self.render.strings(TEXTURE_DIR) {
@@ -349,7 +353,7 @@ impl SceneFile {
         Ok(folders)
     }
 
-    /// Patterns of the names of parts to hide, and to show alone.
+    /// Patterns of names of parts to hide, and of the only parts to show.
     pub(super) fn part_patterns(&self) -> [Vec<String>; 2] {
         [(&self.hide, HIDE), (&self.only, ONLY)].map(|(own, key)| {
             let written = self.render.strings(key).and_then(|(names, _)| names);
@@ -358,12 +362,12 @@ impl SceneFile {
         })
     }
 
-    /// Whether any light, or the emission of any material, is said to be in a group.
+    /// Returns true if a light or material is in a named light group.
     pub fn has_light_groups(&self) -> bool {
         !self.light_group.is_empty() || self.light.iter().any(|light| light.group.is_some())
     }
 
-    /// The OBJ files of all objects, each once, in the order of the objects.
+    /// OBJ files of all objects, each once, in the order of the objects.
     pub fn obj_files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for object in &self.object {
@@ -377,22 +381,22 @@ impl SceneFile {
         files
     }
 
-    /// A path in the scene file, which is relative to its folder.
+    /// The full path of `relative`, a path relative to the folder of the scene file.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
         self.source.resolve(relative)
     }
 
-    /// Whether the scene is one of [`SceneFile::in_code`].
+    /// Returns true if the scene comes from [`SceneFile::in_code`].
     pub fn is_made(&self) -> bool {
         self.path() == Some(Path::new(Self::MADE))
     }
 
-    /// Whether this stands for a scene file rather than a bare OBJ.
+    /// Returns true for a scene file, false for a bare OBJ.
     pub fn is_file(&self) -> bool {
         self.source.path().is_some()
     }
 
-    /// The scene file itself; `None` for a bare OBJ.
+    /// The scene file; `None` for a bare OBJ.
     pub fn path(&self) -> Option<&Path> {
         self.source.path()
     }
@@ -408,17 +412,18 @@ impl SceneFile {
         self.source.error(span, message)
     }
 
-    /// Returns true if the patch of materials at bytes `span` is that of a flag, which has to match one.
+    /// Returns true if the patch of materials at bytes `span` is a flag's patch, which must match a
+    /// material.
     pub(super) fn must_match(&self, span: &Range<usize>) -> bool {
         self.source.overrides.must_match(span.start)
     }
 
-    /// An error at the place of `key` of `[camera]`; `None` if the file does not have the key.
+    /// An error at the place of the camera key `key`; `None` if the file does not have it.
     pub(crate) fn camera_error(&self, key: &str, message: &str) -> Option<FileError> {
         Some(self.error(self.camera.span_of(key)?, message))
     }
 
-    /// Where `[camera]` has the camera, if it says so.
+    /// Position of the camera, if `[camera]` has it.
     pub fn eye(&self) -> Option<Vec3> {
         self.options
             .camera
@@ -432,7 +437,8 @@ impl SceneFile {
         self.source.whole(message)
     }
 
-    /// The place of values that the flag `written` sets, such as `--env sky`: errors of them name it.
+    /// Span for values that the flag `written` sets, such as `--env sky`. Errors at this span name
+    /// the flag.
     pub fn flag_span(&mut self, written: impl Into<String>) -> Range<usize> {
         let bytes = self.source.bytes();
         self.source.overrides.add_flag(bytes, written.into())

@@ -1,8 +1,9 @@
-//! A JSON Schema (draft 7) of scene files, by which editors complete keys, show their help and mark mistakes.
+//! JSON Schema (draft 7) of scene files. Editors use it to complete keys, show help and mark
+//! mistakes.
 //!
-//! Keys of `[camera]`, `[image]` and `[render]` come from their parameters (`options`), keys of other
-//! sections from their tables (`section`). What a schema cannot say, such as files that must be there, is found by the program alone;
-//! docs/guide/reference/scene-file.md lists it.
+//! Keys of `[camera]`, `[image]` and `[render]` come from their parameters (`options`), keys of
+//! other sections from their tables (`section`). Only the program can check other conditions, such
+//! as the existence of files; docs/guide/reference/scene-file.md lists them.
 
 use super::key_schema::{closed, described};
 use super::light_section::LightType;
@@ -18,7 +19,7 @@ use crate::color::Spectrum;
 use crate::options::{CameraOptions, Parameter};
 use serde_json::{Map, Value, json};
 
-/// The schema of scene files, as text.
+/// The schema of scene files as text.
 pub fn schema_text() -> String {
     format!("{:#}\n", schema())
 }
@@ -55,7 +56,7 @@ fn schema() -> Value {
     })
 }
 
-/// Texts of colours: codes of sRGB, and names of CSS.
+/// Strings of colours: sRGB codes and CSS names.
 fn color_text() -> Value {
     let code = json!({ "type": "string", "pattern": "^#([0-9A-Fa-f]{3}){1,2}$" });
     json!({ "anyOf": [code, { "enum": Spectrum::names().collect::<Vec<_>>() }] })
@@ -74,12 +75,12 @@ fn named(of: Value, description: &str) -> Value {
     json!({ "type": "object", "description": description, "additionalProperties": of })
 }
 
-/// Says that a table has one of two keys at most.
+/// Schema of a table that does not have both keys.
 fn not_both(first: &str, second: &str) -> Value {
     json!({ "not": { "required": [first, second] } })
 }
 
-/// The section `name`, which sets parameters, and `others`.
+/// Schema of the section `name`, with its parameters and `others`.
 fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
     let groups = SceneOptions::GROUPS.iter().filter(|(section, _)| *section == name);
     let parameters: Vec<&Parameter> = groups.flat_map(|(_, parameters)| *parameters).collect();
@@ -108,7 +109,7 @@ fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
     table
 }
 
-/// Keys of `[render]` that take a string or a list of them.
+/// Keys of `[render]` that take a string or a list of strings.
 fn lists() -> Vec<(&'static str, Value)> {
     [
         (
@@ -137,7 +138,7 @@ fn object() -> Value {
     object
 }
 
-/// Changes of parts.
+/// Schema of changes of parts.
 fn part() -> Value {
     let properties = PartSection::all_keys().map(|key| (key.key.into(), described(key)));
     closed(
@@ -147,7 +148,7 @@ fn part() -> Value {
     )
 }
 
-/// A light: its type decides which keys it has.
+/// Schema of a light. Its type decides its keys.
 fn light() -> Value {
     let of_type = |kind: &LightType| {
         let allowed = ["type", "group"].into_iter().chain(kind.keys());
@@ -165,14 +166,15 @@ fn light() -> Value {
     light
 }
 
-/// Keys of `[material.NAME]` and what each may hold, without `patch`.
+/// Keys of `[material.NAME]` except `patch`, with the schemas of their values.
 #[cfg(feature = "view")]
 pub(crate) fn material_keys() -> Vec<(&'static str, Value)> {
     let keys = MaterialSection::KEYS.iter().filter(|key| key.key != "patch");
     keys.map(|key| (key.key, described(key))).collect()
 }
 
-/// Keys of a `[[light]]` of type `kind` other than the type, and what each may hold; none of an unknown type.
+/// Keys of a `[[light]]` of type `kind` except the type, with the schemas of their values; empty
+/// for an unknown type.
 #[cfg(feature = "view")]
 pub(crate) fn light_keys(kind: &str) -> Vec<(&'static str, Value)> {
     let Some(kind) = LightType::of_name(kind) else {
@@ -191,7 +193,7 @@ pub(crate) fn light_keys(kind: &str) -> Vec<(&'static str, Value)> {
 mod tests {
     use super::*;
 
-    /// Every key of a section, and of a light of each type, is described.
+    /// Every key of a section, and of each light type, has a description.
     #[test]
     fn every_key_has_a_description() {
         fn walk(value: &Value, path: &str) {
@@ -213,7 +215,7 @@ mod tests {
         walk(&schema, "");
     }
 
-    /// docs/scene.schema.json is what the program prints. `EMBRASURE_WRITE_DOCS=1` writes it.
+    /// docs/scene.schema.json equals the output of the program. `EMBRASURE_WRITE_DOCS=1` writes it.
     #[test]
     fn documentation_has_the_schema() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.schema.json");

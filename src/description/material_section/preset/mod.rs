@@ -1,4 +1,4 @@
-//! Presets as materials: `presets` has their keys.
+//! Presets as materials. `presets` has their keys.
 
 use super::{FileMaterial, MapSlot, MaterialSection};
 use crate::color::Spectrum;
@@ -7,14 +7,15 @@ use crate::description::presets::Preset;
 use crate::material::{Gloss, Material};
 
 impl Preset {
-    /// The keys as a section.
+    /// Keys of the preset as a section.
     pub(super) fn section(&self) -> MaterialSection {
         toml::from_str(self.keys).unwrap_or_default()
     }
 }
 
-/// `old` as a preset has it, of which `new` is the material alone: its opacity and its bump,
-/// normal or displacement map stay, and, if the preset reflects diffusely, its diffuse texture.
+/// `old` changed by a preset; `new` is the material of the preset alone. Opacity and bump, normal
+/// and displacement maps of `old` are kept. Its diffuse texture is kept if the preset reflects
+/// diffusely.
 pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
     let has_pigment = has_pigment(&new.material);
     let stays = |request: &&MapRequest| match request.statement.slot {
@@ -39,7 +40,7 @@ pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
     }
 }
 
-/// Returns true if the diffuse reflection gives the material its colour.
+/// Returns true if the diffuse reflectance is a pigment: neither metal nor transmission.
 fn has_pigment(material: &Material) -> bool {
     let is_metal = matches!(material.gloss, Gloss::Metallic(1.0));
     !is_metal && material.transmission == Spectrum::ZERO

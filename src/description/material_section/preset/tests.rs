@@ -119,7 +119,7 @@ const ALUMINIUM: Indices = &[
 ];
 
 /// Johnson and Christy 1974.
-// One of the figures is 3.14.
+// A figure of the table is 3.14.
 #[allow(clippy::approx_constant)]
 const CHROME: Indices = &[
     [368.0, 1.87, 2.69],
@@ -212,7 +212,7 @@ const DAYLIGHT: [f32; 41] = [
     69.72, 71.61, 74.35, 61.60, 69.89, 75.09, 63.59, 46.42, 66.81, 63.38,
 ];
 
-/// Matching functions of CIE 1931 by the fit of Wyman, Sloan and Shirley 2013, eq. 4.
+/// CIE 1931 matching functions by the fit of Wyman, Sloan and Shirley 2013, eq. 4.
 fn matching(nanometers: f32) -> [f32; 3] {
     let lobe = |height: f32, middle: f32, widths: [f32; 2]| {
         let width = widths[usize::from(nanometers >= middle)];
@@ -225,7 +225,7 @@ fn matching(nanometers: f32) -> [f32; 3] {
     ]
 }
 
-/// Reflectance along the normal of a metal in air at a wavelength; indices are interpolated
+/// Reflectance of a metal in air along its normal at a wavelength. Indices are interpolated
 /// linearly.
 fn reflectance(indices: Indices, nanometers: f32) -> f32 {
     let after = indices
@@ -237,7 +237,7 @@ fn reflectance(indices: Indices, nanometers: f32) -> f32 {
     ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
 }
 
-/// Linear Rec.709 of the metal in daylight, in which white is 1.
+/// Linear Rec.709 colour of the metal in daylight, with white at 1.
 fn color_of(indices: Indices) -> [f32; 3] {
     let (mut seen, mut white) = ([0.0f32; 3], [0.0f32; 3]);
     for (band, power) in DAYLIGHT.into_iter().enumerate() {
@@ -286,8 +286,8 @@ fn metals_have_their_measured_colors() {
         let material = material(name);
         let base = material.diffuse.to_array();
         assert!(close(base, expected, 6e-4), "{name}: {base:?}, measured {expected:?}");
-        // Facets turn from the normal, where metals reflect more; multiple scattering saturates the
-        // colour.
+        // Facets are tilted, and metals reflect more off the normal. Multiple scattering saturates
+        // the colour.
         let [albedo, _] = albedos(&material);
         assert!(
             close(albedo, expected, 0.04),
@@ -320,8 +320,8 @@ fn pigments_have_their_measured_colors() {
         assert!(close(base, measured, 1e-6), "{name}: {base:?}");
         let [albedo, _] = albedos(&material);
         match material.gloss {
-            // A coat reflects ((n − 1) / (n + 1))² along the normal, and shades its base by as much
-            // each way; interreflection below it gives a part back.
+            // A coat reflects ((n − 1) / (n + 1))² along the normal, and reduces the light of its
+            // base by the same factor each way. Interreflection below the coat returns a part.
             Gloss::Metallic(_) => {
                 let coat = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2);
                 let bounds = [0.9, 1.0].map(|kept| measured.map(|c| coat + kept * (1.0 - coat) * c));
@@ -343,7 +343,7 @@ fn transparent_presets_have_their_indices() {
     ] {
         assert_eq!(material(name).ior, index, "{name}");
     }
-    // All light is reflected or transmitted.
+    // Glass and water reflect or transmit all light.
     for name in ["glass", "frosted-glass", "water"] {
         for albedo in albedos(&material(name)) {
             assert!(close(albedo, [1.0; 3], 0.01), "{name}: {albedo:?}");
@@ -351,7 +351,7 @@ fn transparent_presets_have_their_indices() {
     }
 }
 
-/// Every preset is read without an error, and makes no energy.
+/// Every preset is valid and conserves energy.
 #[test]
 fn presets_are_materials() {
     for preset in PRESETS {
@@ -391,7 +391,7 @@ fn of_keys(keys: &str) -> Result<Material, String> {
 fn keys_beside_a_preset_win() {
     let gold = of_keys("preset = 'gold'").unwrap();
     assert_eq!((gold.name.as_str(), gold.diffuse), ("x", material("gold").diffuse));
-    // In either order
+    // Both orders of the keys
     for keys in ["preset = 'gold'\nroughness = 0.6", "roughness = 0.6\npreset = 'gold'"] {
         let rough = of_keys(keys).unwrap();
         assert_eq!(
@@ -405,8 +405,8 @@ fn keys_beside_a_preset_win() {
     assert!(error.contains("there is no preset `steel`"), "{error}");
 }
 
-/// Patches of flags and files: opacity and textures of pigments stay, lobes of the old material do
-/// not.
+/// Patches of flags and files: opacity and textures of pigments are kept, lobes of the old material
+/// are not.
 #[test]
 fn a_preset_replaces_what_a_material_reflects() {
     let folder = tempfile::tempdir().unwrap();

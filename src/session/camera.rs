@@ -1,4 +1,4 @@
-//! Settings of the camera, and the camera made of them and of a guess.
+//! Camera settings, and the camera made from them and from a guess.
 
 use crate::accel::Accel;
 use crate::camera::{
@@ -16,20 +16,20 @@ use crate::parameter::Value;
 use crate::scene::Scene;
 use std::ops::{Deref, DerefMut};
 
-/// Vertical field of view, in degrees, of a camera that says where it is and what it looks at, and no more.
+/// Default vertical field of view in degrees.
 const DEFAULT_FOV: f32 = 40.0;
 
-/// Settings of the camera; the others are guessed from the scene (`crate::guess`).
+/// Camera settings. Missing settings are guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CameraSettings {
     /// Keys of the scene file and flags.
     pub options: CameraOptions,
-    /// Length of the OBJ file's unit in metres, if its comments name it; evidence for guesses.
+    /// Length of the OBJ file's unit in metres, if its comments name it. Guesses use it.
     pub unit: Option<f32>,
-    /// Axes by the comments of the OBJ file; evidence for guesses.
+    /// Axes from the comments of the OBJ file. Guesses use them.
     pub axes: FileAxes,
-    /// Point of the OBJ file's coordinates that is the scene's origin, for messages.
+    /// Point in OBJ coordinates that is the origin of the scene, for messages.
     pub origin: DVec3,
 }
 
@@ -58,8 +58,9 @@ impl CameraSettings {
         }
     }
 
-    /// What these settings tell of where the camera stands, before the scene is known. Up in the scene is +z where that is the axis nearest to the camera's
-    /// up: cameras that roll or look straight down have other axes there, and the scene's stays +y.
+    /// Viewpoint from these settings, before the scene is known. Up in the scene is +z if +z is the
+    /// axis nearest to the camera's up. Else it stays +y: a camera that rolls or looks straight
+    /// down has another axis as its up.
     pub(crate) fn viewpoint(&self) -> Viewpoint {
         let is_nearest_to_z = |up: &Vec3| up.z > up.x.abs() && up.z > up.y.abs();
         Viewpoint {
@@ -72,14 +73,15 @@ impl CameraSettings {
         }
     }
 
-    /// The origin as `x,y,z`; `None` if it is the file's own.
+    /// The origin as `x,y,z`; `None` if it is the origin of the file.
     pub(crate) fn origin_text(&self) -> Option<String> {
         let list = || self.origin.to_array().map(|x| x.to_string()).join(",");
         (self.origin != DVec3::ZERO).then(list)
     }
 
     /// `camera` as attributes of image files. A scene without a known unit is in metres. The sensor
-    /// has its height in scene units where lens or sensor are given by it, and else that of full frame.
+    /// height is in scene units if the settings give a sensor height or an f-number. Else it is the
+    /// height of a full-frame sensor.
     pub(crate) fn attributes(&self, camera: &Camera) -> CameraAttributes {
         const FULL_FRAME: f32 = 0.024;
         let metres = self.unit.unwrap_or(1.0);
@@ -92,12 +94,12 @@ impl CameraSettings {
         camera.attributes(sensor, metres)
     }
 
-    /// Whether something is left to guess, or to find by rays.
+    /// Returns true if the camera needs a guess or rays in the scene.
     pub(super) fn needs_scene(&self) -> bool {
         self.position.is_none() || self.look_at.is_none() || self.focus_at.is_some()
     }
 
-    /// What finds the camera in `scene`, whose rays `accel` answers, by the evidence of `sisters` too.
+    /// Finder of the camera in `scene`, with rays traced by `accel` and the evidence of `sisters`.
     pub(crate) fn finder<'a>(
         &self,
         scene: &'a Scene,
@@ -122,7 +124,8 @@ impl CameraSettings {
         CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
     }
 
-    /// The camera's description, and the guess, if parts were guessed. `finder` was made of these settings; it is needed where they need the scene.
+    /// The camera's description, and the guess if one was needed. `finder` must come from these
+    /// settings. It is needed if [`Self::needs_scene`] returns true.
     fn describe(
         &self,
         finder: Option<&CameraFinder>,
@@ -185,8 +188,8 @@ impl CameraSettings {
         Ok((description, guess))
     }
 
-    /// Vertical field of view in degrees, if it is known: of a calibrated camera that of its focal
-    /// length.
+    /// Vertical field of view in degrees, if it is known. For a calibrated camera it follows from
+    /// the focal length.
     fn fov(&self, resolution: UVec2) -> Option<f32> {
         let of = |intrinsics: Intrinsics| {
             2.0 * (0.5 * f64::from(resolution.y) / intrinsics.focal[1])
@@ -257,8 +260,9 @@ impl CameraSettings {
         })
     }
 
-    /// Radius of the lens, scene units. By an f-number N it is `f / 2N`, where the focal length f is the distance at which a sensor of that height has
-    /// the field of view: that of a lens focused at infinity.
+    /// Radius of the lens in scene units. For an f-number N it is `f / 2N`. The focal length f is
+    /// the distance at which a sensor of `sensor_height` has the field of view, for a lens focused
+    /// at infinity.
     fn radius(&self, vertical_fov: f32) -> Result<f32, CameraError> {
         let height = self.sensor_height();
         for (parameter, value) in [("f_stop", self.f_stop), ("sensor_height", Some(height))] {
@@ -273,7 +277,7 @@ impl CameraSettings {
         Ok(0.5 * focal_length / f_stop)
     }
 
-    /// Checks a camera whose place does not depend on the scene; others are not checked.
+    /// Checks a camera whose position does not depend on the scene. Other cameras are not checked.
     #[cfg(feature = "view")]
     pub(crate) fn check(&self, resolution: UVec2) -> Result<(), CameraError> {
         match self.position.is_some() && self.look_at.is_some() {
@@ -293,7 +297,7 @@ impl CameraSettings {
         })
     }
 
-    /// How the camera of `parameters` moves and when it looks; `None` where nothing is said of it.
+    /// Motion and shutter of the camera of `parameters`; `None` if no key sets them.
     fn motion(&self, parameters: &CameraParameters) -> Option<CameraMotion> {
         let moves = self.position_close.or(self.look_at_close).or(self.up_close).is_some();
         (moves || self.shutter.is_some()).then(|| CameraMotion {
@@ -307,31 +311,31 @@ impl CameraSettings {
     }
 }
 
-/// A camera with what it was made of.
+/// A camera with its description and its guess.
 pub(crate) struct FoundCamera {
     pub camera: Camera,
     pub description: CameraDescription,
-    /// Guessed settings, if there are any.
+    /// Guess of the camera, if one was needed.
     pub guess: Option<CameraGuess>,
-    /// Evidence of other files of the folder, if it was needed.
+    /// Evidence from other files of the folder, if it was needed.
     pub sisters: Sisters,
 }
 
 impl FoundCamera {
-    /// Where it stands; `settings` are those that it was found by.
+    /// Viewpoint of the camera. `settings` are the settings that it was found with.
     pub fn viewpoint(&self, settings: &CameraSettings) -> Viewpoint {
         let said = settings.viewpoint();
         let Some(guess) = &self.guess else { return said };
         Viewpoint {
             back: Some(guess.position - guess.look_at),
             up: Some(guess.up),
-            // A camera may roll by its `up`; up in the scene is the axis next to it.
+            // A camera may roll by its `up`. Up in the scene is the nearest axis.
             scene_up: said.scene_up.or_else(|| nearest_axis(guess.scene_up)),
         }
     }
 }
 
-/// The axis, of either direction, nearest to `v`; `None` where `v` has none.
+/// The axis, positive or negative, nearest to `v`; `None` if `v` is zero or not finite.
 fn nearest_axis(v: Vec3) -> Option<Vec3> {
     let nearest = v.abs().max_position();
     let mut axis = Vec3::ZERO;
@@ -339,8 +343,8 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
-/// The warning about what the camera of `settings` sees and where it is, if it is at a position that
-/// these give. Guessed places need none.
+/// Warning about the view and the position of the camera of `settings`, if the settings give its
+/// position. A guessed position needs no warning.
 pub(crate) fn inspect_camera(
     settings: &CameraSettings,
     (scene, accel): (&Scene, &dyn Accel),
@@ -356,7 +360,8 @@ pub(crate) fn inspect_camera(
     inspect_place(accel, scene, camera, (resolution, near), whole)
 }
 
-/// `error` as one of the key that is to blame, if the scene file has it, else of the position.
+/// Converts `error` to an error at the key that causes it, or else at the key of the position, if
+/// the scene file has one of them.
 pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> {
     let close = ["position_close", "look_at_close", "up_close"];
     let keys = match error.parameter {
@@ -375,7 +380,8 @@ pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> 
     )
 }
 
-/// Distance along the view axis of the surface that is seen at `at`, in pixels; that of the camera's target where nothing is.
+/// Distance along the view axis of the surface at `at`, in pixels. Without a surface it is the
+/// focus distance of `parameters`.
 fn focus_distance(
     parameters: CameraParameters,
     accel: &dyn Accel,
@@ -392,7 +398,7 @@ fn focus_distance(
     Ok(accel.intersect(&ray).map_or(parameters.focus_distance, depth))
 }
 
-/// Where a camera focuses that does not say where.
+/// Default focus distance.
 fn distance(position: Vec3, look_at: Vec3) -> f32 {
     Some(position.distance(look_at)).filter(|&d| d > 0.0).unwrap_or(1.0)
 }
@@ -401,7 +407,8 @@ fn distance(position: Vec3, look_at: Vec3) -> f32 {
 mod tests {
     use super::*;
 
-    /// A normal lens of full frame, 50 mm at a vertical field of view of 26.99°, in metres and in millimetres.
+    /// A full-frame normal lens: 50 mm at a vertical field of view of 26.99°, in metres and in
+    /// millimetres.
     #[test]
     fn an_f_number_is_a_radius() {
         let mut settings = CameraSettings {

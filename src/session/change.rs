@@ -1,4 +1,5 @@
-//! A session that changes while its scene stays: an interactive render sees it by another camera, by another method or in another size.
+//! Changes of a session with the same scene: an interactive render changes the camera, the method
+//! or the size.
 
 use super::memory::check_pixels;
 use super::{
@@ -10,11 +11,12 @@ use crate::options::CameraOptions;
 use std::sync::OnceLock;
 
 impl Session {
-    /// Shares the acceleration structure that `other` keeps, where both scenes have the same meshes, or else builds one. Gives whether it is shared.
+    /// Shares the acceleration structure that `other` keeps, if both scenes have the same meshes;
+    /// else builds one. Returns true if it is shared.
     ///
     /// # Errors
     ///
-    /// Those of building one.
+    /// Errors of the build.
     pub(crate) fn keep_accel_of(&mut self, other: &Self) -> Result<bool, Error> {
         let is_served =
             (self.settings.backend, self.settings.threads) == (other.settings.backend, other.settings.threads);
@@ -27,8 +29,8 @@ impl Session {
         }
     }
 
-    /// Returns true if the scene as it was loaded serves a render of `settings`: backend, threads, and how
-    /// triangles are sampled, belong to it.
+    /// Returns true if the loaded scene is valid for a render of `settings`. The scene depends on
+    /// backend, threads, triangle sampling and compactness.
     pub(crate) fn serves(&self, settings: &Settings) -> bool {
         let made_for = |settings: &Settings| {
             (
@@ -41,11 +43,11 @@ impl Session {
         made_for(&self.settings) == made_for(settings)
     }
 
-    /// Cameras to choose from, whatever camera was said, each with the shortest flags that name it.
+    /// Candidate cameras for any camera settings, each with the shortest flags that select it.
     ///
     /// # Errors
     ///
-    /// Those of building an acceleration structure.
+    /// Errors of the build of an acceleration structure.
     pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let free = CameraSettings {
@@ -60,12 +62,13 @@ impl Session {
         Ok(self.pool.install(|| finder().candidates()))
     }
 
-    /// Makes it a session of `settings`, which it [serves](Session::serves), seen by the camera of `description`. What was learned of visible lights is
-    /// forgotten unless `keeps_visibility`: then the picture is as right, but its noise is not that of a session of its own.
+    /// Changes the session to `settings`, which it must [serve](Session::serves), and to the camera
+    /// of `description`. The learned visibility of lights is dropped unless `keeps_visibility`.
+    /// With it the image is still unbiased, but its noise differs from the noise of a new session.
     ///
     /// # Errors
     ///
-    /// Settings that cannot be, or a camera that sees nothing; the session is as before then.
+    /// Invalid settings, or a camera that sees nothing. The session is then unchanged.
     pub(crate) fn change(
         &mut self,
         settings: Settings,
@@ -86,7 +89,7 @@ impl Session {
         let new = (choice != self.settings.method().light_choice()).then(|| self.scene.light_selection(choice));
         let selection = new.as_ref().unwrap_or(&self.light_selection);
         let of_method = method_warnings(&method, (&self.scene, selection), &camera)?;
-        // Warnings of the scene stay; those of the method are the new one's.
+        // Warnings of the scene are kept. Warnings of the method are replaced.
         self.warnings.retain(|warning| !METHOD_WARNINGS.contains(&warning.kind));
         self.warnings.extend(of_method);
         match new {

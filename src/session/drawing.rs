@@ -1,5 +1,5 @@
-//! Plans, elevations and pictures to scale: the camera and the size of the picture that follow from the
-//! box of the scene.
+//! Plans, elevations and pictures to scale: the camera and the image size computed from the
+//! bounding box of the scene.
 
 use super::{Error, InvalidSetting, Settings};
 use crate::camera::ProjectionKind;
@@ -8,16 +8,16 @@ use crate::math::{DVec3, UVec2, Vec3};
 use crate::options::{SizeOptions, Value};
 use crate::scene::Scene;
 
-/// Margin about the scene, over its larger side in the picture.
+/// Margin around the scene, as a fraction of its larger side in the picture.
 const MARGIN: f64 = 0.02;
 
 impl Settings {
-    /// Settings with the camera and the size that an elevation or a scale asks for.
+    /// Settings with the camera and the size for an elevation or a scale.
     ///
     /// # Errors
     ///
-    /// An elevation of another projection or of an empty scene, and a scale of no orthographic picture
-    /// or of one that is too large.
+    /// An elevation with another projection or of an empty scene. A scale of a picture that is not
+    /// orthographic, or a scale that is too large.
     pub(crate) fn drawn(mut self, scene: &Scene) -> Result<Self, Error> {
         let metres = f64::from(self.camera.unit.unwrap_or(1.0));
         let pixels_per_unit = self.print.map(|print| print.pixels_per_metre() * metres);
@@ -44,7 +44,7 @@ impl Settings {
             let margin = MARGIN * width.max(height).max(f64::from(f32::MIN_POSITIVE));
             let [width, height] = [width, height].map(|side| side + 2.0 * margin);
             let center = 0.5 * (min + max);
-            // Rays start before the box.
+            // Rays start in front of the box.
             let distance = 0.5 * depth + depth.max(width).max(height);
             self.camera.options.elevation = None;
             self.camera.options.projection = Some(ProjectionKind::Orthographic);
@@ -70,7 +70,7 @@ impl Settings {
         }
         match self.camera.ortho_height {
             Some(height) => {
-                // Heights that are made here are whole numbers of pixels, up to rounding.
+                // Heights computed here are whole numbers of pixels, up to rounding.
                 let height = (f64::from(height) * pixels).round();
                 let aspect = f64::from(self.resolution.x) / f64::from(self.resolution.y);
                 self.sized([(height * aspect).round(), height], pixels)
@@ -82,7 +82,7 @@ impl Settings {
         }
     }
 
-    /// Settings for a picture of these pixels, rounded up, at `pixels` per scene unit.
+    /// Settings for a picture of `size` pixels, rounded up, with `pixels` per scene unit.
     fn sized(mut self, size: [f64; 2], pixels: f64) -> Result<Self, Error> {
         let [width, height] = size.map(|side| side.ceil().max(1.0));
         let options = SizeOptions {
@@ -102,7 +102,7 @@ impl Settings {
     }
 }
 
-/// The axis of a section above the lowest point, for a scene with this upright axis.
+/// Axis of a section above the lowest point, for a scene with the upright axis `up`.
 pub(crate) fn name_of_axis(up: DVec3) -> &'static str {
     match (up.abs().max_position(), up.max_element() > 0.0) {
         (0, true) => "x",

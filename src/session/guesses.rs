@@ -1,14 +1,14 @@
-/// Guesses that a session makes besides the camera's. By default it makes none: commands that measure, and programs over the library, render the scene as its
-/// files give it.
+/// Guesses of a session except the camera. By default there are none: commands that measure, and
+/// programs that use the library, render the scene of the files without changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Guesses {
-    /// Light, where nothing in the scene emits.
+    /// Guess light if nothing in the scene emits.
     pub light: bool,
-    /// A ground that catches shadows, with guessed light or an environment that flags give.
+    /// Guess a ground that catches shadows, under guessed light or under an environment of flags.
     pub ground: bool,
-    /// The background, with guessed light.
+    /// Guess the background, with guessed light.
     pub background: bool,
-    /// The exposure, with guessed light.
+    /// Guess the exposure, with guessed light.
     pub exposure: bool,
 }

@@ -1,13 +1,14 @@
-//! The scene hash: SHA-256 over an explicit encoding of everything in the scene and the camera that decides pixels (`math/encode.rs`).
+//! The scene hash: SHA-256 over an explicit encoding of all data of the scene and the camera that
+//! determine pixels (`math/encode.rs`).
 
 use crate::camera::CameraDescription;
 use crate::math::Encode;
 use crate::scene::Scene;
 use sha2::{Digest, Sha256};
 
-/// Names what is rendered: SHA-256 over the frozen scene and the camera's description, in hexadecimal.
+/// SHA-256 over the frozen scene and the camera's description, in hexadecimal.
 ///
-/// Two renders with the same hash, settings and seed show the same picture, whatever files they were read from.
+/// Two renders with equal hash, settings and seed give the same picture, for any source files.
 pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
     let mut hash = Sha256::new();
     let sink = &mut |bytes: &[u8]| hash.update(bytes);
@@ -22,7 +23,7 @@ pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
         scene.shape(geom).material.0.encode(sink);
     }
     scene.instances().len().encode(sink);
-    // Scenes without thin glass keep the hash that they had.
+    // A scene without thin glass keeps its old hash.
     if scene.has_thin_surfaces() {
         "straight".encode(sink);
     }
@@ -54,7 +55,8 @@ mod tests {
     use crate::texture::{Channel, Curve, Mapping, Texels, Texture, TextureId, Wrap};
     use std::path::Path;
 
-    /// A change of the encoding changes this hash, and every checkpoint there is belongs to another scene then.
+    /// A change of the encoding changes this hash. All existing checkpoints then belong to another
+    /// scene.
     #[test]
     fn hash_of_the_cornell_box_changes_by_decision_only() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
@@ -69,7 +71,7 @@ mod tests {
         );
     }
 
-    /// Fails unless each change of `value` has an encoding of its own.
+    /// Fails unless each change of `value` has a different encoding.
     fn assert_each_counts<T: Encode + Clone>(value: &T, changes: &[fn(&mut T)]) {
         let mut all = vec![value.encoded()];
         for (i, change) in changes.iter().enumerate() {

@@ -13,13 +13,13 @@ use crate::math::Vec3;
 use crate::scene::{GroundPlane, RectangleParameters, Scene};
 use toml::Spanned;
 
-/// Radiance of the backdrop, W·sr⁻¹·m⁻²: a blue grey, from which white, grey and black subjects
-/// differ.
+/// Radiance of the backdrop, W·sr⁻¹·m⁻²: a blue grey that differs from white, grey and black
+/// subjects.
 const BACKDROP: Spectrum = Spectrum::rgb(0.105, 0.14, 0.19);
 /// Radiance of the lamp of a closed room, W·sr⁻¹·m⁻².
 const LAMP: f32 = 20.0;
 
-/// The settings with the camera of `parameters`, and nothing left to guess.
+/// `settings` with the camera of `parameters` and without guesses.
 fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     let mut settings = settings.clone();
     settings.guesses = Guesses::default();
@@ -32,15 +32,16 @@ fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     settings
 }
 
-/// Returns true if the scene may get light: nothing in it emits, as the `warnings` of loading it
-/// say, or surfaces of the OBJ alone do.
+/// Returns true if the scene may need guessed light: nothing in it emits, according to the
+/// `warnings` of loading, or only surfaces of the OBJ file emit.
 pub(super) fn may_want_light(file: &SceneFile, settings: &Settings, (scene, warnings): (&Scene, &[Warning])) -> bool {
     let is_dark = || warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
     let is_lit_by_surfaces = || file.light.is_empty() && scene.lights().iter().all(|light| !light.is_infinite());
     settings.guesses.light && scene.triangle_count() > 0 && (is_dark() || is_lit_by_surfaces())
 }
 
-/// Whether an object gets a ground though its light is said: in the environment of a flag, and where no finite light shines, of which a ground takes few.
+/// Returns true if `--env` lights an object that may get a guessed ground. There must be no finite
+/// light, because a ground supports only few of them.
 pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings, scene: &Scene) -> bool {
     let method = settings.method();
     settings.guesses.ground
@@ -52,17 +53,19 @@ pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings, scene: &Sce
         && matches!(method.check_lights(scene), Ok(None))
 }
 
-/// Whether the ground of `file` has no `up`, such as that of `--ground`, and gets the scene's: that of a bare OBJ.
+/// Returns true if the ground of `file` has no `up`, such as the ground of `--ground`, and light is
+/// guessed. The ground of such a bare OBJ gets the up of the scene.
 fn has_ground_to_turn(file: &SceneFile, guesses: Guesses) -> bool {
     guesses.light && file.ground.as_ref().is_some_and(|ground| ground.up.is_none())
 }
 
-/// `up` as scene files write it; `None` where it is the default.
+/// `up` as scene files write it; `None` if it is the default.
 fn written(up: Vec3) -> Option<Spanned<[f32; 3]>> {
     (up != Vec3::Y).then(|| Spanned::new(0..0, up.to_array()))
 }
 
-/// Puts the ground of `file` below the part of the scene that guesses are for, if that is not all.
+/// Places the ground of `file` below `survey.part`, the part of the scene that guesses are for, if
+/// it is not the whole scene.
 fn place_ground(file: &mut SceneFile, survey: &Survey) {
     if let (Some(ground), Some(part)) = (&mut file.ground, survey.part) {
         let plane = GroundPlane::below(part, survey.horizon.up());
@@ -75,8 +78,9 @@ fn place_ground(file: &mut SceneFile, survey: &Survey) {
     }
 }
 
-/// Light and ground that flags give to `scene`, for the camera of `parameters`, which stands at `viewpoint`. The environment of an object, by its
-/// `survey`, gets a ground. `None` if all stay as they are in `file`.
+/// Changed light and ground of `scene`, for the camera of `parameters` at `viewpoint`. An
+/// environment of flags around an object, according to its `survey`, gets a ground. `None` if
+/// nothing in `file` changes.
 pub(super) fn changed(
     (file, scene, survey): (&SceneFile, &Scene, Option<&Survey>),
     settings: &Settings,
@@ -106,7 +110,8 @@ pub(super) fn changed(
     })
 }
 
-/// The scene file and the settings with `guess` in them, as if they said it, seen by the camera of `parameters`; and words on it.
+/// The scene file and the settings with `guess` written into them, for the camera of `parameters`,
+/// and a description of the guess.
 pub(super) fn lit(
     file: &SceneFile,
     settings: &Settings,

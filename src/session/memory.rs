@@ -1,5 +1,5 @@
-//! Memory of a render: an estimate from counts of pixels and triangles, checked against limits and free
-//! memory.
+//! Memory of a render: an estimate from the numbers of pixels and triangles, compared with limits
+//! and free memory.
 
 use super::{Error, Session, Settings};
 use crate::description::SceneFile;
@@ -11,16 +11,17 @@ use crate::scene::Scene;
 
 /// Bytes of the program, its libraries and threads.
 const PROCESS: u64 = 25 << 20;
-/// Bytes of a triangle in an acceleration structure: 64 to 79 without those for building it.
+/// Bytes of a triangle in an acceleration structure: 64 to 79, without memory for the build.
 const ACCELERATION: u64 = 80;
 /// Bytes of a triangle in Embree's structure of a compact scene.
 const COMPACT_ACCELERATION: u64 = 40;
-/// Bytes of a pixel while pictures are made of it and written.
+/// Bytes of a pixel to make and write pictures.
 const WRITING: u64 = 124;
-/// Bytes of a pixel with a background, which has separate colours, albedos and normals, while it is denoised.
+/// Bytes of a pixel to denoise a picture with a background, which has separate colours, albedos and
+/// normals.
 const DENOISED_ALPHA: u64 = 120;
 
-/// Estimated memory of a render, bytes.
+/// Estimated memory of a render in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Memory {
     /// Arrays of the scene.
@@ -29,9 +30,9 @@ pub(crate) struct Memory {
     pub acceleration: u64,
     /// Light that the integrator stores, such as photons.
     pub light: u64,
-    /// Sums and channels of the pixels.
+    /// Sums and channels of the film.
     pub film: u64,
-    /// Denoising and writing the pictures.
+    /// Denoising and writing of the pictures.
     pub picture: u64,
 }
 
@@ -52,7 +53,7 @@ impl Memory {
         }
     }
 
-    /// The sum of all parts, and of the program.
+    /// Sum of all parts and the program.
     pub fn peak(&self) -> u64 {
         let parts = [self.scene, self.acceleration, self.light, self.film, self.picture];
         parts.into_iter().fold(PROCESS, u64::saturating_add)
@@ -60,8 +61,8 @@ impl Memory {
 }
 
 impl Session {
-    /// An error if the system does not give what the render takes besides the scene: backends and
-    /// films whose allocations fail end the program.
+    /// Returns an error if the system lacks the memory of the render without its scene. Backends
+    /// and films abort the program if an allocation fails.
     pub(super) fn check_memory(&self) -> Result<(), Error> {
         let more = self.memory.saturating_sub(self.scene.bytes());
         match MemoryLimit::refusal(None, 0, more) {
@@ -74,15 +75,15 @@ impl Session {
     }
 }
 
-/// An error if pixels with `parts` of the light take more memory than `limit`, or than the system
-/// gives.
+/// Returns an error if pixels with `parts` light layers need more memory than `limit` or than the
+/// system has.
 pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<MemoryLimit>) -> Result<(), Error> {
     let crop = settings.crop();
     let bytes = film_bytes(settings, parts).saturating_add(picture_bytes(settings));
     match MemoryLimit::refusal(limit, bytes, bytes) {
         None => Ok(()),
         Some(refusal) => {
-            // The denoiser takes most of it.
+            // The denoiser needs most of it.
             let denoised = settings
                 .denoiser
                 .map_or("", |_| "leave the denoiser out (--denoise=off), ");
@@ -96,8 +97,9 @@ pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<Memo
     }
 }
 
-/// Returns the scene, compact if the settings ask for it or if its render fits `limit` only then,
-/// and the estimated bytes of the render. An error if they exceed the limit.
+/// Returns the scene and the estimated bytes of the render. The scene becomes compact if the
+/// settings require it, or if the render fits `limit` only then. Returns an error if the render
+/// exceeds the limit.
 pub(super) fn within_memory(
     file: &SceneFile,
     settings: &Settings,
@@ -129,7 +131,7 @@ pub(super) fn within_memory(
     Err(error.help(help).into())
 }
 
-/// Bytes of the pixels' sums and channels, with `parts` of the light.
+/// Bytes of sums and channels of the pixels, with `parts` light layers.
 fn film_bytes(settings: &Settings, parts: usize) -> u64 {
     let crop = settings.crop();
     let optional = |is_there: bool, bytes: fn(Rect) -> u64| if is_there { bytes(crop) } else { 0 };
@@ -147,7 +149,7 @@ fn film_bytes(settings: &Settings, parts: usize) -> u64 {
     all.into_iter().fold(0, u64::saturating_add)
 }
 
-/// Bytes that denoising and writing the picture take.
+/// Bytes to denoise and write the picture.
 fn picture_bytes(settings: &Settings) -> u64 {
     let (size, area) = (settings.crop().size(), settings.crop().area());
     let denoising = settings.denoiser.map_or(0, |denoiser| {
@@ -162,19 +164,19 @@ fn picture_bytes(settings: &Settings) -> u64 {
 }
 
 /// Bytes of the light that the integrator stores. The number of vertices on a path depends on the
-/// scene; the estimates are for three, as in plain rooms.
+/// scene. The estimates assume three, as in plain rooms.
 fn light_bytes(settings: &Settings, scene: &Scene) -> u64 {
-    /// Bytes of a path of photons, and of a path to merge with.
+    /// Bytes of the photons of one path, and of a path to merge with.
     const PHOTONS: u64 = 310;
     const MERGED_PATH: u64 = 1560;
-    /// Bytes of a sample from which a chain may start.
+    /// Bytes of a sample from which a Markov chain may start.
     const SEED: u64 = 240;
     const PRIMARY_SEED: u64 = 48;
-    /// Bytes of a triangle that `area` samples.
+    /// Bytes of a triangle that the integrator `area` samples.
     const TRIANGLE: u64 = 24;
     let pixels = u64::from(settings.resolution.x) * u64::from(settings.resolution.y);
     let number = |given: Option<u32>, usual: u64| given.map_or(usual, u64::from);
-    // An iteration sums light, and keeps the light of some pixels before it is added.
+    // An iteration has sums, and stores the light of some pixels before it is added.
     let iteration = 64 * pixels + (400 * pixels).min(128 << 20);
     match settings.method() {
         Method::Light(_) | Method::Bidirectional(_) => iteration,

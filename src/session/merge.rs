@@ -1,8 +1,9 @@
-//! Joining parts of a picture that were rendered apart.
+//! Joins parts of a picture that were rendered separately.
 //!
-//! Headers are read first. The edges of all crops cut the picture into cells. In each cell, the sample ranges of the parts that cover it must follow
-//! on each other without gap or overlap. Then one part after the other is read and added; sums are exact (`film/fixed.rs`), so the result has the
-//! bits of a single render.
+//! Headers are read first. The edges of all crops cut the picture into cells. In each cell, the
+//! sample ranges of the parts that cover it must be contiguous, without gap or overlap. Then the
+//! parts are read and added one after the other. Sums are exact (`film/fixed.rs`), so the result is
+//! bit-identical to a single render.
 
 use super::{Error, RenderState};
 use crate::denoise::{DenoiseError, Denoiser};
@@ -14,7 +15,7 @@ use crate::options::Finish;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A part of a picture, by what its file says of itself.
+/// A part of a picture, as its file describes it.
 #[derive(Clone, Debug)]
 struct Part {
     path: PathBuf,
@@ -31,32 +32,32 @@ impl Part {
     }
 }
 
-/// Parts of one picture, of which the headers were read.
+/// Parts of one picture, after their headers were read.
 #[derive(Clone, Debug)]
 pub struct Parts {
-    /// By their first samples and corners; never empty.
+    /// Parts sorted by first sample and corner; never empty.
     parts: Vec<Part>,
     whole: Whole,
 }
 
-/// What parts are together.
+/// Joined parts.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Joined {
-    /// The sums of all.
+    /// Sums of all parts.
     pub state: RenderState,
-    /// What files say of them.
+    /// Metadata of the joined parts.
     pub metadata: Metadata,
-    /// Whether pixels or samples of the picture are missing.
+    /// True if pixels or samples of the picture are missing.
     pub is_part: bool,
 }
 
 impl Parts {
-    /// Reads what the files say of themselves, and nothing large.
+    /// Reads only the headers of the files.
     ///
     /// # Errors
     ///
-    /// Files that are no parts, or not of one picture.
+    /// Files that are not parts, or not of one picture.
     pub fn describe(paths: &[impl AsRef<Path>]) -> Result<Self, Error> {
         let describe = |path: &Path| {
             Ok(Part {
@@ -84,27 +85,28 @@ impl Parts {
         self.parts.len()
     }
 
-    /// Denoiser, exposure and tone curve that the first part's render was asked for.
+    /// Denoiser, exposure and tone curve requested for the render of the first part.
     pub fn finish(&self) -> Finish {
         self.parts[0].description.metadata.finish()
     }
 
-    /// The smallest rectangle around all.
+    /// The smallest rectangle that contains all parts.
     pub fn crop(&self) -> Rect {
         self.whole.crop
     }
 
-    /// The samples from the first to the last that is in any.
+    /// Range from the first to the last sample of all parts.
     pub fn samples(&self) -> Range<u32> {
         self.whole.samples.clone()
     }
 
-    /// The sums of all parts, in whatever order: those of one render. They are to be all of the picture's, or, where less than a picture `is_enough`,
-    /// all between the first and the last.
+    /// Joins the sums of all parts, in any order, to the sums of one render. The parts must cover
+    /// the whole picture. If `is_enough`, they must only cover all samples between their first and
+    /// last.
     ///
     /// # Errors
     ///
-    /// Samples that are there twice or, unless `allow_gaps`, missing; parts that are not finished; damaged files.
+    /// Repeated samples; missing samples, unless `allow_gaps`; unfinished parts; damaged files.
     pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
         let Self { parts, whole } = self;
         let wanted = match is_enough {
@@ -134,18 +136,18 @@ impl Parts {
 }
 
 impl Joined {
-    /// The picture of all sums as it was rendered.
+    /// The picture of all sums without denoising.
     pub fn raw(&self) -> Image {
         let with_error = self.metadata.settings.contains(" noise=");
         self.state.develop(with_error, self.metadata.features.as_ref())
     }
 
-    /// The picture of all sums, denoised as `finish` asks for; [`Joined::metadata`] names the denoiser.
-    /// Works with the threads of rayon's pool.
+    /// The picture of all sums, denoised according to `finish`. [`Joined::metadata`] then names the
+    /// denoiser. Uses the threads of rayon's pool.
     ///
     /// # Errors
     ///
-    /// The denoiser's own: the picture is raw then.
+    /// Errors of the denoiser; the picture is then raw.
     pub fn develop(&mut self, finish: &Finish) -> (Image, Result<(), DenoiseError>) {
         let mut image = self.raw();
         let mut denoise = |denoiser: Denoiser| {
@@ -160,15 +162,15 @@ impl Joined {
         (image, done)
     }
 
-    /// Writes `image`, which [`Joined::develop`] gave, to all `outputs`, and says what went wrong with
-    /// them. EXR files hold the sums as well if it is a part.
+    /// Writes `image`, the result of [`Joined::develop`], to all `outputs`, and returns the errors.
+    /// EXR files also get the sums if pixels or samples are missing.
     #[must_use = "the errors name the files that were not written"]
     pub fn write(&self, image: &Image, outputs: &[(Format, Output)]) -> Vec<FileError> {
         self.state.write(image, outputs, self.is_part, &self.metadata)
     }
 }
 
-/// An error where both are not of one picture.
+/// Returns an error if the parts are not of one picture.
 fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
     let (a, b) = (&first.description, &other.description);
     let difference = match a.resolution == b.resolution {
@@ -183,14 +185,14 @@ fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
     })
 }
 
-/// What the parts should give.
+/// Extent of all parts together.
 #[derive(Clone, Debug)]
 struct Whole {
     resolution: UVec2,
-    /// The smallest rectangle around all parts.
+    /// The smallest rectangle that contains all parts.
     crop: Rect,
     samples: Range<u32>,
-    /// Samples of a pixel of the whole picture.
+    /// Samples per pixel of the whole picture.
     total: u32,
 }
 
@@ -214,7 +216,8 @@ impl Whole {
         }
     }
 
-    /// Whether anything of the samples `wanted` is missing, which is an error unless `allow_gaps`. An error where something is there twice.
+    /// Returns true if any of the samples `wanted` is missing, which is an error unless
+    /// `allow_gaps`. A repeated sample is an error.
     fn check(&self, parts: &[Part], wanted: Range<u32>, allow_gaps: bool) -> Result<bool, Error> {
         let mut gap = None;
         if let Some(part) = parts.iter().find(|part| !part.description.metadata.complete) {
@@ -223,7 +226,7 @@ impl Whole {
                 "finish it with --resume, or merge it with --allow-gaps",
             ));
         }
-        // Edges of crops cut the picture into cells, in each of which all pixels are in the same parts.
+        // Edges of crops cut the picture into cells. All pixels of a cell are in the same parts.
         let edges = |of: fn(Rect) -> [u32; 2]| {
             let mut edges: Vec<u32> = parts.iter().flat_map(|part| of(part.description.crop)).collect();
             edges.sort_unstable();
@@ -271,11 +274,11 @@ impl Whole {
         }
     }
 
-    /// All sums.
+    /// Sums of all parts.
     fn join(&self, parts: &[Part]) -> Result<RenderState, Error> {
         let metadata = &parts[0].description.metadata;
         let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
-        // All parts sum the same: that is a part of their settings.
+        // All parts have the same channels, because the channels belong to their settings.
         let mut merged = RenderState::new(film, metadata.backing(), metadata.features.as_ref());
         for part in parts {
             let read = RenderState::of_checkpoint(read_checkpoint(&part.path)?)?;

@@ -1,12 +1,17 @@
-//! A render from scene file to picture: what programs that use this crate stand on, the command line among them.
+//! A render from scene file to picture: the interface of programs that use this crate, such as the
+//! command line.
 //!
-//! [`Settings`] say what is wanted; a [`Session`] holds the scene; its [`Renderer`] has an acceleration structure as well, and adds samples to a
-//! [`RenderState`] for as long as an observer lets it. A render may be stopped and resumed any number of times: the bits are those of a single run.
+//! [`Settings`] describe the render. A [`Session`] has the scene. Its [`Renderer`] also has an
+//! acceleration structure, and adds samples to a [`RenderState`] until an observer stops it. A
+//! render may be stopped and resumed any number of times: the result is bit-identical to a single
+//! run.
 //!
-//! Values of the scene file are checked when `Settings` are made of it, each by itself, with its place in the file. Combinations are checked
-//! (`Settings::check`) after flags, or a program, have changed them. Those errors name flags, because most readers of them have typed some.
+//! Values of the scene file are checked one by one when `Settings` are made from them, and errors
+//! have their place in the file. Combinations are checked (`Settings::check`) after flags or a
+//! program have changed the values. These errors name flags, because most users have typed some.
 //!
-//! [`method`](crate::method) chooses the acceleration structure and the integrator, once each, before the first ray.
+//! [`method`](crate::method) selects the acceleration structure and the integrator once, before the
+//! first ray.
 
 mod camera;
 #[cfg(feature = "view")]
@@ -58,56 +63,57 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-/// A scene that is in memory, with all that is settled about its render.
+/// A loaded scene with all settings of its render.
 pub struct Session {
     settings: Settings,
     scene: Scene,
     camera: Camera,
-    /// What the camera is made of.
+    /// Description of the camera.
     description: CameraDescription,
     filter: Filter,
     backdrop: Backdrop,
-    /// Made when it is first asked for.
+    /// Computed at the first use.
     scene_hash: OnceLock<String>,
     warnings: Vec<Warning>,
-    /// What separates light paths, where they are distinguished.
+    /// Classifier of light paths, if light path channels are requested.
     paths: Option<Arc<LightPaths>>,
     /// Guess of the camera, if one was made.
     camera_guess: Option<CameraGuess>,
-    /// Evidence of other files of the folder on the upright axis, if it was needed.
+    /// Evidence from other files of the folder for the upright axis, if it was needed.
     sisters: Sisters,
-    /// Given settings of the camera, without guesses, which `settings` include if light or ground were guessed or changed.
+    /// Camera settings as given, without guesses. `settings` include guesses if light or ground
+    /// were guessed or changed.
     said_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
     lit_words: Option<LitWords>,
-    /// The scene file in a light that was guessed, or that depends on a guessed camera.
+    /// The scene file with guessed light, or with light that depends on a guessed camera.
     lit_file: Option<SceneFile>,
     /// Files that the scene was read from.
     files: Vec<PathBuf>,
-    /// Bytes that the render takes at most, about.
+    /// Estimated peak memory of the render in bytes.
     memory: u64,
     pool: rayon::ThreadPool,
-    /// Choice of lights of the scene, and what it has learned.
+    /// Selection of the lights of the scene, with its learned visibility.
     light_selection: LightSelection,
-    /// The acceleration structure, where it outlives a renderer.
+    /// The acceleration structure, if it is kept longer than a renderer.
     kept: Option<AnyAccel<'static>>,
-    /// Seconds in which camera and light were guessed.
+    /// Time in seconds to guess camera and light.
     guess_seconds: f64,
 }
 
 impl Session {
-    /// Reads the scene's files. `observer` is told how far that is; `&()` is not interested.
+    /// Reads the files of the scene. `observer` receives the progress; `&()` ignores it.
     ///
     /// # Errors
     ///
-    /// Settings that cannot be, wrong files, a scene that takes more memory than it may.
+    /// Invalid settings, invalid files, or a scene that exceeds its memory limit.
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
         let limit = MemoryLimit::of(file.load.max_memory);
         if file.ground.is_some() {
             settings.method().check_catching()?;
         }
-        // Before anything is read; groups of lights are not known yet.
+        // Check before any file is read. Light groups are not known yet.
         check_pixels(&settings, settings.light_paths.len(), limit)?;
         let pool = thread_pool(settings.threads)?;
         let method = settings.method();
@@ -116,17 +122,17 @@ impl Session {
         Self::settle((file, settings), (loaded, Some(unlit)), pool, observer)
     }
 
-    /// The camera.
     pub(crate) fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Seconds in which camera and light were guessed, or the camera that is named was placed.
+    /// Time in seconds to guess camera and light, or to place a named camera.
     pub(crate) fn guess_seconds(&self) -> f64 {
         self.guess_seconds
     }
 
-    /// Settles the camera of a scene that was read, and its light: `unlit` builds it again.
+    /// Determines the camera of a loaded scene, and its light. `unlit` is used to build the scene
+    /// again with changed light.
     fn settle(
         (file, settings): (&SceneFile, Settings),
         (loaded, unlit): (Loaded, Option<Unlit>),
@@ -196,7 +202,8 @@ impl Session {
         })
     }
 
-    /// The scene in the light of `file`. It is read again only if it is not as it was read.
+    /// The session with the light of `file`. The scene is read again only if its files have
+    /// changed.
     fn relit(
         (file, settings): (&SceneFile, Settings),
         (scene, unlit): (Scene, Option<Unlit>),
@@ -217,11 +224,12 @@ impl Session {
         }
     }
 
-    /// Takes a scene that was made in code, seen by `camera`; what the settings say of cameras does not count.
+    /// A session of a scene made in code, with the camera `camera`. Camera settings in `settings`
+    /// are ignored.
     ///
     /// # Errors
     ///
-    /// Settings that cannot be, a camera that sees nothing, lights that the estimator cannot find.
+    /// Invalid settings, a camera that sees nothing, or lights that the integrator cannot sample.
     pub fn new(scene: Scene, camera: CameraParameters, settings: Settings) -> Result<Self, Error> {
         settings.check()?;
         check_pixels(&settings, settings.parts_of_light(&scene), MemoryLimit::of(None))?;
@@ -262,23 +270,24 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// The backend's own, such as memory that is not to be had.
+    /// Errors of the backend, such as a lack of memory.
     pub fn renderer(&self) -> Result<Renderer<'_>, Error> {
         Renderer::build(self)
     }
 
-    /// Builds the acceleration structure for all renderers to come, where the backend has one that can be kept.
+    /// Builds the acceleration structure for all later renderers, if the backend has a structure
+    /// that can be kept.
     ///
     /// # Errors
     ///
-    /// The backend's own, such as memory that is not to be had.
+    /// Errors of the backend, such as a lack of memory.
     pub fn keep_accel(&mut self) -> Result<(), Error> {
         self.check_memory()?;
         self.kept = self.settings.backend.build_kept(&self.scene, &self.pool)?;
         Ok(())
     }
 
-    /// The acceleration structure: the one that is kept, or a new one.
+    /// The kept acceleration structure, or a new one.
     fn accel(&self) -> Result<AnyAccel<'_>, Error> {
         match &self.kept {
             Some(accel) => Ok(accel.clone()),
@@ -286,7 +295,7 @@ impl Session {
         }
     }
 
-    /// The acceleration structure for guesses: the one that is kept, or a new one.
+    /// The kept acceleration structure, or a new one for guesses.
     fn accel_for_guesses(&self) -> Result<AnyAccel<'_>, Error> {
         match &self.kept {
             Some(accel) => Ok(accel.clone()),
@@ -294,17 +303,17 @@ impl Session {
         }
     }
 
-    /// What the render is to be.
+    /// Settings of the render.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// What light meets.
+    /// The frozen scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What the camera is made of.
+    /// Description of the camera.
     pub fn camera_description(&self) -> &CameraDescription {
         &self.description
     }
@@ -330,21 +339,22 @@ impl Session {
         self.lit_words.as_ref()?.light()
     }
 
-    /// Guess of a ground under light that was given, if one was made.
+    /// Guess of a ground under given light, if one was made.
     pub(crate) fn ground_guess(&self) -> Option<&str> {
         self.lit_words.as_ref()?.ground()
     }
 
-    /// The scene file in a light that was guessed, or that depends on a guessed camera; `None` where it is that of the given file.
+    /// The scene file with guessed light, or with light that depends on a guessed camera. `None` if
+    /// the light equals the light of the given file.
     pub fn lit_file(&self) -> Option<&SceneFile> {
         self.lit_file.as_ref()
     }
 
-    /// Cameras to choose from, each with the shortest flags that name it.
+    /// Candidate cameras, each with the shortest flags that select it.
     ///
     /// # Errors
     ///
-    /// Those of building an acceleration structure.
+    /// Errors of the build of an acceleration structure.
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
@@ -352,12 +362,12 @@ impl Session {
         Ok(self.pool.install(|| finder().candidates()))
     }
 
-    /// The plan of an interior with `cameras`, `size` pixels along its larger edge, and the
-    /// coordinates of its edges in words; `None` of an object.
+    /// The plan of an interior with `cameras`, `size` pixels along its larger edge, and a text with
+    /// the coordinates of its edges. `None` for an object.
     ///
     /// # Errors
     ///
-    /// Those of building an acceleration structure.
+    /// Errors of the build of an acceleration structure.
     pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Result<Option<(Plan, String)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
@@ -370,7 +380,7 @@ impl Session {
         }))
     }
 
-    /// Sees the scene by another camera, a pinhole.
+    /// Changes the camera to the pinhole camera of `guess`.
     ///
     /// # Errors
     ///
@@ -385,12 +395,13 @@ impl Session {
         Ok(())
     }
 
-    /// All files that the scene was read from: nothing may be written over them. None of a scene that was made in code.
+    /// All files that the scene was read from. Nothing may be written over them. Empty for a scene
+    /// made in code.
     pub fn files(&self) -> &[PathBuf] {
         &self.files
     }
 
-    /// About how many bytes the render takes at most.
+    /// Estimated peak memory of the render in bytes.
     pub fn memory(&self) -> u64 {
         self.memory
     }
@@ -404,17 +415,17 @@ impl Session {
         &self.pool
     }
 
-    /// What all samples of the picture look at, which is yet to be made.
+    /// New data that all samples of the picture share. It is not computed yet.
     pub(crate) fn prepared(&self) -> Prepared {
         Prepared::new(self.settings.resolution, self.settings.seed)
     }
 
-    /// What separates light paths, where they are distinguished.
+    /// Classifier of light paths, if light path channels are requested.
     pub(crate) fn paths(&self) -> Option<&Arc<LightPaths>> {
         self.paths.as_ref()
     }
 
-    /// What integrators work in, where `accel` answers ray queries.
+    /// World of the integrators, with the ray queries of `accel`.
     pub(crate) fn world<'a, A>(&'a self, accel: &'a A) -> World<'a, A> {
         World {
             scene: &self.scene,
@@ -430,22 +441,22 @@ impl Session {
     }
 }
 
-/// A scene file whose light or ground was guessed, or follows the camera.
+/// A scene file with guessed light or ground, or with light that depends on the camera.
 pub(crate) struct LitFile {
     /// The scene file with the sections of the light.
     pub file: SceneFile,
-    /// Settings with the camera that the light is for, and the background of guessed light.
+    /// Settings with the camera of the light, and the background of guessed light.
     pub settings: Settings,
-    /// Description of what was guessed.
+    /// Description of the guess.
     pub words: Option<LitWords>,
 }
 
-/// Description for users of a guess.
+/// Description of a guess for users.
 #[derive(Clone, Debug)]
 pub(crate) enum LitWords {
-    /// Of the light, with a ground if that was guessed too.
+    /// Light, with the ground if it was guessed too.
     Light(String),
-    /// Of the ground alone.
+    /// Only the ground.
     Ground(String),
 }
 
@@ -467,13 +478,13 @@ impl LitWords {
     }
 }
 
-/// The camera of `settings` in the scene of `file`. With it the scene file in another light: with a
-/// guessed one if nothing lights the scene and `settings`
-/// ask for a guess, or with changes of light that depend on a guessed camera. `warnings` are those of loading the scene.
+/// The camera of `settings` in the scene of `file`. Also returns the scene file with changed light:
+/// with a guess if nothing lights the scene and `settings` allow guesses, or with changes that
+/// depend on a guessed camera. `warnings` are the warnings of loading the scene.
 ///
 /// # Errors
 ///
-/// Those of [`Settings::camera_of`].
+/// Errors of [`Settings::camera_of`].
 pub(crate) fn camera_and_lit(
     file: &SceneFile,
     settings: &Settings,
@@ -500,10 +511,10 @@ pub(crate) fn camera_and_lit(
     Ok((found, lit))
 }
 
-/// Kinds of the warnings of [`method_warnings`], in their order.
+/// Kinds of the warnings of [`method_warnings`], in order.
 const METHOD_WARNINGS: [&str; 3] = ["unmet-light", "motion", "many-lamps"];
 
-/// What of the scene the method does not find, or takes otherwise.
+/// Warnings about lights, motion and lamps that the method does not find or treats differently.
 fn method_warnings(
     method: &Method,
     (scene, selection): (&Scene, &LightSelection),
@@ -518,7 +529,7 @@ fn method_warnings(
     Ok(warnings.flatten().collect())
 }
 
-/// What camera rays see where they leave the scene; up is that of the camera.
+/// Background of camera rays that leave the scene. Its up is the up of the camera.
 fn backdrop(settings: &Settings, camera: &CameraParameters) -> Backdrop {
     Backdrop {
         background: settings.background,
@@ -526,10 +537,11 @@ fn backdrop(settings: &Settings, camera: &CameraParameters) -> Backdrop {
     }
 }
 
-/// Bytes of a thread's stack: integrators that branch recurse, a vertex at a time. Pages that are not used take no memory.
+/// Stack size of a thread in bytes. Integrators that branch recurse once per vertex. Unused pages
+/// need no memory.
 const STACK: usize = 16 << 20;
 
-/// Pool of so many threads.
+/// Thread pool of `threads` threads.
 pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -538,7 +550,7 @@ pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
     pool.map_err(|error| Error::Failed(format!("cannot start {threads} threads: {error}")))
 }
 
-/// What separates light paths, where `settings` want that.
+/// Classifier of light paths, if `settings` have light path channels.
 fn light_paths(settings: &Settings) -> Result<Option<Arc<LightPaths>>, Error> {
     match settings.paths() {
         Ok(paths) => Ok(paths.map(Arc::new)),
@@ -546,7 +558,7 @@ fn light_paths(settings: &Settings) -> Result<Option<Arc<LightPaths>>, Error> {
     }
 }
 
-/// An error where the lights of a scene that has no groups are to be distinguished.
+/// Returns an error if light group channels are requested for a scene without groups.
 fn check_groups(settings: &Settings, scene: &Scene) -> Result<(), Error> {
     if settings.aovs.contains(&Aov::Lights) && scene.light_groups().is_empty() {
         let help = "give a [[light]] a `group`, or add a [[light_group]]";

@@ -1,8 +1,9 @@
 //! A session with its acceleration structure: renders, resumes and develops.
 //!
-//! `Renderer::resume` compares what a file says of itself with the render: version, build, scene hash, settings, seed, backend with version and
-//! instruction set, size, crop and first sample. Settings name the number of samples only if the
-//! sampler depends on it (`hammersley`, `orthogonal`, `--directions perturbed-qmc` and `fibonacci`).
+//! `Renderer::resume` compares the metadata of a file with the render: version, build, scene hash,
+//! settings, seed, backend with version and instruction set, size, crop and first sample. Settings
+//! name the number of samples only if the sampler depends on it (`hammersley`, `orthogonal`,
+//! `--directions perturbed-qmc` and `fibonacci`).
 
 use super::memory::check_pixels;
 use super::{
@@ -26,10 +27,10 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Mean light up to which a picture is nearly black: 12 stops below mid-grey.
+/// Maximum mean light of a nearly black picture: 12 stops below mid-grey.
 const NEARLY_BLACK: f64 = 0.18 / 4096.0;
 
-/// A session whose acceleration structure is built: it takes samples, and makes pictures of them.
+/// A session with a built acceleration structure. It takes samples, and makes pictures from them.
 pub struct Renderer<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
@@ -42,7 +43,7 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         session.check_memory()?;
         let accel = session.accel()?;
-        // Backends may take more than estimated.
+        // Backends may use more memory than estimated.
         let parts = session.settings().parts_of_light(session.scene());
         check_pixels(session.settings(), parts, None)?;
         Ok(Self {
@@ -53,7 +54,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// One whose rays `auditor` answers.
+    /// A renderer that traces rays through `auditor`.
     pub(crate) fn audited(session: &'a Session, auditor: &'a Auditor<'a>, build_seconds: f64) -> Self {
         Self {
             session,
@@ -63,7 +64,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// The acceleration structure, for ray queries of a program's own.
+    /// The acceleration structure for ray queries of other programs.
     pub fn queries(&self) -> &dyn Accel {
         self.accel.as_dyn()
     }
@@ -73,12 +74,14 @@ impl<'a> Renderer<'a> {
         &self.accel
     }
 
-    /// What all samples look at: there, once [`Renderer::render`] has taken a sample, or after [`Renderer::prepare`].
+    /// Data that all samples share. It is ready after the first sample of [`Renderer::render`], or
+    /// after [`Renderer::prepare`].
     pub(crate) fn prepared(&self) -> &Prepared {
         &self.prepared
     }
 
-    /// Share of the records of an irradiance cache that rest on few of their rays; `None` where there are no records.
+    /// Fraction of the records of an irradiance cache that only few of their rays support. `None`
+    /// if there are no records.
     pub(crate) fn doubtful_records(&self) -> Option<f64> {
         self.prepared.doubtful_records()
     }
@@ -90,7 +93,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Makes what has to be there before the first sample.
+    /// Computes the data that must exist before the first sample.
     pub(crate) fn prepare(&self) {
         let settings = self.session.settings();
         let context = self.context();
@@ -98,15 +101,15 @@ impl<'a> Renderer<'a> {
             .install(|| settings.method().prepare(context, &settings.random_numbers(), &()));
     }
 
-    /// The first surface in the middle of a pixel, if there is one.
+    /// The first surface in the middle of a pixel, if any.
     #[cfg(feature = "view")]
     pub(crate) fn pick(&self, pixel: UVec2) -> Option<Picked> {
         let accel = self.accel.as_dyn();
         self.session.world(&accel).pick(pixel)
     }
 
-    /// The cells of a grid of `size` over the picture that show what was picked, as numbers of cells without it and
-    /// with it, in turns.
+    /// Cells of a grid of `size` over the picture that show the picked surface, as run lengths:
+    /// cells without it and with it alternate.
     #[cfg(feature = "view")]
     pub(crate) fn outline(&self, picked: &Picked, size: UVec2) -> Vec<u32> {
         let accel = self.accel.as_dyn();
@@ -134,7 +137,7 @@ impl<'a> Renderer<'a> {
         self.accel.as_dyn().bytes()
     }
 
-    /// No sample yet.
+    /// State without samples.
     pub fn start(&self) -> RenderState {
         let settings = self.session.settings();
         let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
@@ -147,7 +150,7 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     ///
-    /// A checkpoint of another render, or one that has more samples than are wanted.
+    /// A checkpoint of another render, or with more samples than requested.
     pub fn resume(&self, checkpoint: Checkpoint) -> Result<RenderState, Error> {
         let settings = self.session.settings();
         let refused = |message: String, help: &str| Err(FileError::new(&checkpoint.path, message).help(help).into());
@@ -192,15 +195,16 @@ impl<'a> Renderer<'a> {
         Ok(state)
     }
 
-    /// Has `state` separate light paths, where that is wanted.
+    /// Makes `state` separate light paths, if light path channels are requested.
     fn tell_paths(&self, state: &mut RenderState) {
         if let Some(paths) = self.session.paths() {
             state.film.tell_paths(paths);
         }
     }
 
-    /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; the
-    /// render can be resumed then. Bits depend neither on threads nor on when it was stopped. One that was stopped early may have no sample at all
+    /// Adds the missing samples to `state`. Ends when all are added, when the noise level is
+    /// reached, or when `observer` stops it; the render can then be resumed. The bits do not depend
+    /// on threads or on the time of the stop. A render that is stopped early may have no sample
     /// ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let settings = self.session.settings();
@@ -211,8 +215,9 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Does what [`Renderer::render`] does by an integrator of the caller's: `tracer` finds the light of each sample in place of the method that the settings
-    /// name. Files name that method all the same ([`Metadata::settings`]).
+    /// [`Renderer::render`] with the caller's integrator: `tracer` traces each sample instead of
+    /// the method of the settings. Files still name the method of the settings
+    /// ([`Metadata::settings`]).
     pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
         let accel = self.accel.as_dyn();
         let settings = self.session.settings();
@@ -227,7 +232,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// What files say of a picture of `state`; `is_complete` where nothing is missing of it.
+    /// Metadata of a picture of `state`. `is_complete` is true if no samples are missing.
     pub fn metadata(&self, state: &RenderState, is_complete: bool) -> Metadata {
         self.metadata_after(state.seconds, is_complete)
     }
@@ -260,7 +265,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// What further channels are of, if any are asked for.
+    /// Names of the additional channels, if any are requested.
     fn feature_names(&self) -> Option<FeatureNames> {
         let (settings, scene) = (self.session.settings(), self.session.scene());
         let aovs = &settings.aovs;
@@ -298,14 +303,14 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// The picture as it is now, raw, with the channels that were asked for.
+    /// The current picture, raw, with the requested channels.
     pub fn develop(&self, state: &RenderState) -> Image {
         let with_error = self.session.settings().noise.is_some();
         state.develop(with_error, self.feature_names().as_ref())
     }
 
-    /// The warning about the place of a camera whose position is given, and about what it sees, of the
-    /// scene file `name`.
+    /// Warning about the position and the view of a camera whose position is given. `name` is the
+    /// scene file.
     pub fn camera_warning(&self, name: &Path) -> Option<Warning> {
         let (session, settings) = (self.session, self.session.settings());
         session.said_camera.position?;
@@ -319,9 +324,8 @@ impl<'a> Renderer<'a> {
         finding.map(|finding| finding.warning())
     }
 
-    /// Degree of the darkness of `image` and its reason, in words. `None` if the image has light,
-    /// or shows none by intent. Of an image that is nearly black, only faults of the lamps are a
-    /// reason.
+    /// Text with the degree of darkness of `image` and its reason. `None` if the image has light,
+    /// or is dark by intent. For a nearly black image, only faults of the lamps are reasons.
     pub fn darkness(&self, image: &Image) -> Option<String> {
         let (session, settings) = (self.session, self.session.settings());
         let (mut sum, mut count) = (0.0, 0.0);
@@ -343,17 +347,19 @@ impl<'a> Renderer<'a> {
         Some(format!("black: {reason}"))
     }
 
-    /// The reason why the picture shows no surface of the scene, in words; `None` if it shows some.
+    /// Text with the reason why the picture shows no surface of the scene; `None` if it shows a
+    /// surface.
     pub fn reason_for_emptiness(&self) -> Option<String> {
         let (session, accel) = (self.session, self.accel.as_dyn());
         reason_for_emptiness(accel, session.scene(), session.camera(), session.settings().resolution)
     }
 
-    /// Takes the noise out of `image` where that was asked for, and has `metadata` say by what; the raw picture stays beside it.
+    /// Denoises `image` if the settings have a denoiser, and writes the denoiser into `metadata`.
+    /// The raw picture is kept beside it.
     ///
     /// # Errors
     ///
-    /// The filter's own; the image is then as it was.
+    /// Errors of the denoiser; the image is then unchanged.
     pub fn denoise(&self, image: &mut Image, metadata: &mut Metadata) -> Result<(), DenoiseError> {
         if let Some(denoiser) = self.session.settings().denoiser {
             let by = denoiser.version()?;
@@ -364,11 +370,12 @@ impl<'a> Renderer<'a> {
         Ok(())
     }
 
-    /// Does what [`Renderer::denoise`] does, on threads of its own. Where `gives_up` says so before the end, these are left to themselves.
+    /// [`Renderer::denoise`] on separate threads. If `gives_up` returns true before the end, the
+    /// function returns and does not wait for the threads.
     ///
     /// # Errors
     ///
-    /// The filter's own, a panic of it, or that it was given up. The image is lost then: develop it again.
+    /// Errors or a panic of the denoiser, or `gives_up`. The image is then lost: develop it again.
     pub fn denoise_unless(
         &self,
         image: Image,
@@ -380,8 +387,9 @@ impl<'a> Renderer<'a> {
         Ok(image)
     }
 
-    /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as
-    /// well, so that [`Parts`](super::Parts) can be joined. A picture without samples is not written, and an existing file is kept.
+    /// Writes `image`, the picture of `state`, to all `outputs`, and returns the errors. EXR files
+    /// of a part also get its sums, so that [`Parts`](super::Parts) can be joined. A picture
+    /// without samples is not written, and an existing file is kept.
     #[must_use = "the errors name the files that were not written"]
     pub fn write(
         &self,
@@ -393,8 +401,9 @@ impl<'a> Renderer<'a> {
         state.write(image, outputs, self.session.settings().is_part(), metadata)
     }
 
-    /// Saves what can be saved of `state` after [`Renderer::write`] has failed with all EXR files of `outputs`: `R G B` and all sums, which a render can
-    /// be resumed from, in a new file `NAME.rescue.exr` beside the first of them. `None` without outputs or samples.
+    /// Saves `state` after [`Renderer::write`] has failed with all EXR files of `outputs`. The new
+    /// file `NAME.rescue.exr` beside the first output has `R G B` and all sums, so that the render
+    /// can be resumed. `None` without outputs or samples.
     pub fn rescue(
         &self,
         state: &RenderState,
@@ -405,18 +414,19 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// `image` without its noise, as `settings` ask for it, and the name of the filter if they ask for one. It works on threads of its own; where
-/// `gives_up` says so before the end, these are left to themselves.
+/// `image` denoised according to `settings`, and the name of the denoiser if they have one. It uses
+/// separate threads. If `gives_up` returns true before the end, the function returns and does not
+/// wait for them.
 ///
 /// # Errors
 ///
-/// The filter's own, a panic of it, or that it was given up.
+/// Errors or a panic of the denoiser, or `gives_up`.
 pub(crate) fn denoised(
     settings: &Settings,
     mut image: Image,
     gives_up: &dyn Fn() -> bool,
 ) -> Result<(Image, Option<String>), Unfinished> {
-    /// Between two questions.
+    /// Time between two calls of `gives_up`.
     const LOOK: Duration = Duration::from_millis(20);
     let Some(denoiser) = settings.denoiser else {
         return Ok((image, None));
@@ -441,17 +451,17 @@ pub(crate) fn denoised(
     }
 }
 
-/// Why there is no denoised image.
+/// Reason for a missing denoised image.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Unfinished {
     /// The filter failed.
     Failed(DenoiseError),
-    /// It was given up before its end.
+    /// `gives_up` returned true before the end.
     GivenUp,
 }
 
-/// Adds the samples that `take` gives to the film of `state`, their statistics, and the time that they took.
+/// Adds the samples that `take` makes to the film of `state`, with their statistics and their time.
 fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome, Statistics)) -> Outcome {
     let start = Instant::now();
     let (outcome, statistics) = take(&mut state.film);

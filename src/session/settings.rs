@@ -1,4 +1,5 @@
-//! Settings of a render: the options of a scene file, changed by flags or by a program, and the checks of what goes together.
+//! Settings of a render: the options of a scene file, changed by flags or by a program, and the
+//! checks of their combinations.
 
 use super::camera::{FoundCamera, blame};
 use super::sisters::sisters;
@@ -21,77 +22,78 @@ use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// Settings of a render: size, samples, integrator and the like, from a scene file, flags or a program.
+/// Settings of a render, such as size, samples and integrator, from a scene file, flags or a
+/// program.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Settings {
-    /// Size of the image, pixels.
+    /// Size of the image in pixels.
     pub resolution: UVec2,
-    /// The pixels to render; `None`: all.
+    /// The pixels to render; `None` for all.
     pub crop: Option<Rect>,
     /// Pixel filter.
     pub filter: FilterKind,
-    /// Radius of the filter, pixels; `None`: the default of its kind.
+    /// Radius of the filter in pixels; `None` for the default of its kind.
     pub filter_radius: Option<f32>,
-    /// What camera rays see where they leave the scene.
+    /// Background of camera rays that leave the scene.
     pub background: Background,
-    /// Guesses that are made for missing settings.
+    /// Guesses for missing settings.
     pub guesses: Guesses,
-    /// Where the picture is taken from.
+    /// Position, orientation and lens of the camera.
     pub camera: CameraSettings,
-    /// Samples per pixel of the whole picture; with `noise` at most.
+    /// Samples per pixel of the whole picture; the maximum if `noise` is set.
     pub spp: u32,
-    /// The samples to take, if they are a part of the picture's: their indices.
+    /// Indices of the samples to take, if they are a part of the picture's samples.
     pub part: Option<Range<u32>>,
-    /// Relative error at which to stop.
+    /// Relative error at which the render stops.
     pub noise: Option<f64>,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Where random numbers come from.
+    /// Generator of the random numbers.
     pub sampler: SamplerKind,
-    /// How light is found: the integrator and its parameters.
+    /// The integrator and its parameters.
     pub integrator: IntegratorOptions,
-    /// Further channels.
+    /// Additional channels.
     pub aovs: Vec<Aov>,
-    /// Parts of the light by the paths that it takes, as further channels.
+    /// Light path expressions, as additional channels.
     pub light_paths: Vec<PathPart>,
     /// Ray-tracing backend.
     pub backend: Backend,
-    /// What takes noise out of the picture.
+    /// Denoiser of the picture.
     pub denoiser: Option<Denoiser>,
-    /// Denoiser of the whole picture, if this is a part of it that stays raw.
+    /// Denoiser of the whole picture, if this render is a part of it and stays raw.
     pub merged_denoiser: Option<Denoiser>,
-    /// Radius of the denoiser in pixels; `None` for its own.
+    /// Radius of the denoiser in pixels; `None` for its default.
     pub denoise_radius: Option<f32>,
-    /// Threads that load, build and render.
+    /// Number of threads to load, build and render.
     pub threads: usize,
-    /// Whether to take less memory and more time.
+    /// True to use less memory and more time.
     pub compact: bool,
-    /// How PNG files show the picture.
+    /// Tone curve and exposure of PNG files.
     pub tone: Tone,
     /// Scale of the picture on paper.
     pub print: Option<Print>,
 }
 
-/// Samples that a pixel may have where a noise level is given and nothing else.
+/// Maximum samples per pixel if only a noise level is given.
 pub const MAX_SAMPLES_FOR_NOISE: u32 = 1 << 14;
 
-/// Threads at most for each processor: many more than are of use, and few enough to start in a moment.
+/// Maximum number of threads per processor: far more than useful, and few enough to start quickly.
 const THREADS_OF_A_PROCESSOR: usize = 64;
 
 impl Default for Settings {
-    /// Of a scene file without settings.
+    /// Settings of a scene file without keys.
     fn default() -> Self {
         Self::new(&SceneOptions::default(), CameraSettings::default())
     }
 }
 
-/// Number of threads that the machine runs at a time.
+/// Number of threads that the machine runs in parallel.
 pub(crate) fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
-/// Guesses that are wanted besides a camera.
+/// Requested guesses except the camera.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Wanted {
     pub survey: bool,
@@ -101,17 +103,17 @@ pub(super) struct Wanted {
 /// Survey of a scene, and the light guessed from it.
 pub(super) struct Surveyed {
     pub survey: Survey,
-    /// Guess of the light, if it was wanted.
+    /// Guess of the light, if requested.
     pub light: Option<LightGuess>,
 }
 
 impl Settings {
-    /// Settings of a scene file, with defaults for what it does not set.
+    /// Settings of a scene file, with defaults for missing keys.
     pub fn of(file: &SceneFile) -> Self {
         Self::new(&file.options, CameraSettings::of(file))
     }
 
-    /// Settings of `options`, with defaults for what they do not set.
+    /// Settings of `options`, with defaults for missing values.
     pub(crate) fn new(options: &SceneOptions, camera: CameraSettings) -> Self {
         let (size, filter) = (&options.size, &options.filter);
         let noise = options.quality.noise(&options.sampling);
@@ -148,7 +150,8 @@ impl Settings {
         Method::new(&self.integrator)
     }
 
-    /// The first value out of its range: those of files and flags are checked when they are read, but code may set any.
+    /// First value out of its range. Values of files and flags are checked when they are read, but
+    /// code may set any value.
     fn invalid(&self) -> Option<InvalidSetting> {
         let UVec2 { x: width, y: height } = self.resolution;
         let size = SizeOptions {
@@ -200,7 +203,7 @@ impl Settings {
         None
     }
 
-    /// An error where a value cannot be, or values do not go together.
+    /// Returns an error if a value is invalid, or if values cannot be combined.
     pub fn check(&self) -> Result<(), Error> {
         if let Some(invalid) = self.invalid() {
             return Err(invalid.into());
@@ -291,12 +294,12 @@ impl Settings {
         self.crop.unwrap_or(Rect::full(self.resolution))
     }
 
-    /// The samples to take of each.
+    /// Range of samples to take per pixel.
     pub fn samples(&self) -> Range<u32> {
         self.part.clone().unwrap_or(0..self.spp)
     }
 
-    /// When a render of these settings is complete.
+    /// Stop condition of the render.
     pub(super) fn stop(&self) -> StopCondition {
         StopCondition {
             end: self.samples().end,
@@ -304,7 +307,7 @@ impl Settings {
         }
     }
 
-    /// Samples of a pixel of the whole picture.
+    /// Samples per pixel of the whole picture.
     pub fn total_samples(&self) -> u32 {
         self.spp.max(self.samples().end)
     }
@@ -318,12 +321,12 @@ impl Settings {
         }
     }
 
-    /// The background, if pictures for display show it as it was asked for.
+    /// The background, if it replaces the light behind the scene: transparent or a colour.
     pub fn backing(&self) -> Option<Backing> {
         self.background.backing()
     }
 
-    /// Whether samples or pixels are only a part of the picture's.
+    /// Returns true if the render has only a part of the samples or pixels of the picture.
     pub fn is_part(&self) -> bool {
         self.part.is_some() || self.crop.is_some()
     }
@@ -333,7 +336,8 @@ impl Settings {
         Filter::new(self.filter, self.filter_radius.unwrap_or(self.filter.usual_radius()))
     }
 
-    /// The camera that looks at `scene`. An error is one of `file`, unless flags or a program have changed its camera.
+    /// The camera for `scene`. An error is located in `file`, unless flags or a program have
+    /// changed the camera.
     pub(crate) fn camera_of(
         &self,
         file: &SceneFile,
@@ -343,7 +347,8 @@ impl Settings {
         Ok(self.camera_and_survey(file, scene, pool, Wanted::default())?.0)
     }
 
-    /// The camera of [`Settings::camera_of`], with a survey of the scene if one was needed or is wanted, and a guess of the light if that is wanted.
+    /// The camera of [`Settings::camera_of`], with a survey of the scene if one was needed or
+    /// requested, and a guess of the light if requested.
     pub(super) fn camera_and_survey(
         &self,
         file: &SceneFile,
@@ -383,7 +388,7 @@ impl Settings {
         })
     }
 
-    /// What decides the pixels besides the scene, as `key=value` pairs.
+    /// Settings that determine the pixels in addition to the scene, as `key=value` pairs.
     pub fn describe(&self) -> String {
         let (filter, method) = (self.filter(), self.method());
         let mut settings = format!(
@@ -404,23 +409,25 @@ impl Settings {
         let total = self.total_samples();
         match self.noise {
             Some(level) => settings + &format!(" noise={level} max_samples={total}"),
-            // Whether samples are added later, or in parts, is no business of others.
+            // Other samplers do not depend on the count, so that samples can be added later or in
+            // parts.
             None if self.sampler.knows_count() || method.knows_count() => settings + &format!(" count={total}"),
             None => settings,
         }
     }
 
-    /// The classifier of light paths, if there is one.
+    /// Classifier of light paths, if there is one.
     ///
     /// # Errors
     ///
-    /// Parts that are too many.
+    /// More parts than the maximum.
     pub(super) fn paths(&self) -> Result<Option<LightPaths>, LightPathError> {
         let is_wanted = !self.light_paths.is_empty();
         is_wanted.then(|| LightPaths::new(&self.light_paths)).transpose()
     }
 
-    /// Parts of the light that are summed by themselves: groups of lights of `scene`, strategies, weighed and alone, and parts by light paths.
+    /// Number of light layers with separate sums: light groups of `scene`, strategies with and
+    /// without weights, and light path expressions.
     pub(super) fn parts_of_light(&self, scene: &Scene) -> usize {
         let groups = match self.aovs.contains(&Aov::Lights) {
             true => scene.light_groups().names().len(),
@@ -433,7 +440,7 @@ impl Settings {
         groups + 2 * strategies + self.light_paths.len()
     }
 
-    /// Names of the further channels, in whatever order they were asked for.
+    /// Names of the additional channels, independent of the requested order.
     pub(super) fn aov_names(&self) -> Vec<&'static str> {
         let is_wanted = |(_, aov): &&(&'static str, Aov)| self.aovs.contains(aov);
         Aov::NAMES.iter().filter(is_wanted).map(|(name, _)| *name).collect()
@@ -441,7 +448,8 @@ impl Settings {
 
     /// The random numbers of the render.
     pub(crate) fn random_numbers(&self) -> RenderSampler {
-        // Blocks are what is taken where the count is not known ahead: each is then whole.
+        // If the count is not known in advance, samples are taken in blocks. Each block is then a
+        // complete point set.
         let count = match self.noise {
             Some(_) => BLOCK,
             None => self.total_samples(),
@@ -449,18 +457,18 @@ impl Settings {
         self.method().sampler(self.sampler, self.seed, count)
     }
 
-    /// The sampler's name, as users type it.
+    /// The sampler's name in flags and files.
     pub fn sampler_name(&self) -> &'static str {
         name_of(SamplerKind::NAMES, self.sampler)
     }
 
-    /// The denoiser's name, as users type it.
+    /// The denoiser's name in flags and files.
     pub(crate) fn denoiser_name(&self) -> Option<&'static str> {
         let denoiser = self.denoiser?;
         Some(name_of(Denoising::NAMES, Denoising::By(denoiser)))
     }
 
-    /// The tone curve's name, as users type it.
+    /// The tone curve's name in flags and files.
     pub(crate) fn curve_name(&self) -> &'static str {
         name_of(Curve::NAMES, self.tone.curve)
     }

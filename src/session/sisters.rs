@@ -1,5 +1,5 @@
-//! Other OBJ files of a scene's folder, as evidence on its upright axis: most files of a folder have
-//! the same one. Which of them are read depends on names, sizes and first lines alone.
+//! Other OBJ files of the scene's folder as evidence for its upright axis: most files of a folder
+//! have the same axis. The selection of files depends only on names, sizes and first lines.
 
 use crate::files::memory::Allowance;
 use crate::guess::{Asked, CameraFinder, Sisters};
@@ -12,14 +12,14 @@ use crate::scene::{Scene, SceneBuilder};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Files that are read at most, and the size of the largest one in bytes.
+/// Maximum number of files to read, and maximum size of each in bytes.
 const MAX_FILES: usize = 8;
 const MAX_BYTES: u64 = 1 << 20;
-/// Files whose size and first line are compared at most.
+/// Maximum number of files whose size and first line are compared.
 const MAX_COMPARED: usize = 64;
 
-/// Evidence of files beside `obj` that the same program wrote. Interiors have none, nor have files
-/// that cannot be read.
+/// Evidence from files beside `obj` that the same program wrote. Interiors and unreadable files
+/// have none.
 pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -> Sisters {
     let mut sisters = Sisters::default();
     for path in beside(obj) {
@@ -41,7 +41,7 @@ pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) ->
     sisters
 }
 
-/// OBJ files beside `obj` with a first comment like its own, in the order of their names.
+/// OBJ files beside `obj` that begin with the same kind of comment, in the order of their names.
 fn beside(obj: &Path) -> Vec<PathBuf> {
     let folder = obj.parent().filter(|folder| *folder != Path::new(""));
     let Ok(entries) = fs::read_dir(folder.unwrap_or(Path::new("."))) else {
@@ -62,13 +62,13 @@ fn beside(obj: &Path) -> Vec<PathBuf> {
     spread(&alike, MAX_FILES)
 }
 
-/// At most `max` of `paths`, evenly spread.
+/// Selects a maximum of `max` evenly spaced paths.
 fn spread(paths: &[PathBuf], max: usize) -> Vec<PathBuf> {
     let (len, count) = (paths.len(), paths.len().min(max));
     (0..count).map(|i| paths[i * len / count].clone()).collect()
 }
 
-/// The shapes of an OBJ file with materials that have names alone.
+/// Shapes of an OBJ file, with materials that only have names.
 fn shape(path: &Path) -> Option<Scene> {
     let options = LoadOptions::default();
     let file = load_obj(path, &options, Allowance::of_system(), &(), &mut Findings::default()).ok()?;

@@ -1,8 +1,9 @@
-//! The state of a render: sums, counts and time, which checkpoints hold.
+//! State of a render: sums, counts and time, which checkpoints store.
 //!
-//! A tile knows how many samples it has, and `render::render` brings each tile to the end that is asked for, so that resuming a film is no special
-//! case. `--noise` promises tiles their samples in rounds. The promise (`Tile::target`) is a part of the state: a round that was interrupted ends
-//! before anything is decided anew.
+//! A tile has its number of samples, and `render::render` adds samples to each tile up to the
+//! requested end. So a resumed film is not a special case. `--noise` promises samples to tiles in
+//! rounds. The promise (`Tile::target`) is a part of the state: an interrupted round is completed
+//! before the next decision.
 
 use crate::files::Output;
 use crate::film::{Aov, Backing, Film, Image, MAX_PARTS};
@@ -13,20 +14,20 @@ use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// All that a render knows: sums and counts so far, over all runs of the program.
+/// Complete state of a render: sums and counts over all runs of the program.
 #[derive(Clone, Debug)]
 pub struct RenderState {
     /// Sums of each pixel.
     pub film: Film,
-    /// What has been counted.
+    /// Counts of rays and samples.
     pub statistics: Statistics,
     /// Seconds of rendering.
     pub seconds: f64,
 }
 
 impl RenderState {
-    /// State before the first sample, on an empty film, which is to sum all that `features`
-    /// are of, and the share of the background `backing`.
+    /// State before the first sample: an empty film with sums for all channels of `features`, and
+    /// for the coverage if there is a `backing`.
     pub(super) fn new(mut film: Film, backing: Option<Backing>, features: Option<&FeatureNames>) -> Self {
         if let Some(backing) = backing {
             film = film.with_backing(backing);
@@ -44,12 +45,13 @@ impl RenderState {
         }
     }
 
-    /// Whether there is no sample yet, and so no picture: a method whose samples are of all pixels may be stopped before its first is whole.
+    /// Returns true if the state has no sample, and so no picture. A method whose samples cover all
+    /// pixels may be stopped before its first sample is complete.
     pub fn is_empty(&self) -> bool {
         self.film.samples() == 0
     }
 
-    /// The state that was read.
+    /// State from a checkpoint.
     pub(super) fn of_checkpoint(checkpoint: Checkpoint) -> Result<Self, FileError> {
         let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
             FileError::new(&checkpoint.path, format!("its statistics are invalid: {error}")).help("render it anew")
@@ -61,7 +63,7 @@ impl RenderState {
         })
     }
 
-    /// The picture as it is now, with channels of `features`, and a map of the error if that is wanted.
+    /// The current picture, with channels of `features`, and with an error map if `with_error`.
     pub(super) fn develop(&self, with_error: bool, features: Option<&FeatureNames>) -> Image {
         let mut image = self.film.develop();
         if let Some(names) = features {
@@ -78,18 +80,18 @@ impl RenderState {
         image
     }
 
-    /// Keeps all of it in an EXR file, to go on from.
+    /// Writes the complete state to an EXR file, to resume from.
     ///
     /// # Errors
     ///
-    /// Those of the file; what was there before stays.
+    /// Errors of the file; an existing file is kept.
     pub fn keep(&self, output: &Output, metadata: &Metadata) -> Result<(), FileError> {
         let statistics = self.counted();
         self.as_state(&statistics).write(output, metadata)
     }
 
-    /// Writes `image` to all `outputs`, with its sums if those are wanted, and says what went wrong with them. A picture of no sample is not written:
-    /// an existing file is kept.
+    /// Writes `image` to all `outputs`, with its sums if `with_sums`, and returns the errors. A
+    /// picture without samples is not written, and an existing file is kept.
     pub fn write(
         &self,
         image: &Image,
@@ -109,8 +111,8 @@ impl RenderState {
         outputs.iter().filter_map(|o| write(o).err()).collect()
     }
 
-    /// Writes what can be saved where none of `outputs` holds the picture as floats: `R G B` and all sums, as a checkpoint has them, beside the first
-    /// output. Gives that file.
+    /// Saves the state if no file of `outputs` has the picture as floats. Writes `R G B` and all
+    /// sums, as in a checkpoint, beside the first output. Returns the new file.
     pub(super) fn rescue(
         &self,
         outputs: &[(Format, Output)],
@@ -122,7 +124,7 @@ impl RenderState {
             .or(outputs.first())?;
         let write = || {
             let output = beside.rescue()?;
-            // Plain: without anything that failed before, perhaps.
+            // Without additional data that may have caused the failure.
             let metadata = Metadata {
                 features: None,
                 denoiser: None,
@@ -142,29 +144,29 @@ impl RenderState {
         }
     }
 
-    /// What has been counted, as JSON.
+    /// Counts as JSON.
     fn counted(&self) -> String {
-        // Numbers alone: nothing can go wrong.
+        // The structure has only numbers, so that this cannot fail.
         serde_json::to_string(&Counted::new(&self.statistics, self.seconds)).unwrap_or_default()
     }
 }
 
-/// What files keep of [`Statistics`].
+/// [`Statistics`] as stored in files.
 #[derive(Serialize, Deserialize)]
 struct Counted {
     seconds: f64,
-    /// Camera, bounce, shadow.
+    /// Numbers of camera, bounce and shadow rays.
     rays: [u64; 3],
-    /// Walks that were cut.
+    /// Walks through surfaces with opacity below 1 that were cut.
     #[serde(default)]
     cut: u64,
     samples: u64,
     dropped: u64,
     first_dropped: Vec<CountedSample>,
-    /// Proposed and accepted, by kind.
+    /// Proposed and accepted mutations, by kind.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     mutations: BTreeMap<String, [u64; 2]>,
-    /// Of Markov chains: their number, their mutations, squared visits of pixels, and those that were stuck.
+    /// Numbers for Markov chains: chains, mutations, squared visits of pixels, and stuck chains.
     #[serde(default)]
     chains: [u64; 4],
 }
@@ -173,7 +175,7 @@ struct Counted {
 struct CountedSample {
     pixel: [u32; 2],
     sample: u32,
-    /// Bits of the floats: JSON has no NaN.
+    /// Bits of the floats. JSON has no NaN.
     radiance: [u32; 3],
 }
 

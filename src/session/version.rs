@@ -1,8 +1,9 @@
-//! The name of the build, and what the program is made of.
+//! Name of the build, and the components of the program.
 //!
-//! `build.rs` makes the build's name: a SHA-256 of the sources, `Cargo.lock`, the compiler's version and the processor that it compiles for. It needs
-//! no git and is the same for one source tree wherever it lies. Bits are promised within one build, so `--resume` and `merge` refuse files of another
-//! build and name the remedy.
+//! `build.rs` computes the name: a SHA-256 of the sources, `Cargo.lock`, the compiler's version and
+//! the target processor. It needs no git, and does not depend on the folder of the sources. Only
+//! one build gives bit-identical results, so `--resume` and `merge` refuse files of another build
+//! and name the remedy.
 
 #[cfg(feature = "obvhs")]
 use crate::accel::bvh;
@@ -11,10 +12,12 @@ use crate::accel::embree;
 use std::collections::BTreeSet;
 use std::fs;
 
-/// Name of this build: a hash of its sources and of what the compiler was told (`build.rs`). Bits are only promised within one build.
+/// Name of this build: a hash of its sources and of the compiler options (`build.rs`). Only one
+/// build gives bit-identical results.
 pub const BUILD: &str = env!("EMBRASURE_BUILD");
 
-/// Name, version and build of this program, the backends built in, and where libraries were found, a line each.
+/// Text with name, version and build of this program, the built-in backends, and the paths of
+/// libraries, one per line.
 pub fn version_text() -> String {
     let mut text = format!("embrasure {} (build {BUILD})", env!("CARGO_PKG_VERSION"));
     #[cfg(feature = "embree")]
@@ -33,7 +36,7 @@ pub fn version_text() -> String {
     text
 }
 
-/// Files of Embree and Open Image Denoise that the process has loaded, as far as the system says.
+/// Files of Embree and Open Image Denoise that the process has loaded, if the system lists them.
 fn libraries() -> BTreeSet<String> {
     const NAMES: [&str; 2] = ["libembree4", "libOpenImageDenoise.so"];
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();

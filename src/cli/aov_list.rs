@@ -4,15 +4,16 @@ use crate::film::Aov;
 use crate::light_paths::{LightPathError, PathPart};
 use crate::options::Method;
 
-/// The further channels that `--aov` wants.
+/// Additional channels of `--aov`.
 #[derive(Default)]
 pub(super) struct AovList {
     pub aovs: Vec<Aov>,
     pub light_paths: Vec<PathPart>,
 }
 
-/// The further channels that `--aov` wants. `all` leaves out groups of lights and points where there are none, and strategies and light paths, which may be
-/// hundreds of channels. A channel that cannot be had is an error later.
+/// Additional channels of `--aov`. The name `all` leaves out light groups and points if the render
+/// has none. It also leaves out strategies and light paths, which may be hundreds of channels. An
+/// unavailable channel is an error later.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
     let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
     let mut light_paths = Vec::new();
@@ -22,7 +23,7 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
             CliError::Usage(format!("--aov {name}: {message}\n  help: {help}"))
         })?;
     }
-    // In whatever order they were asked for
+    // Same order for any order of the flags
     light_paths.sort_by_cached_key(PathPart::describe);
 
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
@@ -48,7 +49,7 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
     })
 }
 
-/// Names of a list, between commas that are in no brackets: expressions have commas in `{1,3}`.
+/// Names of a list. Commas in brackets do not separate names: expressions have commas in `{1,3}`.
 fn names(list: &str) -> Vec<&str> {
     let mut depth = 0i32;
     list.split(|c| {

@@ -1,4 +1,4 @@
-//! One backend checked against another, ray by ray.
+//! Comparison of two backends, ray by ray.
 
 use super::args::{AuditArgs, Flags, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
@@ -23,26 +23,27 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Triangles times rays up to which brute force is asked for its opinion.
+/// Maximum number of triangles times rays to also use the brute-force backend.
 const MAX_BRUTE: u64 = 2_000_000_000;
 
-/// Leaks per ray that pass: Embree, like others, lets a ray slip through an edge now and then.
+/// Accepted leaks per ray: in Embree and other backends, a ray passes through an edge now and then.
 const LEAK_BUDGET: f64 = 1e-6;
 
-/// Rays of a packet that stands for one of which a single ray is known.
+/// Packet size used to trace a single recorded ray of a packet again.
 const PACKET: usize = 16;
 
-/// Disagreements that people are told of; the report holds more.
+/// Maximum number of disagreements in the text; the report has more.
 const MAX_TOLD: usize = 5;
 
-/// What an audit says, as JSON: enough to trace every ray again, on another machine too.
+/// Report of an audit as JSON. It has enough data to trace every ray again, also on another
+/// machine.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
     version: &'static str,
     scene: String,
     scene_hash: String,
     triangles: u64,
-    /// The one that was checked, and the one it was checked against.
+    /// The checked backend, and the backend to compare with.
     backends: [BackendName; 2],
     closest_rays: u64,
     occlusion_rays: u64,
@@ -53,7 +54,7 @@ pub(super) struct Report {
     causes: BTreeMap<&'static str, u64>,
     /// Number of errors of each backend in `rays`.
     wrong: BTreeMap<&'static str, u64>,
-    /// The first of them; unexplained ones come first, then leaks.
+    /// The first disagreements; unexplained ones come first, then leaks.
     rays: Vec<Entry>,
 }
 
@@ -75,7 +76,7 @@ impl From<BackendInfo> for BackendName {
 #[derive(Debug, Serialize)]
 struct Entry {
     kind: &'static str,
-    /// Whether the first backend traced it in a packet.
+    /// True if the first backend traced the ray in a packet.
     packet: bool,
     cause: &'static str,
     /// The backends that are wrong.
@@ -83,14 +84,14 @@ struct Entry {
     origin: [f32; 3],
     direction: [f32; 3],
     t_min: f32,
-    /// `null` for a ray without end.
+    /// `null` for an infinite ray.
     t_max: Option<f32>,
     /// Origin, direction, `t_min`, `t_max` and time as the bits of their floats.
     bits: [String; 9],
     answers: BTreeMap<String, serde_json::Value>,
 }
 
-/// Part of a report that `--replay` reads.
+/// Fields of a report for `--replay`.
 #[derive(Debug, Deserialize)]
 struct Replay {
     scene_hash: String,
@@ -105,7 +106,7 @@ struct ReplayRay {
     bits: [String; 9],
 }
 
-/// Audits as the arguments say.
+/// Runs the audit of the arguments.
 pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(&render_args(args))?;
     let other = other_backend(job.settings.backend, args.against)?;
@@ -153,14 +154,14 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     })
 }
 
-/// The render command whose rays are checked.
+/// Arguments of the render whose rays are checked.
 fn render_args(args: &AuditArgs) -> RenderArgs {
     RenderArgs {
         scene: args.scene.clone(),
         sampling: Flags(SamplingOptions {
             seed: args.seed,
             backend: args.backend,
-            // The picture's noise is measured, not looked at.
+            // The picture is not used.
             denoise: Some(Denoising::Off),
             ..SamplingOptions::default()
         }),
@@ -171,7 +172,7 @@ fn render_args(args: &AuditArgs) -> RenderArgs {
     }
 }
 
-/// The backend to check `backend` against: the one that is named, else another one that is built in.
+/// Backend to check `backend` against: the named backend, else another built-in one.
 pub(super) fn other_backend(backend: Backend, against: Option<Backend>) -> Result<Backend, CliError> {
     let other = against.or_else(|| Backend::ALL.iter().copied().find(|b| *b != backend));
     other.filter(|other| *other != backend).ok_or_else(|| {
@@ -182,7 +183,7 @@ pub(super) fn other_backend(backend: Backend, against: Option<Backend>) -> Resul
     })
 }
 
-/// Two backends on one scene.
+/// Two backends for one scene.
 struct Audit<'a> {
     session: &'a Session,
     accels: [&'a dyn Accel; 2],
@@ -190,10 +191,10 @@ struct Audit<'a> {
 }
 
 impl Audit<'_> {
-    /// Checks about `rays` rays, spread evenly over those of a render.
+    /// Checks about `rays` rays, spread evenly over the rays of a render.
     fn sample(&self, rays: u64) -> Result<(Findings, Outcome), CliError> {
         let _heeding = Heeding::begin();
-        // One sample a pixel tells how many rays there are.
+        // A render with one sample per pixel counts the rays.
         let (_, statistics) = self.render(0.0, 1);
         let traced = statistics.rays.camera + statistics.rays.bounce + statistics.rays.shadow;
         let samples = rays.div_ceil(traced.max(1));
@@ -211,7 +212,7 @@ impl Audit<'_> {
         Ok((checked, outcome))
     }
 
-    /// Renders so many samples per pixel, and checks a share of the rays.
+    /// Renders `samples` samples per pixel, and checks the fraction `share` of the rays.
     fn render(&self, share: f64, samples: u32) -> (Findings, Statistics) {
         let settings = self.session.settings();
         let auditor = Auditor::new(self.session.scene(), self.accels, share);
@@ -278,7 +279,7 @@ impl Report {
         let scene = session.scene();
         let kept = &findings.disagreements;
         let backends = accels.map(|accel| accel.info());
-        // Brute force decides, where that takes a moment only.
+        // Brute force decides if it takes only a moment.
         let work = scene.placed_triangle_count().saturating_mul(kept.len() as u64);
         let brute = (work <= MAX_BRUTE).then(|| BruteForce::new(scene));
         let rays: Vec<Entry> = kept
@@ -302,7 +303,7 @@ impl Report {
         }
     }
 
-    /// Text for people: one line, and how to go on where there is more to know.
+    /// Text for users: one line, and further lines if there are disagreements.
     pub fn text(&self) -> String {
         let [a, b] = &self.backends;
         let mut text = format!(
@@ -347,7 +348,8 @@ impl Report {
         text
     }
 
-    /// Whether a backend cannot be relied on: some disagreement is unexplained, or there are more leaks than [`LEAK_BUDGET`].
+    /// Returns true if a backend is unreliable: a disagreement is unexplained, or there are more
+    /// leaks than [`LEAK_BUDGET`].
     pub fn is_wrong(&self) -> bool {
         let caused_by = |cause: Cause| self.causes.get(cause.name()).copied().unwrap_or(0);
         let rays = self.closest_rays + self.occlusion_rays;
@@ -398,7 +400,7 @@ impl Entry {
     }
 }
 
-/// An answer of a report for people.
+/// Text of an answer in a report.
 fn words(answer: &serde_json::Value) -> String {
     use serde_json::Value;
     match answer {

@@ -1,4 +1,4 @@
-//! `embrasure check`: what is wrong with a scene's files, what was assumed, and what a render of it will take.
+//! `embrasure check`: errors in a scene's files, assumptions, and the cost of a render.
 
 use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
@@ -15,8 +15,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Prints what is worth a word about a scene; `is_verbose` adds the parts of the memory. The exit
-/// code is 1 where something is wrong.
+/// Prints the findings about a scene. `is_verbose` adds the parts of the memory. The exit code is 1
+/// if there is an error.
 pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliError> {
     let mut report = Report::default();
     if let Some(file) = report.open(args)? {
@@ -32,7 +32,7 @@ pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliE
     Ok(ExitCode::from(u8::from(report.count(Severity::Error) > 0)))
 }
 
-/// Findings of a kind in a file that are told one by one.
+/// Maximum number of findings of one kind in a file that are listed one by one.
 const MAX_ALIKE: usize = 12;
 
 /// Result of a check.
@@ -50,7 +50,7 @@ struct Report {
 }
 
 impl Report {
-    /// What of the scene file can be read; wrong flags are an error.
+    /// The readable part of the scene file. Invalid flags are an error.
     fn open(&mut self, args: &SceneArgs) -> Result<Option<SceneFile>, CliError> {
         let file = match kind_of(&args.scene) {
             Err(error) => {
@@ -88,7 +88,7 @@ impl Report {
             (inspection, linted)
         });
         let Inspection { scene, findings, .. } = inspection;
-        // The sum adds nothing to a list of single faces.
+        // If single faces are listed, their sum is redundant.
         let names = |codes: &[&str]| linted.iter().any(|f| codes.contains(&f.code));
         let names_degenerate = names(&["degenerate-face", "repeated-vertex"]);
         let names_repeated = names(&["duplicate-face", "two-sided"]);
@@ -99,7 +99,7 @@ impl Report {
             "two-sided" => !names_sides,
             _ => true,
         };
-        // Of a bare OBJ the command `render` chooses the light.
+        // The command `render` chooses the light of a bare OBJ.
         let is_bare = matches!(kind_of(&args.scene), Ok(SceneKind::Obj));
         let reworded = |mut f: Finding| {
             if is_bare && f.code == DEFAULT_LIGHT {
@@ -167,7 +167,7 @@ impl Report {
         self.memory = Some(Memory::new(scene, &job.settings));
     }
 
-    /// What the scene leaves to the program.
+    /// Notes the settings that the scene leaves to the program.
     fn note_defaults(&mut self, file: &SceneFile) {
         if file.options.camera == CameraOptions::default() {
             let message = "no camera: it is guessed (`embrasure info` prints it, `embrasure views` shows others)";
@@ -206,7 +206,7 @@ impl Report {
         self.findings.push(Finding::new(severity, code, error));
     }
 
-    /// Adds why a render would be refused.
+    /// Adds the reason why a render would fail.
     fn refused(&mut self, code: &'static str, whole: &FileError, error: CliError) {
         let error = match error {
             CliError::File(error) => error,
@@ -218,14 +218,14 @@ impl Report {
         self.add(Severity::Error, code, error);
     }
 
-    /// By file, line and column.
+    /// Sorts by file, line and column.
     fn sort(&mut self) {
         let place = |p: Option<Position>| p.map(|p| (p.line, p.column.unwrap_or(usize::MAX)));
         let key = |f: &Finding| (f.error.file.clone(), place(f.error.position));
         self.findings.sort_by_cached_key(key);
     }
 
-    /// Makes one of those that are alike and many.
+    /// Replaces many findings of one kind by a single finding.
     fn gather(&mut self) {
         type Kind = (PathBuf, &'static str);
         let kind = |f: &Finding| -> Kind { (f.error.file.clone(), f.code) };
@@ -238,7 +238,7 @@ impl Report {
         for mut finding in std::mem::take(&mut self.findings) {
             let kind = kind(&finding);
             let count = counts.get(&kind).copied().unwrap_or(0);
-            // The reader bounds wrong statements itself.
+            // The reader already limits the number of wrong statements.
             if count <= MAX_ALIKE || finding.code == "wrong-statement" {
                 gathered.push(finding);
             } else if let Some(known) = first.get(&kind).and_then(|&i| gathered.get_mut(i)) {

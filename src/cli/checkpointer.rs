@@ -4,30 +4,31 @@ use crate::files::{Output, OutputLock};
 use crate::io::{Checkpoint, FileError, Metadata, read_checkpoint};
 use crate::session::{RenderState, Renderer};
 
-/// Default of the seconds between checkpoints.
+/// Default time in seconds between checkpoints.
 const USUAL_INTERVAL: f64 = 60.0;
 
-/// Writes checkpoints and reads them: `--checkpoint` and `--resume`.
+/// Writes and reads checkpoints: `--checkpoint` and `--resume`.
 pub(super) struct Checkpointer {
     output: Output,
-    /// Lock of the file against other runs.
+    /// Lock of the file against other processes.
     _lock: OutputLock,
-    /// The checkpoint of an earlier run.
+    /// Checkpoint of an earlier run.
     found: Option<Checkpoint>,
-    /// Seconds between two checkpoints.
+    /// Time in seconds between two checkpoints.
     pub interval: f64,
 }
 
 impl Checkpointer {
-    /// Checkpointer that writes to `output`, if the arguments name one. What is there already is not overwritten, unless the render goes on from it.
+    /// Checkpointer that writes to `output`, if given. An existing checkpoint is not overwritten,
+    /// unless the render resumes from it.
     pub fn new(args: &RenderArgs, output: Option<Output>) -> Result<Option<Self>, CliError> {
         let Some(output) = output else {
             return Ok(None);
         };
-        // No thread writes it from here on.
+        // From here on no thread writes the file.
         let lock = output.lock()?;
         let path = output.path();
-        // A file system that fails to answer must not pass for one without the file.
+        // A file system that fails to respond must not look like a missing file.
         let is_there = path.try_exists().map_err(|error| {
             FileError::system(path, "cannot look for this checkpoint", &error).help("check the disk or the network")
         })?;
@@ -45,7 +46,7 @@ impl Checkpointer {
         }))
     }
 
-    /// What the render goes on from, if anything is there.
+    /// State of the checkpoint to resume from, if any.
     pub fn restore(&mut self, renderer: &Renderer) -> Result<Option<RenderState>, CliError> {
         let Some(found) = self.found.take() else {
             return Ok(None);
@@ -53,7 +54,7 @@ impl Checkpointer {
         Ok(Some(renderer.resume(found)?))
     }
 
-    /// Writes all that is known.
+    /// Writes the complete state.
     pub fn keep(&self, state: &RenderState, metadata: &Metadata) -> Result<(), FileError> {
         state.keep(&self.output, metadata)
     }

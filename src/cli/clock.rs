@@ -1,23 +1,24 @@
 //! Timers of a render: checkpoints, images, previews and the time limit.
 //!
-//! The observer asks the render to stop when something is due, files are written, and the render goes on where it was. `render` knows nothing of
-//! time.
+//! If a timer is due, the observer stops the render. Files are written, and the render continues.
+//! The module `render` does not depend on time.
 
 use std::time::{Duration, Instant};
 
-/// When a render is to be left for a moment, or for good.
+/// Times at which the render pauses or ends.
 pub(super) struct Clock {
     pub checkpoint: Timer,
     pub images: Timer,
     pub preview: Timer,
-    /// The end of `--time-limit`.
+    /// End of `--time-limit`.
     end: Option<Instant>,
-    /// Nothing is due before: the render is to get on, however long it takes to write.
+    /// Nothing is due before this time, so that the render continues even if writing is slow.
     rest: Option<Instant>,
 }
 
 impl Clock {
-    /// Starts timers of `checkpoint` and `images` seconds and of `preview`. The render ends at `end`.
+    /// Starts timers of `checkpoint` and `images` seconds and of `preview`. The render ends at
+    /// `end`.
     pub fn new(checkpoint: Option<f64>, images: Option<f64>, preview: Option<Duration>, end: Option<Instant>) -> Self {
         let seconds = |s: f64| Duration::try_from_secs_f64(s).ok();
         Self {
@@ -29,30 +30,30 @@ impl Clock {
         }
     }
 
-    /// The next time at which the render is to be left for a moment.
+    /// Next time at which the render pauses.
     pub fn pause(&self) -> Option<Instant> {
         let timers = [&self.checkpoint, &self.images, &self.preview];
         let due = timers.into_iter().filter_map(|timer| timer.due).min();
         due.map(|due| self.rest.map_or(due, |rest| due.max(rest)))
     }
 
-    /// Time at which the render ends for good.
+    /// Time at which the render ends.
     pub fn end(&self) -> Option<Instant> {
         self.end
     }
 
-    /// The render was left for so long: now it is not, for as long at least.
+    /// Continues the render after a pause, for at least the length of `pause`.
     pub fn rest_after(&mut self, pause: Duration) {
         self.rest = Instant::now().checked_add(pause);
     }
 
-    /// Returns true if the time at which the render ends is past.
+    /// Returns true if the end of the render has passed.
     pub fn is_over(&self) -> bool {
         self.end.is_some_and(|end| Instant::now() >= end)
     }
 }
 
-/// Something that is due every so often, or never.
+/// A repeated event, or one that is never due.
 pub(super) struct Timer {
     interval: Option<Duration>,
     due: Option<Instant>,
@@ -89,7 +90,7 @@ impl Timer {
 mod tests {
     use super::*;
 
-    /// Where writing takes longer than the intervals are, half of the time is left to the render.
+    /// If writing takes longer than the intervals, the render still gets half of the time.
     #[test]
     fn a_render_gets_on_however_long_it_takes_to_write() {
         let mut clock = Clock::new(Some(1e-6), Some(1e-6), None, Some(Instant::now()));
@@ -101,7 +102,7 @@ mod tests {
                 .pause()
                 .is_some_and(|due| due > Instant::now() + Duration::from_secs(50))
         );
-        // The limit is one all the same.
+        // The time limit still applies.
         assert!(soon(clock.end()));
         let never = Clock::new(None, None, None, None);
         assert_eq!((never.pause(), never.end()), (None, None));

@@ -1,4 +1,4 @@
-//! `embrasure completions`: scripts by which a shell completes commands and flags.
+//! `embrasure completions`: scripts for shells that complete commands and flags.
 
 use super::args::{Args, CompletionsArgs};
 use super::error::CliError;
@@ -26,13 +26,13 @@ mod tests {
         String::from_utf8(script).unwrap()
     }
 
-    /// Names of the values that a flag takes.
+    /// Names of the values of a flag.
     fn names(arg: &Arg) -> Vec<String> {
         let values = arg.get_possible_values();
         values.iter().map(|value| value.get_name().to_string()).collect()
     }
 
-    /// Scripts for bash, zsh and fish have the names of values of every flag that takes names.
+    /// Scripts for bash, zsh and fish have the value names of every flag with named values.
     #[test]
     fn scripts_have_values_of_flags() {
         let [bash, zsh, fish] = [Shell::Bash, Shell::Zsh, Shell::Fish].map(script);
@@ -63,7 +63,8 @@ mod tests {
         assert!(count > 40, "{count} flags");
     }
 
-    /// zsh separates the parts of a flag's description by colons, which a placeholder may not have.
+    /// zsh separates the parts of a flag's description by colons, so a placeholder must not have a
+    /// colon.
     #[test]
     fn placeholders_are_plain() {
         let program = Args::command();

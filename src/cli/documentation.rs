@@ -1,5 +1,5 @@
-//! What docs/guide/reference takes from the program: tables of parameters and methods, and the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the
-//! tests write it.
+//! Parts of docs/guide/reference that come from the program: tables of parameters and methods, and
+//! the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the tests write them.
 
 use crate::description::{
     CutSection, GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, PartKeys, SceneOptions,
@@ -10,14 +10,14 @@ use clap::CommandFactory;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A page of the reference.
+/// Path of a page of the reference.
 fn page(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("docs/guide/reference")
         .join(name)
 }
 
-/// Asserts that the page is as expected, or makes it so.
+/// Asserts that the page equals `expected`, or writes it.
 fn assert_page(name: &str, expected: &str) {
     let page = page(name);
     if std::env::var_os("EMBRASURE_WRITE_DOCS").is_some() {
@@ -34,7 +34,7 @@ fn assert_page(name: &str, expected: &str) {
     assert_eq!(text, expected, "{name}");
 }
 
-/// Rows of a table of keys, whose names follow `section`.
+/// Rows of a table of keys. Names of keys follow `section`.
 fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
     let row = |parameter: &Parameter| {
         let mut meaning = parameter.help().to_string();
@@ -52,7 +52,7 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
         for (integrator, value) in IntegratorOptions::other_defaults(parameter.key) {
             default += &format!("; {integrator}: {value}");
         }
-        // Scene files may use the name of the flag too.
+        // Scene files may also use the name of the flag.
         let others = parameter.keys().skip(1).filter(|_| !section.is_empty());
         let others: String = others.map(|key| format!(", `.{key}`")).collect();
         format!("| `{section}{}`{others} | {meaning} | {default} |", parameter.key)
@@ -60,9 +60,9 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
     parameters.iter().map(row).collect()
 }
 
-/// The page with its tables as they should be.
+/// The page with current tables.
 fn documented(page: &str) -> String {
-    // Rows that begin like this, and what they should be
+    // Start of the old rows, and the new rows
     let options = |of: &str| -> Vec<String> {
         let groups = SceneOptions::GROUPS.iter().filter(|(section, _)| *section == of);
         groups
@@ -135,7 +135,7 @@ fn presets_are_documented() {
         rows.join("\n")
     );
     assert_page(name, &expected);
-    // The picture has a ball of each, in this order.
+    // The picture shows a ball of each preset in this order.
     let scene = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/presets.toml")).unwrap();
     let shown: Vec<&str> = scene
         .lines()
@@ -149,7 +149,7 @@ fn presets_are_documented() {
 #[cfg(feature = "view")]
 #[test]
 fn help_of_all_commands_is_up_to_date() {
-    /// The part of the page that is written by hand ends with this line.
+    /// Last line of the part that is written by hand.
     const MARK: &str = "<!-- Help of all commands; cargo test writes it. -->";
     let name = "command-line.md";
     let text = fs::read_to_string(page(name)).unwrap();
@@ -165,7 +165,7 @@ fn help_of_all_commands_is_up_to_date() {
     assert_page(name, &expected);
 }
 
-/// A parameter that no method reads, or a name in a method's list that is no parameter, would be a mistake.
+/// Every parameter is used by a method. Every name in a method's list is a parameter.
 #[test]
 fn every_parameter_has_a_reader() {
     for parameter in IntegratorOptions::PARAMETERS {
@@ -176,7 +176,7 @@ fn every_parameter_has_a_reader() {
     }
 }
 
-/// Help is a line of 80 columns, besides values and default.
+/// Help has at most 80 columns, without values and default.
 #[test]
 fn help_is_short() {
     for parameter in SceneOptions::GROUPS.iter().flat_map(|(_, parameters)| *parameters) {
@@ -186,11 +186,12 @@ fn help_is_short() {
     }
 }
 
-/// The first line of the help of every flag and argument of every command, which `-h` shows, has at most 80 columns besides values and default.
+/// The first line of help of every flag and argument, which `-h` shows, has at most 80 columns,
+/// without values and default.
 #[test]
 fn brief_help_is_a_line() {
     let parameters = SceneOptions::GROUPS.iter().flat_map(|(_, parameters)| *parameters);
-    // These have their range behind their help, which the test above measures.
+    // Parameters have a range after their help; the test above measures the help.
     let of_parameters: Vec<&str> = parameters.map(|parameter| parameter.help()).collect();
     let program = super::args::Args::command();
     let (mut count, mut wrong) = (0, Vec::new());

@@ -1,7 +1,9 @@
-//! `--dump-scene`: the scene file that renders what this command renders. It is written when the scene is loaded, before the first sample.
+//! `--dump-scene`: a scene file that renders the same as this command. It is written after the
+//! scene is loaded, before the first sample.
 //!
-//! It has what scene files have keys for: camera, image, options of the render, objects, lights, materials and patches. What a flag says of one run stays
-//! with the command: `--crop`, `--samples`, `--noise`, `--time-limit`, `--aov`, `--threads` and the outputs.
+//! It has camera, image, render options, objects, lights, materials and patches, if scene files
+//! have keys for them. Flags for a single run are not written: `--crop`, `--samples`, `--noise`,
+//! `--time-limit`, `--aov`, `--threads` and the outputs.
 
 use super::error::CliError;
 use super::job::Job;
@@ -11,7 +13,7 @@ use crate::io::DEFAULT_LIGHT;
 use crate::options::{BackgroundOptions, SizeOptions, ToneOptions};
 use crate::session::Session;
 
-/// Writes the scene of `job` as `session` renders it.
+/// Writes the scene of `job` as rendered by `session`.
 pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Result<(), CliError> {
     let size = session.settings().resolution;
     let tone = job.options.tone;

@@ -2,28 +2,28 @@ use crate::io::{FileError, FileErrorKind};
 use crate::session::{Error as SessionError, InvalidSetting};
 use thiserror::Error;
 
-/// Exit code of a command that was interrupted.
+/// Exit code of an interrupted command.
 pub(super) const INTERRUPTED: u8 = 130;
 
-/// Why a command ended early.
+/// Error of a command.
 #[derive(Debug, Error)]
 pub(super) enum CliError {
-    /// The command line asks for something that cannot be.
+    /// The command line is invalid.
     #[error("{0}")]
     Usage(String),
-    /// A file cannot be read, is wrong, or cannot be written.
+    /// A file cannot be read or written, or is invalid.
     #[error("{0}")]
     File(FileError),
-    /// An interrupt ended the command before there was anything to write.
+    /// An interrupt ended the command before any result.
     #[error("{0}")]
     Interrupted(String),
-    /// Anything else that failed.
+    /// Another failure.
     #[error("{0}")]
     Failed(String),
 }
 
 impl CliError {
-    /// One error of all `failures`.
+    /// A single error with the messages of all `failures`.
     pub fn of_failures<T: ToString>(failures: &[T]) -> Self {
         let words: Vec<String> = failures.iter().map(T::to_string).collect();
         Self::Failed(words.join("\nerror: "))
@@ -55,7 +55,7 @@ impl From<FileError> for CliError {
 impl From<SessionError> for CliError {
     fn from(error: SessionError) -> Self {
         match error {
-            // Settings are flags here.
+            // Settings are flags on the command line.
             SessionError::Setting(InvalidSetting { setting, value, help }) => {
                 Self::Usage(format!("--{setting} {value}\n  help: {help}"))
             }

@@ -1,4 +1,5 @@
-//! `embrasure help`: the help of a command, a page of the reference, what a code of `check` means, or the JSON Schema of scene files.
+//! `embrasure help`: the help of a command, a page of the reference, the meaning of a code of
+//! `check`, or the JSON Schema of scene files.
 
 use super::args::{Args, HelpArgs};
 use super::error::CliError;
@@ -6,7 +7,7 @@ use super::reference::{SCHEMA, TOPICS, Topic, meaning};
 use crate::description::schema_text;
 use std::process::ExitCode;
 
-/// Prints the help that is asked for.
+/// Prints the requested help.
 pub(super) fn help(args: &HelpArgs) -> Result<ExitCode, CliError> {
     let mut program = Args::program();
     program.build();

@@ -16,7 +16,7 @@ use crate::session::{
 use serde_json::json;
 use std::process::ExitCode;
 
-/// Prints what is in a scene.
+/// Prints the contents of a scene.
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let mut file = read_scene(&args.scene, &args.load)?;
     let camera = CameraSettings::of(&file);
@@ -31,13 +31,13 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let mut settings = Settings::of(&file);
     settings.guesses = guesses(&file, &file.options);
     let pool = thread_pool(all_threads())?;
-    // A scene that no camera sees has other things to be told of.
+    // If no camera sees the scene, other properties are still printed.
     let found = camera_and_lit(&file, &settings, (&scene, &warnings), &pool).ok();
     let (camera, lit) = found.map_or((None, None), |(camera, lit)| (Some(camera), lit));
     let guess = lit.as_ref().and_then(|lit| lit.words.clone());
     if let Some(lit) = lit {
         file = lit.file;
-        // Only one of both scenes is in memory at a time.
+        // Only one of the two scenes is in memory at a time.
         drop(scene);
         Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     }
@@ -120,17 +120,18 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The shortest decimals that name these `f32`, where their `f64` neighbours would show seventeen digits.
+/// The shortest decimals that restore these `f32`. Converted to `f64` they would print seventeen
+/// digits.
 pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
 }
 
-/// A sum of `f32` products with the digits that these have.
+/// A sum of `f32` products, rounded to their digits.
 fn decimal_of(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }
 
-/// Coordinates of `p` in the OBJ file whose point `origin` is the scene's.
+/// OBJ coordinates of `p`. `origin` is the scene's origin in OBJ coordinates.
 pub(super) fn in_file(p: Vec3, origin: DVec3) -> [f64; 3] {
     position_text(p, origin).map(|x| x.parse().unwrap_or(f64::NAN))
 }

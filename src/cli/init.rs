@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Writes a scene file that renders what the OBJ does, with all that one may want to change in it.
+/// Writes a scene file that renders the same as the OBJ, with all values to edit.
 pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let SceneKind::Toml = kind_of(&args.scene)? {
         let error = FileError::new(&args.scene, "this is already a scene file");
@@ -26,7 +26,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
         Some(path) => path.clone(),
         None => PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("toml"),
     };
-    // A file system that fails to answer must not pass for one without the file.
+    // A file system that fails to respond must not look like a missing file.
     if path.try_exists().unwrap_or(true) && !args.force {
         return Err(CliError::Usage(format!(
             "{} already exists\n  help: give another name with -o, or replace it with --force",
@@ -41,7 +41,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let Some(error) = inspection.findings.first_error() {
         return Err(error.clone().into());
     }
-    // The scene file has the lights that the OBJ lacks.
+    // The scene file contains the lights that the OBJ lacks.
     let mut warnings = inspection.findings.warnings();
     warnings.retain(|warning| warning.kind != DEFAULT_LIGHT);
     ShownWarnings::Summary.show(&warnings, &args.scene);
@@ -52,7 +52,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     };
     let job = Job::to_show_scene(&render, file)?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
-    // What flags say of loading is a part of the scene, too.
+    // Loading flags also become a part of the scene.
     let mut options = job.options;
     options.load = job.scene.load.parameters;
     options.background.background = Some(session.settings().background);

@@ -1,4 +1,5 @@
-//! A render command after validation: flags over the scene file over the defaults.
+//! A render command after validation: flags override the scene file, and the scene file overrides
+//! the defaults.
 
 use super::aov_list::aovs;
 use super::args::{LoadArgs, RenderArgs};
@@ -19,41 +20,44 @@ use crate::options::{
 use crate::session::{CameraSettings, Guesses, MAX_SAMPLES_FOR_NOISE, Settings, name_of_axis};
 use std::path::{Path, PathBuf};
 
-/// What a render command means: flags over the scene file over the defaults, checked as far as is possible without loading the geometry.
+/// Validated render command: flags override the scene file, and the scene file overrides the
+/// defaults. Checks that need the geometry come later.
 #[derive(Debug)]
 pub(super) struct Job {
     pub scene: SceneFile,
     pub scene_path: PathBuf,
     pub settings: Settings,
-    /// What the scene file and flags say of the picture.
+    /// Picture options of the scene file and flags.
     pub options: SceneOptions,
-    /// Seconds of rendering after which to stop.
+    /// Maximum render time in seconds.
     pub time_limit: Option<f64>,
-    /// The pixel and sample to explain instead of rendering.
+    /// Pixel and sample to explain instead of rendering.
     pub pixel: Option<([u32; 2], u32)>,
     pub quiet: bool,
     pub verbose: bool,
     /// Warnings about the flags.
     pub warnings: Vec<Warning>,
-    /// Which warnings are printed.
+    /// Kinds of warnings to print.
     pub shown_warnings: ShownWarnings,
 }
 
 impl Job {
-    /// Reads the scene file and resolves everything, for a command that measures: it has the samples that the file says, whatever quality that wants.
+    /// Reads the scene file and resolves all settings, for commands that measure. Uses the sample
+    /// count of the file and ignores `quality`.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
         let mut scene = read_scene(&args.scene, &args.load)?;
         scene.options.quality = QualityOptions::default();
         Self::of_scene(args, scene)
     }
 
-    /// Reads the scene file and resolves everything, as [`Job::new`] does, for a picture to look at: of a bare OBJ exposure, tone curve and quality are
-    /// guessed where neither a flag nor `--set` says them.
+    /// Reads the scene file and resolves all settings like [`Job::new`], for a picture to view. For
+    /// a bare OBJ, exposure, tone curve and quality are guessed if neither a flag nor `--set` sets
+    /// them.
     pub fn to_show(args: &RenderArgs) -> Result<Self, CliError> {
         Self::to_show_scene(args, read_scene(&args.scene, &args.load)?)
     }
 
-    /// [`Job::to_show`] for a scene file that was read.
+    /// [`Job::to_show`] for a scene that was read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         let guesses_exposure = guess_picture(args, &mut scene);
         let mut job = Self::of_scene(args, scene)?;
@@ -67,7 +71,7 @@ impl Job {
         Ok(job)
     }
 
-    /// Resolves everything for a scene file that was read.
+    /// Resolves all settings for a scene that was read.
     pub fn of_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         args.ground.apply(&mut scene);
         let options = options(args, &scene);
@@ -93,7 +97,7 @@ impl Job {
     }
 }
 
-/// What a render to look at guesses of `scene`, where `options` are those of the picture: of a bare OBJ all that they do not say.
+/// Defaults to guess for a bare OBJ: all settings that `options` leave open.
 pub(super) fn guesses(scene: &SceneFile, options: &SceneOptions) -> Guesses {
     let is_bare = !scene.is_file();
     Guesses {
@@ -105,13 +109,13 @@ pub(super) fn guesses(scene: &SceneFile, options: &SceneOptions) -> Guesses {
 }
 
 /// Sets the defaults of a picture of a bare OBJ: metered exposure, the tone curve AgX and good
-/// quality. Returns true if nothing else says the exposure.
+/// quality. Returns true if the exposure is not set otherwise.
 pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     if scene.is_file() {
         return false;
     }
     let options = &mut scene.options;
-    // Colours of debug views stand for numbers.
+    // Colours of debug views represent numbers.
     if args.integrator.0.or(options.integrator).integrator() == IntegratorKind::Debug {
         return false;
     }
@@ -120,7 +124,7 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
         exposure: Some(Exposure::Auto),
         tone: Some(Curve::Agx),
     });
-    // A part of the samples is not a picture: the whole has the default number of them.
+    // A part of the samples is not a picture. The whole picture has the default sample count.
     if args.samples.is_none() {
         options.quality = options.quality.or(QualityOptions {
             quality: Some(Quality::Good),
@@ -129,7 +133,7 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     guesses_exposure
 }
 
-/// What the scene file says of the picture, and flags over it.
+/// Picture options of the scene file, overridden by flags.
 fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
     SceneOptions {
         camera: scene.options.camera,
@@ -148,7 +152,7 @@ fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
     }
 }
 
-/// What the scene file says, and flags over it.
+/// Settings of the scene file, overridden by flags.
 fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Result<Settings, CliError> {
     let mut settings = Settings::new(options, CameraSettings::of(scene));
     settings.crop = args.crop.map(|[x0, y0, x1, y1]| Rect {
@@ -176,7 +180,7 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
         )));
     }
 
-    // A flag for the noise is not held back by what the scene file says of samples.
+    // `--noise` overrides the sample count of the scene file.
     let spp = args.sampling.0.samples;
     let of_quality = args.quality.0.noise(&args.sampling.0).or(settings.noise);
     settings.noise = args.noise.or(of_quality.filter(|_| args.samples.is_none()));
@@ -199,7 +203,8 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
     Ok(settings)
 }
 
-/// Warns of each flag that the method does not read. Keys of a scene file may serve whichever method is chosen.
+/// Warnings for flags that the method does not use. Keys of a scene file get no warning, because
+/// they may serve other methods.
 fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<Warning> {
     let read = method.kind().parameters();
     let is_idle = |parameter: &&Parameter| {
@@ -212,7 +217,7 @@ fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<Warning> {
         .collect()
 }
 
-/// A scene file, or the scene that a bare OBJ stands for, to be read as `args` and itself say.
+/// Reads a scene file or a bare OBJ with the flags `args`.
 pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliError> {
     let scene = match kind_of(path)? {
         SceneKind::Toml => SceneFile::load_with(path, &args.set),
@@ -221,13 +226,13 @@ pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliE
     with_flags(scene?, args)
 }
 
-/// The scene file `path` if it had the contents `text`, to be read as `args` and itself say.
+/// The scene file `path` with the contents `text` and the flags `args`.
 #[cfg(feature = "view")]
 pub(super) fn scene_of_text(path: &Path, text: &str, args: &LoadArgs) -> Result<SceneFile, CliError> {
     with_flags(SceneFile::of_text(path, text.into(), &args.set)?, args)
 }
 
-/// A scene that was read, with the flags `args` besides those that set keys.
+/// Applies the flags `args` to a scene, except the flags that set keys.
 fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliError> {
     scene.patch_materials(&args.patches)?;
     scene.patch_parts(&args.parts)?;
@@ -237,13 +242,13 @@ fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliErr
     Ok(scene)
 }
 
-/// What describes a scene.
+/// Kind of a scene.
 pub(super) enum SceneKind {
     Toml,
     Obj,
 }
 
-/// What the file is, by its name.
+/// Kind of the file, by its name.
 pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     let refused = |message| FileError::new(path, message).help("give a .toml scene file or an .obj file");
     if path.as_os_str() == "-" {
@@ -271,7 +276,7 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     }
 }
 
-/// Formats of models that are not read: name, extensions, and how Blender opens one.
+/// Unsupported model formats: name, extensions, and the import command in Blender.
 const FORMATS: [(&str, &[&str], &str); 8] = [
     ("glTF", &["gltf", "glb"], "File > Import > glTF 2.0"),
     ("STL", &["stl"], "File > Import > STL"),
@@ -291,7 +296,7 @@ const FORMATS: [(&str, &[&str], &str); 8] = [
     ),
 ];
 
-/// Sets how the files of a scene are read: as it says itself, and flags over it.
+/// Sets the load options of a scene from its own keys, overridden by flags.
 pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
     scene.load = LoadOptions {
         parameters: args.parameters.0.or(scene.options.load),
@@ -299,7 +304,7 @@ pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
         strict: args.strict,
         ..LoadOptions::default()
     };
-    // A flag wins over the keys of objects too.
+    // A flag also overrides keys of objects.
     let flags = &args.parameters.0;
     for object in &mut scene.object {
         object.set_below(flags);

@@ -1,4 +1,4 @@
-//! `embrasure man`: manual pages, made of the text of `--help`.
+//! `embrasure man`: manual pages from the text of `--help`.
 
 use super::args::{Args, ManArgs};
 use super::error::CliError;
@@ -10,9 +10,10 @@ use clap_mangen::roff::{Roff, roman};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// Writes a page for the program and one for each command to a folder, or prints that of the program.
+/// Writes a page for the program and a page for each command to a folder, or prints the page of the
+/// program.
 pub(super) fn man(args: &ManArgs) -> Result<ExitCode, CliError> {
-    // `build` names the commands in full, as in `embrasure-render`.
+    // `build` sets the full names of commands, such as `embrasure-render`.
     let mut program = Args::program();
     program.build();
     let Some(folder) = &args.output else {
@@ -45,7 +46,7 @@ fn write_page(command: &Command) -> io::Result<Vec<u8>> {
     if command.has_subcommands() {
         man.render_subcommands_section(&mut page)?;
     }
-    // Lines of examples stay lines, which the crate's own section of them does not keep.
+    // Examples keep their lines, unlike in the crate's own section.
     if let Some(words) = command.get_after_help() {
         let mut section = Roff::new();
         section.control("SH", ["NOTES AND EXAMPLES"]).control("nf", []);

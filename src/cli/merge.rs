@@ -8,9 +8,9 @@ use crate::session::{Parts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Joins parts of a picture, and writes it as their render would have.
+/// Joins parts of a picture, and writes the same picture as a single render.
 pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
-    // Headers first: what does not fit together is refused before anything large is read.
+    // Headers first, so that incompatible parts are rejected early.
     let parts = Parts::describe(&args.parts)?;
     let finish = args.finish(parts.finish());
     let settings = Settings {
@@ -30,7 +30,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     outputs.spare(args.parts.iter().map(PathBuf::as_path))?;
     let _lock = checkpoint.as_ref().map(Output::lock).transpose()?;
     let pool = thread_pool(settings.threads)?;
-    // A picture takes all samples; sums that are only kept may be a part of them.
+    // A picture needs all samples. Sums for a checkpoint may be incomplete.
     let mut joined = pool.install(|| parts.join(args.output.is_empty(), args.allow_gaps))?;
     let failures: Vec<FileError> = pool.install(|| {
         let unkept = checkpoint.and_then(|output| joined.state.keep(&output, &joined.metadata).err());

@@ -1,9 +1,11 @@
-//! The command line: `args` (what was typed) → `job` (validated and resolved) → the module of the command, such as `run`.
+//! The command line: `args` (typed arguments) → `job` (validated and resolved) → the module of the
+//! command, such as `run`.
 //!
-//! The commands stand on the library. `run` and `merge` use sessions, files and observers and nothing below (`tests/it/project/layers.rs` checks it). `lab`,
-//! `audit`, `bench`, `check`, `explain`, `paths` and `points` exist to look below.
+//! Commands use the library. `run` and `merge` use only sessions, files and observers
+//! (`tests/it/project/layers.rs` checks it). `lab`, `audit`, `bench`, `check`, `explain`, `paths`
+//! and `points` also use lower layers.
 
-// Its macros are for all that follow.
+// The following modules use its macros.
 #[macro_use]
 mod words;
 
@@ -56,11 +58,11 @@ use args::{Args, Command};
 use error::{CliError, INTERRUPTED};
 use std::process::ExitCode;
 
-/// Runs the program on the process's arguments and turns the outcome into an exit code.
+/// Runs the program with the arguments of the process, and returns its exit code.
 ///
-/// 0 done, 1 failed, 2 wrong usage, 130 interrupted.
+/// 0 success, 1 failure, 2 wrong usage, 130 interrupted.
 pub fn main() -> ExitCode {
-    // Panics that are caught are heard of as errors of their files.
+    // Caught panics are reported as errors of their files.
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         if !is_guarded() {
@@ -99,7 +101,8 @@ pub fn main() -> ExitCode {
     code
 }
 
-/// Prints help to the standard output, which is no failure, and what is wrong with the arguments to the standard error; clap decides by the kind.
+/// Prints help to the standard output, and errors of arguments to the standard error; clap decides
+/// by the kind.
 fn print_of_clap(error: &clap::Error) {
     if !error.use_stderr() {
         words::remember(error.print());

@@ -1,4 +1,4 @@
-//! `render --pixel`: the rays of one sample, in words or as JSON.
+//! `render --pixel`: the rays of one sample as text or as JSON.
 
 use super::error::CliError;
 use super::paths;
@@ -13,8 +13,8 @@ use crate::session::{Prepared, RenderContext, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
-/// Traces one sample and prints every ray with its answer, and what it added to the pixel; as JSON the vertices, densities, weights and contributions of
-/// `embrasure paths`.
+/// Traces one sample. Prints every ray with its result and its contribution to the pixel, or as
+/// JSON the vertices, densities, weights and contributions of `embrasure paths`.
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: bool) -> Result<ExitCode, CliError> {
     if as_json {
         let traces = paths::traces(renderer, pixel, sample..sample.saturating_add(1))?;
@@ -34,7 +34,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: 
     )))
 }
 
-/// Traces the sample and prints it. Gives whether there is such a sample.
+/// Traces the sample and prints it. Returns true if the sample exists.
 fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: SampleKey) -> bool {
     let settings = session.settings();
     let recorder = Recorder::new(&accel);
@@ -83,21 +83,21 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
     true
 }
 
-/// The rays, their purpose and what they gave, in one order.
+/// Rays with their kinds and results, in order.
 struct Story<'a> {
     recorder: &'a Recorder<'a, &'a dyn Accel>,
     scene: &'a Scene,
-    /// What each ray since the last time was for, and whether it is told.
+    /// Kind of each ray since the last call; true if it belongs to the requested sample.
     kinds: Vec<(RayKind, bool)>,
     weight: f32,
     radiance: Spectrum,
-    /// What the camera ray has seen of the background or the ground.
+    /// View of the background or the ground by the camera ray.
     view: Option<CameraView>,
     lines: Vec<String>,
 }
 
 impl Story<'_> {
-    /// Rays that were answered since the last time.
+    /// Adds the rays since the last call.
     fn take_rays(&mut self) {
         for ((kind, told), (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
             if !told {
@@ -126,10 +126,10 @@ impl Story<'_> {
     }
 }
 
-/// Listens to one of the samples that are traced together.
+/// Listener to one of several samples that are traced together.
 struct Listener<'a, 'b> {
     story: &'a RefCell<Story<'b>>,
-    /// Whether the sample is the one of `--sample`.
+    /// True for the sample of `--sample`.
     told: bool,
 }
 

@@ -1,11 +1,14 @@
 //! Interrupts, and the progress of long work.
 //!
-//! An interrupt ends a command at once, with exit code 130, unless the command holds a [`Heeding`]: then it sets a flag, which the observers of
-//! renders ask for (`render/cancellation.rs`). Signals within a second of the first are taken for one: a scheduler that ends a job signals its script
-//! and its programs, and the script passes the signal on, which must not look like an impatient second Ctrl-C.
+//! An interrupt ends a command at once with exit code 130, unless the command holds a [`Heeding`].
+//! Then it sets a flag that the observers of renders check (`render/cancellation.rs`). Signals
+//! within a second of the first count as one. A scheduler that ends a job signals its script and
+//! its programs, and the script forwards the signal; this must not count as a second Ctrl-C of the
+//! user.
 //!
-//! Work that cannot be asked has a thread of its own, which the command leaves behind: denoising half a second after an interrupt, and a tev viewer
-//! that has not read a band of the last picture for a second. Such a command ends without exit handlers.
+//! Work without an observer runs in a separate thread, which the command abandons: denoising half a
+//! second after an interrupt, and a tev viewer that has not read a band of the last picture for a
+//! second. Such a command ends without exit handlers.
 
 use super::words::{escaped, in_colour, percent};
 use crate::film::Film;
@@ -20,26 +23,28 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Exit code of a command that an interrupt ended.
+/// Exit code of a command ended by an interrupt.
 const INTERRUPTED_CODE: i32 = super::error::INTERRUPTED as i32;
 
-/// Whether there is a [`Heeding`].
+/// True while a [`Heeding`] exists.
 static IS_HEEDED: AtomicBool = AtomicBool::new(false);
 
 /// Set by the first signal that counts.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Signals that come closer together than this are one: schedulers signal a job's script and its program, and the script passes it on.
+/// Signals within this time count as one: schedulers signal a job's script and its program, and the
+/// script forwards the signal.
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
-/// Takes over Ctrl-C (SIGINT), SIGTERM and SIGHUP: they end the process at once with exit code 130, unless a [`Heeding`] is there. Signals that the
-/// process was started to ignore, as by `nohup` and `trap '' INT`, stay ignored.
+/// Handles Ctrl-C (SIGINT), SIGTERM and SIGHUP: they end the process at once with exit code 130,
+/// unless a [`Heeding`] exists. Signals that are ignored at the start of the process, as by `nohup`
+/// and `trap '' INT`, stay ignored.
 pub(super) fn catch_interrupts() {
     let ignored = ignored_signals();
     let caught = [SIGINT, SIGTERM, SIGHUP]
         .into_iter()
         .filter(|signal| ignored >> (signal - 1) & 1 == 0);
-    // Without a handler a signal ends the process as the system has it, which is no reason not to run.
+    // Without a handler, a signal has the default action of the system. This is not an error.
     let Ok(mut signals) = Signals::new(caught) else { return };
     let wait = move || {
         let mut first: Option<Instant> = None;
@@ -58,7 +63,8 @@ pub(super) fn catch_interrupts() {
     let _ = thread::Builder::new().name("signals".into()).spawn(wait);
 }
 
-/// While it is there, the first interrupt asks the command to end, and to write what there is; one that comes a second later ends the process at once.
+/// While it exists, the first interrupt requests the command to end and to write its results.
+/// Another interrupt a second later ends the process at once.
 pub(super) struct Heeding(());
 
 impl Heeding {
@@ -74,30 +80,32 @@ impl Drop for Heeding {
     }
 }
 
-/// Ends an interrupted command at once, after all that it writes: work that was given up may still go on in other threads, and must not meet libraries that are
-/// being taken down.
+/// Ends an interrupted command at once, after it has written all results. Abandoned work may still
+/// run in other threads, and must not use libraries during their exit handlers.
 pub(super) fn leave_interrupted() -> ! {
     leave(INTERRUPTED_CODE)
 }
 
-/// Ends a command at once with this exit code, after all that it writes: a thread that was left to itself may still work.
+/// Ends a command at once with the exit code `code`, after it has written all results. An abandoned
+/// thread may still run.
 pub(super) fn leave(code: i32) -> ! {
     let _ = std::io::stdout().flush();
     signal_hook::low_level::exit(code)
 }
 
-/// Whether an interrupt has asked the command to end.
+/// Returns true if an interrupt has requested the command to end.
 pub(super) fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Says, each time that it is asked, whether it has known of an interrupt for so long.
+/// Returns a function that returns true if `time` has passed since its first call after an
+/// interrupt.
 pub(super) fn interrupted_for(time: Duration) -> impl Fn() -> bool {
     let since = OnceLock::new();
     move || is_interrupted() && since.get_or_init(Instant::now).elapsed() > time
 }
 
-/// Signals that the process ignores, signal `n` as bit `n - 1`. Systems without `/proc` tell of none.
+/// Signals that the process ignores, signal `n` as bit `n - 1`; 0 on systems without `/proc`.
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -105,7 +113,7 @@ fn ignored_signals() -> u64 {
         .unwrap_or(0)
 }
 
-/// A bar with `facts` beside it, in colour where that is wanted.
+/// Style of a bar with `facts` beside it, in colour if the terminal shows colours.
 fn style(facts: &str) -> ProgressStyle {
     let bar = if in_colour() {
         "{wide_bar:.cyan/blue}"
@@ -115,10 +123,10 @@ fn style(facts: &str) -> ProgressStyle {
     ProgressStyle::with_template(&format!("{bar} {facts}")).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Interval at which bars show the time while nothing else changes them.
+/// Update interval of the time in a bar.
 const TICK: Duration = Duration::from_secs(1);
 
-/// A bar with rate and remaining time on a terminal; nothing elsewhere.
+/// A bar with rate and remaining time on a terminal; hidden elsewhere.
 pub(super) struct Progress {
     bar: ProgressBar,
     /// True until the first sample.
@@ -135,7 +143,7 @@ impl Progress {
             };
         }
         let style = style("{whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go")
-            // Rounded down: what is not done is not 100 %.
+            // Rounded down, so that an unfinished render never shows 100 %.
             .with_key("whole_percent", |state: &ProgressState, w: &mut dyn std::fmt::Write| {
                 let _ = write!(w, "{:>3}", floored_percent(state.pos(), state.len()));
             })
@@ -151,20 +159,20 @@ impl Progress {
         }
     }
 
-    /// Removes the message of preparing.
+    /// Removes the preparation message.
     fn end_preparing(&self) {
         if self.is_preparing.load(Ordering::Relaxed) && self.is_preparing.swap(false, Ordering::Relaxed) {
             self.bar.set_message("");
         }
     }
 
-    /// Starts with `samples` that were taken before.
+    /// Starts with `samples` samples of earlier runs.
     pub fn skip(&self, samples: u64) {
         self.bar.set_position(samples);
         self.bar.reset_eta();
     }
 
-    /// Runs `f` while the bar is away, so that words on the terminal do not mix with it.
+    /// Runs `f` while the bar is hidden, so that the output of `f` does not mix with it.
     pub fn suspend(&self, f: impl FnOnce()) {
         self.bar.suspend(f);
     }
@@ -175,7 +183,7 @@ impl Progress {
     }
 }
 
-/// A [`Progress`] that also stops the render at its end, and has it pause when something is due.
+/// A [`Progress`] that also stops the render at `end`, and pauses it at `pause`.
 pub(super) struct TimedProgress<'a> {
     pub progress: &'a Progress,
     pub end: Option<Instant>,
@@ -212,13 +220,13 @@ fn is_past(time: Option<Instant>) -> bool {
     time.is_some_and(|time| Instant::now() >= time)
 }
 
-/// A bar for each part of reading a scene on a terminal; nothing elsewhere.
+/// A bar for each stage of reading a scene on a terminal; hidden elsewhere.
 pub(super) struct Loading {
     bar: ProgressBar,
 }
 
 impl Loading {
-    /// Shows nothing yet.
+    /// A bar that is still empty.
     pub fn new(quiet: bool) -> Self {
         let bar = if quiet {
             ProgressBar::hidden()
@@ -249,7 +257,7 @@ impl LoadObserver for Loading {
     }
 }
 
-/// Completed share in whole percent, rounded down.
+/// Completed fraction in whole percent, rounded down.
 fn floored_percent(done: u64, of: Option<u64>) -> u64 {
     let of = of.unwrap_or(0).max(1);
     (done.min(of) as u128 * 100 / of as u128) as u64

@@ -1,12 +1,11 @@
-//! Pages of the guide, as they are in the program: an installed program has no folder of
-//! docs/guide.
+//! Pages of the guide, compiled into the program: an installed program has no folder docs/guide.
 
-/// Width of the text, in characters.
+/// Width of the text in characters.
 const WIDTH: usize = 96;
 
 /// A page of the guide.
 pub(super) struct Topic {
-    /// Names by which `help` prints the page; the first name is listed.
+    /// Names of the page for `help`; the first name is listed.
     pub names: &'static [&'static str],
     /// Markdown.
     text: &'static str,
@@ -40,7 +39,7 @@ pub(super) const TOPICS: &[Topic] = topics! {
     "glossary" = "reference/glossary.md",
 };
 
-/// The topic of the JSON Schema of scene files.
+/// Topic of the JSON Schema of scene files.
 pub(super) const SCHEMA: &str = "schema";
 
 /// The page of codes.
@@ -51,7 +50,7 @@ fn cells(row: &str) -> impl Iterator<Item = &str> {
     row.trim().trim_matches('|').split(" | ").map(str::trim)
 }
 
-/// Rows of the tables of codes: the codes of each, and the row.
+/// Rows of the tables of codes, each with its codes.
 fn rows_of_codes() -> impl Iterator<Item = (Vec<&'static str>, &'static str)> {
     let mut is_table_of_codes = false;
     CODES.lines().filter_map(move |line| {
@@ -63,20 +62,20 @@ fn rows_of_codes() -> impl Iterator<Item = (Vec<&'static str>, &'static str)> {
     })
 }
 
-/// All codes of errors, warnings and notes, but `scene`, which is a page.
+/// All codes of errors, warnings and notes, except `scene`, which is a page.
 pub(super) fn codes() -> impl Iterator<Item = &'static str> {
     let codes = rows_of_codes().flat_map(|(codes, _)| codes);
     codes.filter(|code| !TOPICS.iter().any(|topic| topic.names.contains(code)))
 }
 
-/// What the code of an error, warning or note means, as text.
+/// Text with the meaning of an error, warning or note code.
 pub(super) fn meaning(code: &str) -> Option<String> {
     let (_, row) = rows_of_codes().find(|(codes, _)| codes.contains(&code))?;
     Some(plain(&format!("| code | meaning | remedy |\n|---|---|---|\n{row}\n")))
 }
 
 impl Topic {
-    /// The page of that name.
+    /// The page called `name`.
     pub fn of(name: &str) -> Option<&'static Self> {
         TOPICS.iter().find(|topic| topic.names.contains(&name))
     }
@@ -96,7 +95,8 @@ fn title(text: &str) -> &str {
     text.lines().next().unwrap_or_default().trim_start_matches("# ")
 }
 
-/// Markdown as text for a terminal: a row of a table is its first cell, and below it the others, from the third on with the head of their column.
+/// Converts Markdown to text for a terminal. A table row becomes its first cell with the other
+/// cells below it. Cells from the third on get the header of their column.
 fn plain(markdown: &str) -> String {
     let mut text = String::new();
     let mut heads: Vec<String> = Vec::new();
@@ -149,7 +149,8 @@ fn plain(markdown: &str) -> String {
     text + "\n"
 }
 
-/// Appends `words` in lines of [`WIDTH`], the first after `first` and the others after `later`.
+/// Appends `words` in lines of [`WIDTH`] characters. The first line begins with `first`, the others
+/// with `later`.
 fn wrap(text: &mut String, first: &str, later: &str, words: &str) {
     let words = without_links(words);
     let mut line = String::from(first);
@@ -171,7 +172,7 @@ fn wrap(text: &mut String, first: &str, later: &str, words: &str) {
     text.push('\n');
 }
 
-/// Text of Markdown without the targets of links, and without marks of emphasis.
+/// Text of Markdown without link targets and without emphasis marks.
 fn without_links(words: &str) -> String {
     let mut text = String::new();
     let mut rest = words;

@@ -1,5 +1,5 @@
-//! Renders whose settings a program has by the names of flags: those of `embrasure render`, with the same defaults, guesses and errors. The Python
-//! module is one (`python/`).
+//! Renders of other programs, with settings by the names of the flags of `embrasure render`, and
+//! with equal defaults, guesses and errors. The Python module uses it (`python/`).
 
 use super::args::{Args, Command, RenderArgs};
 use super::error::CliError;
@@ -9,7 +9,7 @@ use crate::io::{ExrFormat, FileError, Warning};
 use crate::session::{Error, Settings};
 use std::path::Path;
 
-/// Flags of the command alone: what they do, a program does by itself.
+/// Flags that only the command line has. Programs have other means for them.
 const OF_COMMAND: [&str; 17] = [
     "audit-rays",
     "checkpoint",
@@ -30,27 +30,29 @@ const OF_COMMAND: [&str; 17] = [
     "write-every",
 ];
 
-/// A render as flags describe it: flags over the scene file over the defaults.
+/// A render described by flags: flags override the scene file, and the scene file overrides the
+/// defaults.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// The scene, with what flags change of it.
+    /// The scene with the changes of the flags.
     pub scene: SceneFile,
     /// Settings of its session.
     pub settings: Settings,
-    /// How EXR files hold the picture.
+    /// Format of EXR files.
     pub exr: ExrFormat,
-    /// Seconds of rendering after which to stop.
+    /// Maximum render time in seconds.
     pub time_limit: Option<f64>,
     /// Warnings about the flags.
     pub warnings: Vec<Warning>,
 }
 
 impl Request {
-    /// Reads a `.toml` scene file, or the scene that an `.obj` file stands for, with keys set over it as in [`SceneFile::load_with`].
+    /// Reads a `.toml` scene file, or the scene of an `.obj` file, with keys set as in
+    /// [`SceneFile::load_with`].
     ///
     /// # Errors
     ///
-    /// A name of neither, and those of reading it.
+    /// Another file name extension, or errors of reading the file.
     pub fn scene_file(path: &Path, set: &[String]) -> Result<SceneFile, FileError> {
         match kind_of(path)? {
             SceneKind::Toml => SceneFile::load_with(path, set),
@@ -58,7 +60,7 @@ impl Request {
         }
     }
 
-    /// The render of `scene` that `flags` describe, each `--NAME` or `--NAME=VALUE`.
+    /// The render of `scene` with `flags`, each `--NAME` or `--NAME=VALUE`.
     ///
     /// # Errors
     ///
@@ -133,7 +135,7 @@ mod tests {
         assert_eq!(request.settings.spp, 7);
         assert_eq!(request.settings.camera.position, Some([-1.0, 2.0, 3.0].into()));
         assert_eq!(request.time_limit, Some(2.0));
-        // A bare OBJ gets what the command line guesses for it.
+        // A bare OBJ gets the same guesses as on the command line.
         assert!(request.settings.guesses.light);
     }
 

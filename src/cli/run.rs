@@ -1,4 +1,5 @@
-//! `embrasure render`: the observer of a render, its checkpoints, previews and pictures, and its exit code.
+//! `embrasure render`: the observer of a render, its checkpoints, previews and pictures, and its
+//! exit code.
 
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
@@ -25,11 +26,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// Renders as the arguments say, and writes the images.
+/// Renders with the arguments, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let mut job = Job::to_show(args)?;
-    // Files that cannot be written are found before any work.
+    // Unwritable files are errors before any work.
     let mut outputs = Outputs::default();
     let stats = args.stats.as_deref();
     let mut files = Files {
@@ -54,10 +55,10 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
-    // The exposure may suit the light, which is known by now.
+    // The exposure may depend on the light, which is known now.
     job.settings.tone = session.settings().tone;
     outputs::show(&mut files.images, job.settings.tone);
-    // Default names avoid the scene's files, which are known by now.
+    // Default names avoid the scene's files, which are known now.
     let mut renamed = None;
     if args.output.is_empty() && !job.scene.is_file() {
         outputs.forget("-o");
@@ -111,7 +112,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         }
     };
 
-    // Another backend may be asked too, for a share of the rays.
+    // A fraction of the rays may also be traced by another backend.
     let (Some(share), Some(other)) = (args.audit_rays, other) else {
         return run(&renderer, &|| None);
     };
@@ -127,9 +128,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     )
 }
 
-/// Warns of a denoiser that works on far more pixels than the picture has.
+/// Warns if a denoiser works on far more pixels than the picture has.
 fn narrow_picture(settings: &Settings) -> Option<Warning> {
-    /// Pixels that every denoiser filters within seconds.
+    /// Number of pixels that every denoiser filters within seconds.
     const FEW: u64 = 1 << 18;
     let size = settings.crop().size();
     let pixels = settings.denoiser?.pixels(size);
@@ -143,7 +144,7 @@ fn narrow_picture(settings: &Settings) -> Option<Warning> {
     is_slow.then(|| Warning::new("narrow-picture", text()))
 }
 
-/// Notes that the filter may make pixels negative.
+/// Note that the filter may make pixels negative.
 fn negative_lobes(settings: &Settings) -> Option<Warning> {
     let text = "the mitchell filter has negative lobes: pixels of EXR files beside bright ones may be negative\n  \
                 help: use --filter gaussian or blackman-harris if a program cannot read such pixels";
@@ -151,7 +152,7 @@ fn negative_lobes(settings: &Settings) -> Option<Warning> {
     is_negative.then(|| Warning::new("negative-lobes", text))
 }
 
-/// Warns of `--aov` where no file that is written has further channels.
+/// Warns of `--aov` if no output has additional channels.
 fn idle_aov(args: &RenderArgs, images: &Images) -> Option<Warning> {
     let has_channels = images.iter().any(|(format, _)| matches!(format, Format::Exr(_)));
     let is_written = !images.is_empty() && args.pixel.is_none();
@@ -168,15 +169,15 @@ fn idle_aov(args: &RenderArgs, images: &Images) -> Option<Warning> {
 /// Maximum time of denoising after an interrupt.
 const DENOISING_AT_END: Duration = Duration::from_millis(500);
 
-/// What a render writes.
+/// Files that a render writes.
 struct Files {
     images: Images,
     stats: Option<StatsOutput>,
-    /// Seconds after which images are written while the render goes on.
+    /// Interval in seconds at which images are written during the render.
     write_every: Option<f64>,
 }
 
-/// A render that is about to begin.
+/// A render before its start.
 struct Run<'a> {
     job: &'a Job,
     files: &'a Files,
@@ -185,7 +186,7 @@ struct Run<'a> {
     load_s: f64,
 }
 
-/// What came after the last sample.
+/// Results after the last sample.
 #[derive(Default)]
 struct Finished {
     denoised: Option<Denoised>,
@@ -193,7 +194,8 @@ struct Finished {
 }
 
 impl Run<'_> {
-    /// `audit` says afterwards what was found about the backend, if anything was looked for.
+    /// Renders and writes all files. `audit` returns the report about the backend after the render,
+    /// if rays were audited.
     fn render(
         &self,
         mut checkpointer: Option<Checkpointer>,
@@ -207,7 +209,7 @@ impl Run<'_> {
             .map(|checkpointer| checkpointer.restore(self.renderer))
             .transpose()?;
         let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
-        // Until all is written
+        // Until all files are written
         let _heeding = Heeding::begin();
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, checkpointer.as_ref(), &mut preview);
@@ -248,7 +250,7 @@ impl Run<'_> {
             }
         }
 
-        // Without a sample there is nothing to write: what is there from before stays.
+        // Without samples nothing is written, and existing files are kept.
         let (mut failures, mut finished, mut exposure) = (Vec::new(), Finished::default(), None);
         if !state.is_empty() {
             let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut finished));
@@ -293,7 +295,8 @@ impl Run<'_> {
         finish(failures, stop)
     }
 
-    /// Writes all that `state` gives, and gives its image. Every output is tried, so that one full disk does not cost the other picture.
+    /// Writes all results of `state`, and returns its image. Every output is tried, so that a full
+    /// disk does not lose the other pictures.
     fn write(
         &self,
         state: &RenderState,
@@ -307,7 +310,7 @@ impl Run<'_> {
         failures.extend(kept.and_then(Result::err).iter().map(FileError::to_string));
         let start = Instant::now();
         let image = self.develop(state, failures);
-        // Where denoising fails, or an interrupt does not leave it the time, the raw picture is written all the same.
+        // If denoising fails or is interrupted, the raw picture is still written.
         let done = self
             .renderer
             .denoise_unless(image, &mut metadata, &interrupted_for(DENOISING_AT_END));
@@ -329,7 +332,7 @@ impl Run<'_> {
         let unwritten = self.renderer.write(state, &image, images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
         finished.write_s = start.elapsed().as_secs_f64();
-        // A file that was replaced is whole, whatever went wrong afterwards.
+        // A replaced file is complete, even if later writes fail.
         let mut files = images.iter().zip(&before);
         let has_floats =
             files.any(|((format, output), before)| matches!(format, Format::Exr(_)) && output.id() != *before);
@@ -348,7 +351,7 @@ impl Run<'_> {
         image
     }
 
-    /// The picture of `state`, without further channels where making them fails.
+    /// The picture of `state`, without additional channels if making them fails.
     fn develop(&self, state: &RenderState, failures: &mut Vec<String>) -> Image {
         guarded(|| self.renderer.develop(state)).unwrap_or_else(|panic| {
             failures.push(fault("the picture has only the usual channels", &panic));
@@ -356,7 +359,7 @@ impl Run<'_> {
         })
     }
 
-    /// That no sample was taken before `stop`, and what else went wrong.
+    /// Error: no sample was taken before `stop`. It includes all other failures.
     fn nothing_written(&self, mut failures: Vec<String>, stop: Stop) -> CliError {
         let came = match stop {
             Stop::Interrupt => "interrupted".into(),
@@ -378,7 +381,7 @@ impl Run<'_> {
         CliError::of_failures(&failures)
     }
 
-    /// Renders, with breaks in which files are written and pictures shown.
+    /// Renders, with pauses to write files and to show pictures.
     fn take_samples(
         &self,
         state: &mut RenderState,
@@ -420,7 +423,7 @@ impl Run<'_> {
         stop
     }
 
-    /// Writes what is due, raw, if there is any of it yet, and says what went wrong.
+    /// Writes the files that are due, without denoising, if there are samples. Returns the errors.
     fn write_meanwhile(
         &self,
         clock: &mut Clock,
@@ -448,7 +451,7 @@ impl Run<'_> {
         failures
     }
 
-    /// What `--stats` says, but for what only some renders have.
+    /// Values of `--stats`, except values that only some renders have.
     fn stats<'a>(&'a self, state: &'a RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
         let (session, settings) = (self.renderer.session(), &self.job.settings);
         let (scene, statistics) = (session.scene(), &state.statistics);
@@ -501,7 +504,7 @@ impl Run<'_> {
     }
 }
 
-/// Says what went wrong without ending the render.
+/// Warns of failures that do not end the render.
 fn warn_of(failures: &[FileError]) {
     for failure in failures {
         words::warning(format_args!("{failure}; the render continues"));
@@ -521,10 +524,11 @@ fn dropped_warning(statistics: &Statistics) -> String {
     }
 }
 
-/// Share of doubtful records from which on a picture is doubtful.
+/// Minimum fraction of doubtful records of a doubtful picture.
 const MANY_DOUBTFUL: f64 = 0.02;
 
-/// That a cache of irradiance is no method for the scene, where the share `doubtful` of its records rests on few rays.
+/// Warning that an irradiance cache does not suit the scene: the fraction `doubtful` of its records
+/// depends on few rays.
 fn doubtful_warning(doubtful: f64) -> Option<String> {
     (doubtful >= MANY_DOUBTFUL).then(|| {
         format!(
@@ -535,7 +539,7 @@ fn doubtful_warning(doubtful: f64) -> Option<String> {
     })
 }
 
-/// Which pixels a few iterations made bright.
+/// Warning about pixels that a few iterations made bright.
 fn spikes_warning(spikes: Spikes) -> String {
     let Spikes {
         count,
@@ -562,7 +566,7 @@ fn cut_warning(walks: u64) -> String {
     )
 }
 
-/// A panic that was caught, and what comes of it.
+/// Message for a caught panic and its consequence.
 fn fault(outcome: &str, panic: &str) -> String {
     format!("internal error, so {outcome}: {panic}\n  help: please report this, with the command")
 }
@@ -571,7 +575,7 @@ fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
         return Err(CliError::of_failures(&failures));
     }
-    // One that comes after the last sample too: something may have been given up for it.
+    // An interrupt after the last sample counts too, because work may have been cancelled for it.
     if is_interrupted() && stop != Stop::Interrupt {
         return Ok(ExitCode::from(INTERRUPTED));
     }

@@ -1,4 +1,4 @@
-//! `--stats`: the statistics of a render, and where they go.
+//! `--stats`: the statistics of a render, and their output.
 
 use super::audit::Report;
 use super::error::CliError;
@@ -15,18 +15,18 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Where `--stats` goes.
+/// Output of `--stats`.
 pub(super) enum StatsOutput {
     StandardOutput,
     File(Output),
 }
 
 impl StatsOutput {
-    /// The file `path`, which joins `outputs`; `-` is the standard output.
+    /// Checks the file `path`, and adds it to `outputs`; `-` is the standard output.
     ///
     /// # Errors
     ///
-    /// Those of [`Outputs::prepare`].
+    /// Errors of [`Outputs::prepare`].
     pub fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Self, CliError> {
         if path == Path::new("-") {
             return Ok(Self::StandardOutput);
@@ -46,7 +46,7 @@ impl StatsOutput {
     }
 }
 
-/// What `--stats` writes: one JSON object.
+/// Content of `--stats`: one JSON object.
 #[derive(Debug, Serialize)]
 pub(super) struct Stats<'a> {
     pub version: &'static str,
@@ -62,42 +62,42 @@ pub(super) struct Stats<'a> {
     pub height: u32,
     pub triangles: u64,
     pub lights: usize,
-    /// Distance from the lens along the view axis to the plane in focus, scene units.
+    /// Distance in scene units from the lens to the plane in focus, along the view axis.
     pub focus_distance: f32,
-    /// Reading files.
+    /// Seconds to read files.
     pub load_s: f64,
-    /// Finding camera and light that are not said.
+    /// Seconds to find a missing camera and missing light.
     pub guess_s: f64,
     pub build_s: f64,
     pub render_s: f64,
-    /// Writing files.
+    /// Seconds to write files.
     pub write_s: f64,
     pub total_s: f64,
     pub rays: Rays,
     pub samples: u64,
     pub complete: bool,
-    /// What ended the render: samples, noise, time-limit or interrupt.
+    /// Reason for the end of the render: samples, noise, time-limit or interrupt.
     pub stop: &'static str,
-    /// Estimate of the relative error; `null` where nothing is known of it.
+    /// Estimate of the relative error; `null` if unknown.
     pub error: Option<f64>,
     pub scene_hash: &'a str,
     pub scene_bytes: u64,
     pub bvh_bytes: u64,
-    /// `null` where the system does not tell.
+    /// `null` if the system does not report it.
     pub peak_rss_bytes: Option<u64>,
-    /// Walks through surfaces of an opacity below 1 that were cut at the bound of 10,000 surfaces.
+    /// Walks through surfaces with opacity below 1 that were cut after 10,000 surfaces.
     pub cut_walks: u64,
     pub dropped_samples: u64,
-    /// The first few, each enough to trace it again.
+    /// The first dropped samples, with the data to trace them again.
     pub dropped: Vec<Dropped>,
     /// Mutations of Markov chains, by kind.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub mutations: BTreeMap<&'a str, Mutations>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chains: Option<Chains>,
-    /// Stops by which PNG files are brightened, metered or given; `null` without a picture.
+    /// Exposure of PNG files in stops, metered or given; `null` without a picture.
     pub exposure: Option<f32>,
-    /// Noise of the picture, and the level that `--noise` asked for.
+    /// Noise of the picture, and the level of `--noise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<NoiseOfRender>,
     /// Filter of `--denoise`.
@@ -124,29 +124,30 @@ pub(super) struct Dropped {
     radiance: String,
 }
 
-/// What became of the mutations of one kind.
+/// Counts of the mutations of one kind.
 #[derive(Debug, Serialize)]
 pub(super) struct Mutations {
     proposed: u64,
     accepted: u64,
-    /// Share that was accepted; `null` where none was proposed.
+    /// Fraction of accepted mutations; `null` without mutations.
     acceptance: Option<f64>,
 }
 
-/// Markov chains, and how they moved between pixels.
+/// Markov chains, and their motion between pixels.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Chains {
     pub count: u64,
-    /// Mutations of a chain, in the mean.
+    /// Mean number of mutations per chain.
     pub mutations: f64,
-    /// Integrated autocorrelation time of the pixel that a chain is in, mutations: the variance of a pixel over that of independent samples.
+    /// Integrated autocorrelation time of the pixel of a chain, in mutations: the ratio of a
+    /// pixel's variance to the variance of independent samples.
     pub autocorrelation_time: f64,
-    /// Share of chains with half of their mutations or more in one pixel.
+    /// Fraction of chains with at least half of their mutations in one pixel.
     pub stuck: f64,
 }
 
 impl Chains {
-    /// Statistics of `counts`; `None` where there was no chain.
+    /// Statistics of `counts`; `None` without chains.
     pub fn new(counts: ChainCounts) -> Option<Self> {
         let autocorrelation_time = counts.autocorrelation_time()?;
         Some(Self {
@@ -157,7 +158,7 @@ impl Chains {
         })
     }
 
-    /// Says that chains hardly move, where that is so.
+    /// Warning that chains hardly move, if they do.
     pub fn warning(&self) -> Option<String> {
         let Self {
             mutations,
@@ -174,10 +175,11 @@ impl Chains {
     }
 }
 
-/// Autocorrelation time, over the length of a chain, above which a chain tells little but where it started.
+/// Ratio of autocorrelation time to chain length above which a picture mainly shows the start of
+/// its chains.
 const MAX_SHARE_OF_A_CHAIN: f64 = 0.25;
 
-/// How noise was taken out of the picture.
+/// Denoiser of the picture.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Denoised {
     /// Name of the filter and version of its library.
@@ -211,12 +213,12 @@ impl NoiseOfRender {
         }
     }
 
-    /// Whether the picture is as good as was asked for.
+    /// Returns true if the picture has the requested quality.
     pub fn is_reached(&self) -> bool {
         self.error <= self.level
     }
 
-    /// Says that it is not.
+    /// Warning that the noise level is not reached.
     pub fn warning(&self) -> String {
         let Self {
             level, error, max_spp, ..
@@ -251,7 +253,7 @@ impl From<MutationCounts> for Mutations {
     }
 }
 
-/// The process's largest resident size so far, from Linux's `VmHWM`.
+/// Maximum resident size of the process so far in bytes, from Linux's `VmHWM`.
 pub(super) fn peak_rss_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

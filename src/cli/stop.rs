@@ -1,12 +1,12 @@
 use super::stats::NoiseOfRender;
 use crate::film::Film;
 
-/// Why a render ended.
+/// Reason for the end of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stop {
     /// All samples were taken.
     Samples,
-    /// The noise is as low as was asked for.
+    /// The noise level is reached.
     Noise,
     TimeLimit,
     Interrupt,
@@ -34,7 +34,7 @@ impl Stop {
         }
     }
 
-    /// Words for the end of a sentence; nothing where all samples were taken.
+    /// Text for the end of a sentence; empty if all samples were taken.
     pub fn words(self) -> &'static str {
         match self {
             Self::Samples => "",

@@ -1,4 +1,4 @@
-//! The lines that a render begins and ends with.
+//! Text at the start and at the end of a render.
 
 use super::job::Job;
 use super::outputs::Images;
@@ -8,7 +8,8 @@ use super::words;
 use crate::color::{Exposure, tone::MAX_EXPOSURE};
 use crate::session::Session;
 
-/// Prints what the program has chosen: camera and light where nothing gives them, and the distance that `--focus-at` has found.
+/// Prints the choices of the program: guessed camera and light, and the distance found by
+/// `--focus-at`.
 pub(super) fn print_choices(session: &Session) {
     if let Some(list) = session.settings().camera.origin_text() {
         errln!("origin: {list} is subtracted from all positions (--origin off keeps them)");
@@ -37,10 +38,11 @@ pub(super) fn print_choices(session: &Session) {
     }
 }
 
-/// Triangles without normals from which on a round shape is likely.
+/// Minimum number of triangles without normals of a round shape.
 const ROUND: usize = 500;
 
-/// Prints samples, denoiser and tone curve of a picture of a bare OBJ, with the flags that change them, and whether it looks faceted.
+/// Prints samples, denoiser and tone curve of a picture of a bare OBJ, with the flags that change
+/// them, and a note if it looks faceted.
 pub(super) fn print_picture(session: &Session) {
     let flat = session.scene().meshes().iter().filter(|mesh| mesh.normals.is_empty());
     let triangles: usize = flat.map(|mesh| mesh.triangles.len()).sum();
@@ -74,7 +76,7 @@ pub(super) fn print_camera(session: &Session) {
     );
 }
 
-/// Says what was rendered, how fast and to which files; more of it with `--verbose`.
+/// Prints scene, speed and files of the render; more of it with `--verbose`.
 pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     let names: Vec<String> = images.iter().map(|(_, o)| o.path().display().to_string()).collect();
     errln!(
@@ -150,8 +152,8 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     }
 }
 
-/// Seconds in all, and those of each step, which add up. What a resumed render took before is not
-/// among them.
+/// Total time in seconds, and the time of each step; the steps add up to the total. It does not
+/// include earlier runs of a resumed render.
 fn times(stats: &Stats) -> String {
     let denoise = stats.denoise.as_ref().map_or(0.0, |denoised| denoised.seconds);
     let known = [stats.load_s, stats.guess_s, stats.build_s, denoise, stats.write_s].map(hundredths);
@@ -172,7 +174,7 @@ fn times(stats: &Stats) -> String {
     format!("{} s in all: {}", seconds(all), steps.join(" + "))
 }
 
-/// Rounded to hundredths.
+/// Hundredths of a second, rounded.
 fn hundredths(seconds: f64) -> u64 {
     (100.0 * seconds).round().max(0.0) as u64
 }

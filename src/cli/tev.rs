@@ -1,11 +1,14 @@
-//! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer that speaks its TCP protocol: `--tev`.
+//! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer with its TCP protocol:
+//! `--tev`.
 //!
-//! The render waits while a picture is sent. The next picture is due after fifty times what the last one took, a second at least. For that reason
-//! only `R G B` are sent meanwhile, and all channels at the end: developing fourteen channels takes several times as long. A picture goes in bands of
-//! rows, which bounds memory and fits the length of a packet into its 32 bits.
+//! The render waits while a picture is sent. The next picture is due after fifty times the duration
+//! of the last one, with a minimum of a second. Therefore only `R G B` are sent during the render,
+//! and all channels at the end: developing fourteen channels takes several times as long. A picture
+//! is sent in bands of rows, which limits memory and keeps the packet length within 32 bits.
 //!
-//! A viewer that reads nothing for 3 s, or takes 10 s for a picture, is dropped like one that closes. Sending from a thread of its own would spare
-//! these seconds, and would need a rule for pictures that come faster than they are sent.
+//! A viewer that reads nothing for 3 s, or takes 10 s for a picture, is dropped like a closed
+//! viewer. Sending from a separate thread would save these seconds, and would need a rule for
+//! pictures that come faster than they are sent.
 
 use super::args::RenderArgs;
 use super::progress::interrupted_for;
@@ -21,70 +24,73 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
-/// Maximum time of a viewer to answer, and to read on where it has stopped.
+/// Maximum time for a viewer to accept a connection, or to read again after it has stopped.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Maximum time of a viewer for one picture.
+/// Maximum time for a viewer to read one picture.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// Maximum time of a viewer for a band of the last picture, for which the program waits; and for all of it once an interrupt has come.
+/// Maximum time for a viewer to read a band of the last picture, for which the program waits. After
+/// an interrupt, maximum time for the whole picture.
 const PATIENCE_AT_END: Duration = Duration::from_secs(1);
 
-/// Between two looks at interrupts.
+/// Time between two checks for interrupts.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Between one picture and the next, at least.
+/// Minimum time between two pictures.
 const SHORTEST_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The interval is also so many times what the last picture took: less than 2 % of a render go into its preview.
+/// Ratio of the interval to the duration of the last picture: the preview takes less than 2 % of a
+/// render.
 const INTERVAL_FACTOR: u32 = 50;
 
-/// Floats in a packet, where that is a row or more. A packet's length must fit 32 bits; tev sets 1 MiB aside for one, which this keeps within.
+/// Number of floats in a packet, if that is at least a row. The packet length must fit 32 bits; tev
+/// allocates 1 MiB for a packet, and this stays within it.
 const PACKET: usize = 1 << 17;
 
-/// The viewer that a render is shown in, if there is one. Pictures are sent by a thread of their own: a viewer that reads slowly, or not at all, does not hold up
-/// the render. A picture that is due while the one before is under way is left out.
+/// The viewer of a render, if any. A separate thread sends the pictures, so that a slow viewer does
+/// not delay the render. A picture that is due while the previous one is being sent is skipped.
 pub(super) struct Preview {
     viewer: Option<Sending>,
-    /// Time to leave until the next picture; `None` without a viewer.
+    /// Time until the next picture; `None` without a viewer.
     pub interval: Option<Duration>,
 }
 
-/// The thread that sends pictures, seen from outside.
+/// Handle of the thread that sends pictures.
 struct Sending {
-    /// As the user named it.
+    /// Address as the user wrote it.
     address: String,
-    /// Closes the connection under the thread.
+    /// Connection, to close it under the thread.
     connection: TcpStream,
     work: Sender<Work>,
-    /// What became of each work item.
+    /// Result of each work item.
     results: Receiver<io::Result<()>>,
-    /// Bands that were sent so far.
+    /// Number of bands sent so far.
     bands: Arc<AtomicU64>,
-    /// When the work that is under way was given.
+    /// Start of the current work item.
     since: Option<Instant>,
 }
 
-/// What the thread is to send.
+/// Work item of the thread.
 enum Work {
-    /// A black image of so many pixels.
+    /// A black image with this width and height.
     Open([u32; 2]),
     Picture(Image),
 }
 
 struct Viewer {
     client: TevClient,
-    /// Of the image: viewers know images by name.
+    /// Name of the image. Viewers identify images by name.
     name: String,
     bands: Arc<AtomicU64>,
 }
 
 impl Preview {
-    /// Connects to the viewer that the arguments name, if they do.
+    /// Connects to the viewer of the arguments, if they name one.
     ///
     /// # Errors
     ///
-    /// No viewer answers at the address.
+    /// No viewer responds at the address.
     pub fn new(args: &RenderArgs) -> Result<Self, FileError> {
         let connect = |address: &String| Sending::connect(address, &args.scene);
         let viewer = args.tev.as_ref().map(connect).transpose()?;
@@ -94,18 +100,21 @@ impl Preview {
         })
     }
 
-    /// Opens a black image of the film's full size, with the channels that all files have. Here and below, a viewer that cannot be reached any more
-    /// is what comes back, once; after that there is none.
+    /// Opens a black image of the film's full size, with the channels that all files have. This and
+    /// the following functions return an error once if the connection is lost; afterwards there is
+    /// no viewer.
     pub fn open(&mut self, film: &Film) -> Option<FileError> {
         self.tell(|| Work::Open(film.resolution().to_array()))
     }
 
-    /// Shows the picture so far, unless the viewer is busy. The other channels are left out: they would take most of the time.
+    /// Shows the current picture, unless the viewer is busy. Other channels are left out: they
+    /// would take most of the time.
     pub fn update(&mut self, film: &Film) -> Option<FileError> {
         self.tell(|| Work::Picture(film.develop_picture()))
     }
 
-    /// Shows `image`, that of the file, as far as it has channels that all files have, and waits until that is done, or has taken too long.
+    /// Shows the final `image`, limited to channels that all files have. Waits for the end, or
+    /// until the time limit.
     pub fn finish(&mut self, image: &Image) -> Option<FileError> {
         let viewer = self.viewer.as_mut()?;
         let start = Instant::now();
@@ -116,7 +125,7 @@ impl Preview {
         shown.err().map(|error| self.lose(&error))
     }
 
-    /// Gives the thread `work`, unless it is busy.
+    /// Sends `work` to the thread, unless it is busy.
     fn tell(&mut self, work: impl FnOnce() -> Work) -> Option<FileError> {
         let viewer = self.viewer.as_mut()?;
         match viewer.look() {
@@ -143,10 +152,11 @@ impl Preview {
 }
 
 impl Sending {
-    /// At `address`, a host and a port; the image is named after `scene` and this process, so that the viewer keeps those of other runs.
+    /// Connects to `address`, a host and a port. The image name has `scene` and the process id, so
+    /// that the viewer keeps images of other runs.
     fn connect(address: &str, scene: &Path) -> Result<Self, FileError> {
         let connected = address.to_socket_addrs().and_then(|sockets| {
-            // A name such as localhost may stand for several addresses.
+            // A name such as localhost may have several addresses.
             let mut tried = Err(io::Error::other("the host has no address"));
             for socket in sockets {
                 tried = TcpStream::connect_timeout(&socket, PATIENCE);
@@ -196,19 +206,19 @@ impl Sending {
         })
     }
 
-    /// Gives work to the thread, which is idle.
+    /// Sends work to the idle thread.
     fn give(&mut self, work: Work) {
-        // Where the thread has ended, the next look finds out.
+        // If the thread has ended, the next check reports it.
         let _ = self.work.send(work);
         self.since = Some(Instant::now());
     }
 
-    /// Time of the last work, if the thread is idle again.
+    /// Duration of the last work item; `None` if the thread is still busy.
     fn look(&mut self) -> io::Result<Option<Duration>> {
         self.look_for(Duration::ZERO)
     }
 
-    /// Time of the last work, waiting at most so long for it.
+    /// Duration of the last work item, waiting at most `patience` for it.
     fn look_for(&mut self, patience: Duration) -> io::Result<Option<Duration>> {
         let Some(since) = self.since else {
             return Ok(Some(Duration::ZERO));
@@ -224,7 +234,8 @@ impl Sending {
         }
     }
 
-    /// Waits until the thread is idle: as long as bands get on, until [`LONGEST`] after `start`. An interrupt shortens that.
+    /// Waits until the thread is idle, while it sends bands, until [`LONGEST`] after `start`. An
+    /// interrupt shortens the wait.
     fn wait(&mut self, start: Instant) -> io::Result<()> {
         let (mut bands, mut moved) = (self.bands.load(Ordering::Relaxed), Instant::now());
         let is_interrupted = interrupted_for(PATIENCE_AT_END);
@@ -244,16 +255,16 @@ impl Sending {
     }
 }
 
-/// Of a viewer that takes longer than `patience`.
+/// Error of a viewer that takes longer than `patience`.
 fn slow(patience: Duration) -> io::Error {
     let seconds = patience.as_secs();
     io::Error::other(format!("it reads too slowly; the limit is {seconds} s"))
 }
 
-/// Of the viewer at `address`.
+/// Error of the viewer at `address`.
 fn lost(address: &str, error: &io::Error) -> FileError {
     let message = match error.kind() {
-        // What systems call a time-out differs.
+        // Systems report a time-out with different kinds.
         io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
             format!("lost the viewer: it has read nothing for {} s", PATIENCE.as_secs())
         }
@@ -274,7 +285,7 @@ impl Viewer {
         })
     }
 
-    /// Sends those channels of `image` that were opened, in bands of rows.
+    /// Sends the opened channels of `image` in bands of rows.
     fn send(&mut self, image: &Image) -> io::Result<()> {
         let channels: Vec<&Channel> = Image::channel_names().filter_map(|name| image.channel(name)).collect();
         let names: Vec<&str> = channels.iter().map(|c| c.name.as_ref()).collect();
@@ -285,7 +296,7 @@ impl Viewer {
             .step_by(rows)
             .map(|top| (top, (size.y - top).min(rows as u32)))
         {
-            // Channel after channel
+            // Channels are stored one after the other
             let pixels = width * height as usize;
             let first = width * top as usize;
             let band = channels.iter().flat_map(|c| &c.values[first..first + pixels]);

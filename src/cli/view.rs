@@ -1,4 +1,5 @@
-//! `embrasure view`: what the command line does for the viewer (`crate::view`), which serves the page and renders.
+//! `embrasure view`: the functions of the command line for the viewer (`crate::view`), which serves
+//! the page and renders.
 
 use super::args::{LoadArgs, RenderArgs, ViewArgs};
 use super::error::CliError;
@@ -46,7 +47,7 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
             args.listen
         ));
     }
-    // Ctrl-C ends the render and the server, and that is how it should end.
+    // Ctrl-C is the normal way to end the render and the server.
     let _heeding = Heeding::begin();
     let commands = Commands {
         render: &render,
@@ -62,7 +63,8 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Shows how far the scene is loaded, tells the page too, and ends the program at an interrupt.
+/// Reports the progress of loading on the terminal and to the page. Ends the program at an
+/// interrupt.
 struct Reading<'a> {
     bar: Loading,
     page: &'a dyn LoadObserver,
@@ -95,7 +97,7 @@ fn two_settings(text: &str) -> Result<[String; 2], CliError> {
     }
 }
 
-/// What `render` would be told.
+/// Arguments of the equivalent render.
 fn render_args(args: &ViewArgs) -> RenderArgs {
     RenderArgs {
         scene: args.scene.clone(),
@@ -120,7 +122,7 @@ fn render_args(args: &ViewArgs) -> RenderArgs {
     }
 }
 
-/// The job of `render` after `changes`, and the lights of the scene file itself.
+/// The job of `render` after `changes`, and the lights of the scene file.
 fn job(render: &RenderArgs, changes: &SceneChanges) -> Result<(Job, Vec<FileLight>), CliError> {
     let mut load = render.load.clone();
     load.set.extend(changes.lights.iter().map(LightEdit::flag));
@@ -135,7 +137,7 @@ fn job(render: &RenderArgs, changes: &SceneChanges) -> Result<(Job, Vec<FileLigh
     Ok((Job::to_show_scene(render, scene)?, lights))
 }
 
-/// Reads the scene as if its file had the contents `text`, as `render` does with `args`.
+/// Reads the scene of the file contents `text` like `render` with `args`.
 fn check_text(args: &RenderArgs, text: &str, part: SavedPart) -> Result<(), CliError> {
     let scene = scene_of_text(&args.scene, text, &args.load)?;
     let job = Job::to_show_scene(args, scene)?;
@@ -149,7 +151,7 @@ fn check_text(args: &RenderArgs, text: &str, part: SavedPart) -> Result<(), CliE
     Ok(())
 }
 
-/// `args` without flags that change the scene: how files are read and found stays.
+/// `args` without flags that change the scene. Flags for reading and finding files are kept.
 fn without_changes(args: &RenderArgs) -> RenderArgs {
     RenderArgs {
         scene: args.scene.clone(),
@@ -163,7 +165,7 @@ fn without_changes(args: &RenderArgs) -> RenderArgs {
     }
 }
 
-/// What the viewer is to know of a job.
+/// Data of a job for the viewer.
 fn request(job: Job, lights: Vec<FileLight>, render: &RenderArgs) -> Result<SceneRequest, CliError> {
     Ok(SceneRequest {
         exr: render.exr.format()?,
@@ -175,11 +177,11 @@ fn request(job: Job, lights: Vec<FileLight>, render: &RenderArgs) -> Result<Scen
     })
 }
 
-/// The command line, as the viewer asks it.
+/// The command line as the host of the viewer.
 struct Commands<'a> {
     render: &'a RenderArgs,
     args: &'a ViewArgs,
-    /// The file that leads the browser to the page. It goes with the viewer.
+    /// File that redirects the browser to the page. It is deleted with the viewer.
     redirect: Mutex<Option<NamedTempFile>>,
     shown_warnings: ShownWarnings,
 }
@@ -189,7 +191,7 @@ impl Commands<'_> {
         *self.redirect.lock().unwrap_or_else(PoisonError::into_inner) = file;
     }
 
-    /// Loading cannot be stopped otherwise.
+    /// Loading has no other way to stop.
     fn leave_if_interrupted(&self) {
         if is_interrupted() {
             self.set_redirect(None);
@@ -272,7 +274,7 @@ impl Host for Commands<'_> {
             errln!("Open this link in a browser; Ctrl-C ends the render.");
         }
         if !self.args.no_open && has_display() {
-            // Without the file, the printed link is there.
+            // Without the file, the user has the printed link.
             if let Ok(file) = redirect(link) {
                 open(file.path());
                 self.set_redirect(Some(file));
@@ -281,14 +283,15 @@ impl Host for Commands<'_> {
     }
 }
 
-/// Whether there is a desktop that a browser could open on.
+/// Returns true if there is a desktop for a browser.
 fn has_display() -> bool {
     let is_set = |name: &str| env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_remote = is_set("SSH_CONNECTION");
     cfg!(target_os = "macos") || ((is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && !is_remote)
 }
 
-/// A file that leads a browser to `link`, and that only its owner can read: arguments of programs can be read by all users of a machine.
+/// A file that redirects a browser to `link` and is readable only by its owner. All users of a
+/// machine can read program arguments.
 fn redirect(link: &str) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix("embrasure-").suffix(".html");
@@ -303,7 +306,7 @@ fn redirect(link: &str) -> io::Result<NamedTempFile> {
     Ok(file)
 }
 
-/// Asks the desktop to open `file`; where it does not, the link that was printed is there.
+/// Opens `file` with the desktop's default program. If that fails, the user has the printed link.
 fn open(file: &Path) {
     let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
     let started = Command::new(program)
@@ -313,7 +316,7 @@ fn open(file: &Path) {
         .stderr(Stdio::null())
         .spawn();
     if let Ok(mut browser) = started {
-        // Its end is waited for, so that no dead process is left.
+        // Waits for its end, so that no zombie process remains.
         drop(thread::Builder::new().spawn(move || browser.wait()));
     }
 }

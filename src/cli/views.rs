@@ -17,14 +17,14 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Pictures in a row of the sheet.
+/// Number of pictures in a row of the sheet.
 const COLUMNS: usize = 4;
 /// Default number of samples per pixel.
 const SAMPLES: u32 = 16;
-/// Default edge of a picture, pixels.
+/// Default edge length of a picture in pixels.
 const SIZE: u32 = 240;
 
-/// Renders the candidates small, and writes the sheet.
+/// Renders small pictures of the candidates, and writes the sheet.
 pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     let render = RenderArgs {
         scene: args.scene.clone(),
@@ -95,7 +95,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
             progress.finish();
             return Err(CliError::Interrupted("interrupted: no sheet is written".into()));
         }
-        // As `render` shows the picture, or raw where denoising fails
+        // Denoised as in `render`, or raw if denoising fails
         let mut metadata = renderer.metadata(&state, true);
         let denoised = renderer.denoise_unless(renderer.develop(&state), &mut metadata, &is_interrupted);
         let image = denoised.unwrap_or_else(|_| renderer.develop(&state));
@@ -121,10 +121,10 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The plan of an interior, with the cameras of the candidates that stand in it by their numbers.
+/// The plan of an interior with the numbered cameras that stand in it.
 fn plan(session: &Session, candidates: &[(String, CameraGuess)]) -> Result<Option<(Panel, Vec<Mark>)>, CliError> {
     let cameras: Vec<CameraGuess> = candidates.iter().map(|(_, camera)| camera.clone()).collect();
-    // Cameras from outside are the last ones, and would stand far away from the plan.
+    // Cameras outside the interior come last, and would be far from the plan.
     let is_named = |flags: &str| flags.starts_with("--view") || flags.starts_with("--orbit");
     let inside = candidates.iter().take_while(|(flags, _)| !is_named(flags)).count();
     let edge = edge_of_plan(session.settings().resolution.x as usize, COLUMNS);

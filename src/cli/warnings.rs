@@ -1,19 +1,19 @@
-//! `--warnings`: which of the warnings about a scene are printed. `--stats` has all of them.
+//! `--warnings`: selection of the printed warnings about a scene. `--stats` has all of them.
 
 use super::words;
 use crate::io::Warning;
 use crate::options::named;
 use std::path::Path;
 
-/// Which warnings are printed.
+/// Selection of printed warnings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum ShownWarnings {
-    /// Several of one kind as one, with their number.
+    /// One line per kind, with the number of warnings.
     #[default]
     Summary,
-    /// Each.
+    /// Every warning.
     All,
-    /// None.
+    /// No warning.
     None,
 }
 
@@ -33,7 +33,8 @@ impl ShownWarnings {
         }
     }
 
-    /// Prints `warnings` that are not about the scene's files: there are few of them, and `embrasure check` does not report them.
+    /// Prints `warnings` that are not about the scene's files. They are few, and `embrasure check`
+    /// does not report them.
     pub fn show_each(self, warnings: &[Warning]) {
         if self != Self::None {
             for warning in warnings {
@@ -46,13 +47,14 @@ impl ShownWarnings {
         }
     }
 
-    /// Printed warnings, in the order of the first warning of each kind, each with the warning that it begins with.
+    /// Printed warnings in the order of the first warning of each kind. Each has its first warning
+    /// and its text.
     fn texts<'a>(self, warnings: &'a [Warning], path: &Path) -> Vec<(&'a Warning, String)> {
         match self {
             Self::All => warnings.iter().map(|warning| (warning, with_code(warning))).collect(),
             Self::None => Vec::new(),
             Self::Summary => {
-                // Kinds with their first warning and the number of others
+                // First warning of each kind, and the number of others
                 let mut kinds: Vec<(&'a Warning, usize)> = Vec::new();
                 for warning in warnings {
                     match kinds.iter_mut().find(|(first, _)| first.kind == warning.kind) {
@@ -70,7 +72,7 @@ impl ShownWarnings {
     }
 }
 
-/// A warning with its code, which `embrasure help CODE` explains, at the end of the first line.
+/// A warning with its code at the end of the first line. `embrasure help CODE` explains the code.
 fn with_code(warning: &Warning) -> String {
     let (line, rest) = match warning.text.split_once('\n') {
         Some((line, rest)) => (line, format!("\n{rest}")),
@@ -79,7 +81,8 @@ fn with_code(warning: &Warning) -> String {
     format!("{line} [{}]{rest}", warning.kind)
 }
 
-/// A warning and `others` of its kind: the first place, the number, where to see the others, and the remedy of the first.
+/// Text for a warning and `others` of its kind: the first place, the number, a hint to the others,
+/// and the remedy of the first.
 fn summary(first: &Warning, others: usize, path: &Path) -> String {
     let (line, remedy) = first.text.split_at(first.text.find('\n').unwrap_or(first.text.len()));
     let path = path.display();

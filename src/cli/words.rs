@@ -1,10 +1,12 @@
-//! Printing: errors and warnings on the standard error, results on the standard output, in colour where that is wanted.
+//! Printing: errors and warnings to the standard error, results to the standard output, in colour
+//! if the terminal shows colours.
 //!
-//! `anstream` decides about colour from the terminal, `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` and `TERM`, as clap does. The progress bar asks here
-//! too, since indicatif's own rules differ where two of these disagree.
+//! `anstream` decides about colour from the terminal, `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` and
+//! `TERM`, as in clap. The progress bar uses the same decision, because indicatif has other rules
+//! if these conflict.
 //!
-//! Control characters are escaped, because names may hold terminal escapes. The first error of the standard output is remembered, and the exit code
-//! is 1 then; a closed pipe is no error.
+//! Control characters are escaped, because names may have terminal escapes. The first error of the
+//! standard output is stored, and makes the exit code 1. A closed pipe is not an error.
 
 use crate::math::{rounded, rounded_list, significant};
 use anstream::{AutoStream, ColorChoice};
@@ -17,7 +19,7 @@ const ERROR: Style = AnsiColor::Red.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 const NOTE: Style = AnsiColor::Cyan.on_default().bold();
 
-/// What has kept words from the standard output, first.
+/// First error of the standard output.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Prints to the standard output.
@@ -48,12 +50,12 @@ macro_rules! errln {
     };
 }
 
-/// A number of things with their noun, whose plural has an `s` more: `1 triangle`, `2 triangles`.
+/// A number with its noun, whose plural ends in `s`: `1 triangle`, `2 triangles`.
 pub(super) fn count(number: u64, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
-/// A number as people write it, such as 0.04 for the `f32` nearest to it.
+/// The shortest decimal of a number, such as 0.04 for the `f32` nearest to it.
 pub(super) fn number(value: f64) -> String {
     rounded(value)
 }
@@ -63,44 +65,46 @@ pub(super) fn measured(value: f64) -> String {
     significant(value, 4)
 }
 
-/// A share in percent with at most three significant digits, such as 7.7 %.
+/// A fraction in percent with at most three significant digits, such as 7.7 %.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
-/// Numbers as people write them, between brackets.
+/// Shortest decimals of numbers, in brackets.
 pub(super) fn list(values: &[f32]) -> String {
     rounded_list(values)
 }
 
-/// Words about the panes that were recognised, if there are any.
+/// Text with the number of detected panes; `None` without panes.
 pub(super) fn panes(number: u64) -> Option<String> {
     (number > 0).then(|| format!("{}, light passes straight", count(number, "pane")))
 }
 
-/// Prints words that may hold names to the standard output.
+/// Prints words that may contain names to the standard output.
 pub(super) fn print(words: Arguments) {
     print_bytes(escaped(&words.to_string()).as_bytes());
 }
 
-/// Prints to the standard output. What goes wrong there is told by [`finish`], since the rest of a command is worth doing.
+/// Prints to the standard output. [`finish`] reports an error later, so that the command continues.
 pub(super) fn print_bytes(bytes: &[u8]) {
     remember(io::stdout().lock().write_all(bytes));
 }
 
-/// Prints words that may hold names to the standard error. A failure to print cannot be printed either, and is ignored.
+/// Prints words that may contain names to the standard error. Errors are ignored, because they
+/// cannot be printed.
 pub(super) fn say(words: Arguments) {
     let _ = io::stderr().lock().write_all(escaped(&words.to_string()).as_bytes());
 }
 
-/// Ends the standard output. An error where not all of it could be written.
+/// Flushes the standard output. Returns an error if a part could not be written.
 pub(super) fn finish() -> io::Result<()> {
     remember(io::stdout().lock().flush());
     let lost = LOST.lock().unwrap_or_else(PoisonError::into_inner).take();
     lost.map_or(Ok(()), Err)
 }
 
-/// Remembers the first error. A reader that has read enough (`embrasure info SCENE | head`) is none.
+/// Stores the first error. A reader that stops early (`embrasure info SCENE | head`) is not an
+/// error.
 pub(super) fn remember(written: io::Result<()>) {
     if let Err(error) = written.map_err(|error| (error.kind() != io::ErrorKind::BrokenPipe).then_some(error)) {
         let mut lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
@@ -108,8 +112,8 @@ pub(super) fn remember(written: io::Result<()>) {
     }
 }
 
-/// `text` without control characters, which names may hold and terminals obey: `\u001b`, as JSON
-/// escapes them. Lines and tabs stay.
+/// `text` with control characters escaped as in JSON: `\u001b`. Names may have them, and terminals
+/// execute them. Line breaks and tabs are kept.
 pub(super) fn escaped(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
@@ -122,19 +126,19 @@ pub(super) fn escaped(text: &str) -> String {
     shown
 }
 
-/// Returns true for characters that reverse the text after them on a terminal, and hide what a name is
+/// Returns true for characters that reverse the following text on a terminal, and so disguise names
 /// (Boucher and Anderson 2021, "Trojan Source").
 fn is_bidi_control(c: char) -> bool {
     matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Says why a command ends early.
+/// Prints the error that ends a command.
 pub(super) fn error(text: impl Display) {
     let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{ERROR}error:{ERROR:#} {text}");
 }
 
-/// Says what should be looked at.
+/// Prints a warning.
 pub(super) fn warning(text: impl Display) {
     let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{WARNING}warning:{WARNING:#} {text}");
@@ -146,8 +150,9 @@ pub(super) fn note(text: impl Display) {
     let _ = writeln!(anstream::stderr(), "{NOTE}note:{NOTE:#} {text}");
 }
 
-/// Whether the standard error is shown in colour: on a terminal that has it, unless `NO_COLOR`, `CLICOLOR` or `CLICOLOR_FORCE` say otherwise
-/// (<https://no-color.org>, <https://bixense.com/clicolors>).
+/// Returns true if the standard error shows colours: on a terminal with colours, unless `NO_COLOR`,
+/// `CLICOLOR` or `CLICOLOR_FORCE` decide otherwise (<https://no-color.org>,
+/// <https://bixense.com/clicolors>).
 pub(super) fn in_colour() -> bool {
     AutoStream::choice(&io::stderr()) != ColorChoice::Never
 }

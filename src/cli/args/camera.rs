@@ -1,4 +1,4 @@
-//! The camera, as flags say it.
+//! Flags of the camera.
 
 use super::flags::Flags;
 use crate::math::DVec3;
@@ -7,10 +7,10 @@ use crate::session::CameraSettings;
 use clap::error::Error;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-/// Flags that exclude each other, besides those whose keys do.
+/// Pairs of flags that exclude each other, in addition to the exclusive keys.
 const EXCLUSIVE: [&str; 2] = ["focus_at", "focus_distance"];
 
-/// Camera flags. What neither flags nor the scene file set is guessed.
+/// Camera flags. Settings that neither flags nor the scene file have are guessed.
 #[derive(Clone, Debug, Default)]
 pub(in crate::cli) struct CameraArgs(pub CameraOptions);
 
@@ -40,7 +40,7 @@ impl FromArgMatches for CameraArgs {
     }
 }
 
-/// The flag of a key.
+/// Flag of a key.
 fn flag(key: &str) -> String {
     let mut parameters = CameraOptions::PARAMETERS.iter();
     let parameter = parameters.find(|parameter| parameter.key == key);
@@ -48,8 +48,8 @@ fn flag(key: &str) -> String {
 }
 
 impl CameraArgs {
-    /// The camera of the scene file with these flags over it, whose positions are those of a file
-    /// with the scene's origin at `origin`.
+    /// Applies these flags to the camera of the scene file. Positions in flags are OBJ coordinates;
+    /// `origin` is the scene's origin in them.
     pub fn apply(&self, camera: &mut CameraSettings, origin: DVec3) {
         let near = |position: DVec3| position - origin;
         let flags = self.0.placed();
@@ -58,7 +58,7 @@ impl CameraArgs {
             look_at: flags.look_at.map(near),
             ..flags
         };
-        // A view replaces the place of the camera, not its lens.
+        // A view replaces the position of the camera, and keeps its lens.
         let is_drawing = flags.elevation.is_some();
         if flags.view.is_some() || flags.orbit.is_some() || flags.stand.is_some() || is_drawing {
             camera.options = CameraOptions {
@@ -84,7 +84,7 @@ impl CameraArgs {
         if flags.look_at.is_some() {
             camera.yaw = None;
         }
-        // Each of them says how wide the camera sees.
+        // Each of these keys defines the field of view.
         if flags.intrinsics.is_some() {
             (
                 camera.vertical_fov,
@@ -99,7 +99,7 @@ impl CameraArgs {
         if flags.focus_distance.is_some() {
             camera.focus_at = None;
         }
-        // Each of the two says how large the lens is.
+        // Both keys define the radius of the lens.
         if flags.lens_radius.is_some() || flags.f_stop.is_some() {
             (camera.lens_radius, camera.f_stop) = (None, None);
         }

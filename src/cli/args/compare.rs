@@ -53,7 +53,8 @@ pub(in crate::cli) struct CompareArgs {
 
     /// Content of the picture of the difference
     ///
-    /// error: relative difference of luminance; flip: FLIP; z: difference over its standard deviation.
+    /// error: relative difference of luminance; flip: FLIP; z: difference over its standard
+    /// deviation.
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Map>::new(), default_value = "error", requires = "output")]
     pub map: Map,
 }
@@ -75,7 +76,7 @@ impl CompareArgs {
     }
 }
 
-/// What a picture of a difference shows.
+/// Content of a difference picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::cli) enum Map {
     Error,

@@ -64,7 +64,7 @@ pub(in crate::cli) struct DevelopArgs {
     pub quiet: bool,
 }
 
-/// Size of a picture, of which there is one already.
+/// Size of the result, as a factor or in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::cli) enum Scale {
     Factor(f64),

@@ -2,7 +2,7 @@ use super::flags::NameParser;
 use crate::cli::error::CliError;
 use crate::io::{Compression, ExrFormat};
 
-/// How EXR files hold pictures.
+/// Flags for the storage of pictures in EXR files.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct ExrArgs {
     /// Compression of EXR files; zips is by rows, piz uses wavelets [default: zip]
@@ -11,17 +11,18 @@ pub(in crate::cli) struct ExrArgs {
 
     /// Layers of EXR files to store as half floats, such as picture,albedo or all [default: none]
     ///
-    /// Layers: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights. Others stay float32.
+    /// Layers: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights. Others stay
+    /// float32.
     #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
     pub half: Vec<String>,
 }
 
 impl ExrArgs {
-    /// The format that these flags ask for.
+    /// EXR format of these flags.
     ///
     /// # Errors
     ///
-    /// A layer that cannot be held as half floats.
+    /// A layer that cannot be stored as half floats.
     pub fn format(&self) -> Result<ExrFormat, CliError> {
         let mut format = ExrFormat::default();
         format.compression = self.compression.unwrap_or(format.compression);

@@ -7,7 +7,7 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use std::ffi::OsStr;
 use std::marker::PhantomData;
 
-/// What flags set of a group of options.
+/// Options of a group that flags set.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::cli) struct Flags<G>(pub G);
 
@@ -41,7 +41,7 @@ impl<G: OptionGroup> FromArgMatches for Flags<G> {
     }
 }
 
-/// The flag of a parameter.
+/// Flag of a parameter.
 fn arg(parameter: &'static Parameter, heading: &'static str) -> Arg {
     let mut default = parameter.default();
     for (integrator, value) in IntegratorOptions::other_defaults(parameter.key) {
@@ -69,7 +69,7 @@ fn arg(parameter: &'static Parameter, heading: &'static str) -> Arg {
     }
 }
 
-/// A value that a flag cannot have, as clap's errors are printed.
+/// Error for an invalid value of a flag, formatted like clap's errors.
 fn refusal(InvalidOption { flag, value, help, .. }: &InvalidOption) -> Error {
     Error::raw(
         ErrorKind::ValueValidation,
@@ -77,7 +77,8 @@ fn refusal(InvalidOption { flag, value, help, .. }: &InvalidOption) -> Error {
     )
 }
 
-/// Takes any text; the values that shells complete are those of the parameter. [`OptionGroup::set`] says what is wrong with others.
+/// Parser that accepts any text. Shells complete the values of the parameter. [`OptionGroup::set`]
+/// reports invalid values later.
 #[derive(Clone, Copy)]
 struct TextParser(&'static Parameter);
 
@@ -94,7 +95,7 @@ impl TypedValueParser for TextParser {
     }
 }
 
-/// Takes the name of a value, which shells complete.
+/// Parser for the name of a value. Shells complete the names.
 #[derive(Clone, Copy)]
 pub(in crate::cli) struct NameParser<T>(PhantomData<T>);
 
@@ -129,7 +130,7 @@ impl<T: Named + Send + Sync> TypedValueParser for NameParser<T> {
     }
 }
 
-/// Reads a value of a parameter's type.
+/// Parses a value of a parameter's type.
 pub(in crate::cli) fn value_parser<T: Value>(text: &str) -> Result<T, String> {
     T::of_text(text).ok_or_else(|| format!("use {}", T::KIND))
 }

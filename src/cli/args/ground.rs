@@ -1,6 +1,6 @@
 use crate::description::SceneFile;
 
-/// Whether there is a ground.
+/// Flags of the ground.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(in crate::cli) struct GroundArgs {
     /// Add a ground that shows only shadows; `[ground]` of the scene file places it
@@ -13,7 +13,7 @@ pub(in crate::cli) struct GroundArgs {
 }
 
 impl GroundArgs {
-    /// Adds the ground to `scene`, or takes it out.
+    /// Adds the ground to `scene`, or removes it.
     pub fn apply(self, scene: &mut SceneFile) {
         if self.no_ground {
             scene.ground = None;

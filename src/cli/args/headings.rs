@@ -1,14 +1,14 @@
 //! Headings under which `--help` lists commands and flags, and the flags that `-h` shows.
 //!
-//! `-h` shows the first line of each help, `--help` all lines, and `embrasure help COMMAND` also rare
-//! flags. Within a heading flags are in the order of the fields in `cli/args`, and parameters in
-//! that of their entries in `options`. Headings are in the order of [`FIRST_TITLES`], then of their
-//! first flags.
+//! `-h` shows the first line of each help, `--help` all lines, and `embrasure help COMMAND` also
+//! rare flags. Within a heading, flags are in the order of the fields in `cli/args`, and parameters
+//! in the order of their entries in `options`. Headings are in the order of [`FIRST_TITLES`], then
+//! of their first flags.
 
 use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, Command};
 
-/// Commands under the titles of their groups, as `--help` of the program lists them.
+/// Commands by the titles of their groups, as `--help` of the program lists them.
 const COMMANDS: [(&str, &[&str]); 4] = [
     (
         "Every day",
@@ -39,7 +39,8 @@ pub(super) fn with_groups(program: Command) -> Command {
     ))
 }
 
-/// Flags of commands that load a scene, under the titles of their groups. Flags that are not here are under "Options", or say their heading themselves.
+/// Flags of commands that load a scene, by the titles of their groups. Other flags are under
+/// "Options", or have their own heading.
 const HEADINGS: [(&str, &[&str]); 6] = [
     (
         "Image",
@@ -107,7 +108,8 @@ const HEADINGS: [(&str, &[&str]); 6] = [
     ),
 ];
 
-/// Flags of single commands under the titles of their groups. These win over [`HEADINGS`]; an empty title is "Options".
+/// Flags of single commands by the titles of their groups. These override [`HEADINGS`]; an empty
+/// title is "Options".
 const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
     // A range of samples to record, not a part of a render
     ("paths", "", &["samples"]),
@@ -124,11 +126,11 @@ const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
     ("audit", "Machine", &["backend", "against", "threads"]),
 ];
 
-/// Flags that `-h` shows of every command that loads a scene, below the headings too.
+/// Flags that `-h` shows for every command that loads a scene, also those below the headings.
 const BRIEF: [&str; 4] = ["view", "orbit", "material", "integrator"];
 
-/// Flags that `-h` shows besides [`BRIEF`], of commands with many; of others all that have no
-/// heading.
+/// Flags that `-h` shows in addition to [`BRIEF`], for commands with many flags. For other commands
+/// `-h` shows all flags without a heading.
 const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
     (
         "render",
@@ -189,7 +191,7 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
     ),
 ];
 
-/// Flags of scenes that `--help` leaves out.
+/// Flags of scene commands that `--help` leaves out.
 const RARE: [&str; 39] = [
     "aperture-blades",
     "aperture-rotation",
@@ -232,7 +234,7 @@ const RARE: [&str; 39] = [
     "yaw",
 ];
 
-/// Parameters of integrators that `--help` shows; it leaves out the others.
+/// Parameters of integrators that `--help` shows. It leaves out all others.
 const USUAL_PARAMETERS: [&str; 4] = ["integrator", "max-depth", "clamp-indirect", "photons"];
 
 /// Returns true if `--help` of a command that loads a scene leaves `arg` out.
@@ -242,12 +244,13 @@ fn is_rare(arg: &Arg) -> bool {
         .is_some_and(|flag| RARE.contains(&flag) || is_parameter && !USUAL_PARAMETERS.contains(&flag))
 }
 
-/// Whether a command has the flags of [`HEADINGS`].
+/// Returns true if a command has the flags of [`HEADINGS`].
 fn loads_a_scene(command: &Command) -> bool {
     command.get_arguments().any(|arg| arg.get_long() == Some("texture-dir"))
 }
 
-/// Title of the group of a flag of `command`; `None` for flags that say it themselves, or have none.
+/// Title of the group of a flag of `command`; `None` for flags that have their own heading, or
+/// none.
 fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
     let of_command = HEADINGS_OF_COMMANDS
         .iter()
@@ -259,7 +262,7 @@ fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
     group.map(|(heading, _)| *heading).filter(|_| loads_a_scene(command))
 }
 
-/// Titles that `--help` lists first, in this order; those of integrators are last.
+/// Titles that `--help` lists first, in this order. The titles of integrators come last.
 const FIRST_TITLES: [&str; 4] = ["Camera", "Light", "Image", "Materials and files"];
 const LAST_TITLE: &str = "Integrator";
 
@@ -277,7 +280,7 @@ pub(super) fn grouped(program: Command) -> Command {
             Some((rank(title), arg.get_id().clone(), heading))
         };
         let mut headings: Vec<_> = command.get_arguments().filter_map(of).collect();
-        // `mut_arg` moves a flag behind all others.
+        // `mut_arg` moves a flag to the end.
         headings.sort_by_key(|(rank, ..)| *rank);
         headings.into_iter().fold(command, |command, (_, id, heading)| {
             command.mut_arg(id, |arg| match heading {
@@ -288,7 +291,7 @@ pub(super) fn grouped(program: Command) -> Command {
     })
 }
 
-/// The program as `--help` shows it: without rare flags.
+/// The program for `--help`: without rare flags.
 pub(super) fn usual(program: Command) -> Command {
     program.mut_subcommands(|command| {
         let count = command.get_arguments().filter(|arg| is_rare(arg)).count();
@@ -303,7 +306,7 @@ pub(super) fn usual(program: Command) -> Command {
     })
 }
 
-/// `words`, then the examples of `command`.
+/// `words` followed by the examples of `command`.
 fn with_examples(command: &Command, words: String) -> String {
     match command.get_after_help() {
         Some(examples) => format!("{words}\n\n{examples}"),
@@ -311,7 +314,8 @@ fn with_examples(command: &Command, words: String) -> String {
     }
 }
 
-/// The program with the whole help of each flag in one column. clap's own long help takes three lines for a flag.
+/// The program with the complete help of each flag in one column. clap's own long help has three
+/// lines per flag.
 pub(super) fn full(program: Command) -> Command {
     program.mut_subcommands(|command| {
         command.mut_args(|arg| match arg.get_long_help().map(StyledStr::to_string) {
@@ -323,7 +327,8 @@ pub(super) fn full(program: Command) -> Command {
     })
 }
 
-/// The program as `-h` shows it: the flags that most people need, the first line of their help, and how to see the others.
+/// The program for `-h`: the most important flags with the first line of their help, and a hint to
+/// the other flags.
 pub(super) fn brief(program: Command) -> Command {
     program.mut_subcommands(|command| {
         let name = command.get_name().to_string();
@@ -358,7 +363,7 @@ mod tests {
     use crate::cli::args::Args;
     use clap::CommandFactory;
 
-    /// Every flag in the tables is a flag of its command; every heading is used.
+    /// Every flag in the tables is a flag of its command. Every heading is used.
     #[test]
     fn headings_have_flags() {
         let program = Args::program();
@@ -409,7 +414,7 @@ mod tests {
         assert!(places.is_sorted(), "{help}");
     }
 
-    /// Cameras, light and image come first among the groups of `render`, and the integrator last.
+    /// Camera, light and image are the first groups of `render`, and the integrator is the last.
     #[test]
     fn render_begins_with_the_camera() {
         let mut program = Args::program();
@@ -429,7 +434,8 @@ mod tests {
         assert_eq!(after_options.last(), Some(&"Integrator:"), "{titles:?}");
     }
 
-    /// No group of a command is longer than two dozen flags, besides the parameters of integrators; commands with more than a dozen flags have groups.
+    /// A group of a command has at most 24 flags, except the parameters of integrators. Commands
+    /// with more than a dozen flags have groups.
     #[test]
     fn long_helps_have_groups() {
         for command in Args::program().get_subcommands() {
@@ -454,7 +460,7 @@ mod tests {
         for name in names {
             let command = program.find_subcommand_mut(&name).unwrap();
             let help = command.render_help().to_string();
-            // Lines of a wrapped text are further to the right.
+            // Continued lines are indented further.
             let is_flag = |line: &&str| line.starts_with("  -") || line.starts_with("      --");
             let flags = help.lines().filter(is_flag).count();
             assert!((1..=20).contains(&flags), "{name}: {flags}\n{help}");
@@ -479,8 +485,8 @@ mod tests {
         assert!(!help.contains("--photon-alpha"), "{help}");
     }
 
-    /// `--help` of `render` is two screens of flags, `embrasure help render` has all, and rare flags
-    /// are read like the others.
+    /// `--help` of `render` has two screens of flags, and `embrasure help render` has all flags.
+    /// The parser accepts rare flags too.
     #[test]
     fn rare_flags_are_left_out_of_the_help() {
         let flags = |mut program: Command| {
@@ -506,7 +512,7 @@ mod tests {
         assert!(Args::of(line.split(' ')).is_ok());
     }
 
-    /// `-h` has the first line of a help, `--help` all of it, below each other.
+    /// `-h` shows the first line of a help text, `--help` all lines.
     #[test]
     fn help_is_brief_or_full() {
         let help = |mut program: Command| {

@@ -20,7 +20,8 @@ pub(in crate::cli) struct HelpArgs {
     pub topic: Option<String>,
 }
 
-/// Takes the name of a topic. Shells complete the names; there are too many of them to list in a refusal.
+/// Parser for the name of a topic. Shells complete the names. A refusal does not list them, because
+/// there are too many.
 #[derive(Clone)]
 struct TopicParser;
 

@@ -38,8 +38,9 @@ pub(in crate::cli) struct LabArgs {
 
     /// Integrators to compare in place of the ladder, such as path,path:sampler=halton
     ///
-    /// A method is NAME or NAME:KEY=VALUE:KEY=VALUE... Its settings are parameters of integrators, sampling and pixel filter. A filter changes the picture: relMSE then includes the
-    /// difference between the filters of the estimator and of the reference.
+    /// A method is NAME or NAME:KEY=VALUE:KEY=VALUE... Its settings are parameters of integrators,
+    /// sampling and pixel filter. A filter changes the picture: relMSE then includes the difference
+    /// between the filters of the estimator and of the reference.
     #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
     pub methods: Vec<MethodFlag>,
 
@@ -108,10 +109,10 @@ pub(in crate::cli) struct LabArgs {
     pub load: LoadArgs,
 }
 
-/// An integrator of `--methods`, with the settings that were written behind it.
+/// An integrator of `--methods` with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct MethodFlag {
-    /// Text as it was written, without blanks: the name of the method's rung.
+    /// Written text without blanks. It is the name of the method in the ladder.
     pub name: String,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,
@@ -121,7 +122,7 @@ pub(in crate::cli) struct MethodFlag {
     pub filter: FilterOptions,
 }
 
-/// Takes integrators with settings; shells complete the integrators.
+/// Parser for integrators with settings. Shells complete the integrators.
 #[derive(Clone)]
 struct MethodParser;
 
@@ -139,7 +140,8 @@ impl TypedValueParser for MethodParser {
     }
 }
 
-/// `path` or `path:reuse=none:sampler=halton`: an integrator, and keys of the scene file's `[render]` with their values.
+/// Parses `path` or `path:reuse=none:sampler=halton`: an integrator, and keys of `[render]` of the
+/// scene file with values.
 fn parse_method(text: &str) -> Result<MethodFlag, String> {
     let mut parts = text.split(':').map(str::trim);
     let kind = parts.next().unwrap_or_default();
@@ -213,7 +215,7 @@ impl MethodFlag {
     }
 }
 
-/// Refuses a parameter that all methods have in common, and names the flag that sets it.
+/// Error for a parameter that all methods share. It names the flag that sets the parameter.
 fn refusal_of_common(key: &str) -> Option<String> {
     let is_of = |parameters: &[Parameter]| parameters.iter().any(|parameter| parameter.is_called(key));
     if is_of(LoadParameters::PARAMETERS) {

@@ -1,4 +1,5 @@
-//! Flags that change the light of a scene: `--env`, `--sun` and `--key-light`, as changes of the `[[light]]` sections of the scene file ([`LightChanges`]).
+//! Flags that change the light of a scene: `--env`, `--sun` and `--key-light`. They become changes
+//! of the `[[light]]` sections of the scene file ([`LightChanges`]).
 
 use crate::color::{Spectrum, WRITTEN_COLORS};
 #[cfg(feature = "view")]
@@ -7,7 +8,7 @@ use crate::description::{Environment, LightChanges, Sun};
 use crate::light::sky::SUN_IRRADIANCE;
 use crate::options::nearest;
 
-/// Light over that of the scene file.
+/// Flags that change the light of the scene file.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct LightFlags {
     /// Environment: an .hdr or .exr file, a colour, studio or sky
@@ -37,14 +38,14 @@ pub(in crate::cli) struct LightFlags {
     pub key_light: Option<f32>,
 }
 
-/// What `--env` says.
+/// Value of `--env`.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct EnvFlag {
     written: String,
     env: Environment,
 }
 
-/// What `--sun` says.
+/// Value of `--sun`.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct SunFlag {
     written: String,
@@ -52,12 +53,13 @@ pub(in crate::cli) struct SunFlag {
 }
 
 impl LightFlags {
-    /// What these flags change of a scene file's light.
+    /// Changes of the light of a scene file by these flags.
     pub fn changes(&self) -> LightChanges {
         LightChanges {
             env: self.env.as_ref().map(|EnvFlag { written, env }| {
                 let env = match env {
-                    // Paths on the command line are relative to the current folder, those of scene files to theirs.
+                    // Paths on the command line are relative to the current folder, paths in scene
+                    // files to the folder of the file.
                     Environment::File(path) => {
                         Environment::File(std::path::absolute(path).unwrap_or_else(|_| path.clone()))
                     }
@@ -75,14 +77,14 @@ impl LightFlags {
         }
     }
 
-    /// Whether these flags take the place of `light`.
+    /// Returns true if these flags replace `light`.
     #[cfg(feature = "view")]
     pub fn replaces(&self, light: &LightSection) -> bool {
         self.env.is_some() && light.is_environment()
     }
 }
 
-/// A file, a colour, `studio` or `sky`.
+/// Parses a file, a colour, `studio` or `sky`.
 fn parse_env(text: &str) -> Result<EnvFlag, String> {
     let env = match text {
         "studio" => Environment::Studio,
@@ -110,12 +112,12 @@ fn parse_env(text: &str) -> Result<EnvFlag, String> {
     })
 }
 
-/// Numbers with commas between them; `None` where something else is there.
+/// Numbers separated by commas; `None` for other texts.
 fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(|number| number.trim().parse().ok()).collect()
 }
 
-/// `AZ,EL` or `AZ,EL,STRENGTH`.
+/// Parses `AZ,EL` or `AZ,EL,STRENGTH`.
 fn parse_sun(text: &str) -> Result<SunFlag, String> {
     let (at, strength) = match numbers(text).as_deref() {
         Some(&[azimuth, elevation]) => ([azimuth, elevation], SUN_IRRADIANCE),
@@ -237,7 +239,7 @@ mod tests {
         assert_eq!(sky.up.as_ref().unwrap().get_ref(), &[0.0, 0.0, 1.0]);
         assert!(sun.direction.is_some());
         assert_eq!(key.irradiance.as_ref().unwrap().get_ref().0, [1.5; 3]);
-        // A studio turns with the camera.
+        // A studio follows the camera.
         let studio = LightFlags {
             env: Some(parse_env("studio").unwrap()),
             ..LightFlags::default()

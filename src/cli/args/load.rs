@@ -6,7 +6,7 @@ use crate::io::LoadParameters;
 use clap::Parser;
 use std::path::PathBuf;
 
-/// How files are read where their formats leave something open.
+/// Flags for reading files.
 #[derive(Clone, Debug, Default, Parser)]
 pub(in crate::cli) struct LoadArgs {
     #[command(flatten)]

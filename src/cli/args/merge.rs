@@ -64,7 +64,7 @@ pub(in crate::cli) struct MergeArgs {
 }
 
 impl MergeArgs {
-    /// Steps that the flags say, and for the rest those that the render was asked for.
+    /// Denoiser and tone of these flags. Missing flags keep the values `noted` in the render.
     pub fn finish(&self, noted: Finish) -> Finish {
         let denoiser = match self.denoise {
             None => noted.denoiser.filter(|denoiser| is_there(*denoiser)),
@@ -81,7 +81,7 @@ impl MergeArgs {
     }
 }
 
-/// Returns true if the denoiser of the render works here. If not, that is told.
+/// Returns true if the denoiser of the render is available. If not, prints a warning.
 fn is_there(denoiser: Denoiser) -> bool {
     let version = denoiser.version();
     if let Err(error) = &version {

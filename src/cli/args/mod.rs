@@ -1,5 +1,6 @@
-//! Arguments, as they are typed: the program's own, and a module for those of each command. What several commands take is in `camera`, `exr`, `ground`,
-//! `light` and `load`. `flags` makes the flags of [`crate::options`], and `values` reads values.
+//! Arguments of the program, with a module for each command. `camera`, `exr`, `ground`, `light` and
+//! `load` have arguments of several commands. `flags` makes the flags of [`crate::options`], and
+//! `values` parses values.
 
 mod audit;
 mod bench;
@@ -82,7 +83,7 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// The program with all its commands, whose flags are in groups, as `embrasure help` shows it.
+    /// The program with all its commands and grouped flags, for `embrasure help`.
     pub fn program() -> clap::Command {
         headings::with_groups(headings::full(headings::grouped(Self::command())))
     }
@@ -92,8 +93,8 @@ impl Args {
         Self::of(std::env::args_os())
     }
 
-    /// Parses `words`. A flag that takes a value takes a negative number too, and its own message says what it refuses: clap would call `-1` a flag, and
-    /// advise to write `-- -1`.
+    /// Parses `words`. A flag with a value also accepts a negative number, so that its own parser
+    /// reports an invalid value. By default, clap would treat `-1` as a flag and suggest `-- -1`.
     pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let negative = |arg: clap::Arg| {
             if arg.get_action().takes_values() && arg.get_long().is_some() {
@@ -120,8 +121,9 @@ impl Args {
     }
 }
 
-/// `words` with `--denoise NAME` as `--denoise=NAME`, and `--key-light STRENGTH` likewise. These flags may stand alone, and clap would take the value for a
-/// scene. A scene has a `.` in its name, a filter has none; a strength is a number.
+/// Writes `--denoise NAME` in `words` as `--denoise=NAME`, and `--key-light STRENGTH` likewise. The
+/// value of these flags is optional, and clap would read it as a scene. A scene has a `.` in its
+/// name, a denoiser has none; a strength is a number.
 fn with_values(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let is_filter = |word: &str| !word.is_empty() && !word.starts_with('-') && !word.contains(['.', '/', '\\']);
     let is_number = |word: &str| word.parse::<f32>().is_ok();
@@ -219,7 +221,7 @@ mod tests {
         assert_eq!(args.camera.0.position, Some([-1.0, 2.0, -3.0].into()));
     }
 
-    /// A negative number is a value, and its refusal says why.
+    /// A negative number is a value, and its error names the reason.
     #[test]
     fn negative_numbers_are_values() {
         let of = |flags: &str| Args::of(["embrasure", "render", "s.obj"].into_iter().chain(flags.split(' ')));
@@ -239,7 +241,8 @@ mod tests {
         );
     }
 
-    /// The name of a filter may follow with or without a `=`, before the scene or after it; the flag may stand alone.
+    /// The name of a denoiser may follow with or without `=`, before or after the scene. The flag
+    /// is also valid without a name.
     #[test]
     fn denoisers_are_named_either_way() {
         for (line, expected) in [
@@ -263,7 +266,7 @@ mod tests {
         }
     }
 
-    /// Defaults in the help can be typed.
+    /// Defaults in the help are valid values.
     #[test]
     fn defaults_in_the_help_are_taken() {
         let mut command = Args::program();
@@ -281,7 +284,7 @@ mod tests {
                 .split([']', ';'])
                 .next()
                 .unwrap();
-            // Some depend on the scene
+            // Other defaults depend on the scene.
             if !parameter.default().contains(' ') {
                 let mut options = IntegratorOptions::default();
                 let read = options.set(parameter.key, Input::Flag(default));

@@ -8,13 +8,13 @@ use crate::sampler::SamplerKind;
 use clap::Parser;
 use std::path::PathBuf;
 
-/// Maximum number of points: star discrepancy takes time in the square of it.
+/// Maximum number of points. The time of the star discrepancy grows with its square.
 const MAX_POINTS: i64 = 1 << 14;
 
-/// A set of points.
+/// A point set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::cli) enum PointSet {
-    /// All numbers of a sampler.
+    /// All dimensions of a sampler.
     Sampler(SamplerKind),
     /// Directions from points on the sphere.
     Directions(Directions),

@@ -1,15 +1,15 @@
-//! Errors of arguments, in the words of the program.
+//! Errors of arguments in the terms of the program.
 //!
-//! clap says what is wrong and prints the usage, which does not help if a command has a hundred
-//! flags. Its contexts have the flags and values; the sentences here say how to put it right.
-//! Refusals of values by our own parsers pass unchanged, without clap's frame.
+//! clap names the error and prints the usage, which does not help if a command has a hundred flags.
+//! clap's contexts have the flags and values, and the sentences here add the remedy. Errors of our
+//! own value parsers are printed without clap's frame.
 
 use super::unknown;
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
-/// `error` of `program` in our words; `words` are all arguments, the name of the program first.
-/// Help and version pass unchanged.
+/// `error` of `program` in our terms. `words` are all arguments, with the name of the program
+/// first. Help and version are returned unchanged.
 pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Error {
     let command = words.iter().skip(1).find_map(|word| program.find_subcommand(word));
     let name = command.map_or("embrasure".into(), |command| command.get_name().to_string());
@@ -66,7 +66,7 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
                 format!("write {flag}=VALUE"),
             )
         }
-        // Our parsers say what is expected.
+        // Our parsers describe the expected value.
         ErrorKind::ValueValidation if !invalid.is_empty() => (format!("{} {value}", flag(&invalid)), reason(&error)),
         ErrorKind::TooManyValues | ErrorKind::TooFewValues | ErrorKind::WrongNumberOfValues => (
             format!("{} {value}: the number of values is wrong", flag(&invalid)),
@@ -81,7 +81,7 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
     Error::raw(error.kind(), format!("{message}\n  help: {help}\n"))
 }
 
-/// The reason why a parser refuses a value. Parsers of plain numbers speak of digits and literals.
+/// Reason why a parser rejects a value. Parsers of plain numbers would report digits and literals.
 fn reason(error: &Error) -> String {
     use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
     let Some(source) = std::error::Error::source(error) else {
@@ -95,7 +95,7 @@ fn reason(error: &Error) -> String {
     }
 }
 
-/// Message and help for a value that `command` has no place for.
+/// Message and help for an argument that `command` does not accept.
 fn surplus(command: &str, value: &str, lists: &str) -> (String, String) {
     let takes_a_scene = matches!(
         command,
@@ -115,7 +115,7 @@ fn surplus(command: &str, value: &str, lists: &str) -> (String, String) {
     (message, help.into())
 }
 
-/// A context as text; several values with commas between them.
+/// Text of a context. Several values are separated by commas.
 fn text(error: &Error, kind: ContextKind) -> String {
     match error.get(kind) {
         Some(ContextValue::String(text)) => text.clone(),
@@ -124,7 +124,7 @@ fn text(error: &Error, kind: ContextKind) -> String {
     }
 }
 
-/// A flag without its value: clap writes `--view <NAME>`.
+/// A flag without its value. clap writes `--view <NAME>`.
 fn flag(written: &str) -> &str {
     written.split_once([' ', '=', '[']).map_or(written, |(flag, _)| flag)
 }
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// Help and version are no errors.
+    /// Help and version are not errors.
     #[test]
     fn help_passes() {
         let help = Args::of(["embrasure", "render", "-h"]).unwrap_err();

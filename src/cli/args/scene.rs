@@ -5,7 +5,7 @@ use super::load::LoadArgs;
 use clap::Parser;
 use std::path::PathBuf;
 
-/// A scene to look at.
+/// Arguments of commands that report about a scene.
 #[derive(Debug, Parser)]
 pub(in crate::cli) struct SceneArgs {
     /// A .toml scene file or a bare .obj
@@ -22,7 +22,7 @@ pub(in crate::cli) struct SceneArgs {
     pub light: LightFlags,
 }
 
-/// A scene to check.
+/// Arguments of `check`.
 #[derive(Debug, Parser)]
 pub(in crate::cli) struct CheckArgs {
     #[command(flatten)]

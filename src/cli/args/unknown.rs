@@ -1,12 +1,13 @@
-//! The known flag to write instead of an unknown one.
+//! Advice for unknown flags: the known flag to write instead.
 //!
-//! People come from other renderers with flags of theirs. These have a table, since the names that look most like them mean other things: `--camera` is no
-//! `--cache-rays`.
+//! Users of other renderers write the flags of those renderers. A table translates them, because
+//! the most similar flag here may have another meaning: `--camera` is not `--cache-rays`.
 
 use crate::options::nearest;
 use clap::Command;
 
-/// Flags of other renderers, and the flags here that do the same, each with a value as people write it. The first one that the command has is meant.
+/// Flags of other renderers, and equivalent flags here with a typical value. The first flag that
+/// the command has is advised.
 const ELSEWHERE: &[(&[&str], &[&str])] = &[
     (
         &["--width", "--height", "--resolution", "--res", "-w", "-r"],
@@ -33,7 +34,7 @@ const ELSEWHERE: &[(&[&str], &[&str])] = &[
     (&["--ev"], &["--exposure 1"]),
 ];
 
-/// The flag of `command` that `flag` may mean.
+/// Known flag of `command` that the user may mean by `flag`.
 pub(super) fn advice(command: &Command, flag: &str) -> Option<String> {
     let flags: Vec<String> = command
         .get_arguments()
@@ -76,7 +77,7 @@ mod tests {
             let words = refusal(line);
             assert!(words.contains(expected), "{line}: {words}");
         }
-        // What resembles no flag, and what another command has, is not guessed at.
+        // No advice for texts without a similar flag, or for flags of other commands.
         for line in ["embrasure render a.obj --xyzzy", "embrasure info a.obj --bounces 3"] {
             let words = refusal(line);
             assert!(
@@ -86,7 +87,7 @@ mod tests {
         }
     }
 
-    /// All flags that are advised are flags of `render`, `lab` or `develop`, with values that they take.
+    /// All advised flags are valid flags of `render`, `lab` or `develop` with valid values.
     #[test]
     fn advice_can_be_followed() {
         for ours in ELSEWHERE.iter().flat_map(|(_, ours)| *ours) {
@@ -94,7 +95,7 @@ mod tests {
             let takes = |command: &str| Args::of(format!("embrasure {command} {ours}").split(' ')).is_ok();
             assert!(commands.into_iter().any(takes), "{ours}");
         }
-        // No flag of theirs is one of ours.
+        // The flags of other renderers do not exist here.
         let program = Args::program();
         for theirs in ELSEWHERE.iter().flat_map(|(theirs, _)| *theirs) {
             let long = theirs.strip_prefix("--");

@@ -1,8 +1,8 @@
-//! Values of flags: text in, values out, or a message that says what is expected.
+//! Parsers of flag values. They return a value, or a message with the expected form.
 
 use std::path::PathBuf;
 
-/// Seconds from `90`, `90s`, `10m` or `2h`.
+/// Parses `90`, `90s`, `10m` or `2h` to seconds.
 pub(in crate::cli) fn parse_duration(text: &str) -> Result<f64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match &text[digits.len()..] {
@@ -16,7 +16,8 @@ pub(in crate::cli) fn parse_duration(text: &str) -> Result<f64, String> {
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
 }
 
-/// A share such as `0.02`, or `2%`. A number of 1 or more needs the percent sign, since `2` is meant as 2 %. Whether it is too small is found out later.
+/// Parses a relative error such as `0.02` or `2%`. A number of 1 or more needs the percent sign,
+/// because `2` is meant as 2 %. The minimum is checked later.
 pub(in crate::cli) fn parse_level(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(percent) => (percent, 0.01),
@@ -29,7 +30,7 @@ pub(in crate::cli) fn parse_level(text: &str) -> Result<f64, String> {
     }
 }
 
-/// `localhost:14158`; whether there is such a host is found out later.
+/// Parses an address such as `localhost:14158`. The existence of the host is checked later.
 pub(in crate::cli) fn parse_address(text: &str) -> Result<String, String> {
     let parts = text.rsplit_once(':').map(|(host, port)| (host, port.parse::<u16>()));
     match parts {
@@ -38,7 +39,7 @@ pub(in crate::cli) fn parse_address(text: &str) -> Result<String, String> {
     }
 }
 
-/// A folder that is there.
+/// Parses an existing folder.
 pub(in crate::cli) fn parse_folder(text: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(text);
     if folder.is_dir() {
@@ -48,7 +49,7 @@ pub(in crate::cli) fn parse_folder(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// `0..64`, without its end.
+/// Parses a range such as `0..64`, without its end.
 pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
     let ends = text
         .split_once("..")
@@ -59,7 +60,7 @@ pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-/// `500M`, `8G` or a number of bytes; multiples of 1000, with or without a B.
+/// Parses `500M`, `8G` or a number of bytes. Units are multiples of 1000, with or without a B.
 pub(in crate::cli) fn parse_bytes(text: &str) -> Result<u64, String> {
     let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match text[number.len()..].to_ascii_uppercase().as_str() {
@@ -76,7 +77,8 @@ pub(in crate::cli) fn parse_bytes(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "a size above 0 is expected, such as 500M or 8G".into())
 }
 
-/// The name of a scene file to write: one that does not end in `.toml` could not be rendered.
+/// Parses the name of a scene file to write. The name must end in `.toml`, else the file could not
+/// be rendered.
 pub(in crate::cli) fn parse_scene_output(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_toml = path
@@ -89,7 +91,7 @@ pub(in crate::cli) fn parse_scene_output(text: &str) -> Result<PathBuf, String> 
     }
 }
 
-/// The name of an SVG picture to write.
+/// Parses the name of an SVG picture to write.
 pub(in crate::cli) fn parse_svg_output(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_svg = path
@@ -102,7 +104,7 @@ pub(in crate::cli) fn parse_svg_output(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// The name of a file of paths to write.
+/// Parses the name of a path file to write.
 pub(in crate::cli) fn parse_paths_output(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_known = |extension: &std::ffi::OsStr| {

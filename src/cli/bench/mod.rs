@@ -24,11 +24,12 @@ use std::process::ExitCode;
 use std::time::Instant;
 use tables::tables;
 
-/// Samples whose rays are recorded, over all pixels: enough to fill every cache, few enough to be kept.
+/// Maximum number of recorded samples over all pixels: enough to fill every cache, and few enough
+/// for memory.
 const MAX_SAMPLES: u64 = 1 << 19;
-/// Their indices: a single pass.
+/// Indices of the recorded samples: a single pass.
 const SAMPLES: Range<u32> = 16..32;
-/// A measurement of less is repeated until it has taken so long, in seconds.
+/// Minimum time of a measurement in seconds. A shorter measurement is repeated.
 const SHORTEST: f64 = 0.05;
 
 /// Everything measured in one run.
@@ -47,7 +48,7 @@ struct SceneRuns {
     pub lights: usize,
     pub width: u32,
     pub height: u32,
-    /// Samples per pixel of the renders that are timed.
+    /// Samples per pixel of the measured renders.
     pub spp: usize,
     pub backends: Vec<BackendReport>,
 }
@@ -57,7 +58,7 @@ struct BackendReport {
     pub name: &'static str,
     pub version: String,
     pub isa: &'static str,
-    /// Seconds of a build with all threads; the median, as all times here.
+    /// Seconds of a build with all threads. All times here are medians.
     pub build_s: f64,
     pub bytes: u64,
     pub bytes_per_triangle: f64,
@@ -71,13 +72,14 @@ struct Run {
     pub mrays_per_s: Rates,
     pub rays: usize,
     pub render_s: f64,
-    /// The render's rays through the intersector alone.
+    /// Seconds to trace the rays of the render without the integrator.
     pub replay_s: f64,
-    /// The median of ratios of neighbouring measurements, which noise disturbs less than the medians' ratio.
+    /// Median of the ratios of consecutive measurements. Noise affects it less than the ratio of
+    /// the medians.
     pub render_over_replay: f64,
 }
 
-/// Million rays per second; `null` where the scene sends no such rays.
+/// Million rays per second; `null` if the scene has no such rays.
 #[derive(Debug, Serialize)]
 struct Rates {
     pub camera: Option<f64>,
@@ -88,7 +90,7 @@ struct Rates {
 
 /// Measures the scenes and prints tables or JSON.
 pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
-    // Everything that can be wrong is found before the first ray.
+    // All arguments are checked before the first ray.
     let jobs: Result<Vec<Job>, CliError> = args.scenes.iter().map(|s| Job::new(&render_args(args, s))).collect();
     let mut jobs = jobs?;
     jobs.iter_mut().for_each(shrink);
@@ -108,20 +110,20 @@ pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The render command whose rays are measured.
+/// Arguments of the render whose rays are measured.
 fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
     RenderArgs {
         scene: scene.to_path_buf(),
         size: args.size,
         sampling: Flags(SamplingOptions {
             backend: args.backend,
-            // The picture's noise is measured, not looked at.
+            // The picture is not used.
             denoise: Some(Denoising::Off),
             ..SamplingOptions::default()
         }),
         threads: args.threads,
         quiet: true,
-        // Each path by itself: its rays are asked for one by one, and can be again.
+        // Without path reuse, rays are traced one by one and can be repeated.
         integrator: Flags(IntegratorOptions {
             reuse: Some(PathReuse::None),
             ..IntegratorOptions::default()
@@ -136,7 +138,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
     let (scene, settings) = (session.scene(), session.settings());
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
 
-    // Every triangle against every ray is no measure of anything, unless asked for by name.
+    // Brute force is not a useful measure, unless the user names it.
     let chosen = |b: &Backend| match args.backend {
         Some(_) => *b == settings.backend,
         None => *b != Backend::Brute || Backend::ALL.len() == 1,
@@ -176,8 +178,8 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
     })
 }
 
-/// Scales the image down until sixteen samples of each pixel are no more than can be kept: with fewer, camera rays would not be
-/// traced together as they are in renders.
+/// Scales the image down until sixteen samples per pixel fit [`MAX_SAMPLES`]. With fewer samples,
+/// camera rays would not be traced together as in renders.
 fn shrink(job: &mut Job) {
     let resolution = &mut job.settings.resolution;
     let pixels = (MAX_SAMPLES / SAMPLES.len() as u64) as f64;
@@ -186,7 +188,7 @@ fn shrink(job: &mut Job) {
     *resolution = UVec2::new(side(resolution.x), side(resolution.y));
 }
 
-/// Measurements on one scene by one backend.
+/// Measurements of one backend on one scene.
 struct Measure<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
@@ -199,11 +201,11 @@ struct Measure<'a> {
 #[derive(Default)]
 struct Recording {
     all: Vec<Vec<Query>>,
-    /// Those to the closest hit after 0, 1 and 2 scatterings, and those to lights.
+    /// Rays to the closest hit after 0, 1 and 2 scattering events, and rays to lights.
     by_kind: [Vec<Vec<Query>>; 4],
 }
 
-/// Place of the rays to lights in `by_kind`.
+/// Index of the rays to lights in `by_kind`.
 const SHADOW: usize = 3;
 
 impl Measure<'_> {
@@ -225,7 +227,7 @@ impl Measure<'_> {
         })
     }
 
-    /// Renders once, and keeps the rays.
+    /// Renders once, and stores the rays.
     fn record(&self) -> Recording {
         let settings = self.session.settings();
         let (method, progress) = (settings.method(), Progress::new(0, true));
@@ -284,7 +286,7 @@ impl Measure<'_> {
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
         let accel = self.accel.as_dyn();
 
-        // A render and its rays alone, in turns
+        // Renders alternate with traces of their rays.
         let mut pairs = Vec::new();
         for _ in 0..self.repeat {
             let render_s = seconds(&|| self.render());
@@ -327,13 +329,13 @@ impl Measure<'_> {
     }
 }
 
-/// Asks for all rays, a tile at a time to each thread.
+/// Traces all rays; each thread takes one tile at a time.
 fn trace(accel: &dyn Accel, tiles: &[Vec<Query>]) {
     let hits = tiles.par_iter().map(|tile| accel.count_hits(tile));
     black_box(hits.sum::<usize>());
 }
 
-/// Seconds that `work` takes, repeated until that can be told.
+/// Seconds of one run of `work`. Runs are repeated until the total is at least [`SHORTEST`].
 fn repeated_seconds(work: impl Fn()) -> f64 {
     let start = Instant::now();
     for times in 1.. {
@@ -346,7 +348,7 @@ fn repeated_seconds(work: impl Fn()) -> f64 {
     f64::NAN
 }
 
-/// The middle value, or the mean of both.
+/// The middle value, or the mean of the two middle values.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     match values.len() {
@@ -355,14 +357,14 @@ fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// The processor, as Linux names it.
+/// Name of the processor on Linux.
 fn cpu_name() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_string())
 }
 
-/// Takes what is found and keeps nothing.
+/// Sink that discards everything.
 struct Nothing;
 
 impl Sink for Nothing {

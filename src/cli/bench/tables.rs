@@ -1,7 +1,8 @@
 use super::{BackendReport, Report, Run, SceneRuns};
 use std::fmt::Write;
 
-/// Measurements as three Markdown tables: rays, renders, and the other backends against the first one.
+/// Measurements as three Markdown tables: rays, renders, and the ratios of the other backends to
+/// the first.
 pub(super) fn tables(report: &Report) -> String {
     let mut text = format!(
         "{}, {} cores; embrasure {}",
@@ -97,7 +98,7 @@ fn heads(scene: &SceneRuns, backend: &BackendReport, run: &Run) -> Vec<String> {
     ]
 }
 
-/// Each further backend of a scene against the first one.
+/// Ratios of the other backends of a scene to the first.
 fn ratios(scene: &SceneRuns) -> Vec<Vec<String>> {
     let Some((first, others)) = scene.backends.split_first() else {
         return Vec::new();
@@ -122,7 +123,7 @@ fn ratios(scene: &SceneRuns) -> Vec<Vec<String>> {
     others.iter().filter_map(row).collect()
 }
 
-/// A Markdown table whose columns line up.
+/// A Markdown table with aligned columns.
 fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let head = head.iter().map(|h| h.to_string()).collect();
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
@@ -142,7 +143,7 @@ fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     text
 }
 
-/// `value` with so many significant figures, at least.
+/// `value` with at least `n` significant figures.
 fn figures(value: f64, n: i32) -> String {
     let decimals = n - 1 - value.abs().max(1e-9).log10().floor() as i32;
     format!("{value:.0$}", decimals.clamp(0, 9) as usize)

@@ -5,7 +5,7 @@ use crate::options::name_of;
 use serde_json::{Value, json};
 
 impl Comparison<'_> {
-    /// The comparison as `--json` prints it.
+    /// The comparison as JSON.
     pub fn json(&self) -> Value {
         let (pair, errors, args) = (self.pair, &self.errors, self.args);
         let significance = self.significance.as_ref().map(|significance| {

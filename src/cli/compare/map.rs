@@ -49,7 +49,7 @@ pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Fig
     }
 }
 
-/// The next of 1, 2, 5, 10 … over the size of all values but the largest hundredth; 0.01 at least.
+/// Next of 1, 2, 5, 10 … above the 99th percentile of the absolute values, with a minimum of 0.01.
 fn round_range(values: &[f32]) -> f32 {
     let mut sizes: Vec<f32> = values.iter().map(|v| v.abs()).collect();
     sizes.sort_by(f32::total_cmp);

@@ -1,4 +1,5 @@
-//! `embrasure compare`: how far an image is from a reference, and whether by more than their noise.
+//! `embrasure compare`: the difference between an image and a reference, and a test if it exceeds
+//! their noise.
 
 mod json;
 mod map;
@@ -18,7 +19,8 @@ use pair::Pair;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Prints how far the image is from the reference. The exit code is 1 where it differs, or is beyond a limit.
+/// Prints the difference between the image and the reference. The exit code is 1 if the image
+/// differs or exceeds a limit.
 pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let output = args.output.as_deref();
@@ -37,7 +39,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     }
     let pair = Pair::read(&args.reference, &args.image)?;
     let comparison = Comparison::new(args, &pair).map_err(|e| CliError::Failed(e.to_string()))?;
-    // What a person would look at is there even where the picture of it cannot be written.
+    // Print the result first: writing the picture may fail.
     if args.json {
         outln!("{:#}", comparison.json());
     } else {
@@ -53,11 +55,12 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::from(u8::from(comparison.fails())))
 }
 
-/// What `embrasure compare --json` prints of two pictures, by their names: `image` against `reference`. `significance` is the probability of a false alarm.
+/// The output of `embrasure compare --json` for two pictures with names: `image` against
+/// `reference`. `significance` is the probability of a false alarm.
 ///
 /// # Errors
 ///
-/// Pictures of two sizes or without common pixels.
+/// Pictures of different sizes or without common pixels.
 pub fn compared(
     (reference, image): (&Path, &Path),
     pictures: (Rendering, Rendering),
@@ -69,7 +72,7 @@ pub fn compared(
     Ok(comparison.json())
 }
 
-/// The file of the picture, which joins `outputs`.
+/// Checks the path of the picture, and adds it to `outputs`.
 fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
     match Format::of_path(path) {
         Ok(Format::Png(_)) => outputs.prepare("-o", path),
@@ -82,8 +85,8 @@ fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
     }
 }
 
-/// Difference of a channel, in levels of 255, up to which pictures without noise are alike: that of
-/// rounding.
+/// Maximum difference of a channel, in levels of 255, between equal pictures without noise: the
+/// rounding error.
 const TOLERANCE: f64 = 1.0;
 
 /// Largest difference of a channel of a pixel, in levels of 255 of sRGB values.
@@ -94,7 +97,7 @@ fn max_levels(reference: &RgbImage, image: &RgbImage) -> f64 {
     (255e3 * pairs.map(difference).fold(0.0, f64::max)).round() / 1e3
 }
 
-/// Result for the pair as a whole.
+/// Result for the whole pair.
 #[derive(Clone, Copy, PartialEq)]
 enum Outcome {
     Identical,
@@ -102,7 +105,7 @@ enum Outcome {
     /// No channel differs by more than [`TOLERANCE`].
     Alike,
     Differs,
-    /// Nothing is known of the noise.
+    /// The noise is unknown.
     Unknown,
 }
 
@@ -162,7 +165,7 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Limits that were given: flag, measured, limit.
+    /// Given limits: flag, measured value, limit.
     fn limits(&self) -> impl Iterator<Item = (&'static str, f64, f64)> {
         let limits = [
             ("tolerance", self.levels, self.args.tolerance),
@@ -174,7 +177,7 @@ impl<'a> Comparison<'a> {
             .filter_map(|(flag, value, limit)| Some((flag, value, limit?)))
     }
 
-    /// Whether the exit code is to say so.
+    /// Returns true if the exit code must be 1.
     fn fails(&self) -> bool {
         if self.limits().next().is_none() {
             return self.outcome == Outcome::Differs;
@@ -194,14 +197,14 @@ fn scale_name(scale: Scale) -> &'static str {
     }
 }
 
-/// Why pictures are not tested whose noise consists of so few samples.
+/// Reason for missing tests: the noise comes from about `rare` rare samples.
 fn heavy_tails(rare: f64) -> String {
     format!(
         "heavy tails: not testable at this count; nearly all noise comes from about {rare:.0} rare samples, and the test needs {MIN_RARE}; take more samples per pixel"
     )
 }
 
-/// Tests that are left out, and the reason.
+/// Omitted tests, and the reason.
 fn left_out(significance: &Significance) -> Option<String> {
     match significance.common {
         _ if significance.extremes.is_empty() => significance.rare.map(heavy_tails),

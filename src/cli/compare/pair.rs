@@ -4,35 +4,35 @@ use crate::film::{Rect, RgbImage};
 use crate::io::{FileError, Rendering, read_rendering};
 use std::path::Path;
 
-/// Two images, cut to the pixels that both have, with black for values that are none.
+/// Two images, cropped to their common pixels. Values that are not finite are replaced by black.
 pub(super) struct Pair {
     pub window: Rect,
     pub resolution: [u32; 2],
     pub reference: Rendering,
     pub image: Rendering,
-    /// Pixels with values that are not finite, of the reference and the image.
+    /// Number of pixels with values that are not finite, in the reference and in the image.
     pub not_finite: [usize; 2],
-    /// Whether the pixels are the same to the bit.
+    /// True if the pixels are bit-identical.
     pub is_identical: bool,
-    /// Whether values are those that a display can show.
+    /// True if values are in the range of a display.
     pub is_display: bool,
 }
 
 impl Pair {
-    /// Reads both.
+    /// Reads both images.
     ///
     /// # Errors
     ///
-    /// Files that cannot be read, and images of two sizes or without common pixels.
+    /// Unreadable files, and images of different sizes or without common pixels.
     pub fn read(reference: &Path, image: &Path) -> Result<Self, CliError> {
         Self::new((reference, read_rendering(reference)?), (image, read_rendering(image)?))
     }
 
-    /// Cuts two pictures to what they have in common; errors call them by their names.
+    /// Crops two pictures to their common pixels. Errors use their names.
     ///
     /// # Errors
     ///
-    /// Images of two sizes or without common pixels.
+    /// Images of different sizes or without common pixels.
     pub fn new(
         (reference, mut first): (&Path, Rendering),
         (image, mut second): (&Path, Rendering),
@@ -86,7 +86,7 @@ impl Pair {
         })
     }
 
-    /// The images with their noise, where both are known.
+    /// The images with their noise; `None` if the noise of either is unknown.
     pub fn noisy(&self) -> Option<[(&RgbImage, &Noise); 2]> {
         let (reference, image) = (&self.reference, &self.image);
         Some([

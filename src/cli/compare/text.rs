@@ -1,11 +1,11 @@
-//! What `embrasure compare` prints for people.
+//! Text output of `embrasure compare`.
 
 use super::{CHANNELS, Comparison, Outcome, heavy_tails, left_out, scale_name};
 use crate::cli::words::number;
 use crate::film::Rect;
 
 impl Comparison<'_> {
-    /// Prints what was found.
+    /// Prints the result.
     pub fn print(&self) {
         let (pair, errors) = (self.pair, &self.errors);
         let size = pair.window.size();
@@ -73,7 +73,7 @@ impl Comparison<'_> {
         }
     }
 
-    /// That the mean of a picture is not that of all light, of each of both.
+    /// A message for each picture whose mean is biased.
     fn biased(&self) -> impl Iterator<Item = String> {
         let pictures = [
             (&self.args.reference, &self.pair.reference),
@@ -98,7 +98,7 @@ impl Comparison<'_> {
         }
     }
 
-    /// About how many rare samples the noise consists of, where that limits what is tested.
+    /// Approximate number of rare samples that cause the noise, if it limits the tests.
     fn rare(&self) -> Option<f64> {
         self.significance.as_ref().and_then(|significance| significance.rare)
     }
@@ -176,7 +176,7 @@ impl Comparison<'_> {
     }
 }
 
-/// First corner and, of more than a pixel, the size.
+/// First corner, and the size of a window larger than a pixel.
 fn place(window: Rect) -> String {
     let (at, size) = (window.min, window.size());
     if window.area() == 1 {
@@ -186,7 +186,7 @@ fn place(window: Rect) -> String {
     }
 }
 
-/// A share in percent: 0 where there is no difference at all, and `-` where the reference is 0.
+/// A fraction in percent: 0 without any difference, and `-` if the reference is 0.
 fn percent(share: f64) -> String {
     if share == 0.0 {
         "0".into()
@@ -197,7 +197,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// A chance, to three digits that matter.
+/// A probability with three significant digits.
 fn chance(p: f64) -> String {
     if p < 1e-3 {
         format!("{p:.1e}")

@@ -6,12 +6,12 @@ use crate::film::{Image, Z_BACKGROUND, resample, resample_nearest};
 use crate::io::Figure;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 
-/// Share of the values at either end that do not decide the range of colours.
+/// Fraction of the values at each end that the colour range ignores.
 const TRIMMED: f64 = 0.01;
-/// What has no value.
+/// Colour of pixels without a value.
 const NOTHING: [u8; 3] = [0; 3];
 
-/// The layer of `image`, scaled to `size` if one is given.
+/// Draws the layer of `image`, scaled to `size` if given.
 pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figure {
     let channels: Vec<&[f32]> = image.channels.iter().map(|channel| channel.values.as_slice()).collect();
     let pixels = image.crop.area() as usize;
@@ -59,7 +59,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             "a colour for each id; black for 0".into(),
         ),
         Kind::Matte => {
-            // Name and share of what covers most of the pixel
+            // Name hash and coverage of the object that covers most of the pixel
             let color = |i| {
                 let [name, share, _] = vector(i);
                 let amount = f32::max(share, 0.0).min(1.0);
@@ -158,7 +158,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
     }
 }
 
-/// Whether a surface is there.
+/// Returns true if the depth belongs to a surface.
 fn is_depth(z: f32) -> bool {
     z.is_finite() && z < 0.99 * Z_BACKGROUND
 }
@@ -167,7 +167,7 @@ fn unit_code(value: f32) -> u8 {
     (f32::max(value, 0.0).min(1.0) * 255.0).round() as u8
 }
 
-/// Where `value` lies between the ends; 0.5 where they are one.
+/// Position of `value` between the ends, 0 to 1; 0.5 if the ends are equal.
 fn share(value: f32, [low, high]: [f32; 2]) -> f32 {
     if high > low {
         ((value - low) / (high - low)).clamp(0.0, 1.0)
@@ -176,7 +176,7 @@ fn share(value: f32, [low, high]: [f32; 2]) -> f32 {
     }
 }
 
-/// The values between which nearly all finite ones lie; zeros where there are none.
+/// Range of the finite values without the trimmed ends; zeros if there are none.
 fn range(values: impl Iterator<Item = f32>) -> [f32; 2] {
     let mut values: Vec<f32> = values.filter(|v| v.is_finite()).collect();
     values.sort_by(f32::total_cmp);
@@ -193,7 +193,7 @@ fn id_color(id: f32) -> [u8; 3] {
     }
 }
 
-/// A colour that is neither dark nor pale, by a hash.
+/// A colour from a hash, neither dark nor pale.
 fn color_of(bits: u32) -> [u8; 3] {
     let hash = mix(u64::from(bits).wrapping_add(1).wrapping_mul(GOLDEN_GAMMA));
     let hue = (hash >> 40) as f32 / (1u32 << 24) as f32 * 6.0;
@@ -206,7 +206,7 @@ fn color_of(bits: u32) -> [u8; 3] {
     })
 }
 
-/// 8-bit colours in another size, mixed as light.
+/// 8-bit colours in another size, averaged as linear light.
 fn scaled(colors: &[[u8; 3]], from: [u32; 2], to: [u32; 2], is_exact: bool) -> Vec<[u8; 3]> {
     let (from, size) = (from.map(|n| n as usize), to.map(|n| n as usize));
     let planes = [0, 1, 2].map(|c| {

@@ -1,21 +1,21 @@
-//! Layers of an EXR file: channels that belong together by the names that renderers give them.
+//! Layers of an EXR file: channels grouped by the naming conventions of renderers.
 
 use crate::film::Rect;
 use crate::io::{LayerChannel, Layers, SampleKind};
 use crate::options::nearest;
 use serde_json::{Value, json};
 
-/// Names that are listed in a message at most.
+/// Maximum number of names in a message.
 const MAX_NAMES: usize = 40;
-/// Last words of the layer that holds a picture's colours, in files of other renderers.
+/// Last words in the name of the colour layer of files by other renderers.
 const PICTURES: [&str; 6] = ["combined", "beauty", "rgba", "rgb", "image", "color"];
 
-/// What the numbers of a layer are.
+/// Kind of the numbers in a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Light, as red, green and blue or as luminance.
     Colors,
-    /// Shares of light, which are shown as they are.
+    /// Reflectances, which are shown without tone mapping.
     Reflectance,
     /// Distances.
     Depth,
@@ -25,18 +25,18 @@ pub(super) enum Kind {
     Positions,
     /// Texture coordinates.
     Coordinates,
-    /// Numbers of things.
+    /// Identifiers.
     Ids,
-    /// Hashes of names with their shares (Cryptomatte).
+    /// Hashes of names with their coverage (Cryptomatte).
     Matte,
-    /// Variances and other numbers of many magnitudes.
+    /// Variances and other numbers of very different magnitudes.
     Magnitudes,
-    /// Anything else: its size is shown.
+    /// Other numbers. Their absolute value is shown.
     Numbers,
 }
 
 impl Kind {
-    /// Whether values may be averaged.
+    /// Returns true if values may be averaged.
     pub fn is_colors(self) -> bool {
         matches!(self, Self::Colors | Self::Reflectance)
     }
@@ -57,20 +57,20 @@ impl Kind {
     }
 }
 
-/// Channels that belong together.
+/// Channels of one layer.
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
-    /// Name, without components; empty of the file's own `R G B`.
+    /// Name without components; empty for the `R G B` of the file.
     pub name: String,
     pub kind: Kind,
-    /// Whether these are the colours of the file's picture.
+    /// True if these are the colours of the file's picture.
     pub is_picture: bool,
-    /// Components in their order, and the indices of their channels.
+    /// Components in order, with the indices of their channels.
     pub components: Vec<(String, usize)>,
 }
 
 impl Layer {
-    /// What messages call it.
+    /// Name in messages.
     pub fn title(&self) -> &str {
         match self.name.as_str() {
             "" => "RGB",
@@ -78,7 +78,7 @@ impl Layer {
         }
     }
 
-    /// Names under which its channels are developed, with their indices: colours are `R G B`, whatever the file calls them.
+    /// Names of the developed channels, with their indices. Colours are always `R G B`.
     pub fn sources(&self) -> impl Iterator<Item = (String, usize)> + '_ {
         let is_grey = self.kind.is_colors() && self.components.len() <= 2 && !self.has("B");
         self.components.iter().flat_map(move |(component, index)| {
@@ -93,12 +93,12 @@ impl Layer {
         })
     }
 
-    /// Names of the channels that its pictures have.
+    /// Names of the channels of the developed pictures.
     pub fn outputs(&self) -> impl Iterator<Item = String> + '_ {
         self.sources().map(|(name, _)| name)
     }
 
-    /// Pixels that it has.
+    /// Window of its pixels.
     pub fn window(&self, layers: &Layers) -> Rect {
         let first = self
             .components
@@ -111,7 +111,7 @@ impl Layer {
         self.components.iter().any(|(c, _)| c.eq_ignore_ascii_case(component))
     }
 
-    /// A line of the list.
+    /// Line in the list of layers.
     pub fn describe(&self, layers: &Layers) -> String {
         let components: Vec<&str> = self
             .components
@@ -162,7 +162,7 @@ impl Layer {
         })
     }
 
-    /// How all of its numbers are held; `None` where they are held in several ways.
+    /// Number format of all components; `None` if they differ.
     fn samples(&self, layers: &Layers) -> Option<SampleKind> {
         let mut kinds = self.components.iter().map(|&(_, i)| layers.channels[i].kind);
         let first = kinds.next()?;
@@ -170,12 +170,12 @@ impl Layer {
     }
 }
 
-/// All layers, in the order of their first channels; the picture first.
+/// All layers in the order of their first channels; the picture comes first.
 pub(super) fn all(layers: &Layers) -> Vec<Layer> {
     let mut found: Vec<Layer> = Vec::new();
     for (index, channel) in layers.channels.iter().enumerate() {
         let (name, component) = split(&channel.name);
-        // Channels of one layer have one window.
+        // Channels of one layer have equal windows.
         let same = |layer: &&mut Layer| layer.name == name && layer.window(layers) == channel.window;
         match found.iter_mut().find(same) {
             Some(layer) => layer.components.push((component.into(), index)),
@@ -210,7 +210,7 @@ pub(super) fn all(layers: &Layers) -> Vec<Layer> {
     found
 }
 
-/// The layer or the channel called `name`, or the picture. Else what is wrong, and what to do about it.
+/// The layer or channel called `name`, or the picture. An error is a message and help.
 pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String, String)> {
     let all = all(layers);
     let Some(name) = name else {
@@ -224,7 +224,7 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     if let Some(index) = layers.channels.iter().position(|channel| channel.name == name) {
         return Ok(single(layers, index));
     }
-    // Other renderers put a view's name before that of the layer.
+    // Other renderers write the name of a view before the layer.
     let ending = format!(".{}", name.to_lowercase());
     let mut ending = all.iter().filter(|layer| {
         let own = layer.title().to_lowercase();
@@ -252,7 +252,7 @@ fn names(all: &[Layer]) -> String {
     names.join(", ")
 }
 
-/// A channel alone, as numbers.
+/// A single channel, as numbers.
 fn single(layers: &Layers, index: usize) -> Layer {
     let name = layers.channels[index].name.clone();
     let (layer, component) = split(&name);
@@ -274,7 +274,8 @@ fn single(layers: &Layers, index: usize) -> Layer {
     }
 }
 
-/// Channels that metering and denoising look at, by their names here: those of this program, and the denoising data of Cycles.
+/// Channels for metering and denoising, by their names here: channels of this program, and the
+/// denoising data of Cycles.
 pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     const OWN: [&str; 22] = [
         "raw.R",
@@ -318,7 +319,7 @@ pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     own.chain(cycles).collect()
 }
 
-/// The layer and the component of a channel. Channels without a layer are a layer each, but for colours.
+/// Layer and component of a channel. A channel without a layer becomes a layer, except for colours.
 fn split(channel: &str) -> (&str, &str) {
     match channel.rsplit_once('.') {
         Some(split) => split,
@@ -327,14 +328,14 @@ fn split(channel: &str) -> (&str, &str) {
     }
 }
 
-/// Place of a component in its layer.
+/// Position of a component in its layer.
 fn rank(component: &str) -> usize {
     const ORDER: [&str; 9] = ["R", "G", "B", "X", "Y", "Z", "U", "V", "A"];
     let upper = component.to_uppercase();
     ORDER.iter().position(|known| *known == upper).unwrap_or(ORDER.len())
 }
 
-/// What a layer holds, by its names.
+/// Kind of a layer, by its names.
 fn kind(layer: &Layer, layers: &Layers) -> Kind {
     let name = layer.name.to_lowercase();
     let last = name.rsplit('.').next().unwrap_or_default();

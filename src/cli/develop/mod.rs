@@ -1,7 +1,8 @@
 //! `embrasure develop`: a picture of an EXR file, without a new render.
 //!
-//! `layer` finds what is asked for among the channels, `figure` draws data in false colours. Pixels are denoised before they are cropped, so that a crop shows
-//! what the whole picture shows there, and scaled last.
+//! `layer` finds the requested layer among the channels, and `figure` draws data in false colours.
+//! Pixels are denoised before they are cropped, so that a crop looks as in the whole picture. They
+//! are scaled last.
 
 mod figure;
 mod layer;
@@ -20,10 +21,10 @@ use crate::session::Parts;
 use layer::{Kind, Layer};
 use std::process::ExitCode;
 
-/// Pixels a side of a picture at most.
+/// Maximum number of pixels per side of a picture.
 const MAX_SIDE: f64 = 65536.0;
 
-/// Develops the file, or lists what is in it.
+/// Develops the file, or lists its contents.
 pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     if let Some(invalid) = args.tone.0.invalid() {
         return Err(CliError::Usage(format!(
@@ -33,7 +34,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     }
     let mut outputs = Outputs::default();
     let exr = args.exr.format()?;
-    // The tone is known once the file is read.
+    // The tone is known after the file is read.
     let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
     outputs.spare([&*args.input])?;
     let layers = layers(args)?;
@@ -53,7 +54,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         done.map_err(|error| FileError::new(&args.input, error.to_string()))?;
         steps.push(format!("denoiser={by}"));
     }
-    // The whole picture is metered, so that a crop looks as it does there.
+    // The whole picture is metered, so that a crop has its exposure.
     let tone = metered(tone(args, &layers, found.kind), &image);
     let coverage = image.backing.map(Backing::channels).unwrap_or_default();
     image
@@ -106,7 +107,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     Err(CliError::of_failures(&failures))
 }
 
-/// The layers of the file. A checkpoint has no layers but its sums and `R G B`: it is developed.
+/// Layers of the file. A checkpoint has no layers except its sums and `R G B`, so it is developed.
 fn layers(args: &DevelopArgs) -> Result<Layers, CliError> {
     let layers = read_layers(&args.input)?;
     let is_checkpoint = layers.channels.len() == 3 && describe_checkpoint(&args.input).is_ok();
@@ -135,7 +136,7 @@ fn list(layers: &Layers, json: bool) {
     }
 }
 
-/// The layer as an image, with the channels that metering and denoising look at where the picture itself is wanted.
+/// The layer as an image. The picture layer also gets the channels for metering and denoising.
 fn image_of(layers: &Layers, found: &Layer) -> Image {
     let window = found.window(layers);
     let mut channels: Vec<Channel> = found
@@ -172,8 +173,8 @@ fn image_of(layers: &Layers, found: &Layer) -> Image {
     }
 }
 
-/// The denoiser, if one is wanted, and its radius. A picture that its render was to denoise, and did
-/// not, such as that of a checkpoint, is denoised unless the flags say otherwise.
+/// Denoiser and its radius. Without flags, a picture is denoised if its render requested a denoiser
+/// and has not used it, as in a checkpoint.
 fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Option<Denoiser>, Option<f32>), CliError> {
     let wanted = match args.denoise {
         None => {
@@ -200,7 +201,8 @@ fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Optio
     Ok((denoiser?, args.denoise_radius))
 }
 
-/// Flags, and for the rest what the render has noted. Reflectances are shown as they are.
+/// Tone of the flags, and for missing flags the tone noted by the render. Reflectances are shown
+/// without it.
 fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
     let noted = match kind {
         Kind::Colors => layers.finish.tone,
@@ -209,7 +211,7 @@ fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
     args.tone.0.over(noted)
 }
 
-/// The pixels from `x0, y0` to before `x1, y1` of the full image.
+/// The image cropped to `x0, y0` inclusive to `x1, y1` exclusive in the full image.
 fn cropped(image: Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> {
     let crop = Rect {
         min: UVec2::new(x0, y0),
@@ -242,7 +244,7 @@ fn cropped(image: Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> 
     })
 }
 
-/// Columns and rows after scaling.
+/// Width and height after scaling.
 fn scaled_size(scale: Scale, size: UVec2) -> Result<[u32; 2], CliError> {
     let [width, height] = match scale {
         Scale::Size(size) => size.map(f64::from),
@@ -256,7 +258,8 @@ fn scaled_size(scale: Scale, size: UVec2) -> Result<[u32; 2], CliError> {
     )))
 }
 
-/// The image in another size; it is then a whole picture, whatever it was a part of. Numbers that are no colours are not mixed.
+/// The image in another size. The result is a whole picture, even for a crop. Only colours are
+/// averaged.
 fn scaled(image: Image, size: Option<[u32; 2]>, are_colors: bool) -> Image {
     let Some(size) = size else { return image };
     let from = image.crop.size().to_array().map(|n| n as usize);

@@ -1,4 +1,5 @@
-//! `embrasure explain`: a material as it is understood, what its lobes do with light, plots of that, and a sphere of it.
+//! `embrasure explain`: the parameters of a material, the scattering of its lobes, plots, and a
+//! rendered sphere.
 //!
 //! `polar` draws the plots as SVG, `terminal` as text.
 
@@ -34,23 +35,23 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use strsim::levenshtein;
 
-/// Names that an error suggests.
+/// Maximum number of names that an error suggests.
 const MAX_SUGGESTED: usize = 5;
-/// Angles of the albedos, in words.
+/// Names of the angles of the albedos.
 const VIEWS: [&str; 3] = ["normal", "60_degrees", "uniform_light"];
-/// Angles of the viewer in plots, degrees from the normal.
+/// Angles of the viewer in plots, in degrees from the normal.
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
-/// Angles of a plot to a degree: narrow lobes have their peaks.
+/// Angles per degree in a plot. Narrow lobes need this resolution at their peaks.
 const FINE: u32 = 8;
-/// Angles of albedos, degrees: each multiple of the step, and one near the horizon.
+/// Angles of albedos in degrees: multiples of the step, and an angle near the horizon.
 const ALBEDO_STEP: usize = 5;
 const GRAZING: f32 = 89.0;
-/// Albedo above which energy is gained: one, and the error of the integral.
+/// Maximum albedo without an energy gain: 1 plus the error of the integral.
 const MAX_ALBEDO: f32 = 1.004;
 
 /// Explains one material of a scene.
 pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
-    // What cannot be is refused before anything is read.
+    // Invalid settings are rejected before any file is read.
     let settings = Settings {
         resolution: UVec2::from(args.size),
         spp: args.spp.get(),
@@ -129,7 +130,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     }
 }
 
-/// Albedo of all lobes together by the angle of the viewer, degrees.
+/// Albedo of all lobes together, with the angle of the viewer in degrees.
 fn albedos_by_angle(bsdf: &Bsdf) -> Vec<(f32, Spectrum)> {
     let angles = (0..90).step_by(ALBEDO_STEP).map(|angle| angle as f32).chain([GRAZING]);
     angles
@@ -137,7 +138,7 @@ fn albedos_by_angle(bsdf: &Bsdf) -> Vec<(f32, Spectrum)> {
         .collect()
 }
 
-/// A profile with all its numbers.
+/// All numbers of a profile as JSON.
 fn profile(profile: &Profile) -> Value {
     let lobe = |lobe: &LobeProfile| {
         let delta = |delta: &DeltaDirection| json!({ "degrees": delta.angle, "share": delta.share.to_array() });
@@ -156,7 +157,7 @@ fn profile(profile: &Profile) -> Value {
     })
 }
 
-/// The albedos at some angles, and whether energy is kept.
+/// Prints the albedos at some angles, and if energy is conserved.
 fn print_albedos(albedos: &[(f32, Spectrum)]) {
     let shown = albedos.iter().filter(|(angle, _)| INCIDENCES.contains(angle));
     let shown: Vec<String> = shown
@@ -176,12 +177,12 @@ fn print_albedos(albedos: &[(f32, Spectrum)]) {
     }
 }
 
-/// `value` to four digits behind the point.
+/// `value` rounded to four decimals.
 fn four_digits(value: f32) -> f64 {
     (f64::from(value) * 1e4).round() / 1e4
 }
 
-/// That there is no such material, with names that are nearly what was asked for.
+/// Error for an unknown material, with the most similar names.
 fn unknown(args: &ExplainArgs, whole: &FileError, materials: &[MaterialSource]) -> FileError {
     let mut names: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
     let wanted = args.material.to_lowercase();
@@ -195,7 +196,7 @@ fn unknown(args: &ExplainArgs, whole: &FileError, materials: &[MaterialSource]) 
     error.help(format!("the nearest names are {}", names.join(", ")))
 }
 
-/// Everything that is said of a material.
+/// All reported properties of a material.
 fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSource, material: &Material) -> Value {
     let place = source
         .place
@@ -218,7 +219,7 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         .filter(|(geom, _)| scene.shape(*geom).material == id);
     let (mut triangles, mut power) = (0, 0.0);
     for (geom, mesh) in shapes {
-        // The lights of a prototype count from those of each of its instances.
+        // The lights of a prototype are numbered from the first light of each instance.
         let of_prototype = |i: &&Instance| {
             scene
                 .prototypes()
@@ -296,7 +297,7 @@ fn number(value: f32) -> f64 {
     decimal([value; 3])[0]
 }
 
-/// A fact as people write it.
+/// A value as text for users.
 fn text(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),

@@ -1,4 +1,5 @@
-//! Polar plots of a BSDF in the plane of incidence, and its albedo against the angle, as an SVG picture.
+//! Polar plots of a BSDF in the plane of incidence, and its albedo over the angle, as an SVG
+//! picture.
 
 use crate::cli::plot::{Place, color, escaped, points, svg_head};
 use crate::color::Spectrum;
@@ -9,15 +10,16 @@ use std::fmt::Write;
 const WIDTH: f64 = 225.0;
 const RADIUS: f64 = 95.0;
 const HEIGHTS: [f64; 2] = [175.0, 275.0];
-/// Place of the origin in a plot.
+/// Position of the origin in a plot.
 const ORIGIN: [f64; 2] = [0.5 * WIDTH, 130.0];
-/// Height of the title of a row, and of the plot of albedos.
+/// Height of the title of a row, and height of the albedo plot.
 const TITLE: f64 = 26.0;
 const ALBEDOS: f64 = 300.0;
-/// Points of a curve that are nearer than this to the one before are left out.
+/// Minimum distance between points of a curve.
 const STEP: f64 = 1.2;
 
-/// The picture of a material: a row of plots for each lobe and for all, a plot for each angle of incidence.
+/// The picture of a material: a row of plots for each lobe and for their sum, with a plot for each
+/// angle of incidence.
 pub(super) fn svg(name: &str, profiles: &[Profile], albedos: &[(f32, Spectrum)]) -> String {
     let rows = rows(profiles);
     let is_two_sided = profiles.iter().any(reaches_below);
@@ -57,18 +59,19 @@ pub(super) fn svg(name: &str, profiles: &[Profile], albedos: &[(f32, Spectrum)])
     text + "</svg>\n"
 }
 
-/// Curves to show, by row: those of each lobe where there are several, and of all together; in each row one for each profile.
+/// Curves by row: a row for each lobe if there are several, and a row for their sum. Each row has
+/// one curve per profile.
 pub(super) fn rows(profiles: &[Profile]) -> Vec<Vec<&LobeProfile>> {
     let lobes = profiles.first().map_or(0, |profile| profile.lobes.len());
     let total = profiles.iter().map(|profile| &profile.total).collect();
     let single =
         (0..if lobes > 1 { lobes } else { 0 }).map(|i| profiles.iter().map(|profile| &profile.lobes[i]).collect());
-    // A delta lobe has no curve; its directions are with those of all.
+    // A delta lobe has no curve; its directions are in the row of the sum.
     let has_curve = |row: &Vec<&LobeProfile>| row.iter().any(|lobe| largest(&lobe.pdf) > 0.0);
     single.filter(has_curve).chain([total]).collect()
 }
 
-/// Whether light passes to the other side of the surface.
+/// Returns true if light passes to the other side of the surface.
 pub(super) fn reaches_below(profile: &Profile) -> bool {
     let total = &profile.total;
     let passes = profile.angles.iter().zip(&total.value);
@@ -83,12 +86,12 @@ pub(super) fn luminances(lobe: &LobeProfile) -> Vec<f32> {
     lobe.value.iter().map(|value| value.luminance()).collect()
 }
 
-/// The largest of `values`, 0 where there is none.
+/// The largest of `values`; 0 if empty.
 pub(super) fn largest(values: &[f32]) -> f32 {
     values.iter().copied().fold(0.0, f32::max)
 }
 
-/// The place at `angle` degrees and a share of the radius.
+/// Point at `angle` degrees and at the fraction `share` of the radius.
 fn place(angle: f32, share: f32) -> [f64; 2] {
     let (sin, cos) = f64::from(angle).to_radians().sin_cos();
     let radius = RADIUS * f64::from(share);
@@ -153,7 +156,7 @@ fn draw(text: &mut String, profile: &Profile, lobe: &LobeProfile, [x, y]: [f64; 
     );
 }
 
-/// The largest value and density in words.
+/// Text with the largest value and density.
 fn maxima(value: f32, pdf: f32) -> String {
     if pdf > 0.0 {
         format!("≤ {} and {} sr⁻¹", digits(value), digits(pdf))
@@ -162,7 +165,7 @@ fn maxima(value: f32, pdf: f32) -> String {
     }
 }
 
-/// A number with three digits.
+/// A number with three significant digits.
 pub(super) fn digits(value: f32) -> String {
     let before = if value > 0.0 { value.log10().floor() as i32 } else { 0 };
     format!("{value:.*}", (2 - before).clamp(0, 9) as usize)
@@ -185,7 +188,7 @@ fn curve(text: &mut String, angles: &[f32], values: &[f32], max: f32, style: &st
     let _ = writeln!(text, "<polygon points=\"{}\" fill=\"none\" {style}/>", points(kept));
 }
 
-/// Albedo of each channel against the angle of the viewer.
+/// Draws the albedo of each channel over the angle of the viewer.
 fn draw_albedos(text: &mut String, albedos: &[(f32, Spectrum)], [x, y]: [f64; 2]) {
     const LEFT: f64 = 50.0;
     const RIGHT: f64 = 430.0;
@@ -217,7 +220,7 @@ fn draw_albedos(text: &mut String, albedos: &[(f32, Spectrum)], [x, y]: [f64; 2]
             BOTTOM + 18.0
         );
     }
-    // Wide lines below narrow ones, so that equal channels are all seen
+    // Wide lines below narrow lines, so that equal channels stay visible
     for (channel, (color, width)) in [("#d33", 6), ("#2a2", 4), ("#46f", 2)].into_iter().enumerate() {
         let line = albedos
             .iter()

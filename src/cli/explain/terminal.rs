@@ -4,13 +4,14 @@ use super::polar::{digits, largest, luminances, reaches_below, rows};
 use crate::cli::plot::Braille;
 use crate::lint::{LobeProfile, Profile};
 
-/// Characters of a plot, and between two of them.
+/// Width of a plot, and gap between plots, in characters.
 const COLUMNS: usize = 18;
 const GAP: &str = "  ";
-/// Dots from the origin to the rim.
+/// Number of dots from the origin to the rim.
 const RADIUS: f64 = 17.0;
 
-/// Prints a row of plots for the values and one for the densities of each lobe and of all, a plot for each angle of incidence.
+/// Prints two rows of plots for each lobe and for their sum: values and densities. Each row has a
+/// plot for each angle of incidence.
 pub(super) fn print(profiles: &[Profile]) {
     let is_two_sided = profiles.iter().any(reaches_below);
     for row in rows(profiles) {
@@ -45,7 +46,8 @@ fn print_row(what: &str, profiles: &[Profile], row: &[&LobeProfile], values: Vec
     }
 }
 
-/// The lines of a plot: the surface as dots, a curve, and single directions as long as their shares.
+/// Lines of a plot: the surface as dots, a curve, and delta directions with lengths proportional to
+/// their shares.
 fn plot(profile: &Profile, lobe: &LobeProfile, values: &[f32], max: f32, is_two_sided: bool) -> Vec<String> {
     let mut picture = Braille::new(COLUMNS, if is_two_sided { 9 } else { 5 });
     let origin = [COLUMNS as f64 - 0.5, RADIUS + 1.0];

@@ -1,4 +1,4 @@
-//! The sheet of `embrasure lab --bounces`: a picture, and the light of each bounce by itself.
+//! The sheet of `embrasure lab --bounces`: the picture, and the separate light of each bounce.
 
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
@@ -15,10 +15,11 @@ use crate::render::{Observer, Outcome};
 use crate::session::Session;
 use std::path::PathBuf;
 
-/// Pictures in a row of the sheet.
+/// Number of pictures in a row of the sheet.
 const COLUMNS: usize = 4;
 
-/// Renders `job` with all bounces distinguished and writes the sheet to `output`, which is one of `named`.
+/// Renders `job` with separate bounces, and writes the sheet to `output`, which is one of the
+/// outputs `named`.
 pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet: bool) -> Result<(), CliError> {
     let bounces = PathPart::parse("bounces").map_err(|error| CliError::Failed(error.to_string()))?;
     job.settings.light_paths = bounces;
@@ -61,7 +62,7 @@ pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet:
     Ok(())
 }
 
-/// What the light of a layer is.
+/// Title of the light of a layer.
 fn title(layer: &str) -> String {
     match layer.strip_prefix("bounce.") {
         Some("0") => "0 bounces: emission".into(),

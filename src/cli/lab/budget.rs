@@ -1,30 +1,30 @@
-//! What every contender may spend: samples, or seconds.
+//! Budget of a contender: samples or seconds.
 
 use crate::render::last_cut;
 
-/// From one snapshot of a curve to the next, in samples.
+/// Factor between the sample counts of successive snapshots of a curve.
 const STEP: u32 = 4;
 
 /// Samples or seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Budget {
-    /// Samples of each pixel.
+    /// Samples per pixel.
     Samples(u32),
     /// Seconds of rendering.
     Seconds(f64),
 }
 
-/// What a render does next.
+/// Next step of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Step {
-    /// Samples of each pixel to which it goes.
+    /// Samples per pixel at the end of the step.
     pub end: u32,
-    /// Whether the budget is spent then.
+    /// True if the budget is then spent.
     pub is_last: bool,
 }
 
 impl Budget {
-    /// Budgets of `--spp` or `--time`, ascending, each once.
+    /// Budgets of `--spp` or `--time`, ascending and unique.
     pub fn of(samples: &[u32], seconds: &[f64]) -> Vec<Self> {
         const DEFAULT: u32 = 64;
         let mut budgets: Vec<Self> = match (samples, seconds) {
@@ -37,7 +37,8 @@ impl Budget {
         budgets
     }
 
-    /// Snapshots that a render leaves until `budgets` are spent: those of seconds are not known, and at most as many as 4⁹ samples have.
+    /// Number of snapshots until `budgets` are spent. For seconds it is an upper bound: the
+    /// snapshots up to 4⁹ samples.
     pub fn snapshots(budgets: &[Self]) -> u64 {
         const MOST: u32 = 10;
         let marks = budgets.iter().map(|budget| match budget {
@@ -54,7 +55,8 @@ impl Budget {
         }
     }
 
-    /// The step after `done` samples, which took `seconds`: to the next power of 4, or to the end of the budget.
+    /// The step after `done` samples, which took `seconds`: to the next power of 4, or to the end
+    /// of the budget.
     pub fn step(self, done: u32, seconds: f64) -> Step {
         let mark = next_mark(done);
         match self {
@@ -64,7 +66,7 @@ impl Budget {
             },
             Self::Seconds(_) if done == 0 => Step { end: 1, is_last: false },
             Self::Seconds(budget) => {
-                // As many samples as the rest of the budget is good for, judged by those there are
+                // Number of samples for the rest of the budget, from the time of previous samples
                 let affordable = ((budget - seconds) * f64::from(done) / seconds).clamp(0.0, done.into()) as u32;
                 let cut = last_cut(done.saturating_add(affordable));
                 if cut > done {
@@ -73,7 +75,8 @@ impl Budget {
                         is_last: false,
                     }
                 } else {
-                    // What follows on a step that ends between cuts would take its last samples once more: such a step is the last.
+                    // A step that ends between cuts must be the last: a following step would take
+                    // its last samples again.
                     Step {
                         end: done.saturating_add(affordable),
                         is_last: true,
@@ -93,7 +96,7 @@ fn next_mark(done: u32) -> u32 {
     mark
 }
 
-/// Whether a curve has a point after so many samples.
+/// Returns true if a curve has a point at `samples` samples.
 pub(super) fn is_mark(samples: u32) -> bool {
     samples.is_power_of_two() && samples.trailing_zeros() % STEP.trailing_zeros() == 0
 }
@@ -130,7 +133,8 @@ mod tests {
         assert!([1, 4, 16, 64, 256].into_iter().all(is_mark) && ![0, 2, 8, 63].into_iter().any(is_mark));
     }
 
-    /// A step that ends between two cuts is the last one, and at a constant rate the budget is met to a sample.
+    /// A step that ends between two cuts is the last one. At a constant rate the budget is spent to
+    /// within a sample.
     #[test]
     fn seconds_are_spent() {
         for (seconds, expected) in [(0.01, 1), (0.5, 5), (1.0, 10), (2.5, 25), (10.0, 100), (100.0, 1000)] {

@@ -1,4 +1,4 @@
-//! The contenders: the ladder, each rung with one idea more than the one below, or the methods of `--methods`.
+//! The contenders: the ladder, whose rungs each add one idea, or the methods of `--methods`.
 
 use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;
@@ -9,11 +9,11 @@ use crate::session::{Session, Settings};
 /// An estimator with all its settings.
 pub(super) struct Contender {
     pub name: String,
-    /// Explanation of the change, and the paper.
+    /// Explanation of the change, and its paper.
     pub lesson: Lesson,
-    /// Settings of the render, with those of the contender.
+    /// Settings of the render, including the contender's settings.
     pub settings: Settings,
-    /// Why it is not rendered.
+    /// Reason why it is not rendered.
     pub refused: Option<String>,
 }
 
@@ -32,20 +32,21 @@ impl Contender {
         self.settings.method()
     }
 
-    /// The first line of why it is not rendered.
+    /// First line of the reason why it is not rendered.
     pub fn refusal(&self) -> Option<&str> {
         self.refused.as_deref()?.lines().next()
     }
 
-    /// Whether its mean is that of all light, so that others may be judged by it. Its denoiser does not count: a reference is never denoised.
+    /// Returns true if the estimator is unbiased and finds all light, so that it can make the
+    /// reference. Its denoiser is ignored: a reference is never denoised.
     pub fn finds_all_light(&self) -> bool {
         self.refused.is_none() && self.method().finds_all_light()
     }
 
-    /// Notes why it cannot render what `session` has, if it cannot.
+    /// Sets `refused` if it cannot render the scene of `session`.
     pub fn judge(&mut self, session: &Session) {
         let method = self.method();
-        // Light from points or single directions is not met by chance.
+        // Chance never hits light from points or single directions.
         let lights = match method.check_lights(session.scene()) {
             Ok(missing) => missing,
             Err(error) => Some(error.to_string()),
@@ -60,15 +61,15 @@ impl Contender {
         self.refused = lights.or_else(shown);
     }
 
-    /// Returns true if the scene that was made for `other` serves it too: triangles are sampled alike, and
-    /// one backend traces the rays.
+    /// Returns true if the scene made for `other` is valid for this contender: equal triangle
+    /// sampling and an equal backend.
     pub fn shares_scene(&self, other: &Settings) -> bool {
         let made_for = |settings: &Settings| (settings.method().triangle_sampling(), settings.backend);
         made_for(&self.settings) == made_for(other)
     }
 }
 
-/// The steps of the ladder, each with one idea more than the one before; the last is `best`.
+/// The rungs of the ladder. Each adds one idea to the rung before; the last is `best`.
 pub(super) fn ladder(best: &Settings) -> Vec<Contender> {
     let options = &best.integrator;
     let alone = IntegratorOptions {
@@ -110,7 +111,7 @@ pub(super) fn ladder(best: &Settings) -> Vec<Contender> {
     rungs.map(contender).collect()
 }
 
-/// The integrators of `--methods`, each with its own settings over those of the scene.
+/// The integrators of `--methods`. Each has its own settings over the settings of the scene.
 pub(super) fn methods(base: &Settings, flags: &[MethodFlag]) -> Vec<Contender> {
     let contender = |flag: &MethodFlag| {
         let SamplingOptions {
@@ -137,13 +138,14 @@ pub(super) fn methods(base: &Settings, flags: &[MethodFlag]) -> Vec<Contender> {
     flags.iter().map(contender).collect()
 }
 
-/// Radius of the pixel filter: that of `flag`, or of the scene unless the flag names another filter.
+/// Radius of the pixel filter: the radius of `flag`, else the scene's radius unless the flag names
+/// another filter.
 fn filter_radius(flag: &MethodFlag, base: &Settings) -> Option<f32> {
     let of_scene = base.filter_radius.filter(|_| flag.filter.filter.is_none());
     flag.filter.filter_radius.or(of_scene)
 }
 
-/// Keys of `flag` that its integrator does not read.
+/// Keys of `flag` that its integrator does not use.
 pub(super) fn idle_keys(flag: &MethodFlag) -> Vec<&'static str> {
     let read = flag.integrator.integrator().parameters();
     let given = flag.integrator.given().into_iter();
@@ -162,7 +164,7 @@ mod tests {
         let rungs = ladder(&best);
         assert_eq!(rungs.len(), 8);
         assert_eq!(rungs[7].method(), best.method());
-        // Each rung is another estimator than the one below.
+        // Each rung differs from the rung below.
         for pair in rungs.windows(2) {
             assert_ne!(pair[0].method(), pair[1].method(), "{}", pair[1].name);
         }

@@ -1,11 +1,12 @@
-//! Convergence curves: relMSE against samples and against seconds, in logarithms, with the slopes of lines fitted to them.
+//! Convergence curves: relMSE over samples and over seconds on logarithmic axes, with the slopes of
+//! fitted lines.
 
 use super::Comparison;
 use super::runs::Snapshot;
 use crate::cli::plot::{LogLog, PLOT_SIZE, Place, escaped, mark, slope, svg_head};
 use std::fmt::Write;
 
-/// What a curve's error is plotted against.
+/// Horizontal axis of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measure {
     Samples,
@@ -13,7 +14,7 @@ pub(super) enum Measure {
 }
 
 impl Measure {
-    /// The points of a curve: those with an error and a place in a logarithmic plot.
+    /// Points of a curve with a known error and positive coordinates.
     pub fn points(self, snapshots: &[Snapshot]) -> Vec<[f64; 2]> {
         let x = |snapshot: &Snapshot| match self {
             Self::Samples => f64::from(snapshot.samples),
@@ -27,12 +28,12 @@ impl Measure {
             .collect()
     }
 
-    /// Exponent of the power law that is fitted to a curve.
+    /// Exponent of the power law fitted to a curve.
     pub fn slope(self, snapshots: &[Snapshot]) -> Option<f64> {
         slope(&self.points(snapshots))
     }
 
-    /// Slopes in words; `None` where there are too few points.
+    /// Text with the slopes; `None` with too few points.
     pub fn in_words(snapshots: &[Snapshot]) -> Option<String> {
         let samples = Self::Samples.slope(snapshots)?;
         let points = Self::Samples.points(snapshots).len();
@@ -48,11 +49,11 @@ impl Measure {
     }
 }
 
-/// Where the legend begins, to the right and down, and the height of a line of it.
+/// Position of the legend, and height of its lines.
 const LEGEND: [f64; 2] = [72.0, 366.0];
 const LINE: f64 = 20.0;
 
-/// The curves of all estimators as a picture: two plots side by side, and a legend below.
+/// Picture of the curves of all estimators: two plots side by side, and a legend below.
 pub(super) fn svg(comparison: &Comparison, place: Place) -> String {
     let rows = comparison.rendered().count();
     let size = [2.0 * PLOT_SIZE[0], LEGEND[1] + LINE * rows as f64];

@@ -1,4 +1,4 @@
-//! The order of the renders: which contenders share a scene in memory, and what makes the reference.
+//! Order of the renders: contenders that share a scene in memory, and the render of the reference.
 
 use super::budget::Budget;
 use super::contenders::Contender;
@@ -11,12 +11,12 @@ use crate::io::read_exr;
 use crate::session::{Session, Settings};
 use std::path::Path;
 
-/// Samples of the reference over those of its rung.
+/// Ratio of the samples of the reference to the samples of its rung.
 const REFERENCE_FACTOR: u32 = 64;
 
-/// What all are compared with.
+/// Reference of the comparison.
 pub(super) struct Reference {
-    /// The estimator that made it, or the file.
+    /// Name of the estimator, or of the file.
     pub name: String,
     /// `None` for a file.
     pub samples: Option<u32>,
@@ -30,7 +30,7 @@ impl Reference {
         [self.name.clone()].into_iter().chain(samples).collect()
     }
 
-    /// The picture in the file `path`, which must have the size of those to compare.
+    /// Reads the picture `path`, which must have the size of the rendered pictures.
     pub fn read(path: &Path, settings: &Settings) -> Result<Self, CliError> {
         let image = read_exr(path)?;
         let [width, height] = settings.crop().size().as_usizevec2().to_array();
@@ -52,7 +52,7 @@ impl Reference {
     }
 }
 
-/// Renders contenders, with a scene that serves several of them where it can.
+/// Renders contenders, and reuses a scene for several of them if possible.
 pub(super) struct Laboratory<'a> {
     pub job: &'a Job,
     pub quiet: bool,
@@ -61,7 +61,7 @@ pub(super) struct Laboratory<'a> {
 }
 
 impl Laboratory<'_> {
-    /// Renders all that are not refused, until an interrupt.
+    /// Renders all contenders that are not refused, until an interrupt.
     pub fn runs(&mut self, contenders: Vec<Contender>, budgets: &[Budget]) -> Result<Vec<(Contender, Run)>, CliError> {
         let mut runs = Vec::new();
         let mut rest = contenders.into_iter().peekable();
@@ -86,7 +86,7 @@ impl Laboratory<'_> {
         }
     }
 
-    /// A session whose scene serves `contender`.
+    /// A session with a scene that is valid for `contender`.
     fn session_for(&mut self, contender: &Contender) -> Result<Session, CliError> {
         let serves = |session: &Session| contender.shares_scene(session.settings());
         match self.session.take().filter(serves) {
@@ -95,7 +95,7 @@ impl Laboratory<'_> {
         }
     }
 
-    /// The picture that `contender` makes of more samples than `run` has; `None` after an interrupt.
+    /// Reference rendered by `contender` with more samples than `run`; `None` after an interrupt.
     pub fn reference(&mut self, contender: &Contender, run: &Run) -> Result<Option<Reference>, CliError> {
         let Some(last) = run.snapshots.last() else {
             return Ok(None);
@@ -108,7 +108,7 @@ impl Laboratory<'_> {
                 contender.name
             );
         }
-        // It has random numbers of its own, so that no error is shared.
+        // Another seed makes the errors of the reference independent.
         let judge = Contender {
             name: contender.name.clone(),
             lesson: contender.lesson.clone(),

@@ -1,14 +1,14 @@
-//! What each contender changes, in a sentence, and the paper that it comes from.
+//! Description of each contender's change in a sentence, and its paper.
 
 use crate::cli::args::MethodFlag;
 use crate::options::{IntegratorKind, OptionGroup, Parameter};
 use crate::session::Settings;
 
-/// A sentence, and a paper.
+/// Description and paper of a contender.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Lesson {
     pub sentence: String,
-    /// Authors, year, title and DOI; `None` for what no paper introduced.
+    /// Paper; `None` for methods without one.
     pub paper: Option<Paper>,
 }
 
@@ -117,12 +117,12 @@ fn paper(kind: IntegratorKind) -> Option<Paper> {
         IntegratorKind::PhotonMap => JENSEN,
         IntegratorKind::VertexMerging => GEORGIEV,
         IntegratorKind::IrradianceCache => WARD,
-        // `ao` and `debug` estimate no light.
+        // `ao` and `debug` do not estimate light.
         _ => return None,
     })
 }
 
-/// What an integrator does, and each of its settings that is not the default.
+/// Description of an integrator, and of each setting that differs from its default.
 pub(super) fn of_method(flag: &MethodFlag, settings: &Settings) -> Lesson {
     let kind = flag.integrator.integrator();
     let mut sentence = String::from(kind.help());
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use crate::options::Named;
 
-    /// Papers are also named where the course explains the method, with the same DOI.
+    /// The course names the same papers with the same DOI.
     #[test]
     fn papers_are_those_of_the_course() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/learn");

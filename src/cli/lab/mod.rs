@@ -1,7 +1,9 @@
-//! `embrasure lab`: one scene by several estimators, each measured against a reference.
+//! `embrasure lab`: one scene rendered by several estimators, each compared with a reference.
 //!
-//! `contenders` are what is compared, `lessons` what is told of them, `budget` what each may spend. `laboratory` says in which order `runs` renders
-//! them, with a snapshot at each point of the curves, and makes the reference. `tables`, `sheet`, `curves` and `page` write the result.
+//! `contenders` lists the estimators, `lessons` describes them, and `budget` limits their samples
+//! or time. `laboratory` orders the renders and makes the reference. `runs` renders an estimator,
+//! with a snapshot at each point of the curves. `tables`, `sheet`, `curves` and `page` write the
+//! result.
 
 mod bounces;
 mod budget;
@@ -36,22 +38,22 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// All that a comparison found.
+/// Results of a comparison.
 struct Comparison {
-    /// The scene, as it was named.
+    /// The scene as the user named it.
     scene: String,
-    /// Columns and rows of the pictures.
+    /// Width and height of the pictures in pixels.
     size: [usize; 2],
     budgets: Vec<Budget>,
     runs: Vec<(Contender, Run)>,
-    /// `None` where an interrupt came before its end.
+    /// `None` if an interrupt ended its render.
     reference: Option<Reference>,
-    /// How pictures are shown.
+    /// Tone of the pictures.
     tone: Tone,
 }
 
 impl Comparison {
-    /// Estimators with a snapshot at least.
+    /// Estimators with at least one snapshot.
     fn rendered(&self) -> impl Iterator<Item = (&Contender, &Run)> {
         let runs = self.runs.iter().map(|(contender, run)| (contender, run));
         runs.filter(|(_, run)| !run.snapshots.is_empty())
@@ -68,12 +70,12 @@ struct Files {
     page: Option<Output>,
 }
 
-/// Renders all contenders and writes what came out.
+/// Renders all contenders and writes the results.
 pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     if args.bounces {
         return sheet_of_bounces(args);
     }
-    // Everything that can be wrong is found before the first ray.
+    // All arguments are checked before the first ray.
     let mut named = Outputs::default();
     let files = Files::prepare(args, &mut named)?;
     named.spare([Some(&*args.scene), args.reference.as_deref()].into_iter().flatten())?;
@@ -160,7 +162,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
 }
 
-/// Writes the sheet of bounces in place of a comparison.
+/// Writes the sheet of bounces instead of a comparison.
 fn sheet_of_bounces(args: &LabArgs) -> Result<ExitCode, CliError> {
     let mut named = Outputs::default();
     let output = named.prepare("-o", &output_path(args, ".png"))?;
@@ -170,7 +172,7 @@ fn sheet_of_bounces(args: &LabArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The prefix of all outputs with an ending, whatever dots it has.
+/// Prefix of all outputs with `ending`; dots in the prefix are kept.
 fn output_path(args: &LabArgs, ending: &str) -> PathBuf {
     let mut name = match &args.output {
         Some(prefix) => prefix.clone().into_os_string(),
@@ -200,7 +202,7 @@ impl Files {
         })
     }
 
-    /// Writes all files, and the table to the standard output.
+    /// Writes all files, and prints the table.
     fn write(&self, comparison: &Comparison, quiet: bool) -> Result<(), CliError> {
         let (panels, columns) = comparison.panels();
         write_contact_sheet(&self.sheet, &panels, columns)?;
@@ -230,7 +232,7 @@ impl Files {
     }
 }
 
-/// The render command that differs from a contender by its settings alone.
+/// Arguments of a render that differs from a contender only in its settings.
 fn render_args(args: &LabArgs, budgets: &[Budget]) -> RenderArgs {
     let samples = budgets.iter().rev().find_map(|budget| match budget {
         Budget::Samples(samples) => Some(*samples),
@@ -242,7 +244,7 @@ fn render_args(args: &LabArgs, budgets: &[Budget]) -> RenderArgs {
             samples,
             seed: args.seed,
             backend: args.backend,
-            // The picture's noise is measured, not looked at.
+            // The picture is not used.
             denoise: Some(Denoising::Off),
             ..SamplingOptions::default()
         }),
@@ -260,7 +262,7 @@ fn render_args(args: &LabArgs, budgets: &[Budget]) -> RenderArgs {
     }
 }
 
-/// An error where there is no memory for the snapshots of so many contenders.
+/// Returns an error if the snapshots of `contenders` estimators exceed the memory.
 fn check_memory(session: &Session, job: &Job, contenders: usize, budgets: &[Budget]) -> Result<(), CliError> {
     let pictures = contenders as u64 * Budget::snapshots(budgets) + 1;
     let bytes = pictures * job.settings.crop().area() * size_of::<[f32; 3]>() as u64;
@@ -274,7 +276,7 @@ fn check_memory(session: &Session, job: &Job, contenders: usize, budgets: &[Budg
     }
 }
 
-/// `error` as one of `contender`.
+/// `error` with the name of `contender`.
 fn named_error(contender: &Contender, error: CliError) -> CliError {
     match error {
         CliError::Usage(words) if contender.name.contains(':') => {
@@ -284,7 +286,7 @@ fn named_error(contender: &Contender, error: CliError) -> CliError {
     }
 }
 
-/// Of estimators none of which may be taken for the reference.
+/// Error if no estimator can make the reference.
 fn no_reference(contenders: &[Contender]) -> CliError {
     let names: Vec<&str> = contenders.iter().map(|contender| contender.name.as_str()).collect();
     CliError::Usage(format!(
@@ -295,7 +297,7 @@ fn no_reference(contenders: &[Contender]) -> CliError {
 }
 
 impl Comparison {
-    /// Measures all pictures against the reference, if there is one.
+    /// Compares all pictures with the reference, if there is one.
     fn measure(&mut self) -> Result<(), CliError> {
         let Some(reference) = &self.reference else {
             return Ok(());
@@ -309,7 +311,7 @@ impl Comparison {
         Ok(())
     }
 
-    /// What an interrupt has left out.
+    /// Text about the results that an interrupt left out.
     fn interruption(&self) -> String {
         let is_missing = |(contender, run): &&(Contender, Run)| {
             contender.refused.is_none() && (run.is_interrupted || run.snapshots.is_empty())

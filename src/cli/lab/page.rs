@@ -1,7 +1,9 @@
-//! A comparison as one page of HTML without links to other files: browsers show it from a disk, without a network.
+//! A comparison as a single HTML page without links to other files, so that browsers show it from a
+//! disk without a network.
 //!
-//! `page.html`, `page.css` and `page.js` are the page; the figures are JSON in a script element, and pictures PNG files in base64. An error map is a
-//! grey PNG, whose codes a filter of the page turns into colours, signed or by size.
+//! `page.html`, `page.css` and `page.js` are the page. Figures are JSON in a script element, and
+//! pictures are PNG files in base64. An error map is a grey PNG; a filter of the page turns its
+//! codes into colours, by signed or absolute error.
 
 use super::Comparison;
 use super::budget::Budget;
@@ -20,9 +22,10 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
-/// Pixels of all pictures of a page at most, so that browsers hold it: larger pictures are averaged down.
+/// Maximum number of pixels of all pictures of a page, so that browsers can show it. Larger
+/// pictures are averaged down.
 const MAX_PIXELS: usize = 8 << 20;
-/// Colours of the palette of an error map.
+/// Number of colours of the error map palette.
 const COLORS: usize = 65;
 
 /// Writes the page.
@@ -35,14 +38,14 @@ pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Res
         ("script", include_str!("page/page.js").trim_end()),
         ("curves", curves.trim_end()),
         ("title", &plot::escaped(&title)),
-        // No tag can end the script within it.
+        // No tag in the data can end the script.
         ("data", &data.replace('<', "\\u003c")),
     ];
     writer.write_all(filled(include_str!("page/page.html"), &values).as_bytes())
 }
 
-/// `template` with the value of `name` in place of each `{{name}}`. Values are not searched: names of
-/// files may have such marks.
+/// `template` with each `{{name}}` replaced by the value of `name`. Values are not searched,
+/// because file names may contain such marks.
 fn filled(template: &str, values: &[(&str, &str)]) -> String {
     let mut pieces = template.split("{{");
     let mut page = pieces.next().unwrap_or_default().to_string();
@@ -59,7 +62,7 @@ fn filled(template: &str, values: &[(&str, &str)]) -> String {
     page
 }
 
-/// All that the script of the page shows.
+/// Data for the script of the page.
 fn data(comparison: &Comparison) -> io::Result<Value> {
     let snapshots = comparison.rendered().map(|(_, run)| run.snapshots.len()).sum();
     let [width, height] = comparison.size;
@@ -101,22 +104,22 @@ fn palette(color: impl Fn(f32) -> [u8; 3]) -> Vec<[u8; 3]> {
     (0..COLORS).map(|i| color(i as f32 / (COLORS - 1) as f32)).collect()
 }
 
-/// Pixels a side that become one, for `pictures` pictures of `size`.
+/// Side of the pixel blocks to average, for `pictures` pictures of `size`.
 fn factor([width, height]: [usize; 2], pictures: usize) -> usize {
     let largest = width.min(height).max(1);
     let fits = |factor: &usize| (width / factor) * (height / factor) * pictures <= MAX_PIXELS;
     (1..largest).find(fits).unwrap_or(largest)
 }
 
-/// Makes the pictures of a page.
+/// Encoder of the pictures of a page.
 struct Pictures<'a> {
     comparison: &'a Comparison,
-    /// Pixels a side that are averaged to one.
+    /// Side of the pixel blocks that are averaged.
     factor: usize,
 }
 
 impl Pictures<'_> {
-    /// Subject of the comparison, in a line.
+    /// Summary of the comparison in one line.
     fn summary(&self) -> String {
         let [width, height] = self.comparison.size;
         let estimators = count(self.comparison.runs.len() as u64, "estimator");
@@ -163,7 +166,7 @@ impl Pictures<'_> {
         }))
     }
 
-    /// A picture as the scene's tone shows it.
+    /// A picture with the tone of the scene.
     fn picture(&self, image: &RgbImage) -> io::Result<String> {
         let image = shown(&image.averaged(self.factor, |v| v), &self.comparison.tone);
         let bytes: Vec<u8> = image
@@ -174,7 +177,8 @@ impl Pictures<'_> {
         encoded(3, &image, &bytes)
     }
 
-    /// The relative error `e` of luminance, as the code of the signed root of its size: 0 is −100 % or less, 255 is +100 % or more.
+    /// The relative error `e` of luminance as a code of its signed square root: 0 is −100 % or
+    /// less, 255 is +100 % or more.
     fn error_map(&self, image: &RgbImage, reference: &RgbImage) -> io::Result<String> {
         let [image, reference] = [image, reference].map(|image| image.averaged(self.factor, |v| v));
         let code = |error: f32| 127.5 + 127.5 * error.signum() * error.abs().min(1.0).sqrt();
@@ -184,7 +188,7 @@ impl Pictures<'_> {
     }
 }
 
-/// A PNG file of so many channels and the size of `image`, in base64.
+/// A PNG file with `channels` channels and the size of `image`, in base64.
 fn encoded(channels: usize, image: &RgbImage, bytes: &[u8]) -> io::Result<String> {
     let size = [image.width as u32, image.height as u32];
     Ok(STANDARD.encode(png_bytes(channels, size, bytes)?))

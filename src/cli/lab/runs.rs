@@ -1,8 +1,10 @@
-//! The renders of a comparison: each contender takes samples until its budgets are spent, and leaves snapshots on the way.
+//! The renders of a comparison: each contender takes samples until its budgets are spent, and
+//! stores snapshots.
 //!
-//! Snapshots are taken at 1, 4, 16, 64, … samples and where a budget ends. The main render ends only where passes are cut (`render/schedule.rs`);
-//! a budget that ends between two cuts is rendered to its end on a copy of the film, whose time counts for that snapshot alone. A sampler that must
-//! know the number of samples renders each snapshot anew.
+//! Snapshots are taken at 1, 4, 16, 64, … samples and at the end of each budget. The main render
+//! ends only at cuts between passes (`render/schedule.rs`). A budget that ends between two cuts is
+//! completed on a copy of the film, and the time of the copy counts only for that snapshot. A
+//! sampler that depends on the number of samples renders each snapshot from the start.
 
 use super::budget::{Budget, Step, is_mark};
 use super::contenders::Contender;
@@ -19,18 +21,18 @@ use crate::sampler::RenderSampler;
 use crate::session::{Prepared, RenderContext, Renderer, Session, Unfinished, denoised};
 use std::time::Instant;
 
-/// The picture of a contender after so many samples.
+/// Picture of a contender after `samples` samples.
 pub(super) struct Snapshot {
-    /// Samples of each pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Seconds of rendering, of what was made before the first sample, and of denoising.
+    /// Seconds of preparation, rendering and denoising.
     pub seconds: f64,
     pub image: RgbImage,
     /// Indices of the budgets that end here.
     pub budgets: Vec<usize>,
-    /// Error against the reference; `None` where there is none.
+    /// relMSE against the reference; `None` without a reference.
     pub rel_mse: Option<f64>,
-    /// Error of the means of 16 × 16 pixels, in the same measure.
+    /// relMSE of the means of 16 × 16 pixels.
     pub block_rel_mse: Option<f64>,
 }
 
@@ -41,20 +43,20 @@ impl Snapshot {
     }
 }
 
-/// What came out of a contender.
+/// Results of a contender.
 #[derive(Default)]
 pub(super) struct Run {
     /// Snapshots in the order of their samples.
     pub snapshots: Vec<Snapshot>,
-    /// How its pictures are shown; an automatic exposure is metered in the last of them.
+    /// Tone of its pictures. An automatic exposure is metered in the last picture.
     pub tone: Tone,
-    /// Whether an interrupt ended it before its budgets were spent.
+    /// True if an interrupt ended it before its budgets were spent.
     pub is_interrupted: bool,
 }
 
 impl Run {
-    /// The seconds of a first sample that took more than a tenth too long for a budget, and the largest such budget. No estimator is shown without
-    /// a sample in each pixel.
+    /// Seconds of the first sample and the largest budget that it exceeds by more than a tenth. An
+    /// estimator is shown only with at least one sample per pixel.
     pub fn overspent(&self, budgets: &[Budget]) -> Option<[f64; 2]> {
         let first = self.snapshots.first()?;
         let budgets = first.budgets.iter().filter_map(|&index| match budgets[index] {
@@ -64,13 +66,13 @@ impl Run {
         Some([first.seconds, budgets.max_by(f64::total_cmp)?])
     }
 
-    /// The snapshot at which the budget `index` ends.
+    /// The snapshot at the end of the budget `index`.
     pub fn at(&self, index: usize) -> Option<&Snapshot> {
         self.snapshots.iter().find(|snapshot| snapshot.budgets.contains(&index))
     }
 }
 
-/// Renders `contender` until `budgets`, which ascend, are spent.
+/// Renders `contender` until all `budgets`, in ascending order, are spent.
 pub(super) fn run(
     renderer: &Renderer,
     contender: &Contender,
@@ -87,7 +89,7 @@ pub(super) fn run(
     let spent = Estimate::new(renderer, contender, &progress).spend(budgets, &mut run);
     progress.finish();
     spent?;
-    // Samples until an interrupt stand for the budget that was not spent.
+    // Samples until an interrupt count for the budget that was not spent.
     if run.is_interrupted {
         let spent = run.snapshots.iter().flat_map(|snapshot| &snapshot.budgets).max();
         let next = spent.map_or(0, |spent| spent + 1);
@@ -101,7 +103,7 @@ pub(super) fn run(
 /// An interrupt has ended the render.
 struct Interrupted;
 
-/// A render that takes samples as it is told.
+/// A render that advances step by step.
 struct Estimate<'a> {
     renderer: &'a Renderer<'a>,
     contender: &'a Contender,
@@ -109,15 +111,15 @@ struct Estimate<'a> {
     prepared: Prepared,
     /// Pixel filter of the contender.
     filter: Filter,
-    /// Choice of lights of the contender: each pays for what it learns.
+    /// Light selection of the contender. Its time includes the learning.
     light_selection: LightSelection,
     progress: &'a Progress,
-    /// Seconds of what is made before the first sample.
+    /// Seconds of the preparation before the first sample.
     preparing: f64,
-    /// Samples up to a cut between passes.
+    /// Sums of the samples up to a cut between passes.
     film: Film,
     done: u32,
-    /// Seconds of these samples, and of preparing.
+    /// Seconds of these samples and of the preparation.
     seconds: f64,
 }
 
@@ -142,7 +144,7 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Spends all budgets, and leaves their snapshots in `run`, with those of the curve.
+    /// Spends all budgets, and stores their snapshots and the snapshots of the curve in `run`.
     fn spend(&mut self, budgets: &[Budget], run: &mut Run) -> Result<(), CliError> {
         if self.prepare().is_err() {
             run.is_interrupted = true;
@@ -166,7 +168,7 @@ impl<'a> Estimate<'a> {
                     }
                 }
                 if is_last {
-                    // A budget that is hardly larger than the one before may end at its snapshot.
+                    // A budget hardly larger than the one before may end at the same snapshot.
                     run.snapshots
                         .last_mut()
                         .into_iter()
@@ -178,7 +180,8 @@ impl<'a> Estimate<'a> {
         Ok(())
     }
 
-    /// Takes the samples before `end`, which is `done` or more. They are in `film`, or in a copy of it that is returned; with the seconds that they took.
+    /// Takes the samples before `end`, which is at least `done`. Returns the seconds that they
+    /// took. The samples are in `film`, or in a returned copy of it.
     fn advance(&mut self, end: u32) -> Result<(Option<Film>, f64), Interrupted> {
         if self.contender.settings.sampler.knows_count() || self.method.knows_count() {
             let mut film = self.new_film();
@@ -205,7 +208,7 @@ impl<'a> Estimate<'a> {
         Film::new(self.contender.settings.resolution, self.contender.settings.crop())
     }
 
-    /// Makes what has to be there before the first sample.
+    /// Computes the data that must exist before the first sample.
     fn prepare(&mut self) -> Result<(), Interrupted> {
         let start = Instant::now();
         let sampler = self.sampler(self.contender.settings.spp);
@@ -217,7 +220,7 @@ impl<'a> Estimate<'a> {
         whole(outcome)
     }
 
-    /// Adds to `film` the samples before `end`; gives the seconds that took.
+    /// Adds the samples before `end` to `film`, and returns the seconds that they took.
     fn take(&self, film: &mut Film, end: u32) -> Result<f64, Interrupted> {
         let start = Instant::now();
         let (session, sampler) = (self.session(), self.sampler(end));
@@ -228,7 +231,7 @@ impl<'a> Estimate<'a> {
         whole(outcome).map(|()| seconds)
     }
 
-    /// The picture of `film`, denoised where that is asked for; `None` where an interrupt came first.
+    /// The picture of `film`, denoised if requested; `None` after an interrupt.
     fn snapshot(&self, film: &Film, samples: u32, seconds: f64, run: &mut Run) -> Result<Option<Snapshot>, CliError> {
         let settings = &self.contender.settings;
         let start = Instant::now();
@@ -252,7 +255,7 @@ impl<'a> Estimate<'a> {
         }))
     }
 
-    /// The world of the session, seen by the contender's filter.
+    /// The world of the session with the contender's filter and light selection.
     fn world(&self) -> World<'_, AnyAccel<'a>> {
         World {
             filter: &self.filter,
@@ -272,14 +275,14 @@ impl<'a> Estimate<'a> {
         self.renderer.session()
     }
 
-    /// The contender's random numbers, for `count` samples of a pixel.
+    /// The contender's random numbers for `count` samples per pixel.
     fn sampler(&self, count: u32) -> RenderSampler {
         let settings = &self.contender.settings;
         self.method.sampler(settings.sampler, settings.seed, count)
     }
 }
 
-/// An error unless all samples were taken.
+/// Returns an error unless all samples were taken.
 fn whole(outcome: Outcome) -> Result<(), Interrupted> {
     match outcome {
         Outcome::Complete => Ok(()),

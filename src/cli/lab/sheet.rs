@@ -1,4 +1,4 @@
-//! The pictures of a comparison as a contact sheet.
+//! Contact sheet with the pictures of a comparison.
 
 use super::Comparison;
 use super::contenders::Contender;
@@ -8,11 +8,12 @@ use crate::color::{Tone, srgb};
 use crate::film::RgbImage;
 use crate::io::Panel;
 
-/// Pictures in a row where there is one budget.
+/// Number of pictures in a row if there is one budget.
 const COLUMNS: usize = 4;
 
 impl Comparison {
-    /// The panels of the sheet, and how many of them are in a row: with several budgets an estimator is a row, and the reference is the last one.
+    /// Panels of the sheet, and their number per row. With several budgets each estimator has a
+    /// row, and the reference has the last row.
     pub fn panels(&self) -> (Vec<Panel>, usize) {
         let columns = match self.budgets.len() {
             1 => COLUMNS,
@@ -45,7 +46,7 @@ impl Comparison {
         }
     }
 
-    /// The place of a picture that was not rendered.
+    /// Panel for a picture that was not rendered.
     fn empty(&self, contender: &Contender) -> Panel {
         let why = match contender.refused {
             Some(_) => "cannot find this light",
@@ -63,7 +64,7 @@ impl Comparison {
     }
 }
 
-/// `image` as `tone` shows it, in linear light of the display. The tone that clips leaves that to the display.
+/// `image` with `tone`, in linear light of the display. For the default tone, the display clips.
 pub(super) fn shown(image: &RgbImage, tone: &Tone) -> RgbImage {
     if *tone == Tone::default() {
         return image.clone();

@@ -6,11 +6,11 @@ use super::runs::Snapshot;
 use crate::cli::words::measured;
 use std::fmt::Write;
 
-/// Head of both CSV files.
+/// Header of both CSV files.
 const HEAD: &str = "estimator,samples,seconds,relmse,efficiency,block_relmse\n";
 
 impl Comparison {
-    /// A row for each estimator and budget.
+    /// CSV with a row for each estimator and budget.
     pub fn csv(&self) -> String {
         let mut text = String::from(HEAD);
         for (contender, run) in self.rendered() {
@@ -21,7 +21,7 @@ impl Comparison {
         text
     }
 
-    /// A row for each point of the curves.
+    /// CSV with a row for each point of the curves.
     pub fn curves_csv(&self) -> String {
         let mut text = String::from(HEAD);
         for (contender, run) in self.rendered() {
@@ -31,7 +31,7 @@ impl Comparison {
         text
     }
 
-    /// The table, and the slopes of the curves in words.
+    /// The table, and a text with the slopes of the curves.
     pub fn markdown(&self) -> String {
         let mut text = String::from("| estimator | samples | seconds | relMSE | efficiency |\n|---|---|---|---|---|\n");
         for (contender, run) in &self.runs {

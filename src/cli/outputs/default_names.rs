@@ -1,7 +1,9 @@
-//! Names of the pictures of a render that has no `-o`: the scene's stem in the current folder, with `.exr`, and with `.png` before it for a bare OBJ.
+//! Names of the pictures of a render without `-o`: the scene's stem in the current folder with
+//! `.exr`, and for a bare OBJ also with `.png`.
 //!
-//! The name of a bare OBJ is often that of its texture too. A picture beside which such a file lies gets another name: files that the scene reads, and
-//! files that this program did not write, are never replaced by a default name.
+//! The texture of a bare OBJ often has its name. If such a file exists at the place of a picture,
+//! the picture gets another name. A default name never replaces files that the scene reads, or
+//! files that this program did not write.
 
 use crate::files::FileId;
 use std::ffi::OsString;
@@ -9,19 +11,19 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Bytes of a picture in which the name of the program that wrote it is looked for.
+/// Number of bytes of a picture that are searched for the name of its program.
 const HEADER_BYTES: u64 = 1 << 16;
-/// Names that are tried.
+/// Maximum number of names to try.
 const MAX_NAMES: u32 = 100;
 
 /// Names for the pictures of a bare OBJ.
 pub(super) struct DefaultNames {
     pub paths: Vec<PathBuf>,
-    /// Why they are not the usual ones.
+    /// Reason for unusual names.
     pub reason: Option<String>,
 }
 
-/// The name of `scene` without its last extension, and with another one.
+/// The name of `scene` with `extension` instead of its last extension.
 fn with_extension(scene: &Path, extension: &str) -> PathBuf {
     let mut name = OsString::from(scene.file_stem().unwrap_or_default());
     name.push(".");
@@ -29,12 +31,13 @@ fn with_extension(scene: &Path, extension: &str) -> PathBuf {
     name.into()
 }
 
-/// Output files of a scene file.
+/// Default outputs of a scene file.
 pub(super) fn of_scene_file(scene: &Path) -> Vec<PathBuf> {
     vec![with_extension(scene, "exr")]
 }
 
-/// Output files of a bare OBJ, beside files that the scene has `read`. Both pictures have one stem.
+/// Default outputs of a bare OBJ that do not replace the files `read` by the scene. Both pictures
+/// have the same stem.
 pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
     let read: Vec<FileId> = read.iter().filter_map(|path| FileId::of(path)).collect();
     let mut reason = None;
@@ -53,7 +56,7 @@ pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
         };
         reason = reason.or(Some(why));
     }
-    // The check of outputs says what is wrong with these.
+    // The check of outputs reports the error of these.
     let paths = ["png", "exr"].map(|extension| with_extension(scene, extension));
     DefaultNames {
         paths: paths.into(),
@@ -61,7 +64,7 @@ pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
     }
 }
 
-/// Why a picture must not replace the file at `path`; `None` if it may.
+/// Reason why a picture must not replace the file at `path`; `None` if it may.
 fn why_not(path: &Path, read: &[FileId]) -> Option<String> {
     let name = path.display();
     if FileId::of(path).is_some_and(|id| read.contains(&id)) {
@@ -75,7 +78,7 @@ fn why_not(path: &Path, read: &[FileId]) -> Option<String> {
     is_foreign.then(|| format!("{name} exists and was not written by this program"))
 }
 
-/// Whether this program wrote the picture at `path`: its header says so.
+/// Returns true if the header of the picture at `path` names this program.
 fn is_own(path: &Path) -> bool {
     let mut header = Vec::new();
     let read = File::open(path).and_then(|file| file.take(HEADER_BYTES).read_to_end(&mut header));

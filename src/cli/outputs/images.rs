@@ -1,4 +1,4 @@
-//! Images that a command writes: their names, and their formats by these names.
+//! Images that a command writes, with their names and formats.
 
 use super::Outputs;
 use super::default_names;
@@ -14,13 +14,15 @@ use std::path::PathBuf;
 pub(in crate::cli) type Images = Vec<(Format, Output)>;
 
 impl Outputs {
-    /// Checks that the images `paths`, which `-o` names, can be written, and takes them in. PNG files show light as `tone` says.
+    /// Checks that the images `paths` of `-o` can be written, and adds them to the outputs. PNG
+    /// files have the tone `tone`.
     ///
     /// # Errors
     ///
-    /// A name that is none of an image, a file that cannot be written, or one that is the same as another output.
+    /// A name without an image extension, a file that cannot be written, or the same file as
+    /// another output.
     pub fn prepare_images(&mut self, paths: &[PathBuf], tone: Tone, exr: &ExrFormat) -> Result<Images, CliError> {
-        // A name that is no image is wrong usage; a folder that cannot be written is a failure.
+        // A name of another format is wrong usage; an unwritable folder is a failure.
         let prepared = paths.iter().map(|path| {
             let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
                 Format::Png(_) => Format::Png(tone),
@@ -32,7 +34,7 @@ impl Outputs {
     }
 }
 
-/// Makes PNG files among `images` show light as `tone` says.
+/// Sets the tone of PNG files among `images`.
 pub(in crate::cli) fn show(images: &mut Images, tone: Tone) {
     for (format, _) in images {
         if let Format::Png(shown) = format {
@@ -41,8 +43,8 @@ pub(in crate::cli) fn show(images: &mut Images, tone: Tone) {
     }
 }
 
-/// The images that a render writes, which join `outputs`, and a warning where the default names are other ones than usual. `read` are the files of the
-/// scene, as far as they are known.
+/// Images of a render, which are added to `outputs`, and a warning if the default names are
+/// unusual. `read` are the known files of the scene.
 pub(in crate::cli) fn images_of_render(
     args: &RenderArgs,
     job: &Job,
@@ -53,7 +55,7 @@ pub(in crate::cli) fn images_of_render(
     let paths = if !args.output.is_empty() {
         args.output.clone()
     } else if args.samples.is_some() && args.checkpoint.is_some() {
-        // A part that is kept, without a picture.
+        // A part with a checkpoint needs no picture.
         Vec::new()
     } else if job.scene.is_file() || args.samples.is_some() {
         default_names::of_scene_file(&args.scene)

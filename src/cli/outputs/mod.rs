@@ -1,6 +1,8 @@
-//! The files that a command writes. None may be another output or a file that the command reads (`files/identity.rs`).
+//! Files that a command writes. A file must not be another output or a file that the command reads
+//! (`files/identity.rs`).
 //!
-//! `images` gives images their formats, and those of a render their names; `default_names` has the names where there is no `-o`.
+//! `images` has the formats of images and the names of rendered images. `default_names` has the
+//! names without `-o`.
 
 mod default_names;
 mod images;
@@ -12,16 +14,17 @@ use super::words;
 use crate::files::{FileId, Output};
 use std::path::Path;
 
-/// Files to write, by the flags that name them.
+/// Output files with the flags that name them.
 #[derive(Default)]
 pub(super) struct Outputs {
     files: Vec<(&'static str, String, FileId)>,
-    /// Files of whose other names the user was warned.
+    /// Files whose other names the user was warned of.
     warned: Vec<FileId>,
 }
 
 impl Outputs {
-    /// Checks that the file `path`, which `flag` names, can be written, and takes it in. Warns of other names of it.
+    /// Checks that the file `path` of `flag` can be written, and adds it to the outputs. Warns of
+    /// its other names.
     ///
     /// # Errors
     ///
@@ -48,7 +51,7 @@ impl Outputs {
         ));
     }
 
-    /// Takes in `output`, which `flag` names.
+    /// Adds `output` of `flag` to the outputs.
     ///
     /// # Errors
     ///
@@ -66,12 +69,12 @@ impl Outputs {
         Ok(())
     }
 
-    /// Forgets the outputs that `flag` names.
+    /// Removes the outputs of `flag`.
     pub fn forget(&mut self, flag: &str) {
         self.files.retain(|(other, ..)| *other != flag);
     }
 
-    /// Refuses outputs that are among the files `read`, by whatever name.
+    /// Returns an error if an output is among the files `read`, under any name.
     pub fn spare<'a>(&self, read: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
         for path in read {
             let id = FileId::of(path);

@@ -1,4 +1,4 @@
-//! Makes a trace of the events of a record.
+//! Builds a trace from the events of a record.
 
 use super::trace::{Contribution, Place, Technique, Trace, Vertex};
 use crate::color::Spectrum;
@@ -7,28 +7,28 @@ use crate::integrator::PathEvent;
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampler::SampleKey;
 
-/// Takes events in their order.
+/// Receives events in their order.
 struct Builder<'a> {
     trace: Trace,
     pixel: UVec2,
     filter: &'a Filter,
-    /// The path that is at work: the last vertex of each depth.
+    /// The current path: the last vertex of each depth.
     stack: Vec<usize>,
     /// Vertices of the last paths from the camera and from a light.
     camera: Vec<usize>,
     light: Vec<usize>,
-    /// What may have found the next light.
+    /// Technique that may find the next light.
     technique: Technique,
-    /// Parts of the light that is added next.
+    /// Parts of the next light.
     parts: Vec<(Technique, Spectrum, Option<usize>)>,
-    /// Whether the path is the rest of one that pixels share, whose light is not that of the pixel yet.
+    /// True if the path is the rest of a shared path, whose light does not belong to the pixel yet.
     is_shared: bool,
-    /// First of the current vertex's light samples without a shadow ray.
+    /// Vertex and index of each light sample whose shadow ray is still to come.
     waiting: Vec<(usize, usize)>,
 }
 
 impl Trace {
-    /// Makes the trace of the sample `key` of its `events`, as far as they light `pixel`.
+    /// Builds the trace of the sample `key` from its `events` that light `pixel`.
     pub fn new(key: SampleKey, weight: f32, events: &[PathEvent], pixel: UVec2, filter: &Filter) -> Self {
         let mut builder = Builder {
             trace: Self {
@@ -56,7 +56,7 @@ impl Builder<'_> {
     fn take(&mut self, event: PathEvent) {
         match event {
             PathEvent::Start { p, light, beta, .. } => {
-                // A bidirectional method begins its path at the camera ray that it was given.
+                // A bidirectional method starts its path at the given camera ray.
                 let is_same =
                     |v: usize| self.trace.vertices[v].p == p && matches!(self.trace.vertices[v].place, Place::Camera);
                 if light.is_none() && self.stack.len() == 1 && is_same(self.stack[0]) {
@@ -69,7 +69,7 @@ impl Builder<'_> {
                 *self.path_of(first) = vec![first];
             }
             PathEvent::Vertex { depth, hit, p, n, beta } => {
-                // The start of the path is at the place 0
+                // Index 0 is the start of the path.
                 self.stack.truncate(depth as usize + 1);
                 let parent = self.stack.last().copied();
                 let vertex = self.add(parent, Place::Surface { hit, n, depth }, p, beta);
@@ -100,7 +100,7 @@ impl Builder<'_> {
                 }
             }
             PathEvent::Scatter { depth, scattering } => {
-                // A vertex of a tree has its next way on when the branch of the last one has come to its end.
+                // A vertex of a tree scatters again after its last branch has ended.
                 self.stack.truncate(depth as usize + 2);
                 if let Some(vertex) = self.last() {
                     self.trace.vertices[vertex].scatterings.push(scattering);
@@ -158,7 +158,7 @@ impl Builder<'_> {
         self.stack.last().copied()
     }
 
-    /// The list of vertices of the path that begins at `root`.
+    /// Vertices of the path that starts at `root`.
     fn path_of(&mut self, root: usize) -> &mut Vec<usize> {
         match self.trace.vertices[root].place {
             Place::Light(_) => &mut self.light,
@@ -166,7 +166,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Light that comes to the pixel, in its parts where they were told.
+    /// Adds light of the pixel, split into its known parts.
     fn add_light(&mut self, film: Option<Vec2>, radiance: Spectrum) {
         let parts = std::mem::take(&mut self.parts);
         let factor = match film {
@@ -198,7 +198,7 @@ impl Builder<'_> {
         self.technique = Technique::Other;
     }
 
-    /// Vertices between the camera and the light, as far as they are known.
+    /// Known vertices between the camera and the light.
     fn path(&self, technique: Technique, vertex: Option<usize>) -> Vec<usize> {
         if let Technique::Merging(_, t, ..) = technique {
             return self.camera.iter().take(t).copied().collect();

@@ -19,7 +19,7 @@ fn vector(value: Vec3) -> [f64; 3] {
     decimal(value.to_array())
 }
 
-/// A number; what is not finite is `null`.
+/// A number; `null` if it is not finite.
 fn number(value: f32) -> f64 {
     decimal([value; 3])[0]
 }
@@ -39,7 +39,7 @@ fn light(scene: &Scene, id: LightId) -> Value {
     json!({ "id": id.0, "type": kind, "group": group })
 }
 
-/// A trace.
+/// Trace as JSON.
 pub(super) fn trace(session: &Session, trace: &Trace) -> Value {
     json!({
         "from": match trace.key.y {

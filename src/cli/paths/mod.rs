@@ -1,7 +1,9 @@
-//! `embrasure paths`: the paths that light a pixel, with their densities, weights and contributions.
+//! `embrasure paths`: the paths that light a pixel, with their densities, weights and
+//! contributions.
 //!
-//! `recording` traces samples with a record, `builder` makes vertices and contributions of it (`trace`), and `json`, `obj` and `svg` write them. `render --pixel --json` prints the
-//! same numbers.
+//! `recording` traces samples with a record, and `builder` builds vertices and contributions from
+//! it (`trace`). `json`, `obj` and `svg` write them. `render --pixel --json` prints the same
+//! numbers.
 
 mod builder;
 mod json;
@@ -64,7 +66,7 @@ pub(super) fn paths(args: &PathsArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What `render` would be told.
+/// Arguments of the equivalent render.
 fn render_args(args: &PathsArgs) -> RenderArgs {
     RenderArgs {
         scene: args.scene.clone(),
@@ -80,7 +82,7 @@ fn render_args(args: &PathsArgs) -> RenderArgs {
     }
 }
 
-/// Traces of the samples, each as far as it lights the pixel.
+/// Traces of the samples, limited to light of the pixel.
 pub(super) fn traces(
     renderer: &Renderer,
     [x, y]: [u32; 2],
@@ -93,7 +95,7 @@ pub(super) fn traces(
         .collect())
 }
 
-/// The pixel and sample that `--pixel` and `--sample` name.
+/// Sample key of `--pixel` and `--sample`.
 pub(super) fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey, CliError> {
     if crop.contains(UVec2::new(x, y)) {
         return Ok(SampleKey::new(x, y, sample));
@@ -107,12 +109,12 @@ pub(super) fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey
     )))
 }
 
-/// Light of a sample: of all traces that fall on the pixel.
+/// Light of a sample: the sum of its traces.
 pub(super) fn light_of(traces: &[Trace]) -> Spectrum {
     traces.iter().fold(Spectrum::ZERO, |sum, trace| sum + trace.sum())
 }
 
-/// All numbers.
+/// All results as JSON.
 pub(super) fn facts(renderer: &Renderer, pixel: [u32; 2], samples: &[(u32, Vec<Trace>)]) -> Value {
     let session = renderer.session();
     let sample = |(index, traces): &(u32, Vec<Trace>)| {
@@ -164,5 +166,5 @@ fn print_text(renderer: &Renderer, args: &PathsArgs, samples: &[(u32, Vec<Trace>
     }
 }
 
-/// Contributions of a sample that are printed.
+/// Maximum number of printed contributions of a sample.
 const MAX_SHOWN: usize = 8;

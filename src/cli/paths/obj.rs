@@ -1,13 +1,14 @@
-//! Traces as lines of an OBJ file, for any program that shows meshes.
+//! Traces as lines of an OBJ file, for any viewer of meshes.
 
 use super::trace::{Place, Technique, Trace};
 use crate::math::Vec3;
 use std::fmt::Write;
 
-/// Length of the line towards a light that is infinitely far away, over the size of the paths.
+/// Length of the line towards an infinitely distant light, relative to the size of the paths.
 const FAR: f32 = 0.25;
 
-/// The file: an object for each sample, with groups of paths, of shadow rays that arrive, and of those that are occluded.
+/// Text of the file: an object for each sample, with groups of paths, of unoccluded shadow rays,
+/// and of occluded shadow rays.
 pub(super) fn text(samples: &[(u32, Vec<Trace>)]) -> String {
     let mut file = File {
         text: "# embrasure paths: scattered paths, shadow rays and connections as lines\n".into(),
@@ -53,7 +54,7 @@ impl File {
     }
 }
 
-/// The paths of a trace, each from its start to a vertex that no other follows.
+/// Paths of a trace, each from its start to a vertex without a successor.
 pub(super) fn paths(trace: &Trace) -> Vec<Vec<Vec3>> {
     let mut has_next = vec![false; trace.vertices.len()];
     trace
@@ -71,7 +72,7 @@ pub(super) fn paths(trace: &Trace) -> Vec<Vec<Vec3>> {
     .collect()
 }
 
-/// Shadow rays that are occluded, or those that are not.
+/// Shadow rays that are occluded, or not occluded.
 pub(super) fn shadow_rays(trace: &Trace, is_occluded: bool) -> Vec<Vec<Vec3>> {
     let points = trace.vertices.iter().map(|vertex| vertex.p);
     let size = points
@@ -90,7 +91,7 @@ pub(super) fn shadow_rays(trace: &Trace, is_occluded: bool) -> Vec<Vec<Vec3>> {
     trace.vertices.iter().flat_map(of_vertex).collect()
 }
 
-/// Connections of subpaths, and of first vertices to ends that pixels share.
+/// Connections of subpaths, and of first vertices to shared path ends.
 pub(super) fn connections(trace: &Trace) -> Vec<Vec<Vec3>> {
     let at = |v: &usize| trace.vertices[*v].p;
     let connection = |contribution: &super::trace::Contribution| match contribution.technique {

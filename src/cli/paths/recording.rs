@@ -1,4 +1,4 @@
-//! Samples that are traced with a record of their paths.
+//! Samples traced with a record of their paths.
 
 use super::trace::Trace;
 use crate::film::FirstSurface;
@@ -8,8 +8,8 @@ use crate::sampler::SampleKey;
 use crate::session::{RenderContext, Renderer};
 use std::cell::RefCell;
 
-/// The traces of the sample `index` that light `pixel`: that of the pixel's own sample first, and of iterations those of all samples and chains that send light
-/// there.
+/// Traces of the sample `index` that light `pixel`. The pixel's own sample comes first. For
+/// iterations, all samples and chains that send light to the pixel follow.
 pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace> {
     let (session, accel) = (renderer.session(), renderer.accel().as_dyn());
     let settings = session.settings();
@@ -50,17 +50,17 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
     traces
 }
 
-/// What the sink of the sample has heard.
+/// Events and weight received by the sink.
 #[derive(Default)]
 struct Heard {
     events: Vec<PathEvent>,
     weight: f32,
 }
 
-/// Listens to one of the samples that are traced together.
+/// Listener to one of several samples that are traced together.
 struct Listener<'a> {
     heard: &'a RefCell<Heard>,
-    /// Whether the sample is the one that was asked for.
+    /// True if the sample is the requested one.
     told: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Traces as a picture: the paths as the camera sees them, and from the side.
+//! Traces as a picture: the paths in the camera's view, and from the side.
 
 use super::light_of;
 use super::obj::{connections, paths, shadow_rays};
@@ -10,21 +10,22 @@ use crate::scene::Scene;
 use crate::session::Session;
 use std::fmt::Write;
 
-/// Width and height of a view, and the height of a line of the legend.
+/// Width and height of a view, its margin, and the height of a line of the legend.
 const VIEW: [f64; 2] = [440.0, 440.0];
 const MARGIN: f64 = 10.0;
 const LINE: f64 = 18.0;
-/// Triangles whose edges are drawn; of larger scenes the boxes of meshes are.
+/// Maximum number of triangles whose edges are drawn. For larger scenes the boxes of meshes are
+/// drawn.
 const MAX_TRIANGLES: u64 = 2000;
-/// Maximum size, over that of the paths, of a scene that is shown whole.
+/// Maximum size of a scene that is shown whole, relative to the size of the paths.
 const MUCH_LARGER: f32 = 4.0;
-/// Samples that the legend lists.
+/// Maximum number of samples in the legend.
 const MAX_LISTED: usize = 10;
 
-/// Something that shows points of space: two coordinates and whether they are in front of it.
+/// Projection of points to two coordinates; `None` for points behind the viewer.
 type View<'a> = &'a dyn Fn(Vec3) -> Option<[f64; 2]>;
 
-/// The picture.
+/// Text of the picture.
 pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Trace>)]) -> String {
     let listed = samples.len().min(MAX_LISTED);
     let size = [
@@ -35,7 +36,7 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
     let mut text = svg_head(size, &format!("Paths of the pixel {x},{y} by {method}"), Place::File);
     let context = context(session.scene());
 
-    // As the camera sees them
+    // View of the camera
     let resolution = session.settings().resolution.as_vec2();
     let scale = (VIEW[0] as f32 / resolution.x).min(VIEW[1] as f32 / resolution.y);
     let of_film = |film: Vec2| {
@@ -59,7 +60,7 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
         VIEW[1] - 2.0 * frame[1]
     );
 
-    // From the side: across the camera's view and from above, without perspective
+    // View from the side, partly from above, without perspective
     let side = side_view(session, samples);
     begin(&mut text, "from the side, without perspective", VIEW[0] + 2.0 * MARGIN);
     draw(&mut text, &side, &context, samples);
@@ -69,7 +70,7 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
     text + "</svg>\n"
 }
 
-/// Begins a view, which `</svg>` ends: lines outside are cut off.
+/// Begins a view that `</svg>` ends. Lines outside are clipped.
 fn begin(text: &mut String, name: &str, x: f64) {
     let [width, height] = VIEW;
     let _ = writeln!(
@@ -78,7 +79,7 @@ fn begin(text: &mut String, name: &str, x: f64) {
     );
 }
 
-/// Edges of the scene: of its triangles, or of the boxes around its meshes.
+/// Edges of the scene: of its triangles, or of the boxes of its meshes.
 fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     let mut edges = Vec::new();
     if scene.placed_triangle_count() <= MAX_TRIANGLES {
@@ -105,7 +106,8 @@ fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     edges
 }
 
-/// A projection along a direction across the camera's view that fits the traces, the camera aside, and the scene where that is not much larger.
+/// A projection across the camera's view direction that fits the traces without the camera. It also
+/// fits the scene if the scene is not much larger.
 fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) -> Option<[f64; 2]> {
     let camera = session.world(&()).camera;
     let resolution = session.settings().resolution.as_vec2();
@@ -116,7 +118,7 @@ fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) 
         .direction;
     let down = (below - below.dot(forward) * forward).normalize_or(Vec3::NEG_Y);
     let across = forward.cross(down).normalize_or(Vec3::X);
-    // Looking from the side, half from above
+    // From the side, and half from above
     let along = (across + 0.6 * down + 0.25 * forward).normalize();
     let horizontal = down.cross(along).normalize_or(forward);
     let vertical = along.cross(horizontal);
@@ -146,7 +148,7 @@ fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) 
     }
 }
 
-/// Middle and larger side of the rectangle around points; `None` around none.
+/// Centre and larger side of the rectangle around points; `None` without points.
 fn extent(points: impl Iterator<Item = Vec2>) -> Option<(Vec2, f32)> {
     let around = |[low, high]: [Vec2; 2], p: Vec2| [low.min(p), high.max(p)];
     let [low, high] = points.fold([Vec2::INFINITY, Vec2::NEG_INFINITY], around);
@@ -201,12 +203,12 @@ fn lines(traces: &[Trace], of: impl Fn(&Trace) -> Vec<Vec<Vec3>>) -> Vec<Vec<Vec
     traces.iter().flat_map(of).collect()
 }
 
-/// Whether a place is near enough to the picture to be written.
+/// Returns true if a point is near enough to the picture to be written.
 fn is_near([x, y]: [f64; 2]) -> bool {
     x.abs() < 1e4 && y.abs() < 1e4
 }
 
-/// A segment as a path; what lies behind the viewer is cut off.
+/// Path of a segment. The part behind the viewer is clipped.
 fn segment(view: View, [a, b]: [Vec3; 2]) -> Option<String> {
     let (seen, unseen) = match (view(a), view(b)) {
         (Some(a), Some(b)) => return line([a, b]),
@@ -214,7 +216,7 @@ fn segment(view: View, [a, b]: [Vec3; 2]) -> Option<String> {
         (None, Some(_)) => (b, a),
         (None, None) => return None,
     };
-    // The last place that is seen, by bisection
+    // The last visible point, by bisection
     let [mut near, mut far] = [0.0f32, 1.0];
     for _ in 0..16 {
         let middle = 0.5 * (near + far);
@@ -233,7 +235,7 @@ fn line(ends: [[f64; 2]; 2]) -> Option<String> {
         .then(|| format!("M{ax:.1} {ay:.1}L{bx:.1} {by:.1}"))
 }
 
-/// What lines mean, and the light of each sample.
+/// Legend: the meaning of the lines, and the light of each sample.
 fn legend(text: &mut String, samples: &[(u32, Vec<Trace>)], mut y: f64, method: &str) {
     let _ = writeln!(
         text,

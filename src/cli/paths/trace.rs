@@ -1,4 +1,4 @@
-//! A recorded sample as vertices and contributions; `builder` makes it of its events.
+//! A recorded sample as vertices and contributions, built by `builder` from its events.
 
 use crate::color::Spectrum;
 use crate::geometry::Hit;
@@ -7,10 +7,10 @@ use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
 use crate::sampler::SampleKey;
 
-/// One sample, or one Markov chain, as far as it lights the pixel.
+/// A sample, or a Markov chain, limited to its light in the pixel.
 pub(in crate::cli) struct Trace {
     pub key: SampleKey,
-    /// Factor of the light in the sample's own pixel.
+    /// Filter weight in the sample's own pixel.
     pub weight: f32,
     pub vertices: Vec<Vertex>,
     pub contributions: Vec<Contribution>,
@@ -18,21 +18,21 @@ pub(in crate::cli) struct Trace {
 
 /// A vertex of a path.
 pub(in crate::cli) struct Vertex {
-    /// The vertex before it, `None` where a path begins.
+    /// Previous vertex; `None` at the start of a path.
     pub parent: Option<usize>,
     pub place: Place,
     pub p: Vec3,
-    /// Throughput of the ray that meets it, or that leaves the start of a path.
+    /// Throughput of the ray that hits the vertex, or that leaves the start of a path.
     pub beta: Spectrum,
     pub emissions: Vec<EmissionRecord>,
     pub light_samples: Vec<LightSampleRecord>,
-    /// Ways on: several in trees of rays.
+    /// Scattering events: several in trees of rays.
     pub scatterings: Vec<ScatteringRecord>,
     /// Number and radius of photons of density estimates.
     pub photons: Vec<(u32, f32)>,
 }
 
-/// What a vertex lies on.
+/// Place of a vertex.
 #[derive(Clone, Copy)]
 pub(in crate::cli) enum Place {
     Camera,
@@ -40,26 +40,29 @@ pub(in crate::cli) enum Place {
     Surface { hit: Hit, n: Vec3, depth: u32 },
 }
 
-/// How light was found.
+/// Technique that found the light.
 #[derive(Clone, Copy, PartialEq)]
 pub(in crate::cli) enum Technique {
-    /// A path met a light.
+    /// A path hit a light.
     Emission,
     /// A light was sampled.
     LightSample,
-    /// Subpaths were connected: vertices from the light and from the camera, MIS weight, light without it.
+    /// Connected subpaths: numbers of vertices from the light and from the camera, MIS weight, and
+    /// light without the weight.
     Connection(usize, usize, f32, Spectrum),
-    /// The density of photons.
+    /// A density estimate of photons.
     Photons,
-    /// Photons or subpaths that end near each other: vertices from the light and from the camera, both with the end, MIS weight, light without it.
+    /// Photons or subpaths that end near each other: numbers of vertices from the light and from
+    /// the camera, both including the end, MIS weight, and light without the weight.
     Merging(usize, usize, f32, Spectrum),
-    /// The cache of irradiance.
+    /// The irradiance cache.
     Cache,
     /// A Markov chain.
     Chain,
-    /// The path of another pixel, or the own one, which pixels share: its pixel, and the end that they see.
+    /// A path shared between pixels: the pixel that it belongs to, and its end point. The pixel may
+    /// be the own pixel.
     Shared([u32; 2], Vec3),
-    /// None of these.
+    /// Another technique.
     Other,
 }
 
@@ -79,16 +82,16 @@ impl Technique {
     }
 }
 
-/// Light that is added to the pixel.
+/// Light added to the pixel.
 pub(in crate::cli) struct Contribution {
     pub technique: Technique,
-    /// Light in the pixel, the filter's factor included.
+    /// Light in the pixel, including the filter weight.
     pub radiance: Spectrum,
-    /// The light's place on the film, where that is not in the sample's own pixel.
+    /// Film position of the light; `None` if it is in the sample's own pixel.
     pub film: Option<Vec2>,
-    /// The vertex at which it was found.
+    /// The vertex that found it.
     pub vertex: Option<usize>,
-    /// Vertices of the path by which the light comes, from the camera on, as far as they were recorded.
+    /// Recorded vertices of the light's path, starting at the camera.
     pub path: Vec<usize>,
 }
 
@@ -100,7 +103,7 @@ impl Trace {
             .fold(Spectrum::ZERO, |sum, c| sum + c.radiance)
     }
 
-    /// Leaves out the paths that do not light the pixel: of other samples, and of chains.
+    /// Removes paths of other samples and of chains that do not light the pixel.
     pub fn keep_what_counts(&mut self) {
         let mut is_kept = vec![false; self.vertices.len()];
         for contribution in &self.contributions {

@@ -1,16 +1,17 @@
-//! Lines of dots in a terminal: each character of the Braille patterns is a cell of 2 × 4 dots (Unicode, block U+2800).
+//! Dot graphics in a terminal: each Braille pattern character is a cell of 2 × 4 dots (Unicode,
+//! block U+2800).
 
 /// Bits of the dots of a cell, by column and row.
 const DOTS: [[u8; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
-/// A picture of dots, origin top left.
+/// A picture of dots with the origin at the top left.
 pub(in crate::cli) struct Braille {
     columns: usize,
     cells: Vec<u8>,
 }
 
 impl Braille {
-    /// An empty picture of so many characters.
+    /// An empty picture of `columns` × `rows` characters.
     pub fn new(columns: usize, rows: usize) -> Self {
         Self {
             columns,
@@ -18,7 +19,7 @@ impl Braille {
         }
     }
 
-    /// Sets a dot; dots outside are left out.
+    /// Sets a dot. Dots outside the picture are ignored.
     pub fn dot(&mut self, x: i64, y: i64) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
             return;
@@ -34,7 +35,7 @@ impl Braille {
     /// Sets the dots of a line.
     pub fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-        // A line as long as all dots is none that could be seen.
+        // A much longer line is not visible.
         let steps = (dx.abs().max(dy.abs()).ceil()).clamp(1.0, 4096.0) as u32;
         for step in 0..=steps {
             let t = f64::from(step) / f64::from(steps);
@@ -42,7 +43,7 @@ impl Braille {
         }
     }
 
-    /// The rows as text.
+    /// Rows as text.
     pub fn rows(&self) -> impl Iterator<Item = String> {
         let character = |cell: &u8| char::from_u32(0x2800 + u32::from(*cell)).unwrap_or(' ');
         self.cells
@@ -60,7 +61,7 @@ mod tests {
         let mut picture = Braille::new(2, 2);
         picture.line([0.0, 0.0], [0.0, 3.0]);
         picture.line([2.0, 4.0], [3.0, 4.0]);
-        // Outside, which no other dot shows
+        // Dots outside the picture are ignored
         for [x, y] in [[-1, 0], [4, 0], [0, 8], [0, -1]] {
             picture.dot(x, y);
         }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 /// Width and height of a plot with its margins.
 pub(in crate::cli) const PLOT_SIZE: [f64; 2] = [450.0, 350.0];
-/// Axes of a plot, within its width.
+/// Ends of the axes of a plot, within [`PLOT_SIZE`].
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 434.0;
 const TOP: f64 = 28.0;
@@ -13,18 +13,18 @@ const BOTTOM: f64 = 300.0;
 
 /// A plot with logarithmic axes. All values are above 0.
 pub(in crate::cli) struct LogLog<'a> {
-    /// Words above the plot.
+    /// Text above the plot.
     pub title: &'a str,
     /// Name of the horizontal axis.
     pub name: &'a str,
     /// Points of each curve.
     pub curves: &'a [Vec<[f64; 2]>],
-    /// Lines to compare them with, dashed.
+    /// Dashed reference lines.
     pub guides: &'a [Vec<[f64; 2]>],
 }
 
 impl LogLog<'_> {
-    /// Draws the plot, `shift` to the right and down.
+    /// Draws the plot with the offset `shift` to the right and down.
     pub fn draw(&self, text: &mut String, shift: [f64; 2]) {
         let values = |axis: usize| {
             self.curves
@@ -36,7 +36,7 @@ impl LogLog<'_> {
         let x = Axis::over(values(0), LEFT, RIGHT);
         let y = Axis::over(values(1), BOTTOM, TOP);
         let (name, title) = (self.name, self.title);
-        // What a script needs to find a place on the horizontal axis
+        // Data for scripts that locate a value on the horizontal axis
         let _ = writeln!(
             text,
             "<g class=\"plot\" data-measure=\"{name}\" data-from=\"{}\" data-to=\"{}\" data-start=\"{LEFT}\" data-end=\"{RIGHT}\" transform=\"translate({} {})\">",
@@ -103,13 +103,13 @@ struct Axis {
     /// Exponents of its ends.
     from: f64,
     to: f64,
-    /// Where the ends are in the picture.
+    /// Positions of the ends in the picture.
     start: f64,
     end: f64,
 }
 
 impl Axis {
-    /// One that has room for all `values`.
+    /// An axis that contains all `values`.
     fn over(values: impl Iterator<Item = f64> + Clone, start: f64, end: f64) -> Self {
         let exponents = values.map(f64::log10);
         let from = exponents.clone().fold(f64::INFINITY, f64::min).floor();
@@ -127,7 +127,7 @@ impl Axis {
         self.start + share * (self.end - self.start)
     }
 
-    /// Powers of ten on it, ten at most.
+    /// Powers of ten on the axis; a maximum of ten.
     fn ticks(&self) -> Vec<i32> {
         let (from, to) = (self.from as i32, self.to as i32);
         let step = ((to - from) / 8 + 1) as usize;
@@ -135,7 +135,7 @@ impl Axis {
     }
 }
 
-/// A power of ten as people write it.
+/// Text of a power of ten.
 fn power_of_ten(exponent: i32) -> String {
     match exponent {
         0..=5 => format!("{}", 10i64.pow(exponent as u32)),
@@ -144,10 +144,11 @@ fn power_of_ten(exponent: i32) -> String {
     }
 }
 
-/// Points from which on a line is worth a number.
+/// Minimum number of points for a slope.
 const MIN_POINTS: usize = 3;
 
-/// Slope of the line through the logarithms of `points`, by least squares of the errors; `None` for too few points, or points of one place.
+/// Slope of the least-squares line through the logarithms of `points`. `None` for too few points,
+/// or for points with equal x.
 pub(in crate::cli) fn slope(points: &[[f64; 2]]) -> Option<f64> {
     let count = points.len() as f64;
     let logarithms = || points.iter().map(|point| point.map(f64::ln));
@@ -180,7 +181,7 @@ mod tests {
         assert_eq!((axis.from, axis.to), (-2.0, 3.0));
         assert_eq!([0.01, 1000.0].map(|value| axis.place(value)), [10.0, 110.0]);
         assert_eq!(axis.ticks(), [-2, -1, 0, 1, 2, 3]);
-        // A single value has a decade of its own, and none at all has one too.
+        // A single value, or no value, gives an axis of one decade.
         let one = Axis::over([1.0].into_iter(), 0.0, 1.0);
         assert_eq!((one.from, one.to, one.place(1.0)), (0.0, 1.0, 0.0));
         assert_eq!(Axis::over(std::iter::empty(), 0.0, 1.0).to, 1.0);

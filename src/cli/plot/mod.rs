@@ -1,7 +1,8 @@
-//! SVG pictures that commands draw: colours, marks, text, and plots with logarithmic axes (`log_log`); and dots in a terminal
-//! (`braille`).
+//! SVG pictures of commands: colours, marks, text, and plots with logarithmic axes (`log_log`).
+//! Also dot graphics in a terminal (`braille`).
 //!
-//! Text and axes have the colour of the surrounding text, so that a picture is at home in light and dark pages; as a file it brings both colours.
+//! Text and axes have the colour of the surrounding text, so that a picture fits light and dark
+//! pages. A picture in a file has styles for both.
 
 mod braille;
 mod log_log;
@@ -11,7 +12,8 @@ pub(super) use log_log::{LogLog, PLOT_SIZE, slope};
 
 use std::fmt::Write;
 
-/// Colours of curves, in turn. They differ in lightness too, and stand out on white and on black.
+/// Colours of curves in order. They also differ in lightness, and have contrast on white and on
+/// black.
 const COLORS: [&str; 8] = [
     "#d1495b", "#2e86c1", "#e08e0b", "#3a9d5d", "#9b59b6", "#8d6e63", "#12a5a5", "#c2559d",
 ];
@@ -21,18 +23,19 @@ pub(super) fn color(index: usize) -> &'static str {
     COLORS[index % COLORS.len()]
 }
 
-/// Where a picture is.
+/// Location of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// In a file of its own.
+    /// In a separate file.
     File,
-    /// In a page, whose style it has.
+    /// In a page, with the style of the page.
     Page,
 }
 
 const STYLE: &str = "<style>.curves{color:#222;background:#fff}@media (prefers-color-scheme:dark){.curves{color:#ddd;background:#16161a}}</style>";
 
-/// Beginning of a picture of so many units; `label` says what it shows to those who cannot see it. `</svg>` ends it.
+/// Beginning of a picture of `width` × `height` units. `label` describes it for screen readers.
+/// `</svg>` ends it.
 pub(super) fn svg_head([width, height]: [f64; 2], label: &str, place: Place) -> String {
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"curves\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" \
@@ -46,7 +49,7 @@ pub(super) fn svg_head([width, height]: [f64; 2], label: &str, place: Place) -> 
     text
 }
 
-/// Text within XML.
+/// Text escaped for XML.
 pub(super) fn escaped(text: &str) -> String {
     let controls = |c: char| if c.is_control() { ' ' } else { c };
     let text: String = text.chars().map(controls).collect();
@@ -56,7 +59,7 @@ pub(super) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// The mark of a curve: shape and colour both distinguish curves.
+/// Mark of a curve. Curves differ in shape and colour.
 pub(super) fn mark(text: &mut String, index: usize, x: f64, y: f64) {
     let color = color(index);
     let shape = match index % 4 {
@@ -68,7 +71,7 @@ pub(super) fn mark(text: &mut String, index: usize, x: f64, y: f64) {
     let _ = writeln!(text, "<path d=\"{shape}\" fill=\"{color}\"/>");
 }
 
-/// Places as an SVG list of points.
+/// Points as an SVG list.
 pub(super) fn points(places: impl IntoIterator<Item = [f64; 2]>) -> String {
     let places: Vec<String> = places.into_iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     places.join(" ")

@@ -1,4 +1,4 @@
-//! Errors of integrals that are known, against the number of samples.
+//! Errors of integrals with known values, over the number of samples.
 
 use super::PointSet;
 use crate::cli::plot::slope;
@@ -6,25 +6,26 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
 use std::f64::consts::PI;
 
-/// Seeds over which errors are averaged.
+/// Number of seeds over which errors are averaged.
 pub(super) const SEEDS: u64 = 64;
-/// Number of samples from which on slopes are fitted: smaller sets are no patterns yet.
+/// Minimum number of samples for the fit of slopes: smaller sets have no pattern yet.
 pub(super) const FIRST_FITTED: u32 = 4;
 /// An axis without symmetries.
 const AXIS: Vec3 = Vec3::new(1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0);
 
-/// A mean over the unit square or the sphere that is known.
+/// A mean over the unit square or the sphere with a known value.
 pub(super) struct Integral {
     pub name: &'static str,
-    /// The integrand, in words of mathematics.
+    /// The integrand as a formula.
     pub formula: &'static str,
     pub exact: f64,
-    /// Variance of the integrand: that of N independent samples is one N-th of it.
+    /// Variance of the integrand. The mean of N independent samples has the variance divided by N.
     pub variance: f64,
     f: fn(Vec2) -> f64,
 }
 
-/// Integrands: smooth functions and steps, in the square and on the sphere, with variances in closed form.
+/// Integrands: smooth functions and steps, in the square and on the sphere, with variances in
+/// closed form.
 fn integrals() -> [Integral; 4] {
     let smooth = |u: Vec2| {
         let [x, y] = [u.x, u.y].map(|v| (PI * f64::from(v)).sin());
@@ -62,7 +63,7 @@ fn integrals() -> [Integral; 4] {
 /// Errors of one integral.
 pub(super) struct Convergence {
     pub integral: Integral,
-    /// Curve of each decision that points come from: pairs of the number of samples and the root mean square error.
+    /// Curve of each decision: number of samples and root mean square error.
     pub curves: Vec<(&'static str, Vec<[f64; 2]>)>,
 }
 
@@ -94,13 +95,13 @@ pub(super) fn convergences(set: PointSet, seed: u64, count: u32) -> Vec<Converge
     found.into()
 }
 
-/// Points of a curve that a slope is fitted to. Errors of 0 have no logarithm.
+/// Points of a curve used for the fit of a slope. Errors of 0 have no logarithm.
 fn from_first(curve: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let is_fitted = |[n, error]: &[f64; 2]| *n >= f64::from(FIRST_FITTED) && *error > 0.0;
     curve.iter().copied().filter(is_fitted).collect()
 }
 
-/// Exponent of the power law that is fitted to a curve.
+/// Exponent of the power law fitted to a curve.
 pub(super) fn fitted(curve: &[[f64; 2]]) -> Option<f64> {
     slope(&from_first(curve))
 }
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
     use crate::sampler::SamplerKind;
 
-    /// Means and variances by a fine grid of the square.
+    /// Checks means and variances on a fine grid of the square.
     #[test]
     fn integrals_are_what_they_are_said_to_be() {
         const SIDE: u32 = 1000;
@@ -131,13 +132,15 @@ mod tests {
         }
     }
 
-    /// Independent samples have the error that their variance gives; Sobol's fall as theory says (Owen 1997).
+    /// Independent samples have the error of their variance. Errors of Sobol points fall with the
+    /// rate of theory (Owen 1997).
     #[test]
     fn errors_fall_as_they_should() {
         for convergence in convergences(PointSet::Sampler(SamplerKind::Independent), 5, 1024) {
             let expected = |n: f64| (convergence.integral.variance / n).sqrt();
             for (name, curve) in &convergence.curves {
-                // χ² of 64 squares of errors has a relative standard deviation of √(2/64), which the root halves.
+                // χ² of 64 squares of errors has a relative standard deviation of √(2/64), which
+                // the root halves.
                 let is_near =
                     |[n, error]: &[f64; 2]| (error / expected(*n) - 1.0).abs() < 5.0 * 0.5 * (2f64 / 64.0).sqrt();
                 assert!(curve.iter().all(is_near), "{name}: {curve:?}");

@@ -1,6 +1,7 @@
-//! `embrasure points`: what a sampler's points look like, how evenly they are spread, and how fast integrals converge with them.
+//! `embrasure points`: the distribution of a sampler's points, its discrepancy, and the convergence
+//! of integrals.
 //!
-//! `projections` has the points, `convergence` the integrals, `picture` draws both.
+//! `projections` has the points, `convergence` the integrals, and `picture` draws both.
 
 mod convergence;
 mod picture;
@@ -20,7 +21,8 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Sets of independent points whose mean discrepancy is told for comparison: as many as take no longer than the rest.
+/// Number of sets of independent points for the mean discrepancy. They take no longer than the
+/// other work.
 fn compared(count: u32) -> u32 {
     ((1 << 28) / count.pow(2).max(1)).clamp(1, 16)
 }
@@ -53,7 +55,7 @@ impl PointSet {
         method.sampler(kind, seed, count)
     }
 
-    /// Decisions to look at.
+    /// Decisions to show.
     fn decisions(self) -> Vec<Decision> {
         let direction = |depth| Dimension::bounce(depth, Bounce::Direction);
         let directions = [("direction 1", direction(0)), ("direction 4", direction(3))];
@@ -70,7 +72,7 @@ impl PointSet {
         }
     }
 
-    /// Pairs of decisions whose first numbers are looked at together.
+    /// Pairs of decisions whose first numbers are shown together.
     fn pairs(self) -> Vec<[Decision; 2]> {
         let direction = |depth| Dimension::bounce(depth, Bounce::Direction);
         let directions = [("direction 1", direction(0)), ("direction 2", direction(1))];
@@ -88,7 +90,7 @@ impl PointSet {
     }
 }
 
-/// Prints what there is to say of the points, and draws them.
+/// Prints the measurements of the points, and draws them.
 pub(super) fn points(args: &PointsArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let output = args

@@ -1,22 +1,22 @@
-//! The picture of a set: its projections, and errors of integrals below.
+//! Picture of a point set: its projections, with errors of integrals below.
 
 use super::convergence::{Convergence, SEEDS, fitted};
 use super::projections::{Projection, Shape};
 use crate::cli::plot::{LogLog, PLOT_SIZE, Place, color, escaped, mark, svg_head};
 use std::fmt::Write;
 
-/// Projections in a row, and width and height of one with its margins.
+/// Number of projections in a row, and size of each with its margins.
 const COLUMNS: usize = 4;
 const PANEL: [f64; 2] = [225.0, 250.0];
-/// Side of a projection, and where it is in its panel.
+/// Side of a projection, and its position in its panel.
 const SIDE: f64 = 195.0;
 const LEFT: f64 = 15.0;
 const TOP: f64 = 30.0;
-/// Height of the title, and of a line of a legend.
+/// Height of the title, and height of a line of a legend.
 const TITLE: f64 = 40.0;
 const LINE: f64 = 18.0;
 
-/// The picture.
+/// Text of the picture.
 pub(super) fn svg(
     (name, count): (&str, u32),
     independent: [f64; 2],
@@ -54,7 +54,7 @@ pub(super) fn svg(
     text + "</svg>\n"
 }
 
-/// A projection with its frame, names and discrepancy.
+/// Draws a projection with its frame, names and discrepancy.
 fn draw(text: &mut String, projection: &Projection, [star, cap]: [f64; 2], [x, y]: [f64; 2]) {
     let _ = writeln!(text, "<g transform=\"translate({} {y})\" font-size=\"11\">", x + LEFT);
     let _ = writeln!(text, "<text y=\"{}\">{}</text>", TOP - 6.0, escaped(&projection.name));
@@ -74,7 +74,7 @@ fn draw(text: &mut String, projection: &Projection, [star, cap]: [f64; 2], [x, y
         };
         [f64::from(u) * SIDE, bottom - f64::from(v) * SIDE]
     };
-    // Dots of a size that leaves room between them, as one path of round ends
+    // Dots small enough to leave gaps, as one path with round ends
     let radius = (0.3 * SIDE / (projection.points.len().max(1) as f64).sqrt()).clamp(0.4, 2.5);
     let dots: String = projection
         .points
@@ -101,7 +101,8 @@ fn draw(text: &mut String, projection: &Projection, [star, cap]: [f64; 2], [x, y
     *text += "</g>\n";
 }
 
-/// Errors of an integral with a legend, and those of independent samples as a dashed line.
+/// Draws the errors of an integral with a legend. The error of independent samples is a dashed
+/// line.
 fn draw_convergence(text: &mut String, convergence: &Convergence, [x, y]: [f64; 2]) {
     let integral = &convergence.integral;
     let positive = |curve: &[[f64; 2]]| curve.iter().copied().filter(|point| point[1] > 0.0).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! Points in two dimensions: in the unit square, and on the sphere as seen along an axis.
+//! Points in two dimensions: in the unit square, and on the sphere seen along an axis.
 
 use super::PointSet;
 use crate::math::{Vec2, Vec3};
@@ -7,17 +7,17 @@ use crate::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_of_sphere, uniform_hemisphere, uniform_hemisphere_of_sphere, uniform_sphere,
 };
 
-/// Area that the points of a projection lie in.
+/// Domain of the points of a projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     /// The unit square.
     Square,
-    /// The unit disk, of directions without their third coordinate.
+    /// The unit disk, for directions without their third coordinate.
     Disk,
 }
 
 impl Shape {
-    /// Key of the discrepancy that is measured.
+    /// Key of the measured discrepancy.
     pub fn measure(self) -> &'static str {
         match self {
             Self::Square => "star_discrepancy",
@@ -32,7 +32,7 @@ pub(super) struct Projection {
     pub axes: [String; 2],
     pub shape: Shape,
     pub points: Vec<Vec2>,
-    /// Star discrepancy in the square, and for all of a sphere cap discrepancy.
+    /// Star discrepancy in the square; cap discrepancy for a whole sphere.
     pub discrepancy: Option<f64>,
 }
 
@@ -68,7 +68,7 @@ pub(super) fn projections(set: PointSet, seed: u64, count: u32) -> Vec<Projectio
     squares.into_iter().chain(on_sphere).collect()
 }
 
-/// Directions at the first vertex: on the sphere, from above and below, and on the hemisphere.
+/// Directions at the first vertex: on the sphere from above and from below, and on the hemisphere.
 fn directions(set: PointSet, points: &[Vec2]) -> [Projection; 4] {
     let on_sphere: Vec<Vec3> = points.iter().map(|u| uniform_sphere(*u)).collect();
     let disk = |name: &str, points: Vec<Vec3>, discrepancy| Projection {
@@ -92,7 +92,7 @@ fn directions(set: PointSet, points: &[Vec2]) -> [Projection; 4] {
     ]
 }
 
-/// Star discrepancy and cap discrepancy of `count` independent points, the means of so many `sets`.
+/// Mean star discrepancy and mean cap discrepancy of `sets` sets of `count` independent points.
 pub(super) fn independent(seed: u64, count: u32, sets: u32) -> [f64; 2] {
     let random = PointSet::Sampler(SamplerKind::Independent);
     let sum = (0..sets).fold([0.0; 2], |sum: [f64; 2], set| {

@@ -1,4 +1,4 @@
-//! The cases of `selftest`, and their answers.
+//! The cases of `selftest` with their exact results.
 
 use super::scenes::{View, block, camera, floor, furnished_room, glass, glowing_room, lamp_behind, matte, quad, scene};
 use crate::cli::error::CliError;
@@ -14,17 +14,17 @@ use crate::session::{Session, Settings};
 use std::f64::consts::PI;
 use std::fmt;
 
-/// A scene, what is measured in its picture, and the answer.
+/// A scene, the measurement in its picture, and the exact result.
 pub(super) struct Case {
     pub name: &'static str,
     /// Measured quantity, and the source of its exact value.
     pub about: &'static str,
-    /// Whether `selftest` runs the case without `--full`.
+    /// True if `selftest` runs the case without `--full`.
     pub is_quick: bool,
     pub run: fn(&Probe) -> Result<Measured, CliError>,
 }
 
-/// All of them.
+/// All cases.
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "closed-room",
@@ -106,10 +106,10 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// Relative error that the few samples of a case may have.
+/// Tolerated relative error, because a case has few samples.
 const TOLERANCE: f64 = 3e-3;
 
-/// A figure of a picture, and the answer.
+/// A measurement and its exact value.
 pub(super) struct Measured {
     pub value: f64,
     pub expected: f64,
@@ -128,7 +128,7 @@ impl Measured {
         }
     }
 
-    /// A count of what must not be.
+    /// A count that must be 0.
     pub fn none(count: usize) -> Self {
         Self {
             value: count as f64,
@@ -163,13 +163,13 @@ impl From<BuildError> for CliError {
     }
 }
 
-/// What pictures are made with.
+/// Settings of the pictures.
 pub(super) struct Probe {
     pub backend: Backend,
 }
 
 impl Probe {
-    /// Settings of a square picture of `side` pixels with `spp` samples each.
+    /// Settings of a square picture of `side` pixels per side with `spp` samples per pixel.
     fn settings(&self, side: u32, spp: u32) -> Settings {
         Settings {
             resolution: UVec2::splat(side),
@@ -179,12 +179,12 @@ impl Probe {
         }
     }
 
-    /// Mean of the picture's red, since all scenes are grey.
+    /// Mean of the red channel. All scenes are grey.
     fn mean(&self, view: View, side: u32, spp: u32) -> Result<f64, CliError> {
         Ok(mean(&picture(view, self.settings(side, spp))?))
     }
 
-    /// Mean of a room by the integrator `kind` over that by path tracing.
+    /// Ratio of the means of a room by the integrator `kind` and by path tracing.
     fn over_path(&self, kind: IntegratorKind, spp: u32) -> Result<Measured, CliError> {
         let by = |kind, spp| {
             let integrator = IntegratorOptions {
@@ -217,7 +217,7 @@ fn mean(image: &Image) -> f64 {
     values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64
 }
 
-/// Values of all channels whose bits differ.
+/// Number of values whose bits differ, in all channels.
 fn differences(a: &Image, b: &Image) -> Measured {
     let values = |image: &Image| -> Vec<u32> {
         let channels = image.channels.iter();
@@ -244,7 +244,7 @@ fn bounded_paths(probe: &Probe) -> Result<Measured, CliError> {
     Ok(Measured::near(mean(&picture(glowing_room()?, settings)?), 1.875))
 }
 
-/// The usual integrator with a bound on scattering events.
+/// The default integrator with a maximum number of scattering events.
 fn depth(max: Option<u32>) -> IntegratorOptions {
     IntegratorOptions {
         max_depth: Some(MaxDepth(max)),
@@ -255,7 +255,7 @@ fn depth(max: Option<u32>) -> IntegratorOptions {
 fn furnace(probe: &Probe) -> Result<Measured, CliError> {
     let parts = [(block(Vec3::ZERO, Vec3::ONE), matte(0.8, 0.0))];
     let scene = scene(parts, |builder| builder.add_constant_light(Spectrum::ONE))?;
-    // Nothing but the block is in the picture.
+    // Only the block is in the picture.
     let view = camera(Vec3::new(2.0, 1.7, 3.0), Vec3::ZERO, 10.0);
     Ok(Measured::near(probe.mean((scene, view), 32, 64)?, 0.8))
 }
@@ -278,7 +278,8 @@ fn rectangle_lamp(probe: &Probe) -> Result<Measured, CliError> {
     Ok(Measured::near(probe.mean(view, 16, 256)?, expected))
 }
 
-/// Irradiance at the origin, whose normal is +y, from a polygon above it of radiance 1: `1/2 Σ γᵢ Γᵢ·n` over the edges (Arvo 1994, eq. 4).
+/// Irradiance at the origin, whose normal is +y, from a polygon of radiance 1 above it: `1/2 Σ γᵢ
+/// Γᵢ·n` over the edges (Arvo 1994, eq. 4).
 fn lambert_factor(corners: [DVec3; 4]) -> f64 {
     let edges = (0..4).map(|i| {
         let [a, b] = [corners[i], corners[(i + 1) % 4]].map(DVec3::normalize);

@@ -1,7 +1,7 @@
-//! `embrasure selftest`: renders whose answers are known exactly, by each backend that is built in. It shows that an installed program works: its
-//! libraries, its processor's instructions, its files.
+//! `embrasure selftest`: renders with exactly known results, by each built-in backend. It shows
+//! that an installed program works: its libraries, its processor's instructions, its files.
 //!
-//! `cases` has the cases and their answers, `scenes` what they show.
+//! `cases` has the cases and their results, `scenes` their scenes.
 
 mod cases;
 mod scenes;
@@ -58,7 +58,7 @@ impl Ran {
     }
 }
 
-/// Runs the cases, and tells which have the right answer.
+/// Runs the cases, and reports their results.
 pub(super) fn selftest(args: &SelftestArgs) -> Result<ExitCode, CliError> {
     let usual = || {
         Backend::ALL
@@ -68,7 +68,7 @@ pub(super) fn selftest(args: &SelftestArgs) -> Result<ExitCode, CliError> {
     };
     let backends: Vec<Backend> = match args.backend {
         Some(backend) => vec![backend],
-        // The oracle is all there is where no other is built in.
+        // Without another built-in backend, test brute force.
         None if usual().next().is_none() => Backend::ALL.to_vec(),
         None => usual().collect(),
     };

@@ -7,7 +7,7 @@ use crate::material::Material;
 use crate::math::Vec3;
 use crate::scene::{BuildError, Scene, SceneBuilder};
 
-/// A scene, and the camera that sees it.
+/// A scene and its camera.
 pub(super) type View = (Scene, CameraParameters);
 
 /// A pinhole camera.
@@ -22,7 +22,7 @@ pub(super) fn camera(position: Vec3, look_at: Vec3, vertical_fov: f32) -> Camera
     }
 }
 
-/// A matte surface of this reflectance and emitted radiance.
+/// A matte surface with `reflectance` and emitted `radiance`.
 pub(super) fn matte(reflectance: f32, radiance: f32) -> Material {
     Material {
         diffuse: Spectrum::splat(reflectance),
@@ -39,7 +39,7 @@ pub(super) fn glass() -> Material {
     }
 }
 
-/// A box with its front outside.
+/// A box whose front faces are outside.
 pub(super) fn block(center: Vec3, half: Vec3) -> Mesh {
     let sign = |bit: usize| if bit & 1 == 1 { 1.0 } else { -1.0 };
     let corner = |i: usize| center + half * Vec3::new(sign(i), sign(i >> 1), sign(i >> 2));
@@ -58,14 +58,14 @@ pub(super) fn block(center: Vec3, half: Vec3) -> Mesh {
     }
 }
 
-/// A room from -1 to 1 with its front inside.
+/// A room from -1 to 1 whose front faces are inside.
 pub(super) fn room() -> Mesh {
     let mut mesh = block(Vec3::ZERO, Vec3::ONE);
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     mesh
 }
 
-/// A quad; its front is where the corners run counter-clockwise.
+/// A quad. Seen from the front, its corners run counter-clockwise.
 pub(super) fn quad(corners: [Vec3; 4]) -> Mesh {
     Mesh {
         positions: corners.into(),
@@ -74,7 +74,7 @@ pub(super) fn quad(corners: [Vec3; 4]) -> Mesh {
     }
 }
 
-/// A scene of meshes with their materials, and what `light` adds.
+/// A scene of meshes with materials, and lights added by `light`.
 pub(super) fn scene(
     parts: impl IntoIterator<Item = (Mesh, Material)>,
     light: impl FnOnce(&mut SceneBuilder) -> Result<(), BuildError>,
@@ -94,7 +94,7 @@ pub(super) fn glowing_room() -> Result<View, BuildError> {
     Ok((scene([(room(), matte(0.5, 1.0))], |_| Ok(()))?, view))
 }
 
-/// A room with a lamp and a block, lit over all paths there are.
+/// A room with a lamp and a block, with light paths of all kinds.
 pub(super) fn furnished_room() -> Result<View, BuildError> {
     let lamp = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, z]| Vec3::new(x, 0.95, z));
     let parts = [
@@ -117,7 +117,7 @@ pub(super) fn floor(
     Ok((scene(parts, light)?, camera(Vec3::new(0.4, 0.7, 1.0), Vec3::ZERO, 0.01)))
 }
 
-/// A lamp of radiance 1 on the z axis behind `mesh`, which the camera looks through.
+/// A lamp of radiance 1 on the z axis behind `mesh`. The camera sees it through `mesh`.
 pub(super) fn lamp_behind(mesh: Mesh, material: Material) -> Result<View, BuildError> {
     let lamp = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| Vec3::new(0.3 * x, 0.3 * y, -3.0));
     let parts = [(mesh, material), (quad(lamp), matte(0.0, 1.0))];

@@ -1,4 +1,4 @@
-//! Pictures for pages: their numbers, and what is said of them. `io::half_picture` has the numbers.
+//! Pictures for pages: their numbers and their headers. `io::half_picture` computes the numbers.
 
 use crate::film::{Backing, Film};
 use crate::io::half_picture;
@@ -7,37 +7,39 @@ use serde_json::{Map, Value, json};
 use std::sync::Arc;
 use tungstenite::Bytes;
 
-/// The same without its noise.
+/// Channel of the denoised picture.
 pub(super) const DENOISED: &str = "denoised";
-/// The light of each light group by itself, one below the other.
+/// Channel of the light groups, stacked from top to bottom.
 pub(super) const LIGHTS: &str = "lights";
-/// The light of the render beside the first.
+/// Channel of the second render.
 pub(super) const RIVAL: &str = "compared";
 
-/// A picture for pages; copies share it.
+/// A picture for pages. Copies share its data.
 #[derive(Clone)]
 pub(super) struct Frame {
-    /// Counts from 1.
+    /// Number of the picture, from 1.
     pub id: u64,
     header: Arc<Map<String, Value>>,
     /// Red, green and blue of each pixel, row by row.
     halves: Arc<Vec<u16>>,
     width: usize,
-    /// Whether no bit of it may be rounded: pictures that stay are shown without loss, and ids are never rounded.
+    /// True if its numbers must not be rounded: final pictures are sent without loss, and ids are
+    /// never rounded.
     is_exact: bool,
 }
 
-/// How a message has the numbers of a picture.
+/// Encoding of the numbers in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Coding {
-    /// As they are.
+    /// Unchanged.
     Plain,
-    /// Packed, and rounded as long as the picture is not final.
+    /// Packed, and rounded if the picture is not final.
     Packed,
 }
 
 impl Frame {
-    /// The picture of `size`, which is scaled to that of the whole picture on the page; of `values` that are more, the rest stands below. `facts` join its header.
+    /// A picture of `size`, which the page scales to the whole picture. Further `values` are below
+    /// it. `facts` are added to its header.
     pub fn new(id: u64, channel: &str, size: [u32; 2], values: &[f32], facts: &Value, is_final: bool) -> Self {
         let mut header = Map::new();
         header.insert("frame".into(), json!(id));
@@ -57,7 +59,7 @@ impl Frame {
         }
     }
 
-    /// The light of `film`, as [`Frame::new`] makes it, with the coverage of its background.
+    /// A frame of the light of `film`, as in [`Frame::new`], with the coverage of its background.
     pub fn of_film(id: u64, channel: &str, film: &Film, facts: &Value, is_final: bool) -> Self {
         let size = film.crop().size().to_array();
         let frame = Self::new(id, channel, size, &half_picture::light(film), facts, is_final);
@@ -67,7 +69,8 @@ impl Frame {
         }
     }
 
-    /// A picture in front of `backing`. `coverage`, of each pixel's red, green and blue, stands below it.
+    /// A picture in front of `backing`. `coverage`, with red, green and blue of each pixel, is
+    /// appended below it.
     pub fn over(self, backing: Backing, coverage: &[f32]) -> Self {
         let mut header = (*self.header).clone();
         header.insert(
@@ -86,7 +89,7 @@ impl Frame {
         }
     }
 
-    /// The message of it.
+    /// The message for pages.
     pub fn message(&self, coding: Coding) -> Bytes {
         let mut header = (*self.header).clone();
         let rounding = match (coding, self.is_exact) {
@@ -121,7 +124,8 @@ mod tests {
     use crate::math::UVec2;
     use half::f16;
 
-    /// Pixels land where they belong, pixels without samples are NaN, and what is too bright stays finite.
+    /// Pixels have the right position, pixels without samples are NaN, and very bright values stay
+    /// finite.
     #[test]
     fn pixels_of_a_message() {
         let size = UVec2::new(20, 18);
@@ -150,7 +154,7 @@ mod tests {
         assert_eq!([half(last), half(last + 1)], [0.5, 21.0]);
     }
 
-    /// Light may be rounded where it is packed and will change; ids never are.
+    /// Light may be rounded if it is packed and not final. Ids are never rounded.
     #[test]
     fn ids_are_not_rounded() {
         let rounding = |channel, is_final| {

@@ -1,14 +1,15 @@
-//! Requests and answers of HTTP, as far as a page of one program needs them: `GET` alone, without bodies, one request for each connection. httparse reads the head.
+//! HTTP requests and responses, limited to the needs of the page: only `GET`, without bodies, with
+//! one request per connection. httparse reads the head.
 
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, TcpStream};
 use std::time::{Duration, Instant};
 
-/// Bytes of a request's head at most.
+/// Maximum size in bytes of the head of a request.
 const MAX_HEAD: usize = 16 << 10;
-/// Lines of a request's head at most.
+/// Maximum number of lines in the head of a request.
 const MAX_HEADERS: usize = 64;
-/// How long a head may take to arrive.
+/// Maximum time for a head to arrive.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The head of a request.
@@ -17,20 +18,20 @@ pub(super) struct Request {
     /// Path and query.
     pub target: String,
     pub host: String,
-    /// The page that asks, as browsers say it.
+    /// Origin of the requesting page, set by browsers.
     pub origin: Option<String>,
-    /// The key of a request for a WebSocket.
+    /// Key of a WebSocket request.
     pub socket_key: Option<String>,
 }
 
-/// Why a request is refused: status, its name, and words for people.
+/// Refusal of a request: status, its name, and text for users.
 pub(super) type Refusal = (u16, &'static str, String);
 
 /// Reads the head of a request.
 ///
 /// # Errors
 ///
-/// A refusal for what is no request, or takes too long.
+/// A refusal of an invalid or slow request.
 pub(super) fn read_request(stream: &mut TcpStream) -> Result<Request, Refusal> {
     let refused = |words: String| (400, "Bad Request", words);
     let failed = |error: io::Error| refused(format!("cannot read the request: {error}"));
@@ -50,7 +51,7 @@ pub(super) fn read_request(stream: &mut TcpStream) -> Result<Request, Refusal> {
     parse(&head)
 }
 
-/// What the bytes of a head say.
+/// Parses the bytes of a head.
 fn parse(head: &[u8]) -> Result<Request, Refusal> {
     let refused = |words: String| (400, "Bad Request", words);
     let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
@@ -101,7 +102,7 @@ fn parse(head: &[u8]) -> Result<Request, Refusal> {
     Ok(request)
 }
 
-/// Name and port of a `Host`.
+/// Name in a `Host` header, without the port.
 fn name_of_host(host: &str) -> &str {
     match host.strip_prefix('[') {
         Some(rest) => rest.split(']').next().unwrap_or_default(),
@@ -109,8 +110,9 @@ fn name_of_host(host: &str) -> &str {
     }
 }
 
-/// Whether a server at `listens` may be called `host`. Names other than localhost are refused: the owner of a name could point it at this machine, and a page of
-/// that name would pass for one of this server. Ports are not looked at, since an ssh tunnel has another one.
+/// Returns true if `host` is a valid name of a server at `listens`. Names other than localhost are
+/// refused: the owner of a name could point it to this machine, and a page of that name would have
+/// the origin of this server. Ports are not checked, because an ssh tunnel has another port.
 pub(super) fn is_known_host(host: &str, listens: IpAddr) -> bool {
     let name = name_of_host(host);
     let is_loopback = |ip: IpAddr| ip == Ipv4Addr::LOCALHOST || ip == Ipv6Addr::LOCALHOST;
@@ -120,16 +122,18 @@ pub(super) fn is_known_host(host: &str, listens: IpAddr) -> bool {
     }
 }
 
-/// Whether the page that asks may: it is one of this server, or no page at all, since browsers name all pages that ask for sockets.
+/// Returns true if the requesting page belongs to this server, or if there is no page. Browsers
+/// name the page for all socket requests.
 pub(super) fn is_own_origin(origin: Option<&str>, host: &str) -> bool {
     origin.is_none_or(|origin| origin.strip_prefix("http://") == Some(host))
 }
 
-/// Writes an answer and ends the connection. Pages may load nothing but what comes from here, and send no referrer: their address has the token.
+/// Writes a response and ends the connection. Pages may load only files of this server, and send no
+/// referrer, because their address has the token.
 ///
 /// # Errors
 ///
-/// Those of the connection.
+/// Errors of the connection.
 pub(super) fn answer(
     stream: &mut TcpStream,
     (status, name): (u16, &str),
@@ -179,7 +183,8 @@ mod tests {
         assert_eq!(target(&many), Err(400));
     }
 
-    /// A page of another name cannot reach the server, whatever address the name has.
+    /// A page with another host name cannot reach the server, even if the name has the server's
+    /// address.
     #[test]
     fn hosts_are_addresses_or_localhost() {
         let loopback = IpAddr::V4(Ipv4Addr::LOCALHOST);

@@ -1,4 +1,5 @@
-//! What the render and the threads of the pages share: commands on their way to the render, messages and pictures on their way to the pages.
+//! Shared state of the render and the threads of the pages: commands for the render, messages and
+//! pictures for the pages.
 
 use super::frame::Frame;
 use super::protocol::Command;
@@ -10,38 +11,38 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Commands that may wait for the render; further ones are dropped.
+/// Maximum number of waiting commands. Further commands are dropped.
 const MAX_MAIL: usize = 4096;
-/// Messages that may wait for a page; the oldest are dropped.
+/// Maximum number of messages waiting for a page. The oldest are dropped.
 const MAX_OUTBOX: usize = 256;
 
-/// Number of a page's connection.
+/// Number of the connection of a page.
 pub(super) type PageId = u64;
 
-/// What the render is asked for.
+/// Request to the render.
 pub(super) enum Mail {
-    /// By a page.
+    /// Command of a page.
     Command(PageId, Command),
-    /// The picture as a file, which is sent back.
+    /// Request for the picture as a file, and the sender for its reply.
     Save(SaveFormat, Sender<Result<Vec<u8>, String>>),
 }
 
-/// A picture that is asked for as a file.
+/// File format for a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum SaveFormat {
-    /// All channels, as `render -o FILE.exr` writes them.
+    /// All channels, as in `render -o FILE.exr`.
     Exr,
     /// For display.
     Png(Option<Tone>),
-    /// A texture of the scene, small, for display.
+    /// A small picture of a scene texture, for display.
     Texture(u32),
 }
 
-/// What waits for a page.
+/// Messages and pictures that wait for a page.
 #[derive(Default)]
 pub(super) struct Outbox {
     pub messages: VecDeque<Arc<str>>,
-    /// Channels that the page shows, each with its newest picture if that was not sent.
+    /// Channels that the page shows, each with its newest unsent picture.
     channels: Vec<(String, Option<Frame>)>,
 }
 
@@ -49,20 +50,20 @@ pub(super) struct Outbox {
 pub(super) struct Hub {
     mail: Mutex<VecDeque<Mail>>,
     bell: Condvar,
-    /// Whether mail waits, and whether some of it makes the work at hand useless.
+    /// True if mail waits; true if some of it makes the current work useless.
     has_mail: AtomicBool,
     is_urgent: AtomicBool,
     pages: Mutex<BTreeMap<PageId, Outbox>>,
     next_page: AtomicU64,
     next_frame: AtomicU64,
-    /// The first message for a page, by its kind.
+    /// First messages for a page, by kind.
     greetings: Mutex<BTreeMap<&'static str, Arc<str>>>,
-    /// The first picture for a page.
+    /// First picture for a page.
     picture: Mutex<Option<Frame>>,
     is_over: AtomicBool,
 }
 
-/// Ends the threads of all pages when it is dropped.
+/// Ends the threads of all pages on drop.
 pub(super) struct Ending<'a>(&'a Hub);
 
 impl Drop for Ending<'_> {
@@ -71,7 +72,8 @@ impl Drop for Ending<'_> {
     }
 }
 
-/// The value within; a thread that has panicked leaves it whole, because each change is a single step.
+/// The value of `mutex`. A panic in another thread leaves it consistent, because each change is a
+/// single step.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -92,19 +94,20 @@ impl Hub {
         }
     }
 
-    /// What ends all threads when it goes.
+    /// A guard that ends all threads on drop.
     pub fn ending(&self) -> Ending<'_> {
         Ending(self)
     }
 
-    /// Whether the threads of pages are to end.
+    /// Returns true if the threads of pages must end.
     pub fn is_over(&self) -> bool {
         self.is_over.load(Ordering::Relaxed)
     }
 
-    /// Gives `mail` to the render.
+    /// Sends `mail` to the render.
     pub fn send(&self, mail: Mail) {
-        // A moving camera and other settings make the samples at hand useless; all else can wait for the end of a tile.
+        // Camera motion and other settings make the current samples useless. Other mail can wait
+        // for the end of a tile.
         let is_urgent = matches!(
             mail,
             Mail::Command(
@@ -129,17 +132,17 @@ impl Hub {
         self.bell.notify_all();
     }
 
-    /// Whether mail waits.
+    /// Returns true if mail waits.
     pub fn has_mail(&self) -> bool {
         self.has_mail.load(Ordering::Relaxed)
     }
 
-    /// Whether mail waits that makes the work at hand useless.
+    /// Returns true if waiting mail makes the current work useless.
     pub fn is_urgent(&self) -> bool {
         self.is_urgent.load(Ordering::Relaxed)
     }
 
-    /// All mail; it waits for some for so long at most.
+    /// Takes all mail, and waits up to `patience` for it.
     pub fn take_mail(&self, patience: Duration) -> Vec<Mail> {
         let mut waiting = lock(&self.mail);
         if waiting.is_empty() && !patience.is_zero() {
@@ -153,7 +156,7 @@ impl Hub {
         waiting.drain(..).collect()
     }
 
-    /// A new page, which is told the greetings and shown the picture.
+    /// Adds a page, which gets the greetings and the picture.
     pub fn join(&self) -> PageId {
         let id = self.next_page.fetch_add(1, Ordering::SeqCst);
         let greetings = lock(&self.greetings);
@@ -165,19 +168,19 @@ impl Hub {
         id
     }
 
-    /// The page is closed.
+    /// Removes a closed page.
     pub fn leave(&self, id: PageId) {
         lock(&self.pages).remove(&id);
-        // The render may be to end with its last page.
+        // The render may have to end with its last page.
         self.bell.notify_all();
     }
 
-    /// Number of pages, and how many there were in all.
+    /// Number of open pages, and number of all pages so far.
     pub fn pages(&self) -> (usize, u64) {
         (lock(&self.pages).len(), self.next_page.load(Ordering::SeqCst) - 1)
     }
 
-    /// Sends `text` to all pages, or to one.
+    /// Sends `text` to all pages, or to a single page.
     pub fn tell(&self, page: Option<PageId>, text: &str) {
         let text: Arc<str> = text.into();
         for (id, outbox) in lock(&self.pages).iter_mut() {
@@ -190,18 +193,18 @@ impl Hub {
         }
     }
 
-    /// New pages are no longer told the message of this kind.
+    /// Removes the message of this kind from the greetings of new pages.
     pub fn forget(&self, kind: &'static str) {
         lock(&self.greetings).remove(kind);
     }
 
-    /// Sends `text` to all pages, and to each new one in its place among other kinds.
+    /// Sends `text` to all pages, and also to new pages in the order of kinds.
     pub fn greet(&self, kind: &'static str, text: &str) {
         lock(&self.greetings).insert(kind, text.into());
         self.tell(None, text);
     }
 
-    /// The page shows other channels from now on.
+    /// Sets the channels that the page shows.
     pub fn set_channels(&self, page: PageId, names: impl IntoIterator<Item = String>) {
         if let Some(outbox) = lock(&self.pages).get_mut(&page) {
             outbox.channels = names.into_iter().map(|name| (name, None)).collect();
@@ -215,12 +218,12 @@ impl Hub {
         channels.map(|(name, _)| name.clone()).collect()
     }
 
-    /// Number of the next picture.
+    /// Returns the number of the next picture.
     pub fn next_frame(&self) -> u64 {
         self.next_frame.fetch_add(1, Ordering::SeqCst)
     }
 
-    /// New pages are shown `frame` first.
+    /// Sets the first picture of new pages.
     pub fn greet_with(&self, frame: Option<&Frame>) {
         *lock(&self.picture) = frame.cloned();
     }
@@ -234,7 +237,7 @@ impl Hub {
         }
     }
 
-    /// What waits for `page`: messages, and pictures unless the page is behind (`is_behind`).
+    /// Waiting messages for `page`, and waiting pictures unless it `is_behind`.
     pub fn outgoing(&self, page: PageId, is_behind: bool) -> (VecDeque<Arc<str>>, Vec<Frame>) {
         let mut pages = lock(&self.pages);
         let Some(outbox) = pages.get_mut(&page) else {

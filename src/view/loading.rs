@@ -1,4 +1,4 @@
-//! Tells pages how far the scene is loaded.
+//! Reports the progress of loading the scene to the pages.
 
 use super::hub::Hub;
 use crate::io::LoadObserver;
@@ -6,18 +6,18 @@ use serde_json::json;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Kind of the greeting that says so. It comes before all others.
+/// Kind of the loading message. It comes before all other kinds.
 const KIND: &str = "0 loading";
-/// Interval between two messages about the same work.
+/// Minimum time between two messages about the same work.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Work on a scene that pages are told of.
+/// Progress of loading a scene, for pages.
 pub(super) struct Loading<'a> {
     hub: &'a Hub,
     work: Mutex<Work>,
 }
 
-/// The part of the work at hand.
+/// Current part of the work.
 struct Work {
     doing: String,
     units: u64,
@@ -63,7 +63,7 @@ impl LoadObserver for Loading<'_> {
 }
 
 impl Drop for Loading<'_> {
-    /// Pages that come later are not told of it.
+    /// New pages do not get the loading message.
     fn drop(&mut self) {
         self.hub.forget(KIND);
     }
@@ -85,7 +85,7 @@ mod tests {
         let shares = told.iter().map(|text| text.contains("\"share\":0.25"));
         assert_eq!(shares.collect::<Vec<_>>(), [false, true], "{told:?}");
         assert!(told[0].contains("reading a.obj"), "{told:?}");
-        // A page that comes meanwhile is told, a later one is not.
+        // A page opened during loading gets the message; a later page does not.
         assert_eq!(hub.outgoing(hub.join(), false).0.len(), 1);
         drop(loading);
         assert!(hub.outgoing(hub.join(), false).0.is_empty());

@@ -1,14 +1,18 @@
-//! `embrasure view`: a render that a browser shows and steers.
+//! `embrasure view`: a render shown and controlled in a browser.
 //!
-//! [`serve`] renders on the thread that calls it, by the sessions that `render` uses, so the picture of N samples has the bits of `render --spp N`. `engine` is that
-//! loop; `hub` is what it shares with the pages. `server` accepts connections and answers requests (`http`); each page has a thread with its WebSocket (`socket`),
-//! whose words `protocol` defines. `frame` has a picture's pixels (`io::half_picture`), packed for slow links (`io::packed`), `parameters` lists what can be set, `scene_file` writes cameras and other
-//! changes into a scene file, `scene_keys` has the keys that can be changed, `watch` notices files that change, and `page` has the files of the page itself. The page is served before the scene is loaded,
-//! and `loading` tells it how far that is.
+//! [`serve`] renders on the calling thread with the sessions of `render`, so a picture of N samples
+//! is bit-identical to `render --spp N`. `engine` is the render loop, and `hub` is its shared state
+//! with the pages. `server` accepts connections and answers requests (`http`). Each page has a
+//! thread with its WebSocket (`socket`); `protocol` defines the messages. `frame` has a picture's
+//! pixels (`io::half_picture`), packed for slow links (`io::packed`). `parameters` lists the
+//! settable parameters, and `scene_keys` the settable keys. `scene_file` writes cameras and other
+//! changes into a scene file, and `watch` detects changed files. `page` has the files of the page.
+//! The page is served before the scene is loaded, and `loading` reports the progress.
 //!
-//! The render is for its user alone: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
-//! asks (`Host`) and the page that asks (`Origin`) are checked, so that a page elsewhere cannot ask by a name of its own. Sizes, rates and numbers of connections are
-//! limited. Files other than the page's are not served, but for the picture.
+//! Only the user can control the render. By default the server listens on the loopback address, and
+//! the link has 128 random bits. The requested name (`Host`) and the requesting page (`Origin`) are
+//! checked, so that another page cannot send requests under its own name. Sizes, rates and numbers
+//! of connections are limited. Only files of the page and the picture are served.
 
 mod engine;
 mod frame;
@@ -40,26 +44,27 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-/// How the pages are served.
+/// Options of the server.
 pub(crate) struct Options {
     /// Address to listen on.
     pub listen: IpAddr,
     /// Port; 0 for a free one.
     pub port: u16,
-    /// Whether to end when the last page is closed.
+    /// True to end when the last page is closed.
     pub exit_when_closed: bool,
-    /// What is rendered, and what beside it: each `KEY=VALUE` or an integrator, joined by `+`.
+    /// Settings of the picture and of the second render: each `KEY=VALUE` or an integrator, joined
+    /// by `+`.
     pub compare: Option<[String; 2]>,
-    /// The picture against which errors count.
+    /// Reference picture for errors.
     pub reference: Option<RgbImage>,
     /// A time before the scene's files were read.
     pub started: SystemTime,
 }
 
-/// A part of the scene that is saved in its file.
+/// Part of the scene to save in its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SavedPart {
-    /// Place and lens of the camera.
+    /// Position and lens of the camera.
     Camera,
     /// Changes of materials and lights.
     Changes,
@@ -70,33 +75,33 @@ pub(crate) enum SavedPart {
 pub(crate) struct MaterialEdit {
     pub name: String,
     pub key: String,
-    /// TOML, or a plain string.
+    /// TOML or a plain string.
     pub value: String,
 }
 
-/// A key of the `[[light]]` with this index in the scene file.
+/// A changed key of the `[[light]]` with index `index` in the scene file.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LightEdit {
     pub index: usize,
     pub key: String,
-    /// TOML.
+    /// Value as TOML.
     pub value: String,
 }
 
 impl LightEdit {
-    /// `KEY=VALUE` of the scene file (`--set`).
+    /// Text `KEY=VALUE` for the scene file (`--set`).
     pub fn flag(&self) -> String {
         let Self { index, key, value } = self;
         format!("light.{index}.{key}={value}")
     }
 }
 
-/// Changes of a scene that pages have asked for.
+/// Changes of a scene requested by pages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SceneChanges {
     pub materials: Vec<MaterialEdit>,
     pub lights: Vec<LightEdit>,
-    /// Light groups, as `KEY=VALUE` of the scene file (`--set`).
+    /// Light groups as `KEY=VALUE` of the scene file (`--set`).
     pub groups: Vec<String>,
 }
 
@@ -108,58 +113,60 @@ pub(crate) struct FileLight {
     pub section: LightSection,
 }
 
-/// A scene as a command line means it.
+/// A scene with the command line applied.
 pub(crate) struct SceneRequest {
     /// The scene file with the changes of flags.
     pub file: SceneFile,
-    /// Lights of the scene file, without those that flags replace.
+    /// Lights of the scene file, except those that flags replace.
     pub lights: Vec<FileLight>,
-    /// Path of the scene, as it was typed.
+    /// Path of the scene as the user typed it.
     pub path: PathBuf,
-    /// What is to be rendered.
+    /// Settings of the render.
     pub settings: Settings,
-    /// What the scene file and flags say of parameters.
+    /// Parameters set by the scene file and flags.
     pub options: SceneOptions,
-    /// How EXR files are written.
+    /// Format of EXR files.
     pub exr: ExrFormat,
 }
 
-/// What the command line knows, and the viewer asks it for.
+/// Functions of the command line for the viewer.
 pub(crate) trait Host: Sync {
-    /// Loads the scene of `request`, and tells `observer` and the user how far that is.
+    /// Loads the scene of `request`, and reports the progress to `observer` and to the user.
     ///
     /// # Errors
     ///
-    /// Those of [`Session::load`].
+    /// Errors of [`Session::load`].
     fn load(&self, request: &SceneRequest, observer: &dyn LoadObserver) -> Result<Session, Error>;
 
-    /// Reads the scene file with the flags, and `changes` after those of the flags.
+    /// Reads the scene file with the flags and then with `changes`.
     ///
     /// # Errors
     ///
-    /// What is wrong with the file, in words.
+    /// Text of the error in the file.
     fn read(&self, changes: &SceneChanges) -> Result<SceneRequest, String>;
 
-    /// Checks the contents `text` of the scene file, which have another `part` than those `before`: `render` must read
-    /// them. If it needs the flags of the viewer to read those before, it may need them for `text` too.
+    /// Checks `text`, the new contents of the scene file with another `part` than the contents
+    /// `before`: `render` must be able to read it. If `before` needs the flags of the viewer,
+    /// `text` may need them too.
     ///
     /// # Errors
     ///
-    /// What is wrong with `text`.
+    /// Text of the error in `text`.
     fn check(&self, text: &str, before: &str, part: SavedPart) -> Result<(), String>;
 
-    /// The numbers of a sample of a pixel, as `render --pixel X,Y --sample K --json` prints them.
+    /// Results of a sample of a pixel, as in `render --pixel X,Y --sample K --json`.
     ///
     /// # Errors
     ///
-    /// A pixel outside of the image.
+    /// A pixel outside the image.
     fn inspect(&self, renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<Value, String>;
 
-    /// Red, green and blue of each of the `samples` of a pixel, fewer where `time` does not suffice.
+    /// Red, green and blue of each of the `samples` of a pixel. Fewer samples if `time` is too
+    /// short.
     ///
     /// # Errors
     ///
-    /// A pixel outside of the image.
+    /// A pixel outside the image.
     fn samples_of(
         &self,
         renderer: &Renderer,
@@ -168,19 +175,20 @@ pub(crate) trait Host: Sync {
         time: Duration,
     ) -> Result<Vec<[f32; 3]>, String>;
 
-    /// Whether the user wants to end.
+    /// Returns true if the user has requested the end.
     fn is_interrupted(&self) -> bool;
 
-    /// Says that the page is served at `link`.
+    /// Reports that the page is served at `link`.
     fn ready(&self, link: &str);
 }
 
-/// Serves the render that `request` asks for, until the user ends it. The threads of server and pages have ended, and all sockets are closed, when it
-/// returns. Returns true if a denoiser still works on a thread of its own.
+/// Serves the render of `request` until the user ends it. On return, the threads of server and
+/// pages have ended, and all sockets are closed. Returns true if a denoiser still runs in a
+/// separate thread.
 ///
 /// # Errors
 ///
-/// An address that cannot be listened on, a scene that cannot be loaded, and what ends the render.
+/// An invalid address to listen on, errors of loading the scene, and errors that end the render.
 pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest) -> Result<bool, Error> {
     let server = Server::bind(&options)?;
     let hub = Hub::new();
@@ -188,7 +196,7 @@ pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest) ->
         let run = || server.run(scope, &hub);
         let named = thread::Builder::new().name("server".into()).spawn_scoped(scope, run);
         named.map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
-        // Threads end even where the render panics.
+        // The threads also end if the render panics.
         let _ending = hub.ending();
         host.ready(&server.link());
         let told = |error: Error| {

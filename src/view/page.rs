@@ -1,10 +1,11 @@
-//! The files of the page. They are part of the program, written by hand, and load nothing from elsewhere.
+//! The files of the page. They are compiled into the program and hand-written, and load nothing
+//! from other servers.
 
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// Names, kinds and texts.
+/// Names, kinds and contents.
 const FILES: &[(&str, &str, &str)] = &[
     ("", HTML, include_str!("page/index.html")),
     ("style.css", CSS, include_str!("page/style.css")),
@@ -32,7 +33,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("parameters.js", SCRIPT, include_str!("page/parameters.js")),
 ];
 
-/// Kind and text of the file `name`.
+/// Kind and content of the file `name`.
 pub(super) fn file(name: &str) -> Option<(&'static str, &'static str)> {
     let found = FILES.iter().find(|(known, ..)| *known == name);
     found.map(|(_, kind, text)| (*kind, *text))
@@ -42,7 +43,7 @@ pub(super) fn file(name: &str) -> Option<(&'static str, &'static str)> {
 mod tests {
     use super::*;
 
-    /// Scripts import files that are there, and the page names no other server.
+    /// Scripts import existing files, and the page names no other server.
     #[test]
     fn the_page_is_whole() {
         for (name, _, text) in FILES {

@@ -1,4 +1,4 @@
-//! The parameters that a page can set, from the tables that define them ([`crate::options`]).
+//! Parameters that a page can set, from their definitions ([`crate::options`]).
 
 use crate::description::SceneOptions;
 use crate::options::{
@@ -8,13 +8,13 @@ use crate::options::{
 use crate::session::Settings;
 use serde_json::{Value, json};
 
-/// Key of the noise level at which the render stops, which has no entry in the tables.
+/// Key of the noise level at which the render stops. It is not in the tables.
 pub(super) const NOISE: &str = "noise";
 
-/// Keys of parameters that belong to a whole run of the program.
+/// Keys of parameters that are fixed for a run of the program.
 const FIXED: &[&str] = &["backend"];
 
-/// All parameters with their titles, helps and values, and which of them each integrator reads.
+/// All parameters with titles, help and values, and the parameters that each integrator uses.
 pub(super) fn tables() -> Value {
     let table = |title: &str, parameters: &[Parameter]| {
         let free = parameters.iter().filter(|p| !FIXED.contains(&p.key));
@@ -47,7 +47,7 @@ fn entry(parameter: &Parameter) -> Value {
     })
 }
 
-/// Values of all parameters that are set or that the integrator reads, as flags would say them.
+/// Values of all parameters that are set or that the integrator uses, as text for flags.
 pub(super) fn values(options: &SceneOptions, settings: &Settings) -> Value {
     let mut values = json!({});
     let entries = [
@@ -74,12 +74,13 @@ pub(super) fn values(options: &SceneOptions, settings: &Settings) -> Value {
     values
 }
 
-/// `group` with the parameter `key` as `value` says, or as nothing says it. `None`: the group has no such parameter.
+/// `group` with the parameter `key` set to `value`, or unset. `None` if the group does not have the
+/// parameter.
 fn with<G: OptionGroup + Copy>(group: G, key: &str, value: Option<&str>) -> Option<Result<G, String>> {
     if !G::PARAMETERS.iter().any(|p| p.key == key) || FIXED.contains(&key) {
         return None;
     }
-    // All but this one
+    // All other parameters
     let mut changed = G::default();
     for entry in group.entries().iter().filter(|entry| entry.key != key) {
         if let Some(Err(invalid)) = changed.set(entry.key, Input::Flag(&entry.text)) {
@@ -93,11 +94,12 @@ fn with<G: OptionGroup + Copy>(group: G, key: &str, value: Option<&str>) -> Opti
     })
 }
 
-/// Sets the parameter `key` in `options` and `settings` to what a flag would say; nothing is its default.
+/// Sets the parameter `key` in `options` and `settings` to `value` as a flag would, or to its
+/// default.
 ///
 /// # Errors
 ///
-/// A parameter that is not there, or cannot have the value; nothing is changed then.
+/// An unknown parameter or an invalid value. Nothing is then changed.
 pub(super) fn set(
     (options, settings): (&mut SceneOptions, &mut Settings),
     key: &str,
@@ -130,7 +132,7 @@ pub(super) fn set(
         options.integrator = changed?;
         settings.integrator = options.integrator;
     } else if let Some(changed) = with(options.size, key, value) {
-        // The other side is what it is, and not what the file says.
+        // The other side keeps its current value, which may differ from the file.
         options.size = changed?;
         match key {
             "width" => settings.resolution.x = options.size.width(),
@@ -153,7 +155,7 @@ pub(super) fn set(
 mod tests {
     use super::*;
 
-    /// Each parameter of the tables can be set to its default by what the page has of it, and taken back.
+    /// Each parameter in the tables can be set to its default by the page's data, and unset again.
     #[test]
     fn all_parameters_can_be_set() {
         let tables = tables();

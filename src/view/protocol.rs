@@ -1,67 +1,75 @@
-//! What pages and the render tell each other. A page sends a JSON object with the key `do`; the render sends JSON objects with the key `type`, and pictures as binary
-//! messages: the length of a JSON header (u32, little-endian), the header, and 16-bit floats, red, green and blue of each pixel row by row. NaN stands for a pixel
-//! without samples. Where the header has `packed`, `io::packed` tells what the floats became.
+//! Messages between pages and the render. A page sends a JSON object with the key `do`. The render
+//! sends JSON objects with the key `type`, and pictures as binary messages: the length of a JSON
+//! header (u32, little-endian), the header, and 16-bit floats: red, green and blue of each pixel,
+//! row by row. NaN is a pixel without samples. If the header has `packed`, the floats are packed by
+//! `io::packed`.
 //!
 //! Messages of the render, by `type`:
 //!
-//! - `page`: the number of the page; `hello`: the scene, its materials, lights and presets, and all keys and parameters that can be set;
-//!   `state`: camera, settings and changes
-//! - `status`: `phase` is `loading`, `rendering`, `paused` or `complete`. While the scene is loaded, `doing` says which part of
-//!   the work it is, and `share` how much of it is done, 0 to 1. After that: samples, rate, noise, and `exposure`, the one that `render` would use
-//! - `camera`: the camera that a page has moved; `note` and `error`: a text for people
-//! - `pick`: `object` and `material` of the pixel and its `position`, without them where nothing is; `outline`: the cells of a grid of
-//!   `size` that show them, as numbers of cells without and with them, in turns, row by row
-//! - `views`: cameras with flags and words; `view-picture`: a PNG of the view with this `index`, in base64
-//! - `inspect`, `brightest`, `errors`: paths of a pixel, its brightest samples, and errors of compared renders
+//! - `page`: the number of the page; `hello`: the scene, its materials, lights and presets, and all
+//!   settable keys and parameters; `state`: camera, settings and changes
+//! - `status`: `phase` is `loading`, `rendering`, `paused` or `complete`. During loading, `doing`
+//!   names the current work, and `share` is its completed fraction, 0 to 1. Later: samples, rate,
+//!   noise, and `exposure`, the exposure that `render` would use
+//! - `camera`: a camera moved by a page; `note` and `error`: a text for users
+//! - `pick`: `object` and `material` of the pixel and its `position`, missing if there is no
+//!   surface; `outline`: the cells of a grid of `size` that show them, row by row as run lengths of
+//!   cells without and with them
+//! - `views`: cameras with flags and text; `view-picture`: a PNG in base64 of the view with this
+//!   `index`
+//! - `inspect`, `brightest`, `errors`: paths of a pixel, its brightest samples, and errors of
+//!   compared renders
 //!
-//! The header of a picture has its `channel` and size, `size` of the whole picture, `samples`, `moves` of the camera, `preview`, `final`,
-//! `exposure`, and `denoised`: false for pictures of the channel of that name which still have their noise.
+//! The header of a picture has its `channel` and size, `size` of the whole picture, `samples`,
+//! `moves` of the camera, `preview`, `final`, `exposure`, and `denoised`: false for pictures of the
+//! channel of that name that are not denoised yet.
 
 use crate::camera::{CameraDescription, CameraParameters};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize, Serializer};
 
-/// What a page asks for.
+/// Command of a page.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Command {
-    /// Look through this camera.
+    /// Change the camera.
     Camera(PageCamera),
-    /// Set a parameter, by its key in scene files, to what a flag would say; nothing for the default.
+    /// Set a parameter, by its key in scene files, to the value of a flag; `None` for the default.
     Set { key: String, value: Option<String> },
-    /// Render no further samples for now.
+    /// Pause the render.
     Pause {},
-    /// Go on.
+    /// Continue the render.
     Resume {},
-    /// Render from the first sample on.
+    /// Restart with the first sample.
     Restart {},
-    /// The numbers of a sample of a pixel.
+    /// Send the results of a sample of a pixel.
     Inspect { x: u32, y: u32, sample: u32 },
-    /// The object and the material of a pixel.
+    /// Send object and material of a pixel.
     Pick { x: u32, y: u32 },
-    /// Cameras to choose from, with their pictures.
+    /// Send candidate cameras with their pictures.
     Views {},
     /// Write the camera into the scene file.
     SaveCamera {},
     /// Change a key of a material.
     Material { name: String, key: String, value: String },
-    /// Change a key of the light with this index in the scene file.
+    /// Change a key of the light with index `index` in the scene file.
     Light { index: usize, key: String, value: String },
-    /// Take all changes of materials and lights back.
+    /// Undo all changes of materials and lights.
     ResetChanges {},
     /// Write all changes of materials and lights into the scene file.
     SaveChanges {},
-    /// The samples of a pixel that made it the brightest.
+    /// Send the samples that contribute most light to a pixel.
     Brightest { x: u32, y: u32 },
-    /// Render beside the picture what it is with these settings, `KEY=VALUE` or an integrator, joined by `+`; nothing ends that.
+    /// Render a second picture with these settings, `KEY=VALUE` or an integrator, joined by `+`.
+    /// `None` ends the comparison.
     Compare { with: Option<String> },
-    /// Show this channel on the page that asks, and a second one.
+    /// Show this channel on the requesting page, and optionally a second channel.
     Channel {
         name: String,
         #[serde(default)]
         second: Option<String>,
     },
-    /// The page has shown a picture, for which it took so many milliseconds.
+    /// The page has shown a picture, and took `ms` milliseconds for it.
     Shown {
         frame: u64,
         #[serde(default)]
@@ -69,7 +77,7 @@ pub(super) enum Command {
     },
 }
 
-/// A camera as pages know it: [`CameraParameters`] as lists of numbers.
+/// A camera for pages: [`CameraParameters`] as lists of numbers.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PageCamera {
@@ -87,7 +95,7 @@ pub(super) struct PageCamera {
     pub focus_distance: f32,
 }
 
-/// The f64 that is written like `value`: 39.3077, not 39.307701110839844.
+/// The f64 with the same decimal text as `value`: 39.3077, not 39.307701110839844.
 fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
@@ -101,7 +109,7 @@ fn as_decimals<S: Serializer>(values: &[f32; 3], serializer: S) -> Result<S::Ok,
 }
 
 impl PageCamera {
-    /// Values of a camera at the beginning of its motion.
+    /// Values of a camera at the start of its motion.
     pub fn of(description: &CameraDescription) -> Self {
         let c = &description.parameters;
         Self {
@@ -114,7 +122,7 @@ impl PageCamera {
         }
     }
 
-    /// The same as the rest of the program has it.
+    /// Converts to the camera parameters of the program.
     pub fn parameters(&self) -> CameraParameters {
         CameraParameters {
             position: Vec3::from(self.position),
@@ -128,11 +136,11 @@ impl PageCamera {
 }
 
 impl Command {
-    /// Reads what a page has sent.
+    /// Reads a message of a page.
     ///
     /// # Errors
     ///
-    /// What is wrong with it, in words.
+    /// Text of the error in the message.
     pub fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| format!("not understood: {error}"))
     }
@@ -155,7 +163,7 @@ mod tests {
         assert_eq!(Command::read(set), Ok(Command::Set { key, value: None }));
     }
 
-    /// Whatever a page sends, there is an answer.
+    /// Every invalid message gets an error.
     #[test]
     fn nonsense_is_refused_in_words() {
         for text in [
@@ -176,7 +184,7 @@ mod tests {
         assert!(Command::read(&deep).is_err());
     }
 
-    /// A camera that goes to a page and comes back has the same bits.
+    /// A camera sent to a page and back keeps its bits.
     #[test]
     fn cameras_come_back_as_they_went() {
         let view = PageCamera {

@@ -1,5 +1,5 @@
-//! Writes a camera, and changes of materials and lights, into the text of a scene file, whose comments and order stay
-//! (`toml_edit`), and saves that text.
+//! Writes a camera, and changes of materials and lights, into the text of a scene file, and saves
+//! the text. Comments and order are kept (`toml_edit`).
 
 use super::protocol::PageCamera;
 use super::{FileLight, LightEdit, MaterialEdit};
@@ -11,40 +11,42 @@ use std::io::Write;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
-/// Begins files of some editors.
+/// Start of files by some editors.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// Returns the scene file `text` with another place and lens of its `[camera]`.
+/// Returns the scene file `text` with other position and lens of `[camera]`.
 ///
 /// # Errors
 ///
-/// A text that is not TOML, or has another kind of camera.
+/// A text that is not TOML, or a `camera` that is not a section.
 pub(super) fn with_camera(text: &str, camera: &PageCamera) -> Result<String, String> {
     changed(text, |document| set_camera(document, camera))
 }
 
-/// Returns the scene file `text` with keys of materials set as patches, and keys of lights.
+/// Returns the scene file `text` with keys of materials set as patches, and with keys of lights.
 ///
 /// # Errors
 ///
-/// A text that is not TOML, or has no such light.
+/// A text that is not TOML, or an unknown light.
 pub(super) fn with_changes(text: &str, materials: &[MaterialEdit], lights: &[LightEdit]) -> Result<String, String> {
     changed(text, |document| set_changes(document, materials, lights))
 }
 
-/// A file that was saved.
+/// Result of a save.
 pub(super) struct Saved {
-    /// From before it had its name.
+    /// Metadata of the new file before it got its name.
     pub metadata: Metadata,
-    /// Number of other names (hard links) of the file before, which keep its contents.
+    /// Number of other names (hard links) of the old file, which keep the old contents.
     pub other_names: u64,
 }
 
-/// Replaces the contents `old` of the file at `path` by `new`. Returns `None` if the file has other contents, which stay.
+/// Replaces the contents `old` of the file at `path` by `new`. Returns `None` if the file has other
+/// contents, which are kept.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or written, or that another process keeps locked; it is as before then.
+/// A file that cannot be read or written, or that another process has locked. The file is then
+/// unchanged.
 pub(super) fn save(path: &Path, old: &str, new: &str) -> Result<Option<Saved>, FileError> {
     let output = Output::prepare(path)?;
     let _lock = output.lock()?;
@@ -53,7 +55,7 @@ pub(super) fn save(path: &Path, old: &str, new: &str) -> Result<Option<Saved>, F
     Ok(written.map(|metadata| Saved { metadata, other_names }))
 }
 
-/// The sections that changes of materials add to a scene file.
+/// Sections that changes of materials add to a scene file.
 pub(super) fn patches(materials: &[MaterialEdit]) -> String {
     let mut document = DocumentMut::new();
     match set_changes(&mut document, materials, &[]) {
@@ -62,7 +64,7 @@ pub(super) fn patches(materials: &[MaterialEdit]) -> String {
     }
 }
 
-/// The sections of the `lights` that were changed, which take the place of theirs in a scene file.
+/// Sections of the changed `lights`, which replace their sections in a scene file.
 pub(super) fn light_sections(lights: &[FileLight], edits: &[LightEdit]) -> String {
     let is_changed = |light: &&FileLight| edits.iter().any(|edit| edit.index == light.index);
     let section = |light: &FileLight| {
@@ -73,7 +75,8 @@ pub(super) fn light_sections(lights: &[FileLight], edits: &[LightEdit]) -> Strin
     sections.join("\n")
 }
 
-/// `text` after a change. A byte-order mark stays, and so do line breaks of Windows if most lines have them.
+/// `text` after a change. A byte-order mark is kept, and so are Windows line breaks if most lines
+/// have them.
 fn changed(text: &str, change: impl FnOnce(&mut DocumentMut) -> Result<(), String>) -> Result<String, String> {
     let (mark, content) = match text.strip_prefix(BYTE_ORDER_MARK) {
         Some(content) => (BYTE_ORDER_MARK.to_string(), content),
@@ -126,7 +129,7 @@ fn set_changes(document: &mut DocumentMut, materials: &[MaterialEdit], lights: &
     Ok(())
 }
 
-/// A value of TOML, which a comment may follow; what is none is a text.
+/// A TOML value, optionally followed by a comment. Other text becomes a string.
 fn parsed(text: &str) -> Value {
     let line: Result<DocumentMut, _> = format!("value = {text}").parse();
     let value = line.ok().filter(|line| line.len() == 1);
@@ -134,7 +137,7 @@ fn parsed(text: &str) -> Value {
     value.map_or_else(|| Value::from(text), |value| value.decorated(" ", ""))
 }
 
-/// Sets a key. Blanks and the comment of its line stay.
+/// Sets a key. Blanks and the comment of its line are kept.
 fn set(section: &mut dyn TableLike, key: &str, mut value: Value) {
     match section.get_mut(key).and_then(Item::as_value_mut) {
         Some(known) => {
@@ -150,7 +153,7 @@ fn set_camera(document: &mut DocumentMut, camera: &PageCamera) -> Result<(), Str
     let section = section
         .as_table_like_mut()
         .ok_or("`camera` is not a section; correct it first")?;
-    // What places the camera otherwise cannot stand beside a position, nor an f-number beside the radius of the lens.
+    // Other keys for the view exclude a position, and an f-number excludes a lens radius.
     for key in ["view", "orbit", "stand", "yaw", "focus_at", "f_stop", "sensor_height"] {
         section.remove(key);
     }
@@ -168,7 +171,7 @@ fn set_camera(document: &mut DocumentMut, camera: &PageCamera) -> Result<(), Str
     Ok(())
 }
 
-/// The number as few digits tell it.
+/// The number with the shortest decimals.
 fn number(value: f32) -> Value {
     value.to_string().parse::<f64>().unwrap_or(f64::from(value)).into()
 }
@@ -278,7 +281,7 @@ mod tests {
         );
     }
 
-    /// The file that is written gives the camera that was saved, to the bit.
+    /// The written file has the saved camera, bit for bit.
     #[test]
     fn a_saved_camera_is_read_back() {
         let folder = tempfile::tempdir().unwrap();
@@ -318,7 +321,7 @@ mod tests {
         let unix = text.replace(['\r', '\u{feff}'], "");
         let unix = with_camera(&unix, &VIEW).unwrap();
         assert_eq!(written, format!("\u{feff}{}", unix.replace('\n', "\r\n")));
-        // A single line of Windows in a file of others
+        // A single line of Windows in a file with Unix line breaks
         let mixed = format!("# mixed\r\n{}", text.replace(['\r', '\u{feff}'], ""));
         assert_eq!(with_camera(&mixed, &VIEW).unwrap(), format!("# mixed\n{unix}"));
     }

@@ -1,18 +1,20 @@
-//! Keys of materials and lights that a page may set. The JSON Schema of scene files tells what each holds: pages make controls of it, and may set
-//! numbers, colours, lists and choices. Keys that hold texts are refused, because these name files: a page must not choose which files of this machine are read.
+//! Keys of materials and lights that a page may set. Pages make controls from the JSON Schema of
+//! the keys, and may set numbers, colours, lists and choices. Keys with other strings are refused,
+//! because they name files: a page must not choose the files that are read on this machine.
 
 use crate::description::{LightType, PRESETS, Preset, light_keys, material_keys};
 use serde_json::{Map, Value, json};
 
-/// Keys that need another one or exclude it. A page sets one key at a time, so it offers these only where they have a value.
+/// Keys that need or exclude another key. A page sets one key at a time, so it offers these only if
+/// they have a value.
 const NEVER_ALONE: [&str; 4] = ["eta", "k", "look_at", "direction"];
 
-/// Key of materials whose choices are presets.
+/// Key of materials that selects a preset.
 pub(super) const PRESET: &str = "preset";
 
 type Keys = Vec<(&'static str, Value)>;
 
-/// What pages need to know of all keys that they may set.
+/// Data for pages about all settable keys.
 pub(super) fn tables() -> Value {
     let table = |keys: Keys| -> Value {
         let free = keys.into_iter().filter(|(_, holds)| !holds_text(holds));
@@ -26,7 +28,7 @@ pub(super) fn tables() -> Value {
     json!({ "material": table(material_keys()), "light": lights })
 }
 
-/// Presets that a material may have, with their keys.
+/// Presets of materials with their keys.
 pub(super) fn presets() -> Value {
     let preset = |preset: &Preset| {
         let keys = toml::from_str::<toml::Value>(preset.keys).ok();
@@ -35,20 +37,20 @@ pub(super) fn presets() -> Value {
     PRESETS.iter().map(preset).collect()
 }
 
-/// Whether a page may set `key` of a material.
+/// Checks that a page may set `key` of a material.
 ///
 /// # Errors
 ///
-/// A key that is none, or that holds a text.
+/// An unknown key, or a key with a string value.
 pub(super) fn check_material(key: &str) -> Result<(), String> {
     check("a material", key, &material_keys())
 }
 
-/// Whether a page may set `key` of a light of type `kind`.
+/// Checks that a page may set `key` of a light of type `kind`.
 ///
 /// # Errors
 ///
-/// A key that is none, or that holds a text.
+/// An unknown key, or a key with a string value.
 pub(super) fn check_light(kind: &str, key: &str) -> Result<(), String> {
     check(&format!("a {kind} light"), key, &light_keys(kind))
 }
@@ -63,7 +65,7 @@ fn check(owner: &str, key: &str, keys: &[(&str, Value)]) -> Result<(), String> {
     }
 }
 
-/// Whether a value of this schema may be a text other than a choice.
+/// Returns true if a value of this schema may be a string other than a choice.
 fn holds_text(holds: &Value) -> bool {
     let one_of = holds["anyOf"].as_array().into_iter().flatten();
     holds["type"] == "string" || one_of.into_iter().any(holds_text)

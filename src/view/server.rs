@@ -1,4 +1,5 @@
-//! The server: accepts connections, checks the origin of requests, and answers with the page, its WebSocket, or the picture as a file.
+//! The server: accepts connections, checks the origin of requests, and answers with the page, its
+//! WebSocket, or the picture as a file.
 
 use super::http::{Refusal, Request, answer, is_known_host, is_own_origin, read_request};
 use super::hub::{Hub, Mail, SaveFormat};
@@ -15,39 +16,40 @@ use std::thread::{self, Scope};
 use std::time::{Duration, Instant};
 use tungstenite::handshake::derive_accept_key;
 
-/// Maximum number of connections that have shown the token; more are refused.
+/// Maximum number of connections that have shown the token. Further connections are refused.
 const MAX_KNOWN: usize = 32;
-/// Maximum number of connections that have not; of more, the oldest is closed. A page sends its request at once, but
-/// other users of this machine may open connections and send nothing.
+/// Maximum number of connections without the token. If there are more, the oldest is closed. A page
+/// sends its request at once, but other users of this machine may open connections and send
+/// nothing.
 const MAX_STRANGERS: usize = 32;
-/// Between two looks for a connection.
+/// Time between two checks for a connection.
 const LOOK: Duration = Duration::from_millis(15);
-/// How long pages may take to be told of the end.
+/// Maximum time to inform pages of the end.
 const FAREWELL: Duration = Duration::from_millis(200);
-/// How long a page may take to read.
+/// Maximum time for a page to read a message.
 const WRITE_PATIENCE: Duration = Duration::from_secs(20);
 
-/// A server that listens.
+/// A listening server.
 pub(super) struct Server {
     listener: TcpListener,
     address: SocketAddr,
-    /// Random digits that a link has, so that others of this machine cannot guess it.
+    /// Random digits in the link, so that other users of this machine cannot guess it.
     token: String,
-    /// Connections that are open.
+    /// Open connections.
     open: Mutex<Connections>,
 }
 
 /// Open connections by their numbers, which increase with time.
 #[derive(Default)]
 struct Connections {
-    /// Those that have not shown the token.
+    /// Connections that have not shown the token.
     strangers: BTreeMap<u64, TcpStream>,
-    /// Those that have.
+    /// Connections that have shown the token.
     known: BTreeMap<u64, TcpStream>,
 }
 
 impl Connections {
-    /// Adds a connection that has not shown the token, and closes the oldest of too many.
+    /// Adds a connection without the token, and closes the oldest if there are too many.
     fn add(&mut self, id: u64, stream: TcpStream) {
         self.strangers.insert(id, stream);
         while self.strangers.len() > MAX_STRANGERS {
@@ -57,17 +59,17 @@ impl Connections {
         }
     }
 
-    /// Notes that a connection has shown the token. Returns false if there are too many of those.
+    /// Moves a connection with the token to `known`. Returns false if there are too many of those.
     fn admit(&mut self, id: u64) -> bool {
         if self.known.len() >= MAX_KNOWN {
             return false;
         }
-        // One that was closed meanwhile ends by itself.
+        // The thread of a connection that was closed meanwhile ends on its own error.
         self.known.extend(self.strangers.remove_entry(&id));
         true
     }
 
-    /// Removes a connection that has ended.
+    /// Removes a closed connection.
     fn remove(&mut self, id: u64) {
         self.strangers.remove(&id);
         self.known.remove(&id);
@@ -86,11 +88,11 @@ impl Connections {
 }
 
 impl Server {
-    /// Listens as `options` say.
+    /// Listens on the address and port of `options`.
     ///
     /// # Errors
     ///
-    /// An address or a port that cannot be had.
+    /// An unavailable address or port.
     pub fn bind(options: &Options) -> Result<Self, Error> {
         let wanted = SocketAddr::new(options.listen, options.port);
         let failed = |error: io::Error| {
@@ -120,10 +122,10 @@ impl Server {
         })
     }
 
-    /// Where the page is.
+    /// Link to the page.
     pub fn link(&self) -> String {
         let mut address = self.address;
-        // Addresses that stand for all of the machine's are none to ask at.
+        // An unspecified address is not a valid target.
         match address.ip() {
             IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
             IpAddr::V6(ip) if ip.is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
@@ -132,23 +134,23 @@ impl Server {
         format!("http://{address}/{}/", self.token)
     }
 
-    /// Connections that are open.
+    /// Open connections.
     fn open(&self) -> MutexGuard<'_, Connections> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Serves until the hub is over; each connection has a thread of `scope`.
+    /// Serves until the hub ends. Each connection has a thread of `scope`.
     pub fn run<'s>(&'s self, scope: &'s Scope<'s, '_>, hub: &'s Hub) {
         self.accept(scope, hub);
         let start = Instant::now();
         while !self.open().is_empty() && start.elapsed() < FAREWELL {
             thread::sleep(LOOK);
         }
-        // Threads that wait for a page to read, or to ask, wait no longer.
+        // Closes the connections of threads that still wait for a page.
         self.open().close();
     }
 
-    /// Accepts connections until the hub is over.
+    /// Accepts connections until the hub ends.
     fn accept<'s>(&'s self, scope: &'s Scope<'s, '_>, hub: &'s Hub) {
         for id in 0.. {
             let Some(stream) = self.next_connection(hub) else {
@@ -173,7 +175,7 @@ impl Server {
         }
     }
 
-    /// The next connection; `None` once the hub is over.
+    /// The next connection; `None` after the hub has ended.
     fn next_connection(&self, hub: &Hub) -> Option<TcpStream> {
         while !hub.is_over() {
             match self.listener.accept() {
@@ -184,7 +186,7 @@ impl Server {
         None
     }
 
-    /// Serves the connection with number `id`.
+    /// Serves the connection with the number `id`.
     fn serve(&self, id: u64, mut stream: TcpStream, hub: &Hub) {
         let request = match read_request(&mut stream) {
             Ok(request) => request,
@@ -221,7 +223,7 @@ impl Server {
         }
     }
 
-    /// The `route` of a request with the token, unless there are too many.
+    /// The `route` of a request with the token, unless there are too many connections.
     fn admitted(&self, id: u64, route: Route) -> Result<Route, Refusal> {
         match self.open().admit(id) {
             true => Ok(route),
@@ -229,7 +231,7 @@ impl Server {
         }
     }
 
-    /// What is asked for.
+    /// Route of a request.
     fn route(&self, request: &Request) -> Result<Route, Refusal> {
         let forbidden = |words: &str| Err((403, "Forbidden", words.to_string()));
         if !is_known_host(&request.host, self.address.ip()) {
@@ -263,7 +265,7 @@ impl Server {
     }
 }
 
-/// What a connection gets.
+/// Response to a request.
 enum Route {
     File(&'static str, &'static str),
     Home,
@@ -271,13 +273,13 @@ enum Route {
     Socket(String),
 }
 
-/// Compares all bytes, so that the time taken does not depend on the first difference.
+/// Compares all bytes, so that the time does not depend on the first difference.
 fn is_same(given: &str, token: &str) -> bool {
     let differs = given.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     given.len() == token.len() && differs == 0
 }
 
-/// `exposure=STOPS&tone=NAME` of a query; `None` where it does not say both.
+/// Parses `exposure=STOPS&tone=NAME` of a query; `None` if either is missing.
 fn tone_of(query: &str) -> Option<Tone> {
     let value = |key: &str| {
         let mut pairs = query.split('&').filter_map(|pair| pair.split_once('='));
@@ -306,7 +308,7 @@ fn refuse(stream: &mut TcpStream, (status, name, words): &Refusal) -> io::Result
     )
 }
 
-/// Has the render make a file of the picture, and sends it.
+/// Requests a file of the picture from the render, and sends it.
 fn send_picture(stream: &mut TcpStream, hub: &Hub, format: SaveFormat) -> io::Result<()> {
     let (kind, name) = match format {
         SaveFormat::Exr => ("image/x-exr", "picture.exr"),

@@ -1,8 +1,9 @@
-//! The WebSocket of a page: its commands go to the render, messages and pictures to the page.
+//! WebSocket of a page: sends its commands to the render, and messages and pictures to the page.
 //!
-//! A page says which pictures it has shown, and few bytes of others are on their way, so that a slow link shows fewer pictures instead of old ones. How long these were on their way
-//! tells how fast the link is, and pictures are packed where it is slow. Commands are taken at a limited rate: a page that sends more waits, and one that sends nonsense for
-//! long is closed.
+//! A page reports the pictures that it has shown, and the number of bytes in transit is limited. So
+//! a slow link shows fewer pictures instead of old ones. The transit time gives the speed of the
+//! link, and pictures are packed for slow links. Commands are taken at a limited rate: a page that
+//! sends more must wait, and a page that sends many invalid messages is closed.
 
 use super::frame::Coding;
 use super::hub::{Hub, Mail, PageId};
@@ -16,27 +17,29 @@ use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
-/// Between two looks for something to send.
+/// Time between two checks for something to send.
 const LOOK: Duration = Duration::from_millis(5);
-/// Bytes of a command at most.
+/// Maximum size of a command in bytes.
 const MAX_COMMAND: usize = 64 << 10;
-/// Bytes of pictures on their way to a page, at which no other one is sent: a picture of full size, or two that are shown while the camera moves.
+/// Number of picture bytes in transit at which no further picture is sent: a full-size picture, or
+/// two pictures of a moving camera.
 const MAX_ON_WAY: usize = 192 << 10;
-/// The same for a slow link: how long its pictures may be on their way.
+/// Maximum transit time in seconds of pictures on a slow link.
 const MAX_DELAY: f64 = 0.08;
-/// Bytes a second below which pictures are packed: 50 Mbit/s.
+/// Speed in bytes per second below which pictures are packed: 50 Mbit/s.
 const SLOW: f64 = 6.25e6;
-/// Bytes of a message that tell the speed of the link; smaller ones tell how long words take.
+/// Minimum size in bytes of a message to measure the speed of the link. The time of smaller
+/// messages is mostly latency.
 const TELLING: usize = 24 << 10;
-/// How long a page may take to show a picture before it gets another one all the same.
+/// Maximum time for a page to show a picture before it gets another one.
 const SHOWING: Duration = Duration::from_secs(30);
-/// Commands a second, and how many may come at once.
+/// Maximum number of commands per second, and maximum number at once.
 const RATE: f64 = 400.0;
 const BURST: f64 = 800.0;
 /// Maximum number of consecutive invalid messages before the page is closed.
 const MAX_NONSENSE: u32 = 200;
 
-/// Serves a page until it is closed or the hub is over.
+/// Serves a page until it is closed or the hub ends.
 pub(super) fn serve(stream: TcpStream, hub: &Hub) {
     if stream.set_read_timeout(Some(LOOK)).is_err() {
         return;
@@ -46,7 +49,7 @@ pub(super) fn serve(stream: TcpStream, hub: &Hub) {
         .max_message_size(Some(MAX_COMMAND))
         .max_frame_size(Some(MAX_COMMAND));
     let id = hub.join();
-    // A complete picture is shown to a page that comes later, too.
+    // A new page also gets a complete picture.
     let (name, second) = (PICTURE.to_string(), None);
     hub.send(Mail::Command(id, Command::Channel { name, second }));
     hub.tell(Some(id), &serde_json::json!({ "type": "page", "page": id }).to_string());
@@ -64,19 +67,19 @@ pub(super) fn serve(stream: TcpStream, hub: &Hub) {
     hub.leave(id);
 }
 
-/// A page.
+/// Connection of a page.
 struct Page<'a> {
     socket: WebSocket<TcpStream>,
     hub: &'a Hub,
     id: PageId,
-    /// Pictures on their way: numbers, bytes, and when they were sent.
+    /// Pictures in transit: number, bytes, and time of sending.
     sent: Vec<(u64, usize, Instant)>,
-    /// Bytes a second of the link, where it is known.
+    /// Speed of the link in bytes per second, if known.
     speed: Option<f64>,
-    /// Commands that may come at once.
+    /// Number of commands that may arrive at once.
     allowance: f64,
     since: Instant,
-    /// Messages in a row that made no sense.
+    /// Number of consecutive invalid messages.
     nonsense: u32,
 }
 
@@ -84,7 +87,7 @@ impl Page<'_> {
     fn run(&mut self) {
         while self.send().is_ok() && self.receive().is_ok() {
             if self.hub.is_over() {
-                // The reason may be among the last messages.
+                // The last messages may contain the reason.
                 let _ = self.send();
                 self.close(CloseCode::Away, "the render has ended");
                 return;
@@ -92,7 +95,7 @@ impl Page<'_> {
         }
     }
 
-    /// Sends what waits.
+    /// Sends waiting messages and pictures.
     fn send(&mut self) -> Result<(), Error> {
         self.sent.retain(|(.., at)| at.elapsed() < SHOWING);
         let on_way = self.sent.iter().map(|(_, bytes, _)| bytes).sum::<usize>();
@@ -115,7 +118,7 @@ impl Page<'_> {
         Ok(())
     }
 
-    /// The page has shown the picture `id`, for which it took so many milliseconds.
+    /// Handles that the page has shown the picture `id`, and took `milliseconds` for it.
     fn shown(&mut self, id: u64, milliseconds: f64) {
         if let Some(at) = self.sent.iter().position(|(sent, ..)| *sent == id) {
             let (_, bytes, start) = self.sent[at];
@@ -125,11 +128,11 @@ impl Page<'_> {
                 self.speed = Some(self.speed.map_or(speed, |known| 0.7 * known + 0.3 * speed));
             }
         }
-        // Messages keep their order, so older ones were shown, too.
+        // Messages keep their order, so older pictures were shown too.
         self.sent.retain(|(sent, ..)| *sent > id);
     }
 
-    /// Takes a message, if one is there.
+    /// Receives a message, if any.
     fn receive(&mut self) -> Result<(), Error> {
         let message = match self.socket.read() {
             Ok(message) => message,
@@ -168,7 +171,7 @@ impl Page<'_> {
         Ok(())
     }
 
-    /// Has a page that sends too much wait.
+    /// Delays a page that sends too many commands.
     fn wait_for_allowance(&mut self) {
         self.allowance = (self.allowance + RATE * self.since.elapsed().as_secs_f64()).min(BURST) - 1.0;
         self.since = Instant::now();

@@ -1,18 +1,19 @@
-//! Notices that files change, by their times, lengths and inodes.
+//! Detects changed files by their times, lengths and inodes.
 //!
-//! A file that changes while it is read may have been read before the change or after it. Therefore the stamps that
-//! count are those from before the reading. A file that is read for the first time has none: it counts as changed if
-//! its time is later than the start of the reading. After the viewer has written a file, the stamp of what it wrote
-//! counts, not that of what is there now.
+//! A file that changes while it is read may have been read before or after the change. Therefore
+//! the stamps from before the reading count. A file that is read for the first time has no stamp.
+//! It counts as changed if its time is later than the start of the reading. After the viewer has
+//! written a file, the stamp of the written contents counts, not the current stamp.
 
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Time between two looks at the files.
+/// Time between two checks of the files.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Time, length and inode of a file. Files with the same stamp count as the same contents; `None` if there is no file.
+/// Time, length and inode of a file. Files with equal stamps have equal contents; `None` if there
+/// is no file.
 type Stamp = Option<(SystemTime, u64, u64)>;
 
 fn stamp_of(data: &Metadata) -> Stamp {
@@ -27,34 +28,35 @@ fn stamp(path: &Path) -> Stamp {
     stamp_of(&path.metadata().ok()?)
 }
 
-/// Files that are watched.
+/// Watched files.
 pub(super) struct Watch {
     files: Vec<Watched>,
     looked: Instant,
-    /// Stamps of the last look if files were changing: editors write in several steps.
+    /// Stamps of the last check, if files were changing: editors write in several steps.
     changing: Option<Vec<Stamp>>,
 }
 
 struct Watched {
     path: PathBuf,
-    /// Stamp of the contents that the viewer has; `None` if it may have read others.
+    /// Stamp of the loaded contents; `None` if they may be older or newer.
     known: Option<Stamp>,
 }
 
-/// Files as they are before they are read.
+/// State of the files before they are read.
 pub(super) struct Reading {
     since: SystemTime,
     before: Vec<(PathBuf, Stamp)>,
 }
 
 impl Reading {
-    /// First reading of all files, which began after `since`.
+    /// First reading of all files, which started after `since`.
     pub fn first(since: SystemTime) -> Self {
         let before = Vec::new();
         Self { since, before }
     }
 
-    /// Stamp of the contents of `path` that were read; `None` if it may have changed meanwhile.
+    /// Stamp of the contents of `path` that were read; `None` if the file may have changed
+    /// meanwhile.
     fn stamp_of(&self, path: &Path) -> Option<Stamp> {
         if let Some((_, stamp)) = self.before.iter().find(|(known, _)| known == path) {
             return Some(*stamp);
@@ -75,7 +77,7 @@ impl Watch {
         }
     }
 
-    /// Begins to read the files again. If the reading fails, the stamps from before it still count.
+    /// Starts another reading of the files. If it fails, the stamps from before it stay valid.
     pub fn begin(&self) -> Reading {
         Reading {
             since: SystemTime::now(),
@@ -97,14 +99,16 @@ impl Watch {
         self.changing = None;
     }
 
-    /// Notes that the viewer has written the file `path`; `data` is from before it had that name.
+    /// Stores that the viewer has written the file `path`. `data` is its metadata from before it
+    /// got that name.
     pub fn wrote(&mut self, path: &Path, data: &Metadata) {
         for file in self.files.iter_mut().filter(|file| file.path == path) {
             file.known = Some(stamp_of(data));
         }
     }
 
-    /// Returns true if a file has changed since it was read, and has not changed since the last look.
+    /// Returns true if a file has changed since it was read, and has not changed since the last
+    /// check.
     pub fn has_changed(&mut self) -> bool {
         if self.looked.elapsed() < LOOK {
             return false;
@@ -124,7 +128,7 @@ impl Watch {
             self.changing = Some(now);
             return false;
         }
-        // Known even if they cannot be read: the error is told once.
+        // Unreadable files are stored too, so that the error is reported once.
         for (file, now) in self.files.iter_mut().zip(now) {
             file.known = Some(now);
         }

@@ -1,4 +1,4 @@
-//! What pages ask for, and what is done about it.
+//! Commands of pages, and their execution.
 
 use super::saving::is_save;
 use super::thumbnails::texture_png;
@@ -15,13 +15,14 @@ use serde_json::{Value, json};
 use std::fs;
 use std::time::{Duration, Instant};
 
-/// How long samples of a pixel are looked through, and how many of them are told.
+/// Maximum time of the search for the brightest samples of a pixel, and maximum number of reported
+/// samples.
 const SEARCH: Duration = Duration::from_secs(2);
 const BRIGHTEST: usize = 8;
 
 impl Engine<'_> {
-    /// Reads mail, and waits for some for `patience`. Returns what has changed. Mail from a save on is held if the
-    /// scene must be loaded first.
+    /// Reads mail, and waits up to `patience` for it. Returns the change that the mail needs. If
+    /// the scene must be loaded first, a save and all later mail are held back.
     pub(super) fn read_mail(&mut self, patience: Duration) -> Change {
         let mut change = std::mem::replace(&mut self.pending, Change::Nothing);
         if self.held.is_empty() {
@@ -46,7 +47,7 @@ impl Engine<'_> {
         change
     }
 
-    /// Does what a page asks for.
+    /// Executes the command of a page.
     fn obey(&mut self, page: PageId, command: Command) -> Change {
         match command {
             Command::Camera(view) => {
@@ -95,7 +96,7 @@ impl Engine<'_> {
                     return Change::Nothing;
                 }
                 let edits = &mut self.edits.materials;
-                // A key counts more than a preset, so a new preset takes back those that were set.
+                // Single keys override a preset, so a new preset removes the keys that were set.
                 let is_preset = key == scene_keys::PRESET;
                 edits.retain(|edit| edit.name != name || (edit.key != key && !is_preset));
                 edits.push(MaterialEdit { name, key, value });
@@ -133,13 +134,13 @@ impl Engine<'_> {
                 self.has_new_channel = true;
                 return self.follow_pages();
             }
-            // The page's own thread has seen to it.
+            // The thread of the page has handled it.
             Command::Shown { .. } => {}
         }
         Change::Nothing
     }
 
-    /// Does what was asked of the picture.
+    /// Executes the jobs that need the picture.
     pub(super) fn do_jobs(&mut self, renderer: &Renderer, state: &RenderState) {
         for job in std::mem::take(&mut self.jobs) {
             match job {
@@ -171,7 +172,7 @@ impl Engine<'_> {
         }
     }
 
-    /// The picture as a file, as `render` writes it.
+    /// The picture as a file in the format of `render`.
     fn file_of(&self, renderer: &Renderer, state: &RenderState, format: SaveFormat) -> Result<Vec<u8>, String> {
         if let SaveFormat::Texture(id) = format {
             return texture_png(renderer.session().scene(), id);
@@ -193,7 +194,7 @@ impl Engine<'_> {
             SaveFormat::Png(of_page) => ("picture.png", Format::Png(of_page.unwrap_or(tone))),
             SaveFormat::Texture(_) => return Err("a texture cannot be saved as a picture of the scene".into()),
         };
-        // Writers ask for a file that can be replaced.
+        // Writers need a file that they can replace.
         let folder = tempfile::tempdir().map_err(|error| words(&error))?;
         let output = Output::prepare(folder.path().join(name)).map_err(|error| words(&error))?;
         let path = output.path().to_path_buf();
@@ -203,7 +204,7 @@ impl Engine<'_> {
         }
     }
 
-    /// The samples of a pixel that made it the brightest, of those that it has.
+    /// The samples that contribute most light to a pixel, of its samples so far.
     fn brightest(&self, renderer: &Renderer, state: &RenderState, pixel: [u32; 2]) -> Result<Value, String> {
         let first = renderer.session().settings().samples().start;
         let Some(tile) = state.film.tile_at(pixel.into()) else {

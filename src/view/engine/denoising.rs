@@ -1,4 +1,4 @@
-//! The picture without its noise: a denoiser works on a thread of its own, so that first pixels and moves of the camera do not wait for it.
+//! Denoising in a separate thread, so that first pixels and camera motion do not wait for it.
 
 use super::{Engine, samples_of};
 use crate::film::{Image, metered};
@@ -10,24 +10,24 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Share of the time that denoising for pages may take.
+/// Maximum fraction of the time for the denoising of pages.
 const SHARE: f64 = 0.25;
 
-/// What is denoised, and what was.
+/// Denoising in progress, and its last result.
 pub(super) struct Denoising {
-    /// Number of the picture on show.
+    /// Number of the current picture.
     picture: u64,
     work: Option<Work>,
-    /// The last result for the picture on show, and whether it has all samples.
+    /// Last result for the current picture; true if it has all samples.
     shown: Option<(Frame, bool)>,
-    /// Whether the denoiser has failed with the picture on show.
+    /// True if the denoiser has failed with the current picture.
     has_failed: bool,
-    /// When the last work ended, and how long it took.
+    /// End and duration of the last work.
     ended: Instant,
     took: Duration,
 }
 
-/// A denoiser at work.
+/// A running denoiser.
 struct Work {
     picture: u64,
     size: [u32; 2],
@@ -38,7 +38,7 @@ struct Work {
 }
 
 impl Denoising {
-    /// Nothing yet.
+    /// No work and no result.
     pub fn new() -> Self {
         Self {
             picture: 0,
@@ -50,29 +50,31 @@ impl Denoising {
         }
     }
 
-    /// Another picture is on show. Results for earlier ones are not shown.
+    /// Starts a new picture. Results for earlier pictures are not shown.
     pub fn next_picture(&mut self) {
         self.picture += 1;
         self.shown = None;
         self.has_failed = false;
     }
 
-    /// The last result for the picture on show.
+    /// The last result for the current picture.
     pub fn shown(&self) -> Option<&Frame> {
         self.shown.as_ref().map(|(frame, _)| frame)
     }
 
-    /// Returns true if a denoiser works.
+    /// Returns true if a denoiser is running.
     pub fn is_busy(&self) -> bool {
         self.work.is_some()
     }
 
-    /// Returns true if a denoiser works on the picture on show. Samples wait for it then: both at once would take far longer than one after the other.
+    /// Returns true if a denoiser is running for the current picture. Samples then wait for it:
+    /// both together would take far longer than one after the other.
     pub fn is_awaited(&self) -> bool {
         self.work.as_ref().is_some_and(|work| work.picture == self.picture)
     }
 
-    /// Returns true if a picture may be denoised now: the first one of a camera at once, others if that takes a small share of the time.
+    /// Returns true if a picture may be denoised now: the first picture of a camera at once, later
+    /// pictures if denoising takes a small fraction of the time.
     fn is_due(&self, is_last: bool) -> bool {
         let share = self.took.as_secs_f64() / self.ended.elapsed().as_secs_f64().max(1e-9);
         let is_done = self.shown.as_ref().is_some_and(|(_, is_last)| *is_last);
@@ -105,7 +107,7 @@ impl Denoising {
         }
     }
 
-    /// The work that has ended, and its result.
+    /// Finished work with its result.
     fn take(&mut self) -> Option<(Work, Result<Image, String>)> {
         let result = match self.work.as_ref()?.result.try_recv() {
             Ok(result) => result,
@@ -119,7 +121,8 @@ impl Denoising {
 }
 
 impl Engine<'_> {
-    /// Shows what the denoiser has made of the picture, and has it work on the samples that came since, if pages show that. `facts` are those of `state`.
+    /// Shows the result of the denoiser, and starts it for newer samples if pages show the denoised
+    /// picture. `facts` describe `state`.
     pub(super) fn denoise(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
         if let Some((work, result)) = self.denoising.take() {
             match result {
@@ -147,7 +150,7 @@ impl Engine<'_> {
         } = work;
         let tone = renderer.session().settings().tone;
         if tone.exposure.stops().is_none() {
-            // The exposure of the PNG that `render` writes is that of the denoised picture.
+            // The PNG of `render` has the exposure of the denoised picture.
             self.shown.exposure = metered(tone, image).exposure.stops();
             facts["exposure"] = json!(self.shown.exposure);
         }
@@ -163,14 +166,14 @@ impl Engine<'_> {
         self.shown.status = None;
     }
 
-    /// What headers of pictures of `state` say.
+    /// Header data of pictures of `state`.
     pub(super) fn facts(&self, state: &RenderState) -> Value {
         let whole = self.settings.resolution;
         json!({
             "size": [whole.x, whole.y],
             "samples": samples_of(state),
             "moves": self.moves,
-            // A preview has full size where a sample of each pixel takes only a moment.
+            // A preview has full size if one sample per pixel is fast enough.
             "preview": self.moved.is_some(),
             "exposure": self.shown.exposure,
         })
@@ -192,7 +195,8 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    /// The first picture is due at once, later ones now and then, and none after a failure or the last one.
+    /// The first picture is due at once, and later pictures at intervals. No picture is due after a
+    /// failure or after the last picture.
     #[test]
     fn pictures_are_due_now_and_then() {
         let mut denoising = Denoising::new();

@@ -1,5 +1,6 @@
-//! Channels that are rendered only while a page shows them: ids, and light groups, which pages change without a render. Where the scene file has no groups, each
-//! light of it and each emitting material is one; lights of flags stay in the default group.
+//! Channels that are rendered only while a page shows them: ids, and light groups, which pages
+//! change without a render. If the scene file has no groups, each of its lights and each emitting
+//! material becomes a group. Lights of flags stay in the default group.
 
 use super::{Change, Engine};
 use crate::description::SceneFile;
@@ -14,7 +15,7 @@ use crate::view::frame::LIGHTS;
 use std::collections::BTreeSet;
 
 impl Engine<'_> {
-    /// Renders the channels that pages show, and no others.
+    /// Renders only the channels that pages show.
     pub(super) fn follow_pages(&mut self) -> Change {
         let channels = self.hub.channels();
         let shown = (self.tells_groups, self.tells_ids);
@@ -39,14 +40,14 @@ impl Engine<'_> {
         }
     }
 
-    /// Notes whether `file` has groups that are not made here.
+    /// Stores if `file` has its own groups, which were not made here.
     pub(super) fn note_groups(&mut self, file: &SceneFile) {
         if self.edits.groups.is_empty() {
             self.has_own_groups = file.has_light_groups();
         }
     }
 
-    /// Makes `settings` have the channels that the user asked for, and those that pages show.
+    /// Sets the channels of `settings`: the user's channels, and the channels that pages show.
     pub(super) fn set_aovs(&self, settings: &mut Settings) {
         settings.aovs.clone_from(&self.asked_aovs);
         for (is_shown, aov) in [(self.tells_groups, Aov::Lights), (self.tells_ids, Aov::Ids)] {
@@ -57,12 +58,12 @@ impl Engine<'_> {
     }
 }
 
-/// Returns true if materials of this name are made for a `[[light]]`.
+/// Returns true if a `[[light]]` makes materials of this name.
 pub(super) fn is_of_light(name: &str) -> bool {
     [DISK_NAME, RECTANGLE_NAME, SPHERE_NAME].contains(&name)
 }
 
-/// Materials of `scene` that users know: those of lights and of the ground are made here.
+/// Materials of `scene` that users know, without the materials of lights and of the ground.
 pub(super) fn of_users(scene: &Scene) -> Vec<&Material> {
     let mut materials: Vec<&Material> = scene.materials().iter().collect();
     let ground = materials.iter().rposition(|material| material.name == Ground::NAME);
@@ -83,7 +84,8 @@ pub(super) fn emitting(scene: &Scene) -> Vec<String> {
     names
 }
 
-/// `KEY=VALUE` of the scene file for a group of each light and each emitting material, as many as there may be.
+/// `KEY=VALUE` of the scene file for a group of each light and each emitting material, up to the
+/// maximum number of groups.
 fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
     let most = LightGroups::MOST - 1;
     let lights = &lights[..lights.len().min(most)];
@@ -103,7 +105,7 @@ fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
     keys
 }
 
-/// A name that groups may have for a material, other than the `names` that there are, which it joins.
+/// A valid group name for a material, different from all `names`. It is added to them.
 fn group_name(material: &str, names: &mut BTreeSet<String>) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let plain: String = material.chars().filter(|c| is_plain(*c)).take(19).collect();

@@ -1,9 +1,12 @@
-//! The loop that renders, and does what pages ask for.
+//! The loop that renders and executes the commands of pages.
 //!
-//! While the camera moves it renders a smaller picture of a few samples, as small as is needed for some 25 pictures a second (`preview`). When the camera has rested for a moment it renders
-//! the picture itself (`still`), in slices of time between which pages are shown what there is; slices change no bit. A change of the camera or of a parameter leaves the
-//! scene and its acceleration structure as they are. A changed file, material or light loads the scene anew, with the same structure as long as the meshes are the same. A second render
-//! with other settings may take turns with the picture (`rival`).
+//! While the camera moves, it renders a smaller picture of a few samples, at a size that allows
+//! about 25 pictures a second (`preview`). After the camera has rested for a moment, it renders the
+//! picture itself (`still`). It does so in slices of time, and updates the pages between them;
+//! slices do not change any bit. A change of the camera or of a parameter keeps the scene and its
+//! acceleration structure. A changed file, material or light loads the scene again, with the same
+//! structure if the meshes are equal. A second render with other settings may alternate with the
+//! picture (`rival`).
 
 mod commands;
 mod denoising;
@@ -35,48 +38,49 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant, SystemTime};
 
-/// How long the camera rests before the whole picture is rendered.
+/// Time without camera motion before the whole picture is rendered.
 const REST: Duration = Duration::from_millis(150);
-/// The first slice of a picture, and the longest.
+/// Length of the first slice of a picture, and maximum length.
 const FIRST_SLICE: Duration = Duration::from_millis(80);
 const LONGEST_SLICE: Duration = Duration::from_millis(320);
-/// Between two looks for mail where there is nothing to render.
+/// Time between two checks for mail if there is nothing to render.
 const IDLE: Duration = Duration::from_millis(100);
-/// Between two looks for the denoised picture.
+/// Time between two checks for the denoised picture.
 const REFRESH: Duration = Duration::from_millis(15);
-/// Between two messages about the state of the render.
+/// Minimum time between two messages about the state of the render.
 const STATUS: Duration = Duration::from_millis(250);
-/// Between two measurements of noise and exposure, which look at all pixels.
+/// Minimum time between two measurements of noise and exposure, which read all pixels.
 const MEASURING: Duration = Duration::from_secs(1);
-/// How long no page is open before a render ends that is to end with its last page: a browser closes a page and opens it again to reload it.
+/// Time without pages before the render ends with its last page: to reload a page, a browser closes
+/// it and opens it again.
 const RELOADING: Duration = Duration::from_secs(3);
-/// Time for a small picture.
+/// Duration of a slice for a small picture.
 const MOMENT: Duration = Duration::from_millis(250);
 
-/// What comes after a picture.
+/// Next step after a picture.
 enum Next {
-    /// Another camera, or other settings.
+    /// A picture with another camera or other settings.
     Picture,
     /// More samples of the same picture.
     More(Box<RenderState>),
-    /// The scene, from its files. Where these are wrong, the render goes on with what there is.
+    /// The scene from its files. If the files are invalid, the render continues with the old scene.
     Scene(Option<Box<RenderState>>),
-    /// Pictures of views, and then more samples of the same picture.
+    /// Thumbnails of views, and then more samples of the same picture.
     Views(Box<RenderState>),
     End,
 }
 
-/// What mail asks for, the most radical last.
+/// Change that mail needs, in ascending order of its extent.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Change {
     Nothing,
-    /// Settings: whether samples that were taken still count is to be seen.
+    /// Other settings. The samples so far may still be valid.
     Settings,
     Picture,
     Scene,
 }
 
-/// What is done with the picture when it rests.
+/// Job that needs the picture.
 enum Job {
     Inspect(PageId, [u32; 2], u32),
     Pick(PageId, [u32; 2]),
@@ -85,72 +89,72 @@ enum Job {
     Save(SaveFormat, Sender<Result<Vec<u8>, String>>),
 }
 
-/// The render and what it is to be.
+/// The render and its requested state.
 pub(super) struct Engine<'a> {
     hub: &'a Hub,
     host: &'a dyn Host,
     exits_when_closed: bool,
-    /// Since when no page is open, after one was.
+    /// Time since the last page was closed; `None` if a page is open or none was ever open.
     closed_since: Option<Instant>,
     file: SceneFile,
     lights: Vec<FileLight>,
     path: PathBuf,
-    /// Contents of the scene file that were loaded, or saved since then.
+    /// Contents of the scene file when it was last loaded or saved.
     text: String,
     exr: ExrFormat,
     options: SceneOptions,
-    /// Of the picture.
+    /// Settings of the picture.
     settings: Settings,
     camera: CameraDescription,
-    /// The camera that was there first.
+    /// The first camera.
     home: CameraDescription,
-    /// What was rendered last.
+    /// State of the last successful render.
     good: Option<Good>,
-    /// Parameters that pages have set, in place of those of the scene file.
+    /// Parameters set by pages, which override the scene file.
     changes: BTreeMap<String, Option<String>>,
     /// Changes of materials and lights.
     edits: SceneChanges,
-    /// Channels that the user asked for.
+    /// Channels requested by the user.
     asked_aovs: Vec<Aov>,
-    /// Whether the light of each light group is separate, and whether ids are rendered.
+    /// True if the light groups are separate channels, and true if ids are rendered.
     tells_groups: bool,
     tells_ids: bool,
-    /// Whether the scene file has such groups.
+    /// True if the scene file has its own light groups.
     has_own_groups: bool,
     /// Names of materials that emit.
     emitting: Vec<String>,
-    /// What to render beside the picture, and what does.
+    /// Settings of the second render, and the second render.
     compare: Option<String>,
     rival: Option<Rival>,
     reference: Option<RgbImage>,
     watch: Watch,
-    /// A time before the files were read first.
+    /// A time before the first reading of the files.
     started: SystemTime,
     is_paused: bool,
-    /// Moves of the camera that pages have asked for.
+    /// Number of camera moves by pages.
     moves: u64,
-    /// When the camera moved last, while it moves.
+    /// Time of the last camera move, while the camera moves.
     moved: Option<Instant>,
     jobs: Vec<Job>,
-    /// Views whose pictures are yet to be made.
+    /// Views that have no thumbnail yet.
     views: VecDeque<thumbnails::View>,
-    /// Whether the picture goes on as it was, after pictures of views.
+    /// True if the picture continues with its samples after thumbnails of views.
     has_paused_for_views: bool,
     denoising: Denoising,
-    /// Requests by mail that were not handled yet.
+    /// Change from mail that is not handled yet.
     pending: Change,
-    /// Mail that was not read yet: a save, which waits for the scene, and what came after it.
+    /// Mail that is not read yet: a save that waits for the scene, and all later mail.
     held: VecDeque<Mail>,
-    /// Number of times that the scene was loaded for the save at hand.
+    /// Number of loads of the scene for the current save.
     loads_of_save: u32,
-    /// Samples a second, of all pixels.
+    /// Samples per second over all pixels.
     rate: f64,
-    /// Whether a page shows another channel than before.
+    /// True if a page shows another channel than before.
     has_new_channel: bool,
     shown: Shown,
 }
 
-/// What could be rendered, to go back to where something else cannot.
+/// State of a successful render, to return to after a failure.
 struct Good {
     options: SceneOptions,
     settings: Settings,
@@ -162,26 +166,27 @@ struct Good {
     compare: Option<String>,
 }
 
-/// What pages were shown and told last.
+/// Data that pages have received.
 struct Shown {
-    /// `None`: the next message is due at once.
+    /// Time of the last status message; `None` if a message is due at once.
     status: Option<Instant>,
-    /// Samples of the picture whose noise and exposure these are, and when they were measured.
+    /// Number of samples and time at the measurement of noise and exposure.
     measured: Option<(u64, Instant)>,
     noise: Option<f64>,
     exposure: Option<f32>,
-    /// When errors were told, and whether those of the last samples were.
+    /// Time of the last error message; true if it included the last samples.
     errors: Instant,
     told_last: bool,
 }
 
-/// Watches the mail while samples are taken.
+/// Observer that checks the mail while samples are taken.
 struct Watcher<'a> {
     hub: &'a Hub,
     end: Instant,
     samples: AtomicU64,
     host: &'a dyn Host,
-    /// Whether mail may end the slice: a preview is to have a sample of each pixel, however fast the camera moves.
+    /// True if mail may end the slice. A preview needs one sample per pixel, even if the camera
+    /// moves fast.
     is_open: AtomicBool,
 }
 
@@ -208,11 +213,11 @@ impl Observer for Watcher<'_> {
 }
 
 impl<'a> Engine<'a> {
-    /// An engine for `session`, which `request` asked for.
+    /// An engine for `session`, the session of `request`.
     ///
     /// # Errors
     ///
-    /// Settings to compare that cannot be.
+    /// Invalid settings to compare.
     pub fn new(
         hub: &'a Hub,
         host: &'a dyn Host,
@@ -276,23 +281,23 @@ impl<'a> Engine<'a> {
         Ok(engine)
     }
 
-    /// Renders until the user ends it. Returns true if a denoiser still works on a thread of its own.
+    /// Renders until the user ends it. Returns true if a denoiser still runs in a separate thread.
     ///
     /// # Errors
     ///
-    /// Those of the first acceleration structure; later ones are told to the pages.
+    /// Errors of the first acceleration structure. Later errors are sent to the pages.
     pub fn run(mut self, mut session: Session) -> Result<bool, Error> {
         let loading = Loading::new(self.hub);
         loading.begin("building the acceleration structure", 1);
         session.keep_accel()?;
         drop(loading);
-        // A smaller picture comes first.
+        // The first picture is a smaller one.
         self.moved = Some(Instant::now());
         self.watch.finish(&Reading::first(self.started), self.files(&session));
         self.greet(&session);
         let mut state = None;
         loop {
-            // Also where nothing can be rendered
+            // Also if nothing can be rendered
             if self.is_over() {
                 return Ok(self.denoising.is_busy());
             }
@@ -327,11 +332,11 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Tells the pages what is wrong, and goes back to what was rendered last.
+    /// Sends the error to the pages, and restores the last successful render.
     fn retreat(&mut self, words: &str) {
         self.tell_error(None, words);
         self.refuse_saves(words);
-        // Without a good one, no edit has been shown.
+        // Without a successful render, no edit was shown.
         self.edits = SceneChanges::default();
         if let Some(good) = &self.good {
             (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
@@ -341,11 +346,11 @@ impl<'a> Engine<'a> {
         }
         self.moved = None;
         self.tell_state();
-        // What was good before may be no longer, such as memory that others have taken.
+        // The last good state may fail now, for example if other programs use the memory.
         self.pending = self.read_mail(REST);
     }
 
-    /// Files that are watched.
+    /// Files to watch.
     fn files(&self, session: &Session) -> Vec<PathBuf> {
         let mut files = session.files().to_vec();
         files.push(self.path.clone());
@@ -354,13 +359,13 @@ impl<'a> Engine<'a> {
         files
     }
 
-    /// Loads the scene from its files. Where that fails, the old one stays.
+    /// Loads the scene from its files. The old scene is kept if that fails.
     fn load(&mut self, session: &mut Session) -> Result<(), String> {
         let loading = Loading::new(self.hub);
         loading.begin("reading the scene", 1);
         let reading = self.watch.begin();
         let mut request = self.host.read(&self.edits)?;
-        // What pages have set counts more than the file.
+        // Parameters of pages override the file.
         for (key, value) in &self.changes {
             parameters::set((&mut request.options, &mut request.settings), key, value.as_deref())?;
         }
@@ -368,16 +373,16 @@ impl<'a> Engine<'a> {
         self.set_aovs(&mut request.settings);
         let mut new = Session::load(&request.file, request.settings, &loading).map_err(|error| error.to_string())?;
         let is_same_shape = new.keep_accel_of(session).map_err(|error| error.to_string())?;
-        // A camera that the user has moved stays; that of the file follows the file.
+        // A camera moved by the user is kept. Otherwise the camera follows the file.
         let found = *new.camera_description();
         let has_moved = PageCamera::of(&self.camera) != PageCamera::of(&self.home);
         *session = new;
         self.hub.greet_with(None);
-        // It is of the scene as it was.
+        // The rival has the old scene.
         self.rival = None;
         self.emitting = groups::emitting(session.scene());
         self.note_groups(&request.file);
-        // Groups that are made here are not the file's.
+        // Groups made here do not belong to the file.
         if !self.edits.groups.is_empty() {
             request.lights.iter_mut().for_each(|light| light.section.group = None);
         }
@@ -394,7 +399,7 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    /// Renders the picture, or goes on with `old`; with its rival beside it, if there is one.
+    /// Renders the picture, or continues `old`, together with its rival if there is one.
     fn still(&mut self, session: &mut Session, old: Option<RenderState>) -> Result<Next, Error> {
         if !session.serves(&self.settings) {
             return Ok(Next::Scene(old.map(Box::new)));
@@ -485,7 +490,8 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Whether the samples of `state`, which `session` has taken, count for the settings that are wanted now.
+    /// Next step after a change of settings: more samples if the samples of `state`, taken by
+    /// `session`, are still valid, else a new picture.
     fn after_settings(&self, session: &Session, state: RenderState) -> Next {
         let (had, wanted) = (session.settings(), &self.settings);
         let taken = state.film.tiles().iter().map(|tile| tile.next_sample()).max();
@@ -499,7 +505,8 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Adds samples for so long, and measures the rate. Mail ends it early once `is_open`, or a pass is done.
+    /// Adds samples for `time`, and measures the rate. Mail may end it early if `is_open`, or after
+    /// a pass is complete.
     fn take_samples(&mut self, renderer: &Renderer, state: &mut RenderState, time: Duration, is_open: bool) -> Outcome {
         let start = Instant::now();
         let watcher = Watcher {
@@ -522,7 +529,8 @@ impl<'a> Engine<'a> {
         outcome
     }
 
-    /// Whether the user has ended it, or the last page was closed for long enough and that is the end.
+    /// Returns true if the user has ended the program, or if the last page is closed long enough
+    /// and this ends it.
     fn is_over(&mut self) -> bool {
         let (open, ever) = self.hub.pages();
         self.closed_since = match open == 0 && ever > 0 {
@@ -534,7 +542,7 @@ impl<'a> Engine<'a> {
     }
 }
 
-/// Mean number of samples of a pixel.
+/// Mean number of samples per pixel.
 fn samples_of(state: &RenderState) -> f64 {
     state.film.samples() as f64 / state.film.crop().area() as f64
 }

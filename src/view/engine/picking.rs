@@ -1,4 +1,4 @@
-//! What a page points at.
+//! The object and material under the pointer of a page.
 
 use super::Engine;
 use super::groups::is_of_light;
@@ -6,11 +6,11 @@ use crate::math::UVec2;
 use crate::session::Renderer;
 use serde_json::{Value, json};
 
-/// Columns and rows of an outline at most.
+/// Maximum number of columns and rows of an outline.
 const MAX_CELLS: u32 = 512;
 
 impl Engine<'_> {
-    /// The object and the material of a pixel, and where in the picture they are.
+    /// Object and material of a pixel, and their outline in the picture.
     pub(super) fn pick(&self, renderer: &Renderer, pixel: [u32; 2]) -> Result<Value, String> {
         let session = renderer.session();
         let (scene, size) = (session.scene(), session.settings().resolution);
@@ -24,7 +24,7 @@ impl Engine<'_> {
             let material = &scene.material(&picked.hit).name;
             answer["object"] = json!(scene.objects().get(scene.object(&picked.hit) as usize));
             answer["material"] = json!(material);
-            // Lamps of `[[light]]` have surfaces, whose materials cannot be changed.
+            // Lamps of `[[light]]` have surfaces with materials that cannot be changed.
             answer["is_light"] = json!(is_of_light(material));
             answer["position"] = json!(picked.position.to_array());
             answer["outline"] = json!({ "size": cells.to_array(), "runs": renderer.outline(&picked, cells) });

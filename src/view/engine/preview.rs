@@ -1,4 +1,4 @@
-//! What the moving camera sees: a smaller picture of a few samples.
+//! The picture of a moving camera: smaller, with a few samples.
 
 use super::{Change, Engine, Next, REST};
 use crate::film::Aov;
@@ -8,17 +8,17 @@ use crate::render::Outcome;
 use crate::session::{Error, Session, Settings};
 use std::time::Duration;
 
-/// Seconds that the first sample of each pixel may take.
+/// Maximum time in seconds of the first sample per pixel.
 const FIRST_SAMPLE: f64 = 0.035;
-/// A slice of time after that.
+/// Duration of the following slices.
 const SLICE: Duration = Duration::from_millis(40);
-/// Factor by which the first picture is smaller, before the rate of samples is known.
+/// Ratio of the sides of the picture and the first preview, while the sample rate is unknown.
 const FIRST_FACTOR: u32 = 6;
-/// Samples at most.
+/// Maximum number of samples per pixel.
 const SAMPLES: u32 = 32;
 
 impl Engine<'_> {
-    /// Shows what the moving camera sees.
+    /// Renders and shows the preview of the moving camera.
     pub(super) fn preview(&mut self, session: &mut Session) -> Result<Next, Error> {
         let (mut settings, camera) = (self.preview_settings(SAMPLES), self.camera);
         settings.resolution = self.preview_size();
@@ -52,7 +52,7 @@ impl Engine<'_> {
         }
     }
 
-    /// Size of a picture that is there in a moment.
+    /// Size of a picture that renders fast enough.
     fn preview_size(&self) -> UVec2 {
         let size = self.settings.resolution;
         let pixels = f64::from(size.x) * f64::from(size.y);
@@ -63,7 +63,7 @@ impl Engine<'_> {
         UVec2::max(size / factor, UVec2::ONE)
     }
 
-    /// Settings of a picture of a few samples, by a method that makes nothing before its first sample.
+    /// Settings of a picture with few samples, by a method without preparation.
     pub(super) fn preview_settings(&self, samples: u32) -> Settings {
         let mut settings = Settings {
             spp: samples,
@@ -72,7 +72,7 @@ impl Engine<'_> {
             light_paths: Vec::new(),
             ..self.settings.clone()
         };
-        // What other methods make before their first sample takes too long.
+        // The preparation of other methods takes too long.
         use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Light, Naive, OneSample, Path, Whitted};
         let kind = settings.method().kind();
         if !matches!(

@@ -1,4 +1,5 @@
-//! A second render of the same view with other settings. Both take turns: the one that has rendered for less time is next, so what pages see of them took the same time.
+//! A second render of the same view with other settings. The renders alternate: the one with less
+//! render time is next, so pages see both after equal time.
 
 use super::denoising::is_whole;
 use super::{Change, Engine, samples_of};
@@ -13,13 +14,13 @@ use crate::view::parameters;
 use serde_json::json;
 use std::time::{Duration, Instant};
 
-/// Between two measurements of errors, which look at all pixels.
+/// Minimum time between two measurements of errors, which read all pixels.
 const MEASURING: Duration = Duration::from_millis(500);
 
 /// The scene of the second render.
 pub(super) struct Rival {
     session: Session,
-    /// What its settings are, over those of the picture.
+    /// Its settings, which override the settings of the picture.
     text: String,
 }
 
@@ -42,17 +43,17 @@ impl<'a> Turns<'a> {
         })
     }
 
-    /// Whether the rival is to render next, beside a picture of `state`.
+    /// Returns true if the rival must render next, beside a picture of `state`.
     pub fn is_next(&self, state: &RenderState, is_complete: bool) -> bool {
         !self.is_complete && (is_complete || self.state.seconds < state.seconds)
     }
 }
 
-/// `KEY=VALUE` or the name of an integrator, joined by `+`, as keys and values.
+/// Splits `KEY=VALUE` or names of integrators, joined by `+`, into keys and values.
 ///
 /// # Errors
 ///
-/// A part that is neither.
+/// A part of another form.
 fn parts(text: &str) -> Result<Vec<(&str, &str)>, String> {
     let is_integrator = |part: &str| IntegratorKind::NAMES.iter().any(|(name, _)| *name == part);
     text.split('+')
@@ -68,11 +69,12 @@ fn parts(text: &str) -> Result<Vec<(&str, &str)>, String> {
 }
 
 impl Engine<'_> {
-    /// Has `first` be the settings of the picture, over what they are, and `second` those beside it.
+    /// Applies the settings `first` to the picture, and renders with the settings `second` beside
+    /// it.
     ///
     /// # Errors
     ///
-    /// Settings that are not there, or cannot have a value.
+    /// Unknown settings or invalid values.
     pub(super) fn compare(&mut self, first: &str, second: &str) -> Result<(), String> {
         let (mut options, mut settings) = (self.options, self.settings.clone());
         for (key, value) in parts(first)? {
@@ -87,14 +89,14 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// The settings of the picture, with those of `text` over them.
+    /// Settings of the picture, overridden by `text`.
     ///
     /// # Errors
     ///
-    /// Settings that are not there, or cannot have a value.
+    /// Unknown settings or invalid values.
     pub(super) fn settings_beside(&self, text: &str) -> Result<Settings, String> {
         let (mut options, mut settings) = (self.options, self.settings.clone());
-        // Channels of the saved picture, which the other method may not support
+        // Remove channels of the saved picture, which the other method may not support
         settings.aovs.clear();
         settings.light_paths.clear();
         for (key, value) in parts(text)? {
@@ -107,11 +109,12 @@ impl Engine<'_> {
         Ok(settings)
     }
 
-    /// The render beside that of `session`, which is seen by the same camera; `None` where nothing is to be compared.
+    /// The second render beside the render of `session`, with the same camera; `None` without a
+    /// comparison.
     ///
     /// # Errors
     ///
-    /// Settings that cannot be. Nothing is compared then.
+    /// Invalid settings. The comparison then ends.
     pub(super) fn next_rival(&mut self, session: &Session) -> Result<Option<Rival>, Error> {
         let known = self.rival.take();
         let Some(text) = self.compare.clone() else {
@@ -140,12 +143,12 @@ impl Engine<'_> {
         Ok(rival)
     }
 
-    /// Renders the rival for as long as the picture has been rendered, and `slice` at least.
+    /// Renders the rival for one `slice` of time.
     pub(super) fn take_turn(&mut self, turns: &mut Turns, slice: Duration) {
         let rate = self.rate;
         let before = turns.state.film.samples();
         let outcome = self.take_samples(&turns.renderer, &mut turns.state, slice, true);
-        // It is that of the picture.
+        // The rate belongs to the picture.
         self.rate = rate;
         turns.is_complete = outcome == Outcome::Complete;
         if turns.state.film.samples() > before || turns.is_complete {
@@ -153,7 +156,7 @@ impl Engine<'_> {
         }
     }
 
-    /// Shows the rival on pages that want it.
+    /// Shows the rival on the pages that show its channel.
     pub(super) fn show_rival(&self, turns: &Turns, is_final: bool) {
         if turns.state.is_empty() || !self.hub.channels().contains(RIVAL) {
             return;
@@ -165,7 +168,8 @@ impl Engine<'_> {
         self.hub.show(RIVAL, &frame);
     }
 
-    /// Tells pages now and then, or where it `is_over`, how far apart the pictures are, and how far from the reference.
+    /// Sends pages the difference of the pictures and their errors against the reference, at
+    /// intervals or if the picture `is_over`.
     pub(super) fn tell_errors(&mut self, state: &RenderState, turns: Option<&Turns>, is_over: bool) {
         let is_wanted = turns.is_some() || self.reference.is_some();
         let is_due = self.shown.errors.elapsed() >= MEASURING;
@@ -188,7 +192,7 @@ impl Engine<'_> {
         }));
     }
 
-    /// Compares with `text` from now on, or no longer.
+    /// Starts a comparison with `text`, or ends the comparison.
     pub(super) fn change_compare(&mut self, text: Option<String>) -> Result<Change, String> {
         if let Some(text) = &text {
             self.settings_beside(text)?;
@@ -198,7 +202,7 @@ impl Engine<'_> {
     }
 }
 
-/// The light of each pixel.
+/// Light of each pixel.
 fn picture(state: &RenderState) -> RgbImage {
     let size = state.film.crop().size();
     let values = half_picture::light(&state.film);

@@ -1,8 +1,9 @@
 //! Saves the camera, and changes of materials and lights, in the scene file.
 //!
-//! Only what has been loaded is saved: a save after an edit waits until the scene with the edit has been loaded, and is
-//! refused if it cannot be. The new contents are checked as `render` would read them, and replace the file under a lock
-//! if it still has the contents that were loaded. A file that others have changed is loaded first.
+//! Only a loaded state is saved. A save after an edit waits until the scene with the edit is
+//! loaded, and is refused if loading fails. The new contents are checked as `render` would read
+//! them. They replace the file under a lock, if it still has the loaded contents. A file changed by
+//! other programs is loaded first.
 
 use super::{Change, Engine};
 use crate::files::read_text;
@@ -17,7 +18,7 @@ use serde_json::json;
 const MAX_LOADS: u32 = 3;
 
 impl SavedPart {
-    /// Begins sentences about the part.
+    /// Start of a sentence about the part.
     fn subject(self) -> &'static str {
         match self {
             Self::Camera => "The camera is",
@@ -26,7 +27,7 @@ impl SavedPart {
     }
 }
 
-/// The part that mail asks to save, and the page that asks.
+/// Part that mail requests to save, and the page of the request.
 fn saved_by(mail: &Mail) -> Option<(PageId, SavedPart)> {
     match mail {
         Mail::Command(page, Command::SaveCamera {}) => Some((*page, SavedPart::Camera)),
@@ -35,13 +36,14 @@ fn saved_by(mail: &Mail) -> Option<(PageId, SavedPart)> {
     }
 }
 
-/// Returns true if mail asks for a save.
+/// Returns true if mail requests a save.
 pub(super) fn is_save(mail: &Mail) -> bool {
     saved_by(mail).is_some()
 }
 
 impl Engine<'_> {
-    /// Saves `part`. A file that others have changed is loaded before, and the `command` is obeyed after that.
+    /// Saves `part`. A file changed by other programs is loaded first, and `command` is executed
+    /// again after that.
     pub(super) fn save(&mut self, page: PageId, part: SavedPart, command: Command) -> Change {
         if self.refuses_bare_obj(page, part) {
             return Change::Nothing;
@@ -65,7 +67,7 @@ impl Engine<'_> {
         Change::Nothing
     }
 
-    /// Refuses the saves that wait for a scene, which could not be loaded because of `words`.
+    /// Refuses the saves that wait for a scene. The scene could not be loaded because of `words`.
     pub(super) fn refuse_saves(&mut self, words: &str) {
         while let Some((page, part)) = self.held.front().and_then(saved_by) {
             self.held.pop_front();
@@ -74,8 +76,8 @@ impl Engine<'_> {
         self.loads_of_save = 0;
     }
 
-    /// Replaces the scene file by one with another `part`. Returns `None` if the file has other contents than were
-    /// loaded.
+    /// Replaces `part` in the scene file. Returns `None` if the file differs from the loaded
+    /// contents.
     fn write(&mut self, part: SavedPart) -> Result<Option<Saved>, String> {
         let words = |error: FileError| error.to_string();
         let text = match part {
@@ -83,7 +85,7 @@ impl Engine<'_> {
             SavedPart::Changes => scene_file::with_changes(&self.text, &self.edits.materials, &self.edits.lights),
         };
         let text = text.map_err(|message| words(FileError::new(&self.path, message)))?;
-        // The check may take long, and is in vain if the file has changed.
+        // The check may take long, and is useless if the file has changed.
         if read_text(&self.path, "the scene file").map_err(words)? != self.text {
             return Ok(None);
         }
@@ -96,13 +98,13 @@ impl Engine<'_> {
         Ok(saved)
     }
 
-    /// The error of a file that others change again and again.
+    /// Error for a file that other programs change repeatedly.
     fn unsteady(&self) -> FileError {
         let error = FileError::new(&self.path, "the file changes while it is saved");
         error.help("save again when no other program writes it")
     }
 
-    /// Tells that a bare OBJ cannot store `part`. Returns true if the scene is one.
+    /// Reports that a bare OBJ cannot store `part`. Returns true if the scene is a bare OBJ.
     fn refuses_bare_obj(&self, page: PageId, part: SavedPart) -> bool {
         if self.file.is_file() {
             return false;
@@ -119,19 +121,19 @@ impl Engine<'_> {
         true
     }
 
-    /// Tells the page that `part` was not saved.
+    /// Reports to the page that `part` was not saved.
     fn refuse(&self, page: PageId, part: SavedPart, words: &str) {
         self.tell_error(Some(page), &format!("{} not saved: {words}", part.subject()));
     }
 
-    /// Tells the page that `part` was saved: it belongs to the scene file from now on.
+    /// Reports to the page that `part` was saved. It is now part of the scene file.
     fn note_saved(&mut self, page: PageId, part: SavedPart, saved: &Saved) {
         match part {
             SavedPart::Camera => self.home = self.camera,
             SavedPart::Changes => {
                 self.edits.materials.clear();
                 self.edits.lights.clear();
-                // A later edit that fails must not bring them back.
+                // A later edit that fails must not restore them.
                 if let Some(good) = &mut self.good {
                     good.edits = self.edits.clone();
                 }

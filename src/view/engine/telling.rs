@@ -1,4 +1,4 @@
-//! What pages are told and shown.
+//! Messages and pictures for pages.
 
 use super::denoising::can_denoise;
 use super::groups::of_users;
@@ -19,22 +19,23 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Instant;
 
-/// What a frame has of a film.
+/// Content of a frame.
 enum Values {
-    /// Its light, with the coverage of its background.
+    /// Light with the coverage of the background.
     Light,
-    /// These three numbers of each pixel.
+    /// Three numbers per pixel.
     Channel(Vec<f32>),
 }
 
 impl Engine<'_> {
-    /// Shows `state` on the pages, each its channel. In place of the denoised picture, the noisy one is shown until the denoiser is done.
+    /// Shows the channels of `state` on the pages. Pages get the noisy picture until the denoiser
+    /// is done.
     pub(super) fn show(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
         let mut channels = self.hub.channels();
         let size = state.film.crop().size().to_array();
         let is_preview = self.moved.is_some();
         if is_preview {
-            // A page that comes has pixels at once.
+            // A new page gets pixels at once.
             channels.insert(half_picture::PICTURE.into());
         }
         let tone = renderer.session().settings().tone;
@@ -65,7 +66,7 @@ impl Engine<'_> {
             let values = match channel.as_str() {
                 frame::RIVAL if !is_preview => None,
                 frame::DENOISED if denoised.is_some() => {
-                    // For pages that came since
+                    // For pages that were opened since
                     if let Some(frame) = denoised.filter(|_| is_last) {
                         self.hub.show(channel, frame);
                     }
@@ -78,7 +79,7 @@ impl Engine<'_> {
                         &layers,
                     )))
                 }
-                // A moving camera shows one of two renders that are compared.
+                // A moving camera shows only one of the two compared renders.
                 half_picture::PICTURE | frame::DENOISED | frame::LIGHTS | frame::RIVAL => Some(Values::Light),
                 half_picture::IDS => {
                     half_picture::ids(developed.get_or_insert_with(|| renderer.develop(state))).map(Values::Channel)
@@ -100,7 +101,7 @@ impl Engine<'_> {
         }
     }
 
-    /// What each page is told first.
+    /// Sends the first messages for each page.
     pub(super) fn greet(&self, session: &Session) {
         let scene = session.scene();
         let bounds = scene.bounds();
@@ -131,7 +132,7 @@ impl Engine<'_> {
         self.tell_state();
     }
 
-    /// Tells pages camera and settings.
+    /// Sends camera and settings to the pages.
     pub(super) fn tell_state(&self) {
         let state = json!({
             "type": "state",
@@ -147,7 +148,7 @@ impl Engine<'_> {
         self.hub.greet("2 state", &state.to_string());
     }
 
-    /// Tells pages how far the render is, now and then, or `at_once`.
+    /// Sends the progress of the render to the pages, at intervals or `at_once`.
     pub(super) fn tell_status(&mut self, renderer: &Renderer, state: &RenderState, is_complete: bool, at_once: bool) {
         let is_early = self.shown.status.is_some_and(|told| told.elapsed() < STATUS);
         if is_early && !at_once {
@@ -160,7 +161,7 @@ impl Engine<'_> {
         if samples > 0 && !self.shown.measured.is_some_and(is_known) {
             self.shown.measured = Some((samples, Instant::now()));
             self.shown.noise = state.film.relative_error();
-            // That of the denoised picture counts more.
+            // The exposure of the denoised picture has priority.
             if self.denoising.shown().is_none() {
                 let tone = settings.tone;
                 let exposure = tone.exposure.stops();
@@ -195,7 +196,8 @@ impl Engine<'_> {
     }
 }
 
-/// The keys of a material that have a meaning for it, and their values; number, size and mean colour of its textures.
+/// Applicable keys of a material with their values, and number, size and mean colour of its
+/// textures.
 fn of_material(material: &Material, scene: &Scene) -> Value {
     let textures = material.maps.by_key().into_iter().filter_map(|(key, map)| {
         let id = map?.texture.0;
@@ -211,14 +213,14 @@ fn of_material(material: &Material, scene: &Scene) -> Value {
     })
 }
 
-/// The keys of a light that the scene file has, and their values.
+/// Keys of a light in the scene file, with their values.
 fn light(light: &FileLight) -> Value {
     json!({ "index": light.index, "keys": keys_of(&light.section) })
 }
 
-/// The keys of a section that have values.
+/// Keys of a section that have values.
 fn keys_of(section: &impl Serialize) -> Value {
-    // As text first, which has numbers in as few digits as tell them.
+    // Via text, which writes numbers with the shortest decimals.
     let text = serde_json::to_string(section).unwrap_or_default();
     let mut keys = serde_json::from_str(&text).unwrap_or(Value::Null);
     if let Value::Object(keys) = &mut keys {

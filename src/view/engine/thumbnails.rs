@@ -1,4 +1,4 @@
-//! Small pictures for pages: of views, and of textures.
+//! Small pictures for pages, of views and of textures.
 
 use super::denoising::is_whole;
 use super::{Engine, MOMENT};
@@ -14,13 +14,13 @@ use crate::view::protocol::PageCamera;
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
 
-/// Longer side of the picture of a view, and its samples.
+/// Longer side in pixels of the picture of a view, and its samples per pixel.
 const VIEW_SIDE: u32 = 224;
 const VIEW_SAMPLES: u32 = 8;
-/// Longer side of the picture of a texture.
+/// Longer side in pixels of the picture of a texture.
 const TEXTURE_SIDE: f32 = 96.0;
 
-/// The picture of a view that is yet to be made.
+/// A view that needs a thumbnail.
 pub(super) struct View {
     page: PageId,
     index: usize,
@@ -28,7 +28,7 @@ pub(super) struct View {
 }
 
 impl Engine<'_> {
-    /// Tells `page` cameras to choose from. Their pictures follow.
+    /// Sends candidate cameras to `page`. Their pictures follow.
     pub(super) fn list_views(&mut self, page: PageId, session: &Session) -> Result<(), Error> {
         let cameras = session.views()?;
         let views = cameras.iter().enumerate().map(|(index, (_, guess))| View {
@@ -49,7 +49,7 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// Makes the pictures of views, until a page asks for something that cannot wait.
+    /// Makes thumbnails of views until urgent mail arrives.
     pub(super) fn picture_views(&mut self, session: &mut Session) -> Result<(), Error> {
         let mut settings = self.preview_settings(VIEW_SAMPLES);
         let size = self.settings.resolution;
@@ -62,11 +62,11 @@ impl Engine<'_> {
             let renderer = session.renderer()?;
             let mut state = renderer.start();
             let rate = self.rate;
-            // A picture with gaps is none.
+            // A picture with gaps is invalid.
             while !is_whole(&state) && !self.hub.is_urgent() && !self.is_over() {
                 self.take_samples(&renderer, &mut state, MOMENT, false);
             }
-            // It is that of larger pictures.
+            // The rate belongs to larger pictures.
             self.rate = rate;
             if !is_whole(&state) {
                 self.views.push_front(view);
@@ -74,7 +74,7 @@ impl Engine<'_> {
             }
             let mut image = renderer.develop(&state);
             let mut metadata = renderer.metadata(&state, false);
-            // The picture of a view may keep its noise.
+            // If denoising fails, the thumbnail keeps its noise.
             let _ = renderer.denoise(&mut image, &mut metadata);
             let (channels, bytes) = display_bytes(&image, &metered(settings.tone, &image));
             if let Ok(png) = png_bytes(channels, settings.resolution.to_array(), &bytes) {
@@ -87,7 +87,7 @@ impl Engine<'_> {
     }
 }
 
-/// A small PNG of the texture with this number.
+/// A small PNG of the texture with the number `id`.
 pub(super) fn texture_png(scene: &Scene, id: u32) -> Result<Vec<u8>, String> {
     let texture = scene.textures().get(id as usize);
     let texture = texture.ok_or_else(|| format!("the scene has no texture number {id}"))?;

@@ -1,4 +1,4 @@
-// A material as a ball in a small studio, drawn from its keys: a guess of what the render makes of it, there at once.
+// A material as a ball in a small studio, drawn at once from its keys. It approximates the render.
 
 import { ofHex } from "./keys.js";
 
@@ -21,7 +21,7 @@ const LAMPS = [
   [unit([-0.75, -0.1, -0.65]), 0.9, 1.2],
 ];
 
-// Light of the studio from a direction, blurred: a dark floor, a bright ceiling, and the lamps.
+// Blurred light of the studio from a direction: a dark floor, a bright ceiling, and the lamps.
 function studio(way, blur) {
   const wide = 0.03 + 0.55 * blur;
   let light = mix(0.1, 0.75, smooth(-0.25 - wide, 0.6 + wide, way[1]));
@@ -32,7 +32,7 @@ function studio(way, blur) {
   return light;
 }
 
-// Light that a matte surface gets.
+// Irradiance of a matte surface.
 const irradiance = (n) => 0.42 + 0.22 * n[1] + LAMPS.reduce((sum, [to, , radiance]) => sum + 0.16 * radiance * Math.max(0, dot(n, to)), 0);
 
 // A colour of a scene file as three linear numbers.
@@ -42,7 +42,7 @@ function three(value, usual) {
   return Array(3).fill(value ?? usual);
 }
 
-// What of a material's keys the ball needs.
+// Parameters of the ball from a material's keys.
 function looks(keys) {
   const diffuse = three(keys.diffuse, 0);
   const specular = three(keys.specular, 0);
@@ -69,7 +69,7 @@ function looks(keys) {
   };
 }
 
-// What light sees through a ball of glass: it is refracted twice, and the picture stands on its head.
+// Studio light seen through a ball of glass: refracted twice, with the image upside down.
 function through(n, index, blur) {
   const cos = n[2];
   const sin = Math.sqrt(Math.max(0, 1 - cos * cos)) / index;
@@ -79,7 +79,7 @@ function through(n, index, blur) {
   return studio([(-n[0] / side) * bend, (-n[1] / side) * bend, -Math.cos(turn)], blur);
 }
 
-// Draws the ball into `canvas`, as large as it is on the page.
+// Draws the ball into `canvas` at its size on the page.
 export function drawBall(canvas, keys, side = 46) {
   const size = Math.round(side * (window.devicePixelRatio || 1));
   [canvas.width, canvas.height] = [size, size];

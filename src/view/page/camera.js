@@ -1,4 +1,4 @@
-// The camera of the page: vectors, moves, undo, and what is said of it as text.
+// The camera of the page: vectors, moves, undo, and its text.
 
 export const add = (a, b) => a.map((x, i) => x + b[i]);
 export const sub = (a, b) => a.map((x, i) => x - b[i]);
@@ -8,20 +8,20 @@ export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * 
 export const length = (a) => Math.sqrt(dot(a, a));
 export const unit = (a) => mul(a, 1 / (length(a) || 1));
 
-// `v` turned by `angle` around the unit `axis` (Rodrigues).
+// `v` rotated by `angle` around the unit vector `axis` (Rodrigues).
 function turned(v, axis, angle) {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   return add(add(mul(v, c), mul(cross(axis, v), s)), mul(axis, dot(axis, v) * (1 - c)));
 }
 
-// Right, up and forward.
+// Vectors to the right, up and forward.
 export function axes(camera) {
   const forward = unit(sub(camera.look_at, camera.position));
   const right = unit(cross(forward, camera.up));
   return [right, cross(right, forward), forward];
 }
 
-// A point's place in the picture, in pixels, and its depth; null behind the camera.
+// Position of a point in the picture in pixels, and its depth; null behind the camera.
 export function project(camera, [width, height], point) {
   const [right, up, forward] = axes(camera);
   const to = sub(point, camera.position);
@@ -42,7 +42,7 @@ export class Camera extends EventTarget {
   extent = 1;
   #gesture = false;
 
-  // What the render says it is; a page's own moves come back as they went.
+  // Sets the camera of the render. The page's own moves come back unchanged.
   adopt(camera) {
     this.now = camera;
     this.#changed(false);
@@ -90,7 +90,7 @@ export class Camera extends EventTarget {
     return length(sub(this.now.look_at, this.now.position));
   }
 
-  // Around the target, by radians.
+  // Rotates around the target, angles in radians.
   orbit(right, down) {
     const c = this.now;
     const up = unit(c.up);
@@ -103,7 +103,7 @@ export class Camera extends EventTarget {
     this.to({ ...c, position: add(c.look_at, next) }, true);
   }
 
-  // Around the camera itself, by radians.
+  // Rotates the camera in place, angles in radians.
   look(right, down) {
     const c = this.now;
     const up = unit(c.up);
@@ -113,7 +113,7 @@ export class Camera extends EventTarget {
     this.to({ ...c, look_at: add(c.position, next) }, true);
   }
 
-  // By shares of the picture's height.
+  // Moves parallel to the picture, in fractions of its height.
   pan(right, down) {
     const c = this.now;
     const size = 2 * Math.tan((c.vertical_fov * Math.PI) / 360) * this.distance;
@@ -121,13 +121,13 @@ export class Camera extends EventTarget {
     this.shift(add(mul(x, -right * size), mul(y, down * size)));
   }
 
-  // By a vector of the scene.
+  // Moves by a vector in scene space.
   shift(by) {
     const c = this.now;
     this.to({ ...c, position: add(c.position, by), look_at: add(c.look_at, by) }, true);
   }
 
-  // Nearer to the target, by a factor of the distance. What was in focus at the target stays so.
+  // Moves towards the target by a factor of the distance. A focus on the target is kept.
   dolly(factor) {
     const c = this.now;
     const position = add(c.look_at, mul(sub(c.position, c.look_at), factor));
@@ -135,7 +135,7 @@ export class Camera extends EventTarget {
     this.to({ ...c, position, focus_distance: isFocused ? c.focus_distance * factor : c.focus_distance }, true);
   }
 
-  // Along its own axes, in steps of the walking speed.
+  // Moves along the camera axes, in steps of the walking speed.
   walk(right, up, forward) {
     const [x, y, z] = axes(this.now);
     const step = this.extent * 0.02 * 10 ** this.speed;
@@ -174,7 +174,7 @@ export class Camera extends EventTarget {
   }
 }
 
-// The fewest digits that give the same 32-bit float, which is what the render takes.
+// The shortest digits that give the same 32-bit float, because the render uses 32 bits.
 export function short(x) {
   const single = Math.fround(x);
   for (let digits = 1; digits < 10; digits += 1) {

@@ -1,11 +1,11 @@
-// Undoes the coding of pictures for slow links: the other end is src/core/io/packed.rs.
+// Decodes pictures for slow links. The encoder is src/core/io/packed.rs.
 
-// The bits of 16-bit floats, of which `rounding` last ones were left out.
+// Bits of 16-bit floats. The encoder removed the last `rounding` bits.
 export async function unpack(bytes, width, { rounding, values }) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   const planes = new Uint8Array(await new Response(stream).arrayBuffer());
   const count = values / 3;
-  // Green, and red and blue less green, as signed numbers that wrap around
+  // Green, and the differences of red and blue to green, as signed numbers that wrap around
   const channels = [0, 1, 2].map((c) => {
     const low = planes.subarray(2 * c * count, (2 * c + 1) * count);
     const high = planes.subarray((2 * c + 1) * count, (2 * c + 2) * count);

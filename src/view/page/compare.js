@@ -1,4 +1,4 @@
-// Two renders side by side: which settings, how far apart they are, and their errors over time.
+// Two renders side by side: settings, difference, and errors over time.
 
 import { $, duration, element, number } from "./controls.js";
 import { allow } from "./fields.js";
@@ -26,7 +26,7 @@ export class Compare {
     $("integrator-names").replaceChildren(...integrators.map(({ name }) => element("option", { value: name })));
   }
 
-  // What the render says is compared.
+  // Sets the text of the comparison from the render.
   update(text) {
     if (document.activeElement !== $("compare-with")) $("compare-with").value = text ?? "";
     allow("compare-off", text ? "" : "nothing is compared");
@@ -45,11 +45,11 @@ export class Compare {
 
   show({ first, second, between }) {
     const last = this.points.at(-1);
-    // The camera has moved, or a setting was changed.
+    // The camera has moved, or a setting has changed.
     if (last && first.seconds < last.first.seconds) this.points = [];
     this.points.push({ first, second, between });
     if (this.points.length > 2000) this.points = this.points.filter((_, i) => i % 2);
-    // Styles are set by script: the page's policy forbids them in attributes.
+    // The script sets styles, because the page's policy forbids style attributes.
     const dot = (colour) => {
       const made = element("span", { class: "dot" });
       made.style.background = colour;
@@ -70,7 +70,7 @@ export class Compare {
     this.draw();
   }
 
-  // Errors over seconds, both logarithmic. Without a reference it is that of one against the other.
+  // Errors over seconds, both logarithmic. Without a reference: the difference between the renders.
   draw() {
     const canvas = $("error-chart");
     const { points } = this;

@@ -1,4 +1,4 @@
-// The controls beside the picture: tabs, and a control for each parameter that the render knows.
+// Controls beside the picture: tabs and helper functions for controls.
 
 export const $ = (id) => document.getElementById(id);
 
@@ -26,7 +26,7 @@ export function tabs(onChoose = () => {}) {
       button.setAttribute("aria-controls", panel.id);
       panel.hidden = !isChosen;
     }
-    // Canvases of panels are drawn when they are seen.
+    // Canvases of panels are drawn when they become visible.
     window.dispatchEvent(new Event("resize"));
     onChoose(chosen.dataset.tab);
   };
@@ -44,7 +44,7 @@ export function tabs(onChoose = () => {}) {
   return (name) => choose(buttons.find((button) => button.dataset.tab === name));
 }
 
-// Numbers as people write them.
+// A number in short form for users.
 export function number(x, digits = 3) {
   if (x === null || x === undefined) return "–";
   if (Math.abs(x) >= 1e6) return `${(x / 1e6).toPrecision(digits)} million`;
@@ -58,7 +58,7 @@ export function duration(seconds) {
   return minutes < 60 ? `${minutes} min ${Math.round(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 
-// Copies text, also where the page may not use the clipboard: it is selected then.
+// Copies text. If the clipboard is unavailable, the text is selected.
 export async function copy(area, text) {
   area.value = text;
   area.select();

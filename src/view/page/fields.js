@@ -1,37 +1,39 @@
-// Fields of panels: names with keys, sliders with numbers, and buttons that say why they cannot be pressed.
+// Fields of panels: names with keys, sliders with numbers, and buttons that explain why they are
+// disabled.
 
 import { $, element } from "./controls.js";
 import { nameOf, unitOf } from "./names.js";
 
-// The name of a field, with its key in small type.
+// Name of a field, with its key in small type.
 export function nameWithKey(key, name = nameOf(key)) {
   return element("span", { class: "name" }, name, element("code", {}, key));
 }
 
-// The filled part of a slider's track.
+// Sets the filled part of a slider's track.
 export function fill(slider) {
   const [min, max, value] = [slider.min, slider.max, slider.value].map(Number);
   slider.style.setProperty("--share", `${max > min ? (100 * (value - min)) / (max - min) : 0}%`);
 }
 
-// Fills all sliders that a user drags.
+// Updates the filled part of sliders that a user drags.
 document.addEventListener("input", ({ target }) => target.type === "range" && fill(target));
 
-// Sets a slider of the page.
+// Sets the value of a slider.
 export function setSlider(slider, value) {
   slider.value = value;
   fill(slider);
 }
 
-// As many digits as a field can show.
+// Rounds to the number of digits that a field can show.
 export const decimals = (x) => Number(x.toPrecision(5));
 
-// A slider and a number that are one value. `range` goes from `min` to `max`, by factors if `isLogarithmic`; the number may be outside of it, but not outside of `ends`.
-// `isText` allows names in place of the number. `send` is called once a drag has ended.
+// A slider and a number field for one value. `range` goes from `min` to `max`, in factors if
+// `isLogarithmic`. The number may be outside `range`, but not outside `ends`. `isText` also allows
+// names. `send` is called at the end of a drag.
 export function sliderAndNumber({ key, words, value, range: [min, max, isLogarithmic], isInteger = false, isText = false, ends = {}, send, attributes = {} }) {
   const isSet = value !== undefined && value !== "" && Number.isFinite(Number(value));
   const start = isLogarithmic ? Math.max(min, 1e-6) : min;
-  // A slider of factors has logarithms.
+  // A slider of factors is logarithmic.
   const toPlace = (x) => (isLogarithmic ? Math.log(Math.max(x, start) / start) / Math.log(max / start) : (x - min) / (max - min));
   const toValue = (place) => {
     const x = isLogarithmic ? start * (max / start) ** place : min + place * (max - min);
@@ -57,7 +59,7 @@ export function sliderAndNumber({ key, words, value, range: [min, max, isLogarit
   return { parts: [slider, box], number, show };
 }
 
-// Lets a button be pressed, or says on it why it cannot be.
+// Enables a button, or disables it with a reason.
 export function allow(id, reason) {
   const button = $(id);
   button.dataset.title ??= button.title;

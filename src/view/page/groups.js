@@ -1,4 +1,5 @@
-// Light groups: the light of each comes by itself, so that its strength and colour are the page's work.
+// Light groups: the light of each group is separate, so the page can change its strength and
+// colour.
 
 import { element } from "./controls.js";
 import { fill } from "./fields.js";
@@ -6,7 +7,7 @@ import { HALVES, decode, toHalves } from "./tone.js";
 
 const cache = new WeakMap();
 
-// The frame of a picture with the factors of its groups, by name.
+// Frame of a picture with the factors of its groups, by name.
 export function relit(frame, weights) {
   const key = JSON.stringify(frame.groups.map((name) => weights.get(name) ?? [1, 1, 1]));
   const known = cache.get(frame);
@@ -27,7 +28,7 @@ export function relit(frame, weights) {
   return lit;
 }
 
-// The controls of all groups: strength in stops, colour, off, and each alone.
+// Controls of all groups: strength in stops, colour, off, and solo.
 export class Groups {
   names = [];
   settings = new Map();
@@ -36,7 +37,7 @@ export class Groups {
     Object.assign(this, { place, onChange });
   }
 
-  // Makes controls for groups of these names, where they are others than before.
+  // Makes controls for groups with these names, if the names have changed.
   build(names) {
     if (names.length === 0 || names.join("\n") === this.names.join("\n")) return;
     this.names = names;

@@ -1,10 +1,11 @@
-// Mouse and keys, shown over the picture until the first action, once for each browser.
+// Hints for mouse and keys over the picture. They are shown once per browser, until the first
+// action.
 
 import { $ } from "./controls.js";
 
 const SEEN = "embrasure.hints-seen";
 
-// The browser may keep nothing.
+// The browser may not allow storage.
 const stored = (key) => {
   try {
     return localStorage.getItem(key);
@@ -16,7 +17,7 @@ export function store(key, value) {
   try {
     localStorage.setItem(key, value);
   } catch {
-    // It is asked again then.
+    // The hints are then shown again.
   }
 }
 export { stored };
@@ -27,7 +28,7 @@ export class Hints {
     $("help").addEventListener("click", () => this.show($("hints").hidden));
   }
 
-  // Shows them if they were not seen before.
+  // Shows the hints if they were not seen before.
   begin() {
     if (stored(SEEN) === null) this.show(true);
   }

@@ -1,4 +1,4 @@
-// The paths of a pixel: over the picture, in space from another angle, and as numbers.
+// Paths of a pixel: over the picture, in space from another angle, and as numbers.
 
 import { $, element, number } from "./controls.js";
 import { add, cross, dot, mul, project, sub, unit } from "./camera.js";
@@ -7,7 +7,7 @@ const BOUNCE = "#ffd166";
 const SHADOW = "#4cc9f0";
 const SHARED = "#f277b6";
 
-// The segments of all paths: from, to, and what goes along them.
+// Segments of all paths: start, end and colour.
 function segments(facts) {
   const found = [];
   for (const sample of facts.samples) {
@@ -22,7 +22,7 @@ function segments(facts) {
           found.push({ from: vertex.position, to: far, colour: SHADOW, isDashed: true, isFaint: !isLit });
         }
       }
-      // Ends of paths that pixels share
+      // Ends of shared paths
       for (const { vertex, end } of trace.contributions) {
         if (end && vertex !== null) found.push({ from: trace.vertices[vertex].position, to: end, colour: SHARED });
       }
@@ -31,26 +31,26 @@ function segments(facts) {
   return found;
 }
 
-// The number of a vertex, behind that of its trace where there are several.
+// Number of a vertex, preceded by the number of its trace if there are several.
 const label = (traces, trace, vertex) => (traces.length > 1 ? `${trace}.${vertex}` : String(vertex));
 
-// The vertex at which light was found.
+// Vertex that found the light.
 const vertexOf = (traces, trace, { vertex }) => (vertex === null || vertex === undefined ? "–" : label(traces, trace, vertex));
 
-// How light was found.
+// Technique that found the light.
 function technique({ by, s, t, mis_weight, owner }) {
   const weight = mis_weight === undefined ? "" : `, MIS weight ${number(mis_weight)}`;
   if (s !== undefined) return `${by} s = ${s}, t = ${t}${weight}`;
   return owner ? `${by} of pixel ${owner.join(", ")}` : by;
 }
 
-// A light has no name, but a number, and perhaps a group.
+// A light has no name, only a number and possibly a group.
 function nameOf(light) {
   const isGroup = light.group && light.group !== "default";
   return `${light.type} light ${light.id}${isGroup ? ` (${light.group})` : ""}`;
 }
 
-// What happens at a vertex, in lines.
+// Events at a vertex, one per line.
 function events({ emission = [], light_samples = [], scattering = [], photons = [], light }) {
   const strength = (radiance) => number(Math.max(...radiance));
   const met = emission.map((e) => `meets ${nameOf(e.light)}: ${strength(e.radiance)}, MIS weight ${number(e.mis_weight)}`);
@@ -61,7 +61,7 @@ function events({ emission = [], light_samples = [], scattering = [], photons = 
   });
   const scattered = scattering.map((way) => {
     const density = way.delta ? `delta, probability ${number(way.pdf)}` : `pdf ${number(way.pdf)}`;
-    // The factor makes up for paths that were ended, or for branches.
+    // The factor compensates for terminated paths, or for branches.
     const roulette = way.roulette > 1 ? `; roulette probability ${number(1 / way.roulette)}` : way.roulette < 1 ? `; factor ${number(way.roulette)}` : "";
     return `scatters: ${way.lobe}, ${density}${roulette}`;
   });
@@ -69,11 +69,11 @@ function events({ emission = [], light_samples = [], scattering = [], photons = 
   return [...(light ? [`starts at ${nameOf(light)}`] : []), ...met, ...sampled, ...scattered, ...found];
 }
 
-// Contributions that are listed, and vertices whose numbers are drawn.
+// Maximum number of listed contributions, and maximum number of vertices with drawn numbers.
 const MAX_ADDED = 40;
 const MAX_LABELS = 60;
 
-// Vertices of the first sample with their numbers, without those at the camera.
+// Vertices of the first sample with their numbers, except at the camera.
 function numbered(facts) {
   const { traces } = facts.samples[0];
   const all = traces.flatMap((trace, t) => trace.vertices.map((vertex, i) => ({ ...vertex, label: label(traces, t, i) })));
@@ -122,7 +122,7 @@ export class Inspector {
     this.drawSpace();
   }
 
-  // The samples that gave a pixel the most light, each to be looked at.
+  // Shows the samples that contribute most light to a pixel, with buttons to inspect them.
   showBrightest({ pixel, searched, of, samples }) {
     const rows = samples.map(({ sample, radiance, share }) => {
       const button = element("button", { "aria-label": `Paths of sample ${sample}` }, String(sample));
@@ -143,7 +143,7 @@ export class Inspector {
     );
   }
 
-  // Removes the paths and all that is said of them.
+  // Removes the paths and their text.
   clear() {
     this.facts = null;
     $("paths-section").hidden = true;
@@ -154,7 +154,7 @@ export class Inspector {
     this.drawSpace();
   }
 
-  // The first surface that the pixel's own path meets.
+  // First surface of the pixel's own path.
   get first() {
     return this.facts?.samples[0].traces[0]?.vertices.find((vertex) => vertex.on === "surface");
   }
@@ -216,7 +216,7 @@ export class Inspector {
     const width = 1.6 / box.scale;
     const forward = unit(sub(this.camera.now.look_at, this.camera.now.position));
     for (const { from, to, colour, isDashed, isFaint } of segments(this.facts)) {
-      // A segment is cut where it passes the camera.
+      // A segment is clipped at the camera.
       const near = 1e-3 * this.camera.distance;
       const depth = (p) => dot(sub(p, this.camera.now.position), forward) - near;
       let [a, b] = [from, to];
@@ -242,7 +242,7 @@ export class Inspector {
     svg("rect", { x, y, width: 1, height: 1, fill: "none", stroke: "#fff", "stroke-width": width / 2 });
   }
 
-  // The scene's box, the camera and the paths, without perspective.
+  // Draws the scene's box, the camera and the paths without perspective.
   drawSpace() {
     const canvas = $("space");
     const ratio = window.devicePixelRatio || 1;

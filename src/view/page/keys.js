@@ -1,4 +1,4 @@
-// Controls for keys of materials and lights, made of what the schema of scene files says of each.
+// Controls for keys of materials and lights, made from the schema of scene files.
 
 import { element } from "./controls.js";
 import { decimals, nameWithKey, sliderAndNumber } from "./fields.js";
@@ -13,38 +13,39 @@ const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16
 // Linear red, green and blue of `#rrggbb`.
 export const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
 
-// Colours are a number or three, none of them negative. Optical constants are too, but have none of their meaning.
+// A colour is a non-negative number, or three of them. Optical constants have the same form, but
+// are not colours.
 const OPTICAL = ["eta", "k"];
 const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
 const isColour = (key, { anyOf }) => anyOf?.length >= 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array" && !OPTICAL.includes(key);
-// The part of a schema that is about a single number, if there is one.
+// Schema of a single number, if the key allows it.
 const numeric = (holds) => (["number", "integer"].includes(holds.type) ? holds : holds.anyOf?.some(({ type }) => type === "array") ? null : holds.anyOf?.find(({ type }) => type === "number"));
 const short = (x) => (typeof x === "number" ? decimals(x) : x);
-// A list of numbers as TOML, or a single one.
+// A list of numbers or a single number as TOML.
 const list = (text) => (text.includes(",") ? `[${text}]` : text.trim());
 
-// A colour in three digits each, grey as one number.
+// A colour with three digits per channel; a single number for grey.
 const digits = (colour) => [...new Set(colour.map((x) => Number(x.toPrecision(3))))].length === 1 ? String(Number(colour[0].toPrecision(3))) : colour.map((x) => Number(x.toPrecision(3))).join(", ");
 
-// The range of a slider: that of the schema, or what is usual.
+// Range of a slider: the range of the schema, or a usual range.
 export function rangeOf(key, holds) {
   const [from, to] = [low(holds), holds.maximum];
   if (from !== undefined && to !== undefined && to <= 1000 && !usualRange(key)) return [from, to];
   return usualRange(key) ?? null;
 }
 
-// The ends of a number that a user may type.
+// Limits of a typed number.
 export const endsOf = (holds) =>
   Object.fromEntries([["min", low(holds)], ["max", holds.maximum]].filter(([, end]) => end !== undefined).map(([name, end]) => [name, String(end)]));
 
-// The controls for a key, which call `send` with a value of TOML. Without a value they are empty.
+// Controls for a key. They call `send` with a TOML value. Without a value they are empty.
 function inputs({ key, holds }, value, send, attributes) {
   const words = nameOf(key);
   const isSet = value !== undefined;
   const placeholder = "not set";
   if (isColour(key, holds)) {
     const colour = !isSet ? [0, 0, 0] : Array.isArray(value) ? value : [value, value, value];
-    // A colour picker goes to 1: what is brighter keeps its brightness.
+    // A colour picker ends at 1. Brighter colours keep their brightness.
     const strength = Math.max(1, ...colour);
     const picker = element("input", { type: "color", value: hex(colour.map((x) => x / strength)), ...attributes, "aria-label": `${words}, colour` });
     const text = element("input", { type: "text", value: isSet ? digits(colour) : "", placeholder, "aria-label": `${words}, linear` });
@@ -86,7 +87,8 @@ function control(entry, value, send, attributes) {
   return element("div", { class: "field", title: `${holds.description}${range}` }, nameWithKey(key), ...made);
 }
 
-// Controls for all `keys`: first those that have `values`, and the others behind "More", which is open if `isOpen`.
+// Controls for all `keys`: first the keys in `values`, then the others under "More", which is open
+// if `isOpen`.
 export function keyControls(keys, values, send, attributes, { isOpen = false, onToggle = () => {} } = {}) {
   const of = (entry) => control(entry, values[entry.key], send, attributes);
   const set = keys.filter(({ key }) => key in values).map(of);

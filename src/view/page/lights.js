@@ -4,7 +4,7 @@ import { $, copy, element } from "./controls.js";
 import { keyControls } from "./keys.js";
 
 export class Lights {
-  // Lights whose controls are shown, and those with all keys.
+  // Lights with visible controls, and lights with all keys.
   #shown = null;
   #open = new Set();
 
@@ -15,7 +15,7 @@ export class Lights {
     }
   }
 
-  // The lights of the scene file, and the keys that each type may have.
+  // Makes controls for the lights of the scene file. `keys` are the valid keys of each type.
   build(lights, keys) {
     this.#shown ??= new Set(lights.length < 4 ? lights.map(({ index }) => index) : []);
     const made = lights.map(({ index, keys: values }) => {
@@ -32,7 +32,7 @@ export class Lights {
     $("scene-lights").replaceChildren(...(made.length ? made : [none]));
   }
 
-  // Changes as flags, and as sections of a scene file.
+  // Shows changes as flags and as sections of a scene file.
   showEdits(edits, sections) {
     $("light-edits").value = edits.map((edit) => `--set '${edit}'`).join(" \\\n");
     $("light-sections").value = sections;

@@ -1,4 +1,5 @@
-// The WebSocket to the render: commands out, messages and pictures in. It is made anew where it is lost.
+// The WebSocket to the render: sends commands, receives messages and pictures. It reconnects after
+// a loss.
 
 import { unpack } from "./coding.js";
 
@@ -8,7 +9,7 @@ export class Link extends EventTarget {
   #timer = 0;
   bytes = 0;
   frames = 0;
-  // Messages that are unpacked keep their order.
+  // Messages keep their order while they are unpacked.
   #last = Promise.resolve();
 
   open() {
@@ -37,7 +38,7 @@ export class Link extends EventTarget {
           } catch (error) {
             this.#tell("error", { text: `A picture cannot be shown: ${error.message}\nReload the page; if that does not help, use a newer browser.` });
           }
-          // The render waits for pictures that are on their way.
+          // The render waits for pictures in transit.
           if (header.frame) this.send({ do: "shown", frame: header.frame, ms: performance.now() - start });
         };
         this.#last = this.#last.then(show);
@@ -46,7 +47,7 @@ export class Link extends EventTarget {
     socket.onclose = () => {
       if (this.#socket !== socket) return;
       this.#tell("lost");
-      // A render that was started again on the same port has another link, so a few attempts are enough.
+      // A restarted render on the same port has another link, so a few attempts are enough.
       this.#attempts += 1;
       if (this.#attempts <= 5) this.#timer = setTimeout(() => this.open(), 1000 * this.#attempts);
     };
@@ -58,7 +59,7 @@ export class Link extends EventTarget {
   }
 
   send(command) {
-    // What is shown belongs to the past.
+    // The shown picture is out of date.
     if (["camera", "set", "material", "light", "reset-changes", "compare"].includes(command.do)) document.documentElement.dataset.samples = "waiting";
     if (this.isOpen) this.#socket.send(JSON.stringify(command));
   }
@@ -74,12 +75,12 @@ export class Link extends EventTarget {
 
 const headerLength = (buffer) => new DataView(buffer).getUint32(0, true);
 
-// The header of a picture.
+// Header of a picture.
 function readHeader(buffer) {
   return JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, headerLength(buffer))));
 }
 
-// The bits of its 16-bit floats.
+// Bits of its 16-bit floats.
 async function readHalves(buffer, { packed, width }) {
   const rest = buffer.slice(4 + headerLength(buffer));
   return packed ? await unpack(rest, width, packed) : new Uint16Array(rest);

@@ -1,4 +1,4 @@
-// The page: joins the link to the render, the picture, the camera and the controls.
+// The page: connects the link to the render, the picture, the camera and the controls.
 
 import { Camera } from "./camera.js";
 import { Compare } from "./compare.js";
@@ -29,11 +29,11 @@ const groups = new Groups($("groups"), (weights) => {
   picture.weights = weights;
   picture.repaint();
 });
-// What is compared stands beside the picture at once.
+// The second render appears beside the picture at once.
 const compare = new Compare(link, (isOn) => setBeside(isOn ? "compared" : ""));
 let tab = "camera";
 const chooseTab = tabs((name) => {
-  // Paths belong to their tab.
+  // Paths are shown only in their tab.
   if (tab === "inspect" && name !== "inspect") inspector.clear();
   tab = document.documentElement.dataset.tab = name;
 });
@@ -42,14 +42,14 @@ const views = new Views(link, camera);
 const hints = new Hints(view);
 let status = { phase: "connecting" };
 let bounds = null;
-// Whether the exposure follows what the render meters.
+// True if the exposure follows the metered exposure of the render.
 let isMetered = false;
 
-// A ring around the picture is for those who reach it by keys.
+// The ring around the picture is for keyboard users.
 addEventListener("keydown", () => (document.documentElement.dataset.by = "keys"));
 addEventListener("pointerdown", () => delete document.documentElement.dataset.by, true);
 
-// The theme of the system, until another one is chosen.
+// Theme of the system, until the user selects another.
 const theme = (name) => {
   document.documentElement.dataset.theme = name;
   inspector.drawSpace();
@@ -140,7 +140,7 @@ link.addEventListener("state", ({ detail }) => {
 });
 
 link.addEventListener("camera", ({ detail }) => {
-  // Its own moves are further by now.
+  // The page's own camera is already further.
   if (detail.from !== link.page) camera.adopt(detail.camera);
 });
 link.addEventListener("page", ({ detail }) => (link.page = detail.page));
@@ -190,7 +190,7 @@ link.addEventListener("status", ({ detail }) => {
   if (isMetered && typeof metered === "number") setExposure(metered);
   showExposureOfRender();
 });
-// The exposure that `render` would use, in hundredths of a stop
+// Exposure that `render` would use, rounded to hundredths of a stop
 let metered = null;
 const hundredths = (stops) => Number(stops.toFixed(2));
 function setExposure(stops) {
@@ -208,7 +208,7 @@ link.addEventListener("inspect", ({ detail }) => {
 });
 link.addEventListener("pick", ({ detail }) => selection.answer(detail));
 
-// A click opens the material of what it hits, or focuses there.
+// A click opens the material of the surface, or focuses there.
 function showSelected(found) {
   if (!found.material) return;
   if ($("focus-click").checked) camera.focusOn(found.position);
@@ -223,7 +223,7 @@ link.addEventListener("errors", ({ detail }) => compare.show(detail));
 link.addEventListener("views", ({ detail }) => views.build(detail.views, picture.size));
 link.addEventListener("view-picture", ({ detail }) => views.picture(detail));
 
-// The camera's controls. Moves are sent as fast as the page is drawn.
+// Controls of the camera. Moves are sent once per animation frame.
 let isSending = false;
 camera.addEventListener("change", ({ detail }) => {
   const c = camera.now;
@@ -231,7 +231,8 @@ camera.addEventListener("change", ({ detail }) => {
     if (document.activeElement !== $(id)) $(id).value = Number(value.toPrecision(id === "fov-number" ? 4 : 5));
   }
   setSlider($("fov"), c.vertical_fov);
-  // A lens up to a tenth of the scene, and focus up to four times its size, by factors
+  // Logarithmic ranges: lens radius up to a tenth of the scene, focus distance up to four times its
+  // size
   setSlider($("lens-range"), (c.lens_radius / (0.1 * camera.extent)) ** 0.5);
   setSlider($("focus-range"), Math.log10(c.focus_distance / camera.extent) / 3.6 + 0.83);
   allow("undo", camera.past.length === 0 ? "no move yet" : "");
@@ -271,7 +272,7 @@ $("pause").addEventListener("click", () => link.send({ do: status.phase === "pau
 $("restart").addEventListener("click", () => link.send({ do: "restart" }));
 $("noise").addEventListener("change", () => link.set("noise", $("noise").value.trim() || null));
 
-// Looks are the page's own and cost no render.
+// The page applies looks itself, without a render.
 function look(changes) {
   Object.assign(picture.look, changes);
   $("exposure-number").value = picture.look.exposure;
@@ -310,7 +311,7 @@ $("exposure-of-render").addEventListener("click", () => {
   setExposure(metered);
 });
 $("meter").addEventListener("click", () => {
-  // A log-average of what is seen becomes mid grey.
+  // The log-average of the visible light becomes mid-grey.
   const { frame } = picture;
   if (!frame) return;
   let [sum, count] = [0, 0];
@@ -381,7 +382,7 @@ $("divider").addEventListener("pointermove", (event) => {
 });
 $("divider").addEventListener("pointerup", () => (isDividing = false));
 
-// What stands below the picture while nothing is pointed at.
+// Text below the picture while the pointer is not over it.
 let about = "";
 function hover(at) {
   const values = at && picture.valuesAt(at);
@@ -408,7 +409,7 @@ function key(event) {
   return Boolean(action);
 }
 
-// In the tab of paths, a click asks for those of the pixel; elsewhere it selects.
+// In the tab of paths, a click requests the paths of the pixel. Elsewhere it selects.
 const click = (at) => (tab === "inspect" && !$("focus-click").checked ? inspector.ask(at) : selection.ask(at));
 listen({ view, picture, camera, onClick: click, onHover: hover, onKey: key });
 for (const slider of document.querySelectorAll('input[type="range"]')) setSlider(slider, slider.value);

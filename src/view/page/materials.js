@@ -1,11 +1,11 @@
-// Materials of the scene as balls, and the keys, textures and presets of the chosen one.
+// Materials of the scene as balls, and the keys, textures and presets of the selected material.
 
 import { $, copy, element } from "./controls.js";
 import { drawBall } from "./ball.js";
 import { nameWithKey } from "./fields.js";
 import { keyControls } from "./keys.js";
 
-// The ball of a preset whose keys are not told.
+// Ball of a preset with unknown keys.
 const UNKNOWN = { diffuse: 0.5, metallic: 0, roughness: 0.4 };
 
 export class Materials {
@@ -19,7 +19,7 @@ export class Materials {
     for (const id of ["reset-materials", "reset-lights"]) $(id).addEventListener("click", () => link.send({ do: "reset-changes" }));
     for (const id of ["save-materials", "save-lights"]) $(id).addEventListener("click", () => link.send({ do: "save-changes" }));
     $("copy-patch").addEventListener("click", () => copy($("patch"), $("patch").value));
-    // Arrow keys go from ball to ball.
+    // Arrow keys move between balls.
     $("materials").addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
       if (!step) return;
@@ -31,7 +31,7 @@ export class Materials {
     });
   }
 
-  // The materials of the scene, all keys that a material may have, and presets.
+  // Sets the materials of the scene, all valid keys of a material, and the presets.
   build(list, keys, presets) {
     Object.assign(this, { list, keys, presets });
     if (!list.some(({ name }) => name === this.chosen)) this.chosen = list[0]?.name ?? null;
@@ -54,7 +54,7 @@ export class Materials {
     return button;
   }
 
-  // Keys for the ball of a material, whose base colour is that of its texture.
+  // Keys for the ball of a material. Its base colour includes the mean colour of its texture.
   keysOf(name) {
     const { keys = {}, textures = [] } = this.list.find((material) => material.name === name) ?? {};
     const mean = textures.find(({ key }) => key === "diffuse_map")?.mean;
@@ -79,7 +79,7 @@ export class Materials {
     $("material-name").textContent = material?.name ?? "Properties";
     const send = (key, value) => this.link.send({ do: "material", name: material.name, key, value });
     const more = { isOpen: this.#isOpen, onToggle: (isOpen) => (this.#isOpen = isOpen) };
-    // Presets have balls.
+    // Presets have balls instead.
     const keys = this.keys.filter(({ key }) => key !== "preset");
     const controls = material ? keyControls(keys, material.keys, send, { "data-material": material.name }, more) : [];
     $("material-keys").replaceChildren(...controls);
@@ -87,7 +87,7 @@ export class Materials {
   }
 }
 
-// A texture as a small picture. Its file is changed in the scene file alone.
+// A texture as a small picture. Its file can be changed only in the scene file.
 function texture({ key, id, size }) {
   const name = nameWithKey(key);
   name.append(element("span", { class: "hint" }, `${size[0]} × ${size[1]}`));

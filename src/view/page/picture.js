@@ -1,9 +1,11 @@
-// The picture on the page: frames are shaded onto canvases, which are scaled to the view.
+// The picture on the page: frames are shaded onto canvases, and the canvases are scaled to the
+// view.
 
 import { relit } from "./groups.js";
 import { HALVES, shade } from "./tone.js";
 
-// Pixels of `image` whose light is NaN in `frame` get the codes of `canvas`, scaled to the size of `image`.
+// Pixels of `image` with NaN light in `frame` get the codes of `canvas`, scaled to the size of
+// `image`.
 function keepUnknown(frame, image, canvas) {
   const { width, height } = image;
   const pixels = new Uint32Array(image.data.buffer);
@@ -24,16 +26,16 @@ function keepUnknown(frame, image, canvas) {
 export class Picture {
   look = { exposure: 0, tone: "srgb", falseColour: "", channel: "picture" };
   frame = null;
-  // What stands to the left of the divider: nothing, "kept", "file", or a channel
+  // Content to the left of the divider: nothing, "kept", "file", or a channel
   beside = "";
   kept = null;
   file = null;
   other = null;
   split = 0.5;
-  // Factors of light groups by name, red, green and blue each
+  // Factors of light groups by name, each with red, green and blue
   weights = new Map();
   zoom = "fit";
-  // Called where the place of the picture has changed
+  // Called after the position of the picture has changed
   onPlace = () => {};
   size = [1, 1];
 
@@ -42,7 +44,7 @@ export class Picture {
     new ResizeObserver(() => this.place()).observe(view);
   }
 
-  // The channel to the left of the divider, if it is one of the render.
+  // Channel to the left of the divider, if it is a channel of the render.
   get secondChannel() {
     return ["", "kept", "file", this.look.channel].includes(this.beside) ? null : this.beside;
   }
@@ -65,7 +67,7 @@ export class Picture {
     this.repaint();
   }
 
-  // Shades anew: exposure, curve, channel or light groups have changed.
+  // Shades again, after a change of exposure, curve, channel or light groups.
   repaint() {
     if (this.frame) this.paint(this.canvas, this.frame);
     this.repaintSecond();
@@ -79,19 +81,19 @@ export class Picture {
     if (!isShown) return;
     if (frame) this.paint(this.second, frame);
     else {
-      // The file is for a display already.
+      // The file is already encoded for display.
       [this.second.width, this.second.height] = [this.file.width, this.file.height];
       this.second.getContext("2d").drawImage(this.file, 0, 0);
     }
     this.place();
   }
 
-  // The frame as the weights of its light groups have it.
+  // The frame with the weights of its light groups.
   lit(frame) {
     return frame.groups?.length ? relit(frame, this.weights) : frame;
   }
 
-  // Pixels without samples keep what is below them, scaled to the new size.
+  // Pixels without samples keep the pixels below them, scaled to the new size.
   paint(canvas, whole) {
     const frame = this.lit(whole);
     const { width, height } = frame;
@@ -104,7 +106,7 @@ export class Picture {
     context.putImageData(image, 0, 0);
   }
 
-  // Where the picture is in the view, in CSS pixels.
+  // Position of the picture in the view, in CSS pixels.
   get box() {
     const [width, height] = this.size;
     const { clientWidth, clientHeight } = this.view;
@@ -128,7 +130,7 @@ export class Picture {
     this.onPlace();
   }
 
-  // The pixel at a place of the window; null outside of the picture.
+  // Pixel at a position in the window; null outside the picture.
   pixelAt(clientX, clientY) {
     const { left, top } = this.canvas.getBoundingClientRect();
     const { scale } = this.box;

@@ -1,13 +1,14 @@
 // Mouse, touch and keys over the picture.
 
-// Pixels that a click may move.
+// Maximum motion of a click in pixels.
 const CLICK = 4;
 
 export function listen({ view, picture, camera, onClick, onHover, onKey }) {
   const pointers = new Map();
   let moved = 0;
   let pinch = null;
-  // Whether a part of the picture is out of sight: two fingers move it then, and not the camera.
+  // True if a part of the picture is outside the view. Two fingers then move the picture instead of
+  // the camera.
   const isLarger = () => picture.box.w > view.clientWidth + 1 || picture.box.h > view.clientHeight + 1;
   const mode = () => document.querySelector('input[name="mode"]:checked').value;
 
@@ -43,7 +44,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
     const before = moved;
     moved += Math.abs(dx) + Math.abs(dy);
     if (moved <= CLICK) return;
-    // The first pixels of a drag are not lost.
+    // The first pixels of a drag also count.
     const [x, y] = before <= CLICK ? [Math.sign(dx) * moved, dy && Math.sign(dy) * Math.abs(dy)] : [dx, dy];
     const { h } = picture.box;
     const isPan = event.shiftKey || event.buttons & 4 || event.buttons & 2 || mode() === "pan";
@@ -82,7 +83,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
     { passive: false },
   );
 
-  // Keys that walk are held down: they move the camera each time the page is drawn.
+  // Walking keys move the camera on every animation frame while they are held down.
   const WALK = {
     KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
   };
@@ -104,7 +105,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
     const seconds = Math.min(0.1, (time - walking) / 1000);
     const by = [0, 0, 0];
     for (const key of held) WALK[key].forEach((x, i) => (by[i] += x));
-    // Thirty steps a second
+    // Thirty steps per second
     camera.walk(...by.map((x) => x * 30 * seconds));
     walking = time;
     requestAnimationFrame(step);
@@ -115,7 +116,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
       const wasWalking = held.size > 0;
       held.add(event.code);
       if (!wasWalking) {
-        // A key that is pressed for a moment is a step.
+        // A short press is one step.
         camera.walk(...WALK[event.code]);
         walking = performance.now();
         requestAnimationFrame(step);

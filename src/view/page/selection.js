@@ -1,10 +1,10 @@
-// The object that was clicked: its name and its outline over the picture.
+// The selected object: its name, and its outline over the picture.
 
 import { $, element } from "./controls.js";
 import { project } from "./camera.js";
 import { drawBall } from "./ball.js";
 
-// The cells of an outline as a canvas in which they are opaque.
+// A canvas that is opaque in the cells of an outline.
 function maskOf({ size: [width, height], runs }) {
   const mask = document.createElement("canvas");
   [mask.width, mask.height] = [width, height];
@@ -22,7 +22,7 @@ function maskOf({ size: [width, height], runs }) {
 export class Selection {
   picked = null;
   #mask = null;
-  // Whether an answer only brings the outline of what is selected already.
+  // True if the reply only updates the outline of the selected object.
   #isOutline = false;
 
   constructor({ link, picture, camera, materials, onSelect }) {
@@ -37,7 +37,7 @@ export class Selection {
     this.link.send({ do: "pick", x: Math.floor(x), y: Math.floor(y) });
   }
 
-  // What the render says is there.
+  // Handles the reply of the render.
   answer(found) {
     const isSame = this.picked && found.object === this.picked.object && found.material === this.picked.material;
     if (this.#isOutline) {
@@ -57,13 +57,13 @@ export class Selection {
     this.onSelect(found);
   }
 
-  // The camera has moved: the outline is that of another picture.
+  // The camera has moved, so the outline is invalid.
   moved() {
     this.#mask = null;
     this.draw();
   }
 
-  // The camera rests: the outline is asked for where the selected point is now.
+  // The camera rests: request the outline at the current position of the selected point.
   rests() {
     if (!this.picked || this.#mask || !this.camera.now) return;
     const at = project(this.camera.now, this.picture.size, this.picked.position);

@@ -1,8 +1,9 @@
-// Cameras to choose from, as pictures.
+// Candidate cameras as pictures.
 
 import { $, element } from "./controls.js";
 
-// A name for the flags of a view: "--view iso" is "Iso", and "--orbit=-30,18" is "Orbit −30°, 18°". Positions have numbers.
+// Name for the flags of a view: "--view iso" is "Iso", and "--orbit=-30,18" is "Orbit −30°, 18°".
+// Positions get numbers.
 function nameOfView(flags, i) {
   if (flags.startsWith("--position")) return `Place ${i + 1}`;
   const orbit = flags.match(/^--orbit[ =]([-\d.]+),([-\d.]+)/);
@@ -22,7 +23,7 @@ export class Views {
     });
   }
 
-  // The list comes first, pictures follow.
+  // Shows the list; pictures follow.
   build(views, size) {
     this.shots = views.map(() => element("span", { class: "shot" }));
     const buttons = views.map(({ flags, words, camera: found }, i) => {

@@ -1,5 +1,6 @@
 "use strict";
-// The page of a comparison. `data` has the estimators with their snapshots; all pictures are of one size.
+// The page of a comparison. `data` has the estimators with their snapshots. All pictures have the
+// same size.
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 const make = (name, properties, ...children) => {
@@ -97,12 +98,12 @@ function update() {
   cursors();
 }
 
-// Slider: over the numbers of samples that there are, or over logarithms of seconds
+// Slider: numbers of samples of the snapshots, or seconds on a logarithmic scale
 
 const counts = [...new Set(rendered.flatMap((estimator) => estimator.points.map((point) => point.samples)))].sort((a, b) => a - b);
 const times = rendered.flatMap((estimator) => estimator.points.map((point) => point.seconds));
 const [shortest, longest] = [Math.min(...times), Math.max(...times)];
-// Until here all estimators have rendered.
+// Time up to which all estimators have rendered
 const common = Math.min(...rendered.map((estimator) => estimator.points[estimator.points.length - 1].seconds));
 const STEPS = 400;
 
@@ -127,7 +128,7 @@ function slide() {
   update();
 }
 
-// Zoom and pan, the same in all views
+// Zoom and pan, equal in all views
 
 function place() {
   state.zoom = Math.min(Math.max(state.zoom, 1), 32);
@@ -170,7 +171,7 @@ function move(view) {
   });
   for (const end of ["pointerup", "pointercancel"]) view.addEventListener(end, () => (last = null));
   view.addEventListener("dblclick", (event) => zoom(2, ...share(event)));
-  // The page scrolls unless the view is chosen.
+  // The page scrolls unless the view is selected.
   const wheel = (event) => {
     if (!event.ctrlKey && document.activeElement !== view) return;
     event.preventDefault();
@@ -195,7 +196,7 @@ function move(view) {
   });
 }
 
-// Error maps: grey pictures, in which a filter gives each code its colour
+// Error maps: grey pictures. A filter assigns a colour to each code.
 
 function filters() {
   const svg = (name, attributes) => {

@@ -1,11 +1,11 @@
-//! Names the build, and tells the linker where the libraries will be found at run time.
+//! Names the build, and sets the paths of the libraries at run time for the linker.
 
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, io};
 
-/// Files and folders that decide the bits of a picture; a package may lack some.
+/// Files and folders that determine the bits of a picture. Some may be missing in a package.
 const SOURCES: [&str; 8] = [
     "Cargo.lock",
     "Cargo.toml",
@@ -23,30 +23,35 @@ fn main() {
     configure_chromium();
     configure_long();
     configure_machine();
-    // An installed program has its libraries beside it, wherever it lies (scripts/install). One that is built for other machines looks nowhere else.
+    // An installed program has its libraries beside it, in any location (scripts/install). A
+    // program built for other machines searches no other folder.
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
     println!("cargo::rustc-link-arg-bins=-Wl,-rpath,$ORIGIN/../lib/embrasure/lib");
     if env::var_os("EMBRASURE_MOVABLE").is_some_and(|value| !value.is_empty()) {
-        // Unlike DT_RUNPATH, DT_RPATH also applies to libraries of libraries. Debian's Embree needs oneTBB and has no path of its own.
+        // Unlike DT_RUNPATH, DT_RPATH also applies to libraries of libraries. Debian's Embree needs
+        // oneTBB and does not set a path.
         println!("cargo::rustc-link-arg-bins=-Wl,--disable-new-dtags");
         return;
     }
-    // Libraries of the renderer, where its own build script has found them; none where they lie in system folders.
+    // Folders of the renderer's libraries, found by its own build script. Empty if they are in
+    // system folders.
     let folders = env::var("DEP_EMBRASURE_CORE_RPATH").unwrap_or_default();
     for folder in folders.split(':').filter(|folder| !folder.is_empty()) {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}");
     }
 }
 
-/// Sets the configuration `shared`, without which tests that need the scenes of `../shared` are ignored. `EMBRASURE_REQUIRE_SHARED` sets it where
-/// the folder is missing, too, so that these tests fail. A folder that appears later is seen when this script next runs.
+/// Sets the configuration `shared` if the scenes of `../shared` exist. Without it, tests that need
+/// them are ignored. `EMBRASURE_REQUIRE_SHARED` also sets it if the folder is missing, so that
+/// these tests fail. A folder that appears later is found when this script runs again.
 fn configure_shared() {
     println!("cargo::rustc-check-cfg=cfg(shared)");
     println!("cargo::rerun-if-env-changed=EMBRASURE_REQUIRE_SHARED");
     let folders = ["scenes", "suite"].map(|name| Path::new("../shared").join(name));
     let exists = folders.iter().all(|folder| folder.is_dir());
     if exists {
-        // Cargo looks at all files below a folder, and runs this script in every build if the path is missing: one file stands for all.
+        // Cargo checks all files below a folder, and would run this script in every build if the
+        // path were missing. Therefore it gets a single file.
         println!("cargo::rerun-if-changed=../shared/suite/cornell/cornell.toml");
     }
     if exists || env::var_os("EMBRASURE_REQUIRE_SHARED").is_some() {
@@ -54,9 +59,10 @@ fn configure_shared() {
     }
 }
 
-/// Sets the configuration `chromium`, without which tests that open a page in a browser are ignored, and the variable `EMBRASURE_CHROMIUM` to its path.
-/// `EMBRASURE_REQUIRE_CHROMIUM` sets the configuration where there is no browser, too, so that these tests fail. A browser that is installed later is
-/// seen when this script next runs.
+/// Sets the configuration `chromium` and the variable `EMBRASURE_CHROMIUM`, the path of the
+/// browser. Without the configuration, tests that open a page in a browser are ignored.
+/// `EMBRASURE_REQUIRE_CHROMIUM` also sets the configuration if there is no browser, so that these
+/// tests fail. A browser that is installed later is found when this script runs again.
 fn configure_chromium() {
     println!("cargo::rustc-check-cfg=cfg(chromium)");
     println!("cargo::rerun-if-env-changed=EMBRASURE_REQUIRE_CHROMIUM");
@@ -83,7 +89,7 @@ fn configure_long() {
     }
 }
 
-/// Sets the configurations `root` if root builds, and `python` if there are python3 and readelf.
+/// Sets the configurations `root` if root builds, and `python` if python3 and readelf exist.
 /// Without them, tests that need them are ignored.
 fn configure_machine() {
     println!("cargo::rustc-check-cfg=cfg(root, python)");
@@ -97,8 +103,9 @@ fn configure_machine() {
     }
 }
 
-/// A hash of the sources, the compiler's version, and the processor that it compiles for: the same for one source tree wherever it lies. Features of
-/// the crate do not count: files name the backend that answered, and no other feature changes bits.
+/// A hash of the sources, the compiler's version and the target processor. It does not depend on
+/// the folder of the sources. Features of the crate are not included: files name the backend that
+/// traced the rays, and no other feature changes bits.
 fn build_name() -> String {
     let mut hash = Sha256::new();
     for source in SOURCES {
@@ -119,7 +126,8 @@ fn build_name() -> String {
     digest.iter().take(6).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// All files below `path`, in the order of their names; hidden ones, such as editors leave, are none of the sources.
+/// All files below `path` in the order of their names. Hidden files, such as backups of editors,
+/// are not sources.
 fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(path.exists().then(|| path.to_path_buf()).into_iter().collect());

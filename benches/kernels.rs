@@ -1,4 +1,5 @@
-//! Warps, lobes, and closest hits by every backend: `cargo bench -p embrasure-benches --bench kernels`.
+//! Warps, lobes, and closest hits by every backend: `cargo bench -p embrasure-benches --bench
+//! kernels`.
 
 use criterion::{Criterion, Throughput};
 use embrasure::accel::Accel;
@@ -9,7 +10,7 @@ use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use embrasure::sampling::warp;
 use embrasure_benches::{at, bounces, scene};
 
-/// Inputs that a measurement goes through, so that no branch is learnt by heart.
+/// Number of different inputs of a measurement, so that the CPU cannot learn the branches.
 const INPUTS: u32 = 4096;
 
 fn warps(c: &mut Criterion) {
@@ -107,7 +108,7 @@ fn backends(c: &mut Criterion) {
     }
 }
 
-/// The safe wrapper around Embree against a plain loop over the raw binding.
+/// The safe wrapper around Embree compared with a plain loop over the raw binding.
 #[cfg(feature = "embree")]
 fn wrapper(c: &mut Criterion) {
     use embrasure::accel::embree::{EmbreeAccel, raw_hits, raw_occlusions};

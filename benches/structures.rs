@@ -1,7 +1,9 @@
-//! obvhs's hierarchies and builders against each other: `cargo bench -p embrasure-benches --features obvhs --bench structures`.
+//! Comparison of obvhs's hierarchies and builders: `cargo bench -p embrasure-benches --features
+//! obvhs --bench structures`.
 //!
-//! Its own traversals are measured with one plain triangle test, and beside them the backend, whose walk over the binary
-//! hierarchy is conservative and whose triangle test is watertight.
+//! Its own traversals are measured with one plain triangle test. The backend is measured beside
+//! them: its traversal of the binary hierarchy is conservative, and its triangle test is
+//! watertight.
 
 use criterion::{Criterion, Throughput};
 use embrasure::accel::{Accel, bvh::BvhAccel};

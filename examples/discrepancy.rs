@@ -1,4 +1,4 @@
-//! Prints spherical cap discrepancies of directions by each kind of points, for the table of
+//! Prints spherical cap discrepancies of directions for each kind of points, for the table of
 //! docs/benchmarks.md:
 //!
 //! ```text

@@ -1,4 +1,4 @@
-//! Renders a scene that is in no file, rings on water under a sky and a lamp:
+//! Renders a scene made in code, rings on water under a sky and a lamp:
 //!
 //! ```text
 //! cargo run --release --example made_in_code -- out/rings.png
@@ -7,7 +7,7 @@
 use embrasure::prelude::*;
 use std::error::Error;
 
-/// Squares along a side of the water.
+/// Number of squares along a side of the water.
 const SIDE: u32 = 400;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut settings = Settings::default();
     settings.resolution = UVec2::new(640, 360);
 
-    // Materials and meshes; the builder refuses invalid values, and reports what it left out.
+    // Materials and meshes. The builder rejects invalid values, and reports skipped triangles.
     let mut builder = SceneBuilder::new();
     let water = builder.add_material(Material {
         diffuse: Spectrum::rgb(0.02, 0.08, 0.10),
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             corner(0.3, 0.3),
             corner(-0.3, 0.3),
         ],
-        // Light leaves on the side where corners run counter-clockwise.
+        // Light leaves on the side from which the corners run counter-clockwise.
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
     };

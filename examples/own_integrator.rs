@@ -1,4 +1,4 @@
-//! Renders a scene file by an integrator of its own, which shows where the sky is seen:
+//! Renders a scene file with its own integrator, which shows the visibility of the sky:
 //!
 //! ```text
 //! cargo run --release --example own_integrator -- scenes/cornell-box.toml out/sky.png
@@ -12,18 +12,20 @@ use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use embrasure::sampling::warp::cosine_hemisphere;
 use std::error::Error;
 
-/// The cosine-weighted share of the hemisphere in which the sky is seen, in the colour of the surface.
+/// Cosine-weighted fraction of the hemisphere in which the sky is visible, times the albedo of the
+/// surface.
 struct SkyVisibility;
 
 impl SampleTracer for SkyVisibility {
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        // The first surface, which also fills the channels of albedo, normals and depth
+        // The first surface. This also fills the channels of albedo, normals and depth
         let slot = BsdfSlot::new();
         let Some(vertex) = world.look(key, sampler, &slot, out) else {
             return;
         };
 
-        // A direction by the cosine, on the viewer's side; numbers are named, so that none shifts another
+        // A cosine-distributed direction on the viewer's side. Dimensions are named, so that a new
+        // one does not shift others
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
         let open = world.transmittance(&world.ray_along(&vertex, wi), out).color();

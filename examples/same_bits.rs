@@ -1,4 +1,5 @@
-//! Compares all channels of two EXR files bit by bit, as a farm's picture with one render's:
+//! Compares all channels of two EXR files bit by bit, for example a farm's picture with a single
+//! render:
 //!
 //! ```text
 //! cargo run --release --example same_bits -- one.exr other.exr
@@ -10,7 +11,7 @@ use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-/// Place and size of a channel in pixels, and its values as bits.
+/// Position and size of a channel in pixels, and its values as bits.
 type Channel = ([i32; 2], [usize; 2], Vec<u32>);
 
 /// All channels, by layer and name.
@@ -32,7 +33,7 @@ fn channels(file: &str) -> Result<BTreeMap<String, Channel>, String> {
     Ok(channels)
 }
 
-/// The first difference of two files, in words; `Ok` has the number of equal values.
+/// Compares two files. Returns the number of equal values, or a text with the first difference.
 fn compare(one: &BTreeMap<String, Channel>, other: &BTreeMap<String, Channel>) -> Result<usize, String> {
     if !one.keys().eq(other.keys()) {
         return Err(format!("channels: {:?} and {:?}", one.keys(), other.keys()));

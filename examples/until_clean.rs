@@ -1,4 +1,4 @@
-//! Renders a scene file until its relative error is low enough, and tells how that goes:
+//! Renders a scene file until its relative error is low enough, and prints the progress:
 //!
 //! ```text
 //! cargo run --release --example until_clean -- scenes/cornell-box.toml 0.05 out/clean
@@ -8,7 +8,7 @@ use embrasure::prelude::*;
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Stops the render after the pass in which the error has become low enough.
+/// Stops the render after the first pass with a low enough error.
 struct Watcher {
     level: f64,
     is_clean: AtomicBool,

@@ -1,4 +1,4 @@
-//! Tells the linker where the extension module finds its libraries at run time.
+//! Sets the paths of the extension module's libraries at run time for the linker.
 
 use std::env;
 use std::path::Path;
@@ -7,8 +7,9 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     configure_python();
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
-    // The wheel has the libraries in lib/embrasure/lib of the environment, as the program has them (scripts/wheel): the package is in lib/pythonX.Y/site-packages, in
-    // lib64 on some systems, or beside them with `pip install --target`.
+    // The wheel has the libraries in lib/embrasure/lib of the environment, like the program
+    // (scripts/wheel). The package is in lib/pythonX.Y/site-packages, on some systems in lib64, or
+    // beside them with `pip install --target`.
     for folder in [
         "../../../embrasure/lib",
         "../../../../lib/embrasure/lib",
@@ -21,15 +22,17 @@ fn main() {
         println!("cargo::rustc-link-arg-cdylib=-Wl,--disable-new-dtags");
         return;
     }
-    // In place, where the libraries of the build are, which the renderer's own build script has found.
+    // For builds in place: folders of the build's libraries, found by the renderer's own build
+    // script.
     let folders = env::var("DEP_EMBRASURE_CORE_RPATH").unwrap_or_default();
     for folder in folders.split(':').filter(|folder| !folder.is_empty()) {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}");
     }
 }
 
-/// Sets the configuration `python`, without which the Python tests are ignored: where scripts/setup-python has made their environment.
-/// `EMBRASURE_REQUIRE_PYTHON` sets it elsewhere, too, so that these tests fail.
+/// Sets the configuration `python` if scripts/setup-python has made the environment of the Python
+/// tests. Without it, these tests are ignored. `EMBRASURE_REQUIRE_PYTHON` sets it everywhere, so
+/// that these tests fail without the environment.
 fn configure_python() {
     const MADE: &str = "../.deps/python/pins";
     println!("cargo::rustc-check-cfg=cfg(python)");

@@ -1,6 +1,7 @@
 //! Embrasure: a production-style path tracer over Intel Embree 4.
 //!
-//! A scene is loaded, an acceleration structure is built, samples are taken for as long as an observer likes, and pictures are written:
+//! A program loads a scene, builds an acceleration structure, takes samples until an observer stops
+//! it, and writes pictures:
 //!
 //! ```
 //! use embrasure::prelude::*;
@@ -25,36 +26,42 @@
 //! # }
 //! ```
 //!
-//! `examples/until_clean.rs` watches a render and stops it, `examples/made_in_code.rs` has a scene that is in no file, and `examples/own_integrator.rs` an
-//! integrator of its own.
+//! `examples/until_clean.rs` observes a render and stops it, `examples/made_in_code.rs` makes a
+//! scene in code, and `examples/own_integrator.rs` has its own integrator.
 //!
-//! # What may change
+//! # Stability
 //!
-//! The types of [`prelude`], and the others that this page re-exports by name, follow semantic versioning: before 1.0 they change with the minor version
-//! alone, with a line in the CHANGELOG, and so do file formats, flags, and the bits of a picture of given settings. [`Settings`], [`Error`] and the enums
-//! that will grow, such as those of integrators, backends, samplers and channels, are `#[non_exhaustive]`: a program takes [`Settings::of`] a file, or the
-//! default, and assigns fields. docs/public-api.txt lists this interface, and `make lint` compares it with the sources. All else that is public in the
-//! modules is there for integrators of one's own, for tests and for readers of the code, and may change with any version.
+//! The types of [`prelude`], and the others that this page re-exports by name, follow semantic
+//! versioning. Before 1.0 they change only with the minor version, with a line in the CHANGELOG.
+//! The same applies to file formats, flags, and the bits of a picture of given settings.
+//! [`Settings`], [`Error`] and the enums that will grow, such as integrators, backends, samplers
+//! and channels, are `#[non_exhaustive]`: a program starts with [`Settings::of`] a file, or with
+//! the default, and assigns fields. docs/public-api.txt lists this interface, and `make lint`
+//! compares it with the sources. Other public items of the modules are for custom integrators, for
+//! tests and for readers of the code, and may change with any version.
 //!
 //! # Modules
 //!
-//! From the ground up; a module imports only modules above it in this list. docs/architecture.md says more of each.
+//! From the lowest layer up; a module imports only modules above it in this list.
+//! docs/architecture.md describes each module.
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
-//! - [`parameter`]: how a value that a user can set is read, written, checked and described
-//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
+//! - [`parameter`]: reading, writing, checks and descriptions of values that a user can set
+//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: components
+//!   of a picture
 //! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of a picture
 //! - [`accel`]: ray queries over the scene
-//! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; what is guessed of a scene that does not say it
-//! - [`options`]: everything that a user can set
-//! - [`render`], [`io`]: passes and tiles, and formats of files
-//! - [`method`], [`lint`]: a method over a backend; checks of a scene
-//! - [`description`]: scene files, and the scenes made of them
+//! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; guesses
+//!   for missing settings of a scene
+//! - [`options`]: all settable options
+//! - [`render`], [`io`]: passes and tiles, and file formats
+//! - [`method`], [`lint`]: a method with a backend; checks of a scene
+//! - [`description`]: scene files, and scenes built from them
 //! - [`session`]: a render from scene file to picture
 //! - `view`: a render in a browser, with the feature of that name
 //! - `cli`: the command line, with the feature of that name
 
-// Parts that the commands alone use.
+// Items that only the commands use.
 #![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 #[cfg(feature = "cli")]
@@ -64,7 +71,7 @@ pub mod session;
 #[cfg(feature = "view")]
 mod view;
 
-/// What most programs need: `use embrasure::prelude::*;`.
+/// Items that most programs need: `use embrasure::prelude::*;`.
 pub mod prelude {
     pub use crate::camera::CameraParameters;
     pub use crate::color::{Spectrum, Tone};

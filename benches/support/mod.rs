@@ -1,4 +1,4 @@
-//! Scenes and rays that benchmarks share.
+//! Scenes and rays for several benchmarks.
 
 use embrasure::description::{SceneFile, load_scene};
 use embrasure::geometry::{Mesh, PrimId, ray_towards};
@@ -16,7 +16,8 @@ pub fn at(i: u32, k: u32) -> Vec2 {
     sampler.get_2d(Dimension::bounce(0, Bounce::Direction))
 }
 
-/// The project's Cornell box; a bumpy sphere in place of it where `triangles` asks for more than it has.
+/// The project's Cornell box if `triangles` is 36, else a bumpy sphere of about `triangles`
+/// triangles.
 pub fn scene(triangles: u32) -> Scene {
     if triangles == 36 {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
@@ -47,7 +48,8 @@ pub fn scene(triangles: u32) -> Scene {
     builder.build().expect("a valid scene").0
 }
 
-/// Rays that leave random points of the surfaces by the cosine: what path tracing asks after the first hit.
+/// Rays that leave random surface points with a cosine distribution, as in path tracing after the
+/// first hit.
 pub fn bounces(scene: &Scene, n: u32) -> Vec<Ray> {
     let total = scene.triangle_count() as u32;
     let ray = |i: u32| {

@@ -1,4 +1,5 @@
-//! Latencies, pictures and bytes a second, and memory after many restarts, for docs/benchmarks.md.
+//! Latencies, pictures and bytes per second, and memory after many restarts, for
+//! docs/benchmarks.md.
 
 use super::link::{SLOW, slow_link};
 use super::viewer::{Frame, PATIENCE, Page, Viewer};
@@ -8,24 +9,24 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tungstenite::Message;
 
-/// Changes that are timed.
+/// Number of measured changes.
 const CHANGES: usize = 20;
 /// Duration of an orbit of the camera.
 const ORBIT: Duration = Duration::from_secs(5);
-/// Between two moves of an orbit.
+/// Time between two moves of an orbit.
 const MOVE: Duration = Duration::from_millis(33);
 
-/// Memory of a process that is in use, in MB.
+/// Resident memory of a process in MB.
 fn memory(process: u32) -> f64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
     line.trim().split(' ').next().unwrap().parse::<f64>().unwrap() / 1024.0
 }
 
-/// Processor time of a process in seconds: of the threads that render, and of all others, which are
-/// those of pages, the server and the loop that shows pictures.
+/// Processor time of a process in seconds: of the render threads, and of all others. The others are
+/// the threads of pages and server, and the loop that shows pictures.
 fn processor_time(process: u32) -> [f64; 2] {
-    /// Ticks a second of Linux.
+    /// Ticks per second in Linux.
     const TICKS: f64 = 100.0;
     let mut times = [0.0; 2];
     for task in fs::read_dir(format!("/proc/{process}/task")).unwrap().flatten() {
@@ -37,7 +38,8 @@ fn processor_time(process: u32) -> [f64; 2] {
         };
         let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
         let ticks: f64 = fields[11..13].iter().map(|t| t.parse::<f64>().unwrap()).sum();
-        // Threads of the pool have the name of the program. So has the first one, which waits for them.
+        // Threads of the pool have the name of the program, and so has the first thread, which
+        // waits for them.
         let is_first = task.file_name().to_string_lossy() == process.to_string();
         let renders = !is_first && !["page", "server"].contains(&name.trim());
         times[usize::from(!renders)] += ticks / TICKS;
@@ -50,7 +52,7 @@ fn median(mut times: Vec<Duration>) -> f64 {
     times[times.len() / 2].as_secs_f64() * 1e3
 }
 
-/// Sends the camera of `home` moved by `step`; it is the move number `moves`.
+/// Sends the camera of `home` moved by `step`.
 fn send_move(page: &mut Page, home: &serde_json::Value, step: usize) {
     let mut camera = home.clone();
     let x = home["position"][0].as_f64().unwrap() + 0.01 * (1 + step % 7) as f64;
@@ -96,7 +98,7 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
         full.push(start.elapsed());
     }
 
-    // Orbit: moves go out while pictures come in.
+    // Orbit: sends moves while pictures arrive.
     let [rendering, others] = processor_time(viewer.child.id());
     let (start, mut moves, mut pictures, mut bytes) = (Instant::now(), 0, 0, 0);
     page.socket
@@ -119,7 +121,7 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
     page.socket.get_ref().set_read_timeout(Some(PATIENCE)).unwrap();
     page.frame_where(|header| header["preview"] == false);
 
-    // Rest: the render goes on, and pages are shown how far it is.
+    // Rest: the render continues, and pages receive its progress.
     let before = processor_time(viewer.child.id());
     let start = Instant::now();
     while start.elapsed() < ORBIT {
@@ -153,7 +155,7 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
     );
 }
 
-/// Percent of the processor time since `before` that was not that of rendering.
+/// Percentage of the processor time since `before` that was not spent on rendering.
 fn share(viewer: &Viewer, before: [f64; 2]) -> f64 {
     let now = processor_time(viewer.child.id());
     let [rendering, others] = [0, 1].map(|i| now[i] - before[i]);

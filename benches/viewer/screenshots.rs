@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// Size of the windows of the guide's pictures.
 const WINDOW: [u32; 2] = [1120, 640];
-/// Of those with noise, whose files would be large.
+/// Size of windows with noisy pictures, whose files would be large.
 const SMALL_WINDOW: [u32; 2] = [1000, 600];
 
 /// Writes the pictures into the folder `pictures`.
@@ -98,7 +98,7 @@ pub fn write(pictures: &Path) {
     shoot(&mut browser, &tab, &pictures.join("view-compare.png"));
     drop(viewer);
 
-    // A camera that is found
+    // A guessed camera
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let obj = scenes.join("pawns.obj");
     done(
@@ -136,7 +136,7 @@ pub fn write(pictures: &Path) {
     shoot(&mut browser, &tab, &pictures.join("view-camera.png"));
 }
 
-/// Writes what is seen of a page to a file.
+/// Writes a screenshot of a page to a file.
 fn shoot(browser: &mut Browser, tab: &Tab, file: &Path) {
     let shot = browser.call(Some(&tab.0), "Page.captureScreenshot", json!({ "format": "png" }));
     let bytes = BASE64_STANDARD.decode(shot["data"].as_str().unwrap()).unwrap();

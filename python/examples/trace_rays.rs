@@ -1,4 +1,5 @@
-//! The loop that `em.intersect` is measured against (python/tests/measure.py): closest hits of rays in a file, by the library alone.
+//! The reference loop for `em.intersect` (python/tests/measure.py): closest hits of the rays in a
+//! file, with the library alone.
 //!
 //! ```text
 //! trace_rays SCENE RAYS       RAYS has six float32 for each ray, origin and direction

@@ -13,7 +13,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// What a direction that was drawn is: an array for each property.
+/// Properties of sampled directions, each as an array.
 type Samples<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray2<f32>>,
@@ -58,19 +58,19 @@ impl Bsdf {
         self.0.lobes().map(words).collect()
     }
 
-    /// Share of the light that is scattered, for uniform illumination.
+    /// Fraction of light that is scattered under uniform illumination.
     #[getter]
     fn albedo(&self) -> (f32, f32, f32) {
         self.0.albedo().to_array().into()
     }
 
-    /// Whether all its lobes are delta lobes.
+    /// True if all lobes are delta lobes.
     #[getter]
     fn is_delta(&self) -> bool {
         self.0.is_delta()
     }
 
-    /// Refuses pickling, and says what to do.
+    /// Raises an error with help instead of pickling.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle("Bsdf", "make it in the other process"))
     }
@@ -94,8 +94,8 @@ impl Bsdf {
         Ok((colors(py, &values)?, PyArray1::from_vec(py, densities)))
     }
 
-    /// Directions `wi` that are drawn for `wo` by three numbers each, with value, density, weight, and whether a delta lobe gave them. Where nothing is scattered
-    /// all is 0.
+    /// Directions `wi` sampled for `wo` with three numbers each, with value, density and weight,
+    /// and true for delta lobes. All are 0 if nothing is scattered.
     fn sample<'py>(
         &self,
         py: Python<'py>,

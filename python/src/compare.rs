@@ -1,4 +1,4 @@
-//! Comparisons of two pictures: what `embrasure compare --json` says.
+//! Comparison of two pictures, as in `embrasure compare --json`.
 
 use crate::errors;
 use crate::film::Film;

@@ -1,4 +1,4 @@
-//! Exceptions: each error of the library as one, with the words that the command line prints.
+//! Exceptions for the errors of the library, with the same text as on the command line.
 
 use embrasure::io::FileErrorKind;
 use pyo3::create_exception;
@@ -24,10 +24,10 @@ pub fn no_pickle(name: &str, help: &str) -> PyErr {
     PyTypeError::new_err(format!("cannot pickle a {name}: {help}"))
 }
 
-/// Prefix of keys that are set over a scene file: Python has no flags.
+/// Prefix of errors for keys set over a scene file. Python has no flags.
 const SET: &str = "--set ";
 
-/// An error of a session.
+/// Exception for an error of a session.
 pub fn of_session(py: Python, error: embrasure::Error) -> PyErr {
     match error {
         embrasure::Error::Setting(invalid) => SettingError::new_err(invalid.to_string()),
@@ -37,7 +37,7 @@ pub fn of_session(py: Python, error: embrasure::Error) -> PyErr {
     }
 }
 
-/// An error of a file.
+/// Exception for an error of a file.
 pub fn of_file(py: Python, error: &embrasure::FileError) -> PyErr {
     if error.kind == FileErrorKind::Flag {
         let help = error.help.as_ref().map(|help| format!("\n  help: {help}"));

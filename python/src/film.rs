@@ -1,4 +1,4 @@
-//! Films: developed images with all their channels, and what files say of them.
+//! Films: developed images with all their channels and metadata.
 
 use crate::errors;
 use crate::job::pooled;
@@ -17,10 +17,10 @@ use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// A developed image, and how it came to be.
+/// A developed image with its origin.
 pub struct Developed {
     pub image: Image,
-    /// How the render shows it.
+    /// Tone of the render.
     pub tone: Tone,
     pub exr: ExrFormat,
     pub seconds: f64,
@@ -31,7 +31,7 @@ pub struct Developed {
 }
 
 impl Developed {
-    /// An image that was not rendered here.
+    /// An image from a file.
     fn of_file(image: Image, picture: Option<Rendering>) -> Self {
         Self {
             image,
@@ -45,11 +45,11 @@ impl Developed {
     }
 }
 
-/// Where an image comes from.
+/// Origin of an image.
 pub enum Source {
     /// A render.
     Rendered(Box<Metadata>),
-    /// A file: the picture in it as comparisons want it, if it has colours.
+    /// A file. For comparisons it has the picture, if the file has colours.
     Read(Option<Rendering>),
 }
 
@@ -67,13 +67,13 @@ impl Film {
         found.ok_or_else(|| PyKeyError::new_err(format!("no channel {name}")))
     }
 
-    /// Rows and columns.
+    /// Numbers of rows and columns.
     fn shape(&self) -> [usize; 2] {
         let size = self.0.image.crop.size();
         [size.y as usize, size.x as usize]
     }
 
-    /// The tone of the render, with these values in place of its own.
+    /// Tone of the render, with given values instead of its own.
     fn tone(&self, tone: Option<&str>, exposure: Option<&str>) -> Result<Tone, Error> {
         let mut options = ToneOptions::default();
         for (key, text) in [("tone", tone), ("exposure", exposure)] {
@@ -89,7 +89,7 @@ impl Film {
         Ok(metered(tone, &self.0.image))
     }
 
-    /// The image, with the noise taken out as `denoise` says.
+    /// The image, denoised according to `denoise`.
     fn denoised(&self, denoise: Option<&str>) -> Result<Cow<'_, Image>, Error> {
         let image = &self.0.image;
         let denoiser = match denoise {
@@ -112,7 +112,7 @@ impl Film {
         Ok(Cow::Owned(image))
     }
 
-    /// 8-bit pixels, and how many channels these have.
+    /// 8-bit pixels, and their number of channels.
     fn shown(
         &self,
         tone: Option<&str>,
@@ -153,7 +153,7 @@ impl Film {
         }
     }
 
-    /// The picture with its noise, as comparisons want it.
+    /// The picture with its noise, for comparisons.
     pub fn rendering(&self) -> Option<Rendering> {
         let Developed { image, source, .. } = &self.0;
         match source {
@@ -168,7 +168,7 @@ impl Film {
 
 #[pymethods]
 impl Film {
-    /// A film of linear colours alone, row by row from the top.
+    /// A film of linear colours only, row by row from the top.
     #[staticmethod]
     fn of_colors(colors: PyReadonlyArray2<f32>, width: usize) -> PyResult<Self> {
         let pixels: Vec<[f32; 3]> = Rows::new("colors", &colors)?.iter().collect();
@@ -188,7 +188,7 @@ impl Film {
         Ok(Self(Developed::of_file(image_of_picture(&picture), Some(picture))))
     }
 
-    /// Names of the channels, in the order of EXR files that hold them.
+    /// Names of the channels in the order of EXR files.
     #[getter]
     fn channels(&self) -> Vec<String> {
         let channels = &self.0.image.channels;
@@ -201,7 +201,7 @@ impl Film {
         self.0.image.resolution.into()
     }
 
-    /// The pixels that are there: x₀, y₀, x₁, y₁.
+    /// Existing pixels: x₀, y₀, x₁, y₁.
     #[getter]
     fn crop(&self) -> (u32, u32, u32, u32) {
         let (min, max) = (self.0.image.crop.min, self.0.image.crop.max);
@@ -214,7 +214,7 @@ impl Film {
         self.0.seconds
     }
 
-    /// Whether all samples were taken.
+    /// True if all samples were taken.
     #[getter]
     fn complete(&self) -> bool {
         match &self.0.source {
@@ -223,7 +223,7 @@ impl Film {
         }
     }
 
-    /// What EXR files say of the settings, `key=value`; empty where nothing is known.
+    /// Settings in EXR files, `key=value`; empty if unknown.
     #[getter]
     fn settings(&self) -> &str {
         match &self.0.source {
@@ -243,7 +243,7 @@ impl Film {
         PyArray1::from_slice(py, &self.channel(name)?.values).reshape(self.shape())
     }
 
-    /// Several channels, beside each other for each pixel.
+    /// Several channels, interleaved per pixel.
     fn planes<'py>(&self, py: Python<'py>, names: Vec<String>) -> PyResult<Bound<'py, PyArray3<f32>>> {
         let channels = names
             .iter()
@@ -281,7 +281,7 @@ impl Film {
             .map_err(|error| errors::Error::new_err(error.to_string()))
     }
 
-    /// Refuses pickling, and says what to do.
+    /// Raises an error with help instead of pickling.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle(
             "Film",
@@ -289,7 +289,7 @@ impl Film {
         ))
     }
 
-    /// Writes an EXR or PNG file, as `render -o` does.
+    /// Writes an EXR or PNG file like `render -o`.
     #[pyo3(signature = (path, tone=None, exposure=None))]
     fn save(&self, py: Python, path: PathBuf, tone: Option<&str>, exposure: Option<&str>) -> PyResult<()> {
         let written = py.detach(|| pooled(|| self.write(&path, tone, exposure)));
@@ -297,13 +297,13 @@ impl Film {
     }
 }
 
-/// Reads a picture: all channels of an EXR file, or the colours of a PNG file and the like.
+/// Reads a picture: all channels of an EXR file, or the colours of a PNG file or a similar file.
 #[pyfunction]
 pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
     let film = py.detach(|| {
         let picture = read_rendering(&path);
         let (image, picture) = match path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-            // One without colours has channels all the same.
+            // A file without colours still has channels.
             true => (image_of_layers(&path)?, picture.ok()),
             false => {
                 let picture = picture?;
@@ -316,7 +316,7 @@ pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
         .map_err(|error: FileError| errors::of_file(py, &error))
 }
 
-/// The channels of the first window that a channel has.
+/// Channels that have the window of the first channel.
 fn image_of_layers(path: &Path) -> Result<Image, FileError> {
     let layers = read_layers(path)?;
     let crop = layers.channels[0].window;

@@ -1,4 +1,5 @@
-//! Work on a thread of its own, for which a Python thread waits: it holds no lock meanwhile, and looks for signals.
+//! Work in a separate thread. The Python thread waits for it without a lock, and checks for
+//! signals.
 
 use crate::errors::{self, Error};
 use pyo3::prelude::*;
@@ -11,41 +12,42 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// Between two looks for signals.
+/// Time between two checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Maximum wait for work that was told to stop.
+/// Maximum wait for work after a stop request.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// What work and the thread that waits for it tell each other.
+/// Shared state of the work and the thread that waits for it.
 #[derive(Default)]
 pub struct Status {
-    /// Whether to stop.
+    /// True to stop.
     pub stop: AtomicBool,
     /// Samples taken, over all pixels.
     pub done: AtomicU64,
-    /// Samples that will be taken, over all pixels, as far as it is known; 0 while the scene is read.
+    /// Number of samples to take, over all pixels, if known; 0 while the scene is read.
     pub total: AtomicU64,
 }
 
 impl Status {
-    /// Whether the work was told to stop.
+    /// Returns true if the work must stop.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Samples taken and to be taken.
+    /// Samples taken, and samples to take.
     fn progress(&self) -> (u64, u64) {
         let [done, total] = [&self.done, &self.total].map(|count| count.load(Ordering::Relaxed));
         (done.min(total), total)
     }
 }
 
-/// Waits for what `results` gives. `progress` is called with the samples taken and to be taken, when these have changed.
+/// Waits for a value from `results`. `progress` is called with the samples taken and the samples to
+/// take, after they have changed.
 ///
 /// # Errors
 ///
-/// What a signal, such as Ctrl-C, or `progress` raises: the work is told to stop then.
+/// Exceptions of a signal, such as Ctrl-C, or of `progress`. The work is then requested to stop.
 pub fn wait<T: Send>(
     py: Python,
     results: &Mutex<Receiver<T>>,
@@ -80,18 +82,19 @@ pub fn wait<T: Send>(
         }
         if let Err(raised) = py.check_signals().and_then(|()| tell(py)) {
             status.stop.store(true, Ordering::Relaxed);
-            // Its memory is free when the exception is seen, as a rule.
+            // Usually frees the memory of the work before the exception arrives.
             let _ = py.detach(|| receive(PATIENCE));
             return Err(raised);
         }
     }
 }
 
-/// Does `work`, which cannot be told to stop, on a thread of its own, so that signals are seen meanwhile.
+/// Runs `work`, which cannot be stopped, in a separate thread, so that signals are handled
+/// meanwhile.
 ///
 /// # Errors
 ///
-/// Those of `work`, and what a signal raises: the thread is left to itself then.
+/// Errors of `work`, and exceptions of a signal; the thread is then abandoned.
 pub fn on_thread<T: Send + 'static>(
     py: Python,
     work: impl FnOnce() -> Result<T, embrasure::Error> + Send + 'static,
@@ -104,17 +107,17 @@ pub fn on_thread<T: Send + 'static>(
     done.map_err(|error| errors::of_session(py, error))
 }
 
-/// Does `work` in the threads of this process; a panic in it is an error.
+/// Runs `work` in the threads of this process. A panic becomes an error.
 pub fn pooled<T: Send>(work: impl FnOnce() -> Result<T, embrasure::Error> + Send) -> Result<T, embrasure::Error> {
     let pool = pool()?;
     guarded(|| pool.install(work))
 }
 
-/// Threads for work outside of sessions, and the process that they belong to.
+/// Threads for work outside sessions, and the id of their process.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Threads of this process. A process that was forked has none of its parent, and would wait for those
-/// of rayon's global pool forever.
+/// Threads of this process. A forked process has no threads of its parent, and would wait forever
+/// for the threads of rayon's global pool.
 fn pool() -> Result<Arc<ThreadPool>, embrasure::Error> {
     let mut known = POOL.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
@@ -124,12 +127,12 @@ fn pool() -> Result<Arc<ThreadPool>, embrasure::Error> {
     let pool = ThreadPoolBuilder::new().build();
     let pool = pool.map_err(|error| embrasure::Error::Failed(format!("cannot start threads: {error}")))?;
     let pool = Arc::new(pool);
-    // The parent's pool has no threads here that could end.
+    // The parent's pool has no threads in this process that could end.
     std::mem::forget(known.replace((process, pool.clone())));
     Ok(pool)
 }
 
-/// Does `work`; a panic in it is an error.
+/// Runs `work`. A panic becomes an error.
 pub fn guarded<T>(work: impl FnOnce() -> Result<T, embrasure::Error>) -> Result<T, embrasure::Error> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let words = format!("the library has failed: {}", message(&*panic));

@@ -1,8 +1,9 @@
-//! The extension module `embrasure._native`: what the Python package `embrasure` stands on. The package has the names, types and documentation that users
-//! see (`python/embrasure`); the classes here hold what numpy and Python have no types for.
+//! The extension module `embrasure._native`, which the Python package `embrasure` uses. The package
+//! has the names, types and documentation for users (`python/embrasure`). The classes here have the
+//! data without a Python or numpy type.
 //!
-//! Renders, and reading of scenes, run on a thread of their own (`job`). The Python thread waits without the interpreter's lock, looks for signals, and
-//! calls the progress callback.
+//! Renders and scene reading run in a separate thread (`job`). The Python thread waits without the
+//! interpreter's lock, checks for signals, and calls the progress callback.
 
 mod bsdf;
 mod compare;
@@ -36,7 +37,7 @@ mod _native {
     use crate::scene::{Description, Mesh};
     use pyo3::prelude::*;
 
-    /// Version, backends with their versions, and where libraries were found, a line each.
+    /// Version, backends with their versions, and paths of libraries, one per line.
     #[pyfunction]
     fn version_text() -> String {
         embrasure::version_text()

@@ -15,10 +15,10 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Rays between two looks for signals.
+/// Number of rays between two checks for signals.
 const BATCH: usize = 1 << 20;
 
-/// Rays that one task traces.
+/// Number of rays per task.
 const TASK: usize = 1 << 12;
 
 /// No triangle, mesh or instance.
@@ -38,9 +38,10 @@ type Hits<'py> = (
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Rays {
     session: Arc<Session>,
-    /// The process that has its threads.
+    /// Id of the process that owns the threads.
     process: u32,
-    /// For meshes from arrays that have triangles without area, which the scene lacks: the index of each triangle in its array.
+    /// For meshes from arrays that have triangles without area: the array index of each triangle of
+    /// the scene. The scene leaves triangles without area out.
     kept: Vec<Option<Vec<u32>>>,
 }
 
@@ -73,7 +74,8 @@ impl Rays {
         self.session.scene().objects().to_vec()
     }
 
-    /// The closest hits of rays in the open interval from `t_min` to `t_max`, of which there is one for all or one for each.
+    /// Closest hits of rays in the open interval from `t_min` to `t_max`. `t_max` has one value for
+    /// all rays, or one per ray.
     fn intersect<'py>(
         &self,
         py: Python<'py>,
@@ -84,7 +86,7 @@ impl Rays {
     ) -> PyResult<Hits<'py>> {
         let rays = RayArrays::new(&origins, &directions, t_min, &t_max)?;
         let count = rays.len();
-        // Zeros are pages that the system gives when they are first written, by whichever thread.
+        // The system allocates zero pages at the first write, in the thread that writes.
         let mut t = vec![0.0f32; count];
         let [mut prim, mut geom, mut inst] = [(); 3].map(|()| vec![0i32; count]);
         let [mut weights, mut normals] = [(); 2].map(|()| vec![[0.0f32; 3]; count]);
@@ -130,7 +132,7 @@ impl Rays {
         ))
     }
 
-    /// Whether anything is hit, for the same rays.
+    /// True for each ray that hits a surface.
     fn occluded<'py>(
         &self,
         py: Python<'py>,
@@ -177,7 +179,8 @@ impl Rays {
         *index.unwrap_or(&hit.prim.0) as i32
     }
 
-    /// Gives `work` ranges of `count` rays, one after the other, in the session's threads; looks for signals between them.
+    /// Calls `work` with consecutive ranges of `count` rays in the session's threads, and checks
+    /// for signals between them.
     fn in_batches(
         &self,
         py: Python,
@@ -203,8 +206,8 @@ impl Rays {
 }
 
 impl Drop for Rays {
-    /// In a forked process the session is never dropped: a thread of the parent may have held a lock
-    /// of Embree or of the pool, and no thread here releases it.
+    /// In a forked process the session is never dropped. A thread of the parent may have held a
+    /// lock of Embree or of the pool, and no thread here releases it.
     fn drop(&mut self) {
         if self.process != std::process::id() {
             std::mem::forget(self.session.clone());
@@ -212,7 +215,7 @@ impl Drop for Rays {
     }
 }
 
-/// Rays in arrays.
+/// Rays from arrays.
 struct RayArrays<'a> {
     origins: Rows<'a, f32, 3>,
     directions: Rows<'a, f32, 3>,
@@ -254,13 +257,13 @@ impl<'a> RayArrays<'a> {
     }
 }
 
-/// Unit geometric normal of the triangle that was hit, by its winding.
+/// Unit geometric normal of the triangle of a hit, by its winding.
 fn normal(scene: &Scene, hit: &Hit) -> [f32; 3] {
     let [a, b, c] = scene.corners(hit, 0.0);
     (b - a).cross(c - a).normalize_or_zero().to_array()
 }
 
-/// For each mesh of `scene` that lacks triangles of an array, the indices of those that it has.
+/// Indices of the existing triangles, for each mesh of `scene` that lacks triangles of its array.
 fn kept_triangles(file: &SceneFile, scene: &Scene) -> Vec<Option<Vec<u32>>> {
     let mut kept = vec![None; scene.meshes().len()];
     let mut geom = 0;
@@ -272,7 +275,8 @@ fn kept_triangles(file: &SceneFile, scene: &Scene) -> Vec<Option<Vec<u32>>> {
         };
         let (mesh, all) = (&scene.meshes()[geom + found], &object.mesh.triangles);
         if mesh.triangles.len() < all.len() {
-            // Equal triangles are both there or neither: the first one that is equal is the one.
+            // Equal triangles are both kept or both left out, so the first equal triangle is
+            // correct.
             let mut indices = (0u32..).zip(all);
             let next = |triangle: &[u32; 3]| indices.find(|(_, other)| *other == triangle);
             kept[geom + found] = Some(mesh.triangles.iter().filter_map(next).map(|(i, _)| i).collect());

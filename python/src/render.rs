@@ -1,4 +1,4 @@
-//! Renders: a thread that holds session, renderer and state, and gives films when it is asked for them.
+//! Renders: a thread with session, renderer and state that returns films on request.
 
 use crate::errors;
 use crate::film::{Developed, Film, Source};
@@ -14,24 +14,24 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// What the thread answers: the next film, or that there is none.
+/// Reply of the thread: the next film, or `None` after the last.
 type Answer = Result<Option<Developed>, Error>;
 
 /// A render in progress. Dropping it ends its thread.
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Render {
     status: Arc<Status>,
-    /// To the thread, which ends when this does.
+    /// Sender to the thread. The thread ends when it is dropped.
     asks: Mutex<Sender<()>>,
     answers: Mutex<Receiver<Answer>>,
-    /// Held while an answer is waited for.
+    /// Locked while a thread waits for a reply.
     turn: Mutex<()>,
 }
 
 #[pymethods]
 impl Render {
-    /// A render of `scene` as `flags` say. With `pause`, in seconds, films are given at the ends of passes, at least so far apart; without it one, at the
-    /// end.
+    /// A render of `scene` with `flags`. With `pause`, in seconds, films are made at the ends of
+    /// passes, with at least this interval. Without it, there is one film at the end.
     #[new]
     #[pyo3(signature = (scene, flags, pause=None))]
     fn new(py: Python, scene: &Description, flags: Vec<String>, pause: Option<f64>) -> PyResult<Self> {
@@ -58,7 +58,8 @@ impl Render {
         })
     }
 
-    /// The next film; `None` after the last one. `progress` is called with the samples taken and to be taken, over all pixels.
+    /// The next film; `None` after the last. `progress` is called with the samples taken and the
+    /// samples to take, over all pixels.
     #[pyo3(signature = (progress=None))]
     fn next(&self, py: Python, progress: Option<Py<PyAny>>) -> PyResult<Option<Film>> {
         let Ok(_turn) = self.turn.try_lock() else {
@@ -81,7 +82,7 @@ impl Drop for Render {
     }
 }
 
-/// What the thread of a render has.
+/// Data of the thread of a render.
 struct Work {
     request: Request,
     pause: Option<Duration>,
@@ -91,23 +92,23 @@ struct Work {
 }
 
 impl Work {
-    /// Answers requests until no sender remains.
+    /// Replies to requests until no sender remains.
     fn run(self) {
         if self.asked.recv().is_err() {
             return;
         }
-        // The session is dropped before the last answer: a process that is forked after it has no
-        // thread that holds a lock of Embree.
+        // The session is dropped before the last reply: a process forked later has no thread with a
+        // lock of Embree.
         let last = guarded(|| self.render());
         let _ = self.answers.send(last);
-        // Further films are asked for in vain.
+        // Later requests get no film.
         while self.asked.recv().is_ok() {
             let _ = self.answers.send(Ok(None));
         }
     }
 
-    /// Answers requests for all films but the last, which is returned; `None` if the render was
-    /// stopped, or none is asked for.
+    /// Replies to requests for all films except the last, which is returned. `None` if the render
+    /// was stopped, or if no film was requested.
     fn render(&self) -> Answer {
         let Request {
             scene,
@@ -148,7 +149,7 @@ impl Work {
         }
     }
 
-    /// The film so far; without noise, where that is wanted, once the render `is_over`.
+    /// The current film, denoised if requested and if the render `is_over`.
     fn film(
         &self,
         renderer: &Renderer,
@@ -186,7 +187,8 @@ impl Work {
     }
 }
 
-/// Counts samples, and ends the render at its time limit or when it is told to; pauses it at the end of a pass after a while.
+/// Counts samples, ends the render at its time limit or on a stop request, and pauses it at the end
+/// of a pass.
 struct Watcher<'a> {
     status: &'a Status,
     end: Option<Instant>,
@@ -195,7 +197,7 @@ struct Watcher<'a> {
 }
 
 impl Watcher<'_> {
-    /// Whether the time limit is over.
+    /// Returns true if the time limit has passed.
     fn is_late(&self) -> bool {
         self.end.is_some_and(|end| Instant::now() >= end)
     }

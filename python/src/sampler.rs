@@ -7,11 +7,11 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
-/// Numbers between two looks for signals.
+/// Number of values between two checks for signals.
 const BATCH: u32 = 1 << 22;
 
-/// Decisions of a path by two numbers each, in the order in which they are taken: pixel, lens, then at each vertex the choice of a light, a point on it, and
-/// a direction.
+/// Decisions of a path, with two numbers each, in their order: pixel, lens, then for each vertex
+/// the choice of a light, the point on it, and the direction.
 fn decision(index: u32) -> Dimension {
     const AT_A_VERTEX: [Bounce; 3] = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
     match index {
@@ -21,8 +21,8 @@ fn decision(index: u32) -> Dimension {
     }
 }
 
-/// An empty vector with space for `count` × `dims` numbers. The allocator gives more than is available,
-/// and the system would end Python when the numbers are written.
+/// An empty vector with capacity for `count` × `dims` numbers. The allocator may return more than
+/// is available, and the system would end Python when the numbers are written.
 fn reserved(count: u32, dims: u32) -> PyResult<Vec<f32>> {
     let numbers = (count as usize).saturating_mul(dims as usize);
     let bytes = (numbers as u64).saturating_mul(size_of::<f32>() as u64);
@@ -38,7 +38,8 @@ fn reserved(count: u32, dims: u32) -> PyResult<Vec<f32>> {
     )))
 }
 
-/// Numbers of samples 0 to `count` − 1 of a pixel by the sampler `name`, `dims` for each.
+/// Numbers of the samples 0 to `count` − 1 of a pixel from the sampler `name`, with `dims` per
+/// sample.
 #[pyfunction]
 pub fn points<'py>(
     py: Python<'py>,

@@ -1,4 +1,5 @@
-//! Scene descriptions: a scene file or a scene in code, with keys set over it and meshes from arrays.
+//! Scene descriptions: a scene file or a scene in code, with changed keys and with meshes from
+//! arrays.
 
 use crate::errors;
 use embrasure::SceneFile;
@@ -37,7 +38,7 @@ impl Mesh {
         })))
     }
 
-    /// Refuses pickling, and says what to do.
+    /// Raises an error with help instead of pickling.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle(
             "Scene",
@@ -46,17 +47,17 @@ impl Mesh {
     }
 }
 
-/// The rows of an array of `N` columns.
+/// Rows of an array with `N` columns.
 fn rows<T: numpy::Element + Copy, const N: usize>(name: &str, array: &PyReadonlyArray2<T>) -> PyResult<Vec<[T; N]>> {
     Ok(Rows::new(name, array)?.iter().collect())
 }
 
-/// The rows of an array of `N` columns, which lies row by row in memory.
+/// Rows of an array with `N` columns, in row-major order.
 #[derive(Clone, Copy)]
 pub struct Rows<'a, T, const N: usize>(&'a [T]);
 
 impl<'a, T: numpy::Element + Copy, const N: usize> Rows<'a, T, N> {
-    /// Those of `array`, which errors call `name`.
+    /// Rows of `array`. Errors use the name `name`.
     pub fn new(name: &str, array: &'a PyReadonlyArray2<T>) -> PyResult<Self> {
         let columns = array.shape()[1];
         if columns != N {
@@ -73,7 +74,7 @@ impl<'a, T: numpy::Element + Copy, const N: usize> Rows<'a, T, N> {
         self.0.len() / N
     }
 
-    /// Row `i`, which must be one of them.
+    /// Row `i`, which must exist.
     pub fn row(&self, i: usize) -> [T; N] {
         let start = i * N;
         std::array::from_fn(|column| self.0[start + column])
@@ -85,13 +86,13 @@ impl<'a, T: numpy::Element + Copy, const N: usize> Rows<'a, T, N> {
     }
 }
 
-/// A scene as it is described, before its files are read.
+/// A scene description before its files are read.
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Description(pub SceneFile);
 
 #[pymethods]
 impl Description {
-    /// A scene file, or the scene that an OBJ file stands for, with keys set over its own.
+    /// A scene file, or the scene of an OBJ file, with changed keys.
     #[staticmethod]
     fn load(py: Python, path: PathBuf, keys: Vec<String>) -> PyResult<Self> {
         let file = Request::scene_file(&path, &keys);
@@ -106,7 +107,7 @@ impl Description {
             .map_err(|error| errors::of_file(py, &error))
     }
 
-    /// This scene with these keys, and these meshes: each with its name and that of its material.
+    /// This scene with `keys` and `meshes`: each mesh with its name and the name of its material.
     #[pyo3(signature = (keys, meshes))]
     fn with_parts(
         &self,
@@ -130,13 +131,13 @@ impl Description {
         checked.map_err(|error| errors::of_session(py, error))
     }
 
-    /// Number of lights that the description names.
+    /// Number of lights in the description.
     #[getter]
     fn light_count(&self) -> usize {
         self.0.light.len()
     }
 
-    /// Refuses pickling, and says what to do.
+    /// Raises an error with help instead of pickling.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle(
             "Scene",

@@ -1,10 +1,11 @@
-//! Runs the Python tests of this folder by pytest, against the program and the module that cargo has built with this test.
+//! Runs the Python tests of this folder with pytest, against the program and the module that cargo
+//! has built with this test.
 
 use std::env;
 use std::path::Path;
 use std::process::Command;
 
-/// Ends the test with what the command printed if it failed.
+/// Fails the test with the output of the command, if the command failed.
 fn run(command: &mut Command) {
     let out = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
     let said = [&out.stdout[..], &out.stderr].map(String::from_utf8_lossy).concat();
@@ -16,7 +17,8 @@ fn run(command: &mut Command) {
 #[cfg_attr(not(python), ignore = "the environment of scripts/setup-python is missing")]
 fn python_tests_pass() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    // Cargo runs this test from target/PROFILE/deps, where the module is; the program is one level up.
+    // Cargo runs this test in target/PROFILE/deps, the folder of the module. The program is one
+    // level up.
     let this = env::current_exe().unwrap();
     let deps = this.parent().unwrap();
     let package = tempfile::tempdir().unwrap();

@@ -3,10 +3,10 @@
 
 usage: benches/denoisers.py PROGRAM [FIGURE.png], in an environment with matplotlib (benches/peers/requirements.txt)
 
-Each scene is rendered once with 4 and once with 16 samples per pixel, and the same file is denoised by each filter (`develop --denoise`).
-The error is relMSE against the suite's reference, by `compare`; the time is the processor time of `develop`
-above one without a filter, for 512 x 512 pixels.
-The light is the mean luminance of the result over that of the raw picture.
+Each scene is rendered once with 4 and once with 16 samples per pixel. Each filter denoises the same
+file (`develop --denoise`). The error is the relMSE of `compare` against the suite's reference. The
+time is the processor time of `develop` with the filter minus the time without a filter, for
+512 x 512 pixels. The light is the ratio of the mean luminances of the result and the raw picture.
 """
 
 import json
@@ -29,14 +29,14 @@ SUITE = Path(__file__).resolve().parents[1] / "../shared/suite"
 
 def run(*words):
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
-    # `compare` says by its exit code that the images differ.
+    # Exit code 1 of `compare` means that the images differ.
     if done.returncode not in (0, 1):
         sys.exit(f"{' '.join(map(str, words))}: {done.stderr}")
     return done.stdout
 
 
 def seconds(*words):
-    """Processor time of the program: it hardly depends on what else the machine does."""
+    """Processor time of the program. It hardly depends on other load of the machine."""
     start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     run(*words)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - start

@@ -1,7 +1,9 @@
-"""Renders OBJ files as a new user would: no flag but the output's name and a time limit.
+"""Renders OBJ files like a new user, with no flags except the output's name and a time limit.
 
-Of each picture the table has, from the render's own channels: the share of the frame that the subject covers (pixels with a depth), the share of its
-pixels that are white, and the median of its display values; the time from the start to the finished file, and what was guessed.
+For each picture the table has figures from the render's own channels: the fraction of the frame
+covered by the subject (pixels with a depth), the fraction of its pixels that are white, and the
+median of its display values. It also has the time from the start to the finished file, and the
+guesses.
 """
 
 import argparse
@@ -16,15 +18,15 @@ import OpenEXR
 
 # Depth of pixels that show no surface.
 BACKGROUND = 1e10
-# A display value from which on a pixel is white.
+# Minimum display value of a white pixel.
 WHITE = 254.5 / 255
-# Edge of a picture on the sheet, the room around it, and pictures in a row.
+# Edge length and margin of a picture on the sheet in pixels, and pictures per row.
 TILE, MARGIN, COLUMNS = 256, 8, 6
 LIMITS = {"covered": (0.20, 0.85), "white": (0.0, 0.02), "median": (0.25, 0.70)}
 
 
 def objs(folder):
-    """OBJ files of the scenes; those that are awkward or broken by design are no scenes."""
+    """OBJ files of the scenes, except files that are awkward or broken by design."""
     found = sorted(folder.rglob("*.obj"))
     return [path for path in found if not {"awkward-obj", "faults"} & set(path.parts)]
 
@@ -59,7 +61,7 @@ def render(embrasure, scene, work):
 
 
 def reduced(picture):
-    """The picture at the size of a tile, by the nearest pixels of a regular grid over block means."""
+    """The picture reduced to the size of a tile with block means."""
     step = max(picture.shape[0] // TILE, 1)
     height, width = picture.shape[0] // step * step, picture.shape[1] // step * step
     blocks = picture[:height, :width].reshape(height // step, step, width // step, step, 3)

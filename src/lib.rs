@@ -33,7 +33,7 @@
 //!
 //! The types of [`prelude`], and the others that this page re-exports by name, follow semantic
 //! versioning. Before 1.0 they change only with the minor version, with a line in the CHANGELOG.
-//! The same applies to file formats, flags, and the bits of a picture of given settings.
+//! This also applies to file formats, flags, and the bits of a picture of given settings.
 //! [`Settings`], [`Error`] and the enums that will grow, such as integrators, backends, samplers
 //! and channels, are `#[non_exhaustive]`: a program starts with [`Settings::of`] a file, or with
 //! the default, and assigns fields. docs/public-api.txt lists this interface, and `make lint`

@@ -1,12 +1,14 @@
-"""Renders the suites by every renderer, and compares noise against time. `make bench-peers` runs it.
+"""Renders the suites with every renderer, and compares noise over time. `make bench-peers` runs it.
 
-Noise is the variance of a pixel, from two renders a and b that differ in their seeds alone, in the unit of relMSE: the mean over pixels and channels of
-(a − b)² / 2 / (m² + 0.01), where m is the mean of the two, the worst 0.1 % of the pixels left out. It needs no reference, whose own error would count at
-large numbers of samples.
+Noise is the variance of a pixel in the unit of relMSE, from two renders a and b that differ only in
+their seeds. It is the mean over pixels and channels of (a − b)² / 2 / (m² + 0.01), without the worst
+0.1 % of the pixels, and m is the mean of a and b. It needs no reference, whose own error would
+matter at large numbers of samples.
 
-Each render is a process of its own, and its seconds are those of the whole process; the shortest of its runs counts. The renderers take turns at every
-setting, so that a slow minute of the machine is everyone's. A matte picture whose mean is not the reference's has no figures; if it is ours, that is an
-error. Materials of the other suites are not the same to the last per cent, so there the mean is a column.
+Each render is a separate process. Its time is the time of the whole process, and the shortest run
+counts. The renderers alternate at every setting, so that a slow minute of the machine affects all
+of them. A matte picture whose mean differs from the reference has no figures; for our picture that
+is an error. Materials of the other suites differ by up to a per cent, so there the mean is a column.
 """
 
 import argparse
@@ -33,16 +35,20 @@ HERE = Path(__file__).parent
 US = "Embrasure"
 PACKAGES = {"Mitsuba": "mitsuba", "Cycles": "bpy", "LuxCore": "pyluxcore"}
 PROGRAMS = {"Mitsuba": "render_mitsuba.py", "Cycles": "render_cycles.py", "LuxCore": "render_luxcore.py"}
-# Of each channel's mean against the reference's: wide enough for the noise of 16 samples, and far below any mistake.
+# Tolerance of each channel's mean against the reference: wide enough for the noise of 16 samples, and
+# far below any mistake.
 MEANS_AGREE = 0.01
-# The most samples of a pixel that all but the best are asked for.
+# Maximum samples per pixel of all settings except the best.
 FEW = 64
 MANY = 1 << 20
 
 
 @dataclass
 class Suite:
-    """Scenes by name: our scene file, and the JSON file that the peers read. Settings of renderers, with the most samples of a pixel."""
+    """Scenes by name: our scene file, and the JSON file for the peers.
+
+    Settings of renderers have their maximum samples per pixel.
+    """
 
     scenes: dict[str, tuple[str, str]]
     settings: dict[tuple[str, str], int]
@@ -83,7 +89,7 @@ SUITES = {
 @dataclass
 class Render:
     image: np.ndarray
-    # Of the whole process: seconds, processor seconds, and peak memory in MB.
+    # Figures of the whole process: seconds, processor seconds, and peak memory in MB.
     seconds: float
     processor: float
     megabytes: float
@@ -97,14 +103,14 @@ def read_exr(path: Path) -> np.ndarray:
 
 
 def variance(a: np.ndarray, b: np.ndarray) -> float:
-    """Of one of two pictures that differ in their seeds, in the unit of relMSE."""
+    """Variance of one of two pictures that differ in their seeds, in the unit of relMSE."""
     mean = (a + b) / 2
     errors = np.sort(((a - b) ** 2 / 2 / (mean**2 + 0.01)).mean(-1), axis=None)
     return float(errors[: int(np.ceil(len(errors) * 0.999))].mean())
 
 
 def timed(command: list) -> tuple[float, float, float]:
-    """Runs a command; the seconds of the whole process, its processor seconds, and its peak memory in MB."""
+    """Runs a command. Returns seconds and processor seconds of the process, and peak memory in MB."""
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log"
         words = [sys.executable, "-S", "-E", HERE / "timed.py", log, *command]
@@ -177,7 +183,7 @@ def agrees(row: dict) -> bool:
 
 
 def table(rows: list[dict]) -> str:
-    """A row for each renderer and setting; efficiency as a multiple of the best peer's at the same count."""
+    """A row per renderer and setting; efficiency relative to the best peer at the same count."""
     lines = []
     for scene in dict.fromkeys(row["scene"] for row in rows):
         lines += [
@@ -205,7 +211,7 @@ def table(rows: list[dict]) -> str:
 
 
 def plot(rows: list[dict], path: Path) -> None:
-    """Noise against seconds, both logarithmic, one panel for each scene and one row for each suite."""
+    """Noise over seconds, both logarithmic, with a panel per scene and a row per suite."""
     suites = {suite: list(dict.fromkeys(r["scene"] for r in rows if r["suite"] == suite)) for suite in dict.fromkeys(r["suite"] for r in rows)}
     columns = max(len(scenes) for scenes in suites.values())
     figure, axes = plt.subplots(
@@ -234,7 +240,7 @@ def plot(rows: list[dict], path: Path) -> None:
 
 
 def head(embrasure: Path, packages: dict[str, str], runs: str) -> str:
-    """The line over a table: when, where, and by which versions."""
+    """Line above a table: date, machine and versions."""
     names = ", ".join(f"{name} {version(package)}" for name, package in packages.items())
     ours = subprocess.run([embrasure, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
     return f"`make bench-peers`, {date.today()}, {os.cpu_count()} cores; {ours}; {names}; {runs}.\n\n"

@@ -1,14 +1,15 @@
-"""Measures how long each program takes to load a large OBJ file and to make it ready for rays. `make bench-peers` runs it last.
+"""Measures the time of each program to load a large OBJ file and to build its structure.
 
-A process reads the file and renders 16 × 16 pixels of one sample. Another does the same with a single triangle; what it takes is start-up,
-the picture and the end, so the difference is loading and building. LuxCore is not here: it reads PLY files, not OBJ files.
+`make bench-peers` runs it last. A process reads the file and renders 16 × 16 pixels with one sample.
+Another process does the same with a single triangle. Its time is start-up, picture and exit, so the
+difference is loading and building. LuxCore is left out: it reads PLY files, not OBJ files.
 """
 
 import json
 import sys
 from pathlib import Path
 
-# The same for everyone: the mesh lies within 0.06 of the origin, and a white environment lights it.
+# Equal for all programs: the mesh lies within 0.06 of the origin, and a white environment lights it.
 SIZE, ORIGIN, FOV_Y = 16, (0, 0, 0.3), 40
 TRIANGLE = "v -0.05 -0.05 0\nv 0.05 -0.05 0\nv 0 0.05 0\nf 1 2 3\n"
 US = "Embrasure"
@@ -17,7 +18,7 @@ US = "Embrasure"
 def mitsuba(obj: str, output: str) -> int:
     import mitsuba as mi
 
-    # The variant of render_mitsuba.py, which builds its hierarchy by Embree.
+    # The variant of render_mitsuba.py, which builds its hierarchy with Embree.
     mi.set_variant("llvm_ad_rgb")
     look = mi.ScalarTransform4f().look_at(origin=ORIGIN, target=[0, 0, 0], up=[0, 1, 0])
     film = {"type": "hdrfilm", "width": SIZE, "height": SIZE, "rfilter": {"type": "box"}, "component_format": "float32"}
@@ -26,7 +27,7 @@ def mitsuba(obj: str, output: str) -> int:
         "integrator": {"type": "path"},
         "light": {"type": "constant"},
         "sensor": {"type": "perspective", "fov": FOV_Y, "near_clip": 1e-3, "far_clip": 10, "to_world": look, "film": film},
-        # Without face_normals it makes the vertex normals that the file lacks; we make none.
+        # Without face_normals Mitsuba computes the missing vertex normals; Embrasure does not.
         "shape": {"type": "obj", "filename": obj, "face_normals": True},
     })
     mi.Bitmap(mi.render(scene, spp=1)).write(output)
@@ -38,7 +39,7 @@ def cycles(obj: str, output: str) -> int:
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     stage = bpy.context.scene
-    # These axes are the file's own.
+    # These axes keep the axes of the file.
     bpy.ops.wm.obj_import(filepath=obj, forward_axis="Y", up_axis="Z")
     camera = bpy.data.cameras.new("camera")
     camera.angle, camera.clip_start = FOV_Y * 3.14159265 / 180, 1e-3
@@ -60,7 +61,7 @@ PEERS = {"Mitsuba": (mitsuba, "mitsuba"), "Cycles": (cycles, "bpy")}
 
 
 def command(program: str, embrasure: Path, obj: Path, folder: Path) -> list:
-    """What renders the OBJ file, and leaves its number of triangles in folder/stats."""
+    """Command that renders the OBJ file, and writes its number of triangles to folder/stats."""
     if program != US:
         return [sys.executable, __file__, program, obj, folder / "x.exr", folder / "stats"]
     camera = ["--position", ",".join(map(str, ORIGIN)), "--look-at", "0,0,0", "--fov", FOV_Y]
@@ -120,7 +121,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    # A peer's process imports that peer, and nothing that the others do not need.
+    # A peer's process imports only that peer and common modules.
     if sys.argv[1] in PEERS:
         program, obj, output, stats = sys.argv[1:]
         triangles = PEERS[program][0](obj, output)

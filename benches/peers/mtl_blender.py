@@ -1,13 +1,17 @@
-"""Compares how Blender and this program read material libraries: mean colours of spheres of each material under a white sky.
+"""Compares the material libraries as read by Blender and by this program.
+
+It compares mean colours of spheres of each material under a white sky.
 
     python3.11 -m venv venv && venv/bin/pip install bpy==5.0.1 numpy==1.26.4 OpenEXR==3.5.3
     venv/bin/python benches/peers/mtl_blender.py --embrasure target/release/embrasure --chart kitchen.mtl
 
-Blender's importer reads each library, and Cycles renders a sphere of each material; this program renders the same spheres with the library read as it
-stands (`--mtl-dialect auto`) and literally (`spec`). The means over a sphere's disc are compared in each channel. With --chart
-Blender writes two libraries itself, of surfaces that vary one input at a time, with and without its PBR extension, and they are compared too.
+Blender's importer reads each library, and Cycles renders a sphere of each material. This program
+renders the same spheres with the library read as `--mtl-dialect auto` and literally (`spec`). The
+means over a sphere's disc are compared in each channel. With --chart Blender also writes two
+libraries of surfaces that vary one input at a time, with and without its PBR extension, and they are
+compared too.
 
-The exit code is 1 where a material that is read as it stands differs by more than 5 %.
+The exit code is 1 if a material read with `auto` differs by more than 5 %.
 """
 
 import argparse
@@ -23,9 +27,9 @@ import numpy as np
 import OpenEXR
 
 SIZE, SPP, DISTANCE, FOV_Y, DEPTH = 64, 64, 10, 12, 64
-# Part of half the height that is looked at; the disc ends at 0.956.
+# Radius of the compared disc, relative to half the height; the sphere's disc ends at 0.956.
 DISC = 0.945
-# Largest difference of a mean, and the value below which it counts as absolute.
+# Maximum relative difference of a mean, and the value below which the difference is absolute.
 TOLERANCE, FLOOR = 0.05, 0.01
 DIALECTS = ("auto", "spec")
 INPUTS = {
@@ -43,7 +47,7 @@ INPUTS = {
     "emission": "Emission Color",
     "emission_strength": "Emission Strength",
 }
-# What differs from a new principled surface, by the name of the material.
+# Differences from a new principled surface, by the name of the material.
 CHART = {
     "plain": {},
     "black": {"Base Color": (0.01, 0.01, 0.01, 1)},
@@ -75,7 +79,7 @@ def names_of(library: Path) -> list[str]:
 
 
 def sphere(first: int, rings: int = 32, slices: int = 64) -> str:
-    """Faces of a unit sphere whose axis is z, whose first vertex has the index `first`."""
+    """Faces of a unit sphere with the axis z. Its first vertex has the index `first`."""
     phi, theta = np.meshgrid(np.linspace(0, 2 * np.pi, slices + 1), np.linspace(0, np.pi, rings + 1))
     places = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1).reshape(-1, 3)
     uvs = np.stack([phi / (2 * np.pi), 1 - theta / np.pi], -1).reshape(-1, 2)
@@ -100,7 +104,7 @@ def mean(picture: Path) -> np.ndarray:
 
 
 def write_chart(folder: Path, extended: bool) -> Path:
-    """Lets Blender write a library of the chart."""
+    """Writes a library of the chart with Blender."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     mesh = bpy.data.meshes.new("chart")
     corners = [(i + dx, dy, 0) for i in range(len(CHART)) for dx, dy in ((0, 0), (1, 0), (0, 1))]
@@ -119,13 +123,13 @@ def write_chart(folder: Path, extended: bool) -> Path:
 
 
 def by_cycles(library: Path, names: list[str], work: Path) -> dict:
-    """Inputs and mean colours of all materials, as Blender has them."""
+    """Inputs and mean colours of all materials in Blender."""
     vertices = sphere(1).count("\nv ") + 1
     parts = [f"o sphere{i}\nusemtl {name}\n{sphere(1 + i * vertices)}" for i, name in enumerate(names)]
     obj = work / "all-spheres.obj"
     obj.write_text(f"mtllib {library.name}\n" + "".join(parts))
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    # These axes are the file's own.
+    # These axes keep the axes of the file.
     bpy.ops.wm.obj_import(filepath=str(obj), forward_axis="Y", up_axis="Z")
     stage = bpy.context.scene
     stage.world = bpy.data.worlds.new("world")
@@ -160,7 +164,7 @@ def by_cycles(library: Path, names: list[str], work: Path) -> dict:
 
 
 def by_us(embrasure: Path, library: Path, name: str, dialect: str, work: Path) -> list[float]:
-    """Mean colour of a material as this program has it; not a number where it refuses the library."""
+    """Mean colour of a material in this program; NaN if it rejects the library."""
     (work / "sphere.obj").write_text(f"mtllib {library.name}\nusemtl {name}\n{sphere(1)}")
     (work / "sphere.toml").write_text(f"""version = 1
 [camera]
@@ -190,7 +194,7 @@ radiance = [1, 1, 1]
 
 
 def difference(ours: list[float], theirs: list[float]) -> float:
-    """Largest relative difference of a channel; infinite where there is no picture."""
+    """Largest relative difference of a channel; infinite without a picture."""
     return float("inf") if np.isnan(ours).any() else max(abs(a - b) / max(b, FLOOR) for a, b in zip(ours, theirs))
 
 

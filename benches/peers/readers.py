@@ -1,12 +1,13 @@
-"""Reads an EXR file of ours by programs that others wrote, and says whether they find what is there.
+"""Reads an EXR file of this program with other programs, and checks their results.
 
     embrasure render SCENE --aov all -o picture.exr && python benches/peers/readers.py picture.exr
 
-Needs the packages of requirements.txt, and then `pip install --no-deps OpenImageIO==3.2.2.0`, which asks for another numpy and works with that of
-bpy all the same. Each program is a process of its own:
+Needs the packages of requirements.txt, and then `pip install --no-deps OpenImageIO==3.2.2.0`, which
+requires another numpy but works with the numpy of bpy. Each program is a separate process:
 
-- OpenImageIO reads all channels; they must be those that OpenEXR reads, bit for bit;
-- Blender's Cryptomatte node looks up names in the manifests; its mattes must be the sums of the shares of these names.
+- OpenImageIO reads all channels; they must be bit-identical to the channels that OpenEXR reads;
+- Blender's Cryptomatte node finds names in the manifests; its mattes must be the sums of the coverage
+  of these names.
 """
 
 import json
@@ -39,7 +40,7 @@ def blender(path: str, output: str, layer: str, name: str) -> None:
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     stage = bpy.context.scene
-    # A render of nothing, whose picture is the compositor's
+    # An empty render; the compositor makes the picture
     stage.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     stage.collection.objects.link(stage.camera)
     stage.render.engine, stage.cycles.samples = "CYCLES", 1
@@ -57,13 +58,13 @@ def blender(path: str, output: str, layer: str, name: str) -> None:
 
 
 def told(*args: str) -> None:
-    """Runs one of the functions above in a process of its own."""
+    """Runs one of the functions above in a separate process."""
     subprocess.run([sys.executable, __file__, "--by", *args], check=True, stdout=subprocess.DEVNULL)
 
 
 def main(path: str) -> None:
     header, ours = channels(path)
-    # Other programs do not know the further contents of checkpoints and parts.
+    # Other programs do not support the additional contents of checkpoints and parts.
     ours = {name: values for name, values in ours.items() if values.dtype != np.uint32}
     with tempfile.TemporaryDirectory() as folder:
         theirs = f"{folder}/oiio.npz"

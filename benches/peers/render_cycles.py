@@ -1,6 +1,7 @@
-"""Renders a scene of the suite by Cycles: SCENE.json SPP SAMPLER SEED OUTPUT.npy; SAMPLER is SOBOL or TABULATED_SOBOL.
+"""Renders a scene of the suite with Cycles: SCENE.json SPP SAMPLER SEED OUTPUT.npy.
 
-A scene of the rooms is what Blender's importer makes of its OBJ file, under the constant sky that the JSON file names.
+SAMPLER is SOBOL or TABULATED_SOBOL. Blender's importer reads the OBJ file of a room. The JSON file
+defines its constant sky.
 """
 
 import sys
@@ -44,7 +45,7 @@ def add(name: str, part: suite_scene.Part) -> None:
     nodes.clear()
     surface = surface_of(part, material)
     if any(part.ke):
-        # Cycles emits on both sides; ours, and the others, on the front.
+        # Cycles emits on both sides, the other renderers on the front.
         emission, mix, both = (nodes.new(f"ShaderNode{n}") for n in ("Emission", "MixShader", "AddShader"))
         strength = max(part.ke)
         emission.inputs["Color"].default_value = [*(k / strength for k in part.ke), 1]
@@ -60,7 +61,7 @@ def add(name: str, part: suite_scene.Part) -> None:
 
 
 if scene.is_room:
-    # These axes are the file's own.
+    # These axes keep the axes of the file.
     bpy.ops.wm.obj_import(filepath=str(scene.obj), forward_axis="Y", up_axis="Z")
     if scene.sky:
         stage.world = bpy.data.worlds.new("world")

@@ -1,4 +1,7 @@
-"""Renders a scene of the suite by LuxCore's PATHCPU: SCENE.json SPP SAMPLER SEED OUTPUT.npy; SAMPLER is SOBOL, RANDOM or METROPOLIS"""
+"""Renders a scene of the suite with LuxCore's PATHCPU: SCENE.json SPP SAMPLER SEED OUTPUT.npy.
+
+SAMPLER is SOBOL, RANDOM or METROPOLIS.
+"""
 
 import os
 import sys
@@ -23,9 +26,11 @@ def properties(values: dict) -> "pyluxcore.Properties":
     return result
 
 
-# Left, right, bottom and top of the image, in units of half the field of view. LuxCore's own window spans the field of view over the longer
-# side, and we mean the height. It is lowered by a pixel, since LuxCore looks through H − 1 − y for a film position of y in 0 .. H, not through
-# H − y, and shows everything a pixel too low (PerspectiveCamera::InitRay in its src/slg/cameras/perspective.cpp).
+# Left, right, bottom and top of the image, in units of half the field of view. LuxCore's own window
+# spans the field of view over the longer side; our field of view is over the height. The window is
+# lowered by a pixel, because LuxCore uses H − 1 − y instead of H − y for a film position of y in
+# 0 .. H, so that its images are a pixel too low (PerspectiveCamera::InitRay in its
+# src/slg/cameras/perspective.cpp).
 aspect, pixel = scene.width / scene.height, 2 / scene.height
 window = [-aspect, aspect, -1 - pixel, 1 - pixel]
 
@@ -61,7 +66,7 @@ with tempfile.TemporaryDirectory() as meshes:
 settings = properties(
     {
         "renderengine.type": "PATHCPU",
-        # 0 is a seed of the time.
+        # The seed 0 would depend on the time.
         "renderengine.seed": int(seed) + 1,
         "sampler.type": sampler,
         "film.width": scene.width,
@@ -72,10 +77,11 @@ settings = properties(
         "film.imagepipelines.0.0.type": "NOP",
         "path.pathdepth.total": scene.MAX_DEPTH + 1,
         "path.pathdepth.diffuse": scene.MAX_DEPTH + 1,
-        # By the default of 3, hall is 4 % too bright. Where roulette is played, the MIS weight of a light sample counts survival in the density of
-        # the BSDF, that of an emitter met by chance does not, and their sum is above 1 (DirectLightSampling and DirectHitFiniteLight in
-        # LuxCore's src/slg/engines/pathtracer.cpp). From the tenth on it is 0.2 %, and roulette still pays: without it sponza takes three
-        # times as long.
+        # With the default of 3, hall is 4 % too bright. With roulette, the MIS weight of a light
+        # sample includes the survival probability in the density of the BSDF, the MIS weight of an
+        # emitter hit does not, and their sum exceeds 1 (DirectLightSampling and
+        # DirectHitFiniteLight in LuxCore's src/slg/engines/pathtracer.cpp). From the tenth bounce on
+        # the error is 0.2 %. Without roulette sponza takes three times as long.
         "path.russianroulette.depth": 10,
         "batch.haltspp": int(spp),
     }
@@ -89,6 +95,6 @@ session.Stop()
 pixels = np.empty(scene.width * scene.height * 3, np.float32)
 session.GetFilm().GetOutputFloat(pyluxcore.FilmOutputType.RGB, pixels)
 np.save(output, pixels.reshape(scene.height, scene.width, 3)[::-1])
-# The library calls Python's log handler from its own end, when there is no interpreter any more: it is not let to.
+# At its exit, the library calls Python's log handler after the interpreter has ended. This avoids it.
 sys.stdout.flush()
 os._exit(0)

@@ -1,4 +1,4 @@
-"""Renders a scene of the suite by Mitsuba 3: SCENE.json SPP SAMPLER SEED OUTPUT.npy"""
+"""Renders a scene of the suite with Mitsuba 3: SCENE.json SPP SAMPLER SEED OUTPUT.npy"""
 
 import sys
 import tempfile

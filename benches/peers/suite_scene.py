@@ -1,4 +1,4 @@
-"""A scene of the comparison suite: camera, materials and triangles, for renderers that do not read our scene files."""
+"""A scene of the comparison suite for other renderers: camera, materials and triangles."""
 
 import json
 from dataclasses import dataclass
@@ -9,7 +9,10 @@ import numpy as np
 
 @dataclass
 class Part:
-    """The triangles of one material. `principled` has its parameters by Mitsuba's names; without it the material is matte."""
+    """Triangles of one material.
+
+    `principled` has its parameters with Mitsuba's names; without it the material is matte.
+    """
 
     kd: list[float]
     ke: list[float]
@@ -27,21 +30,24 @@ class SuiteScene:
     up: list[float]
     fov_y: float  # degrees
     parts: list[Part]
-    # Whether it is a room: its OBJ file is for the renderer's own importer, and there are no parts.
+    # True for a room: the renderer's own importer reads its OBJ file, and there are no parts.
     is_room: bool
     obj: Path
     # Radiance of a constant sky.
     sky: list[float] | None
 
-    # Scattering events at most, as in the suite's own scene files.
+    # Maximum number of scattering events, as in the suite's own scene files.
     MAX_DEPTH = 64
 
 
 def load(path: Path) -> SuiteScene:
-    """Reads the JSON file `path`, and but for rooms the OBJ it names (triangles and polygons without normals) and the MTL beside it."""
+    """Reads the JSON file `path`, and except for rooms its OBJ file and the MTL file beside it.
+
+    The OBJ file has triangles and polygons without normals.
+    """
     description = json.loads(path.read_text())
     obj = path.parent / description["obj"]
-    # The matte scenes have folders of their own, and the glossy ones name their materials.
+    # Matte scenes have separate folders, and glossy scenes name their materials.
     is_room = path.name != "scene.json" and "bsdf" not in description
     camera = description["camera"]
     return SuiteScene(
@@ -59,7 +65,7 @@ def load(path: Path) -> SuiteScene:
 
 
 def parts_of(obj: Path, bsdfs: dict) -> list[Part]:
-    """The triangles of each material, in the order of the file; `bsdfs` has the principled ones."""
+    """Triangles of each material, in the order of the file; `bsdfs` has the principled materials."""
     materials: dict[str, dict[str, list[float]]] = {}
     for line in obj.with_suffix(".mtl").read_text().splitlines():
         words = line.split()

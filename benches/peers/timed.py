@@ -1,6 +1,7 @@
-"""Runs a command, and prints its exit status, the seconds it took, its processor seconds, and its peak memory in kilobytes.
+"""Runs a command, and prints its exit status, seconds, processor seconds and peak memory in kilobytes.
 
-A process of its own, and a small one: what a parent takes before it starts a child counts as the child's (Linux, ru_maxrss).
+This is a separate small process: the memory of a parent before it starts a child counts for the
+child (Linux, ru_maxrss).
 """
 
 import os

@@ -6,8 +6,9 @@
 >>> film["rgb"].shape
 (512, 512, 3)
 
-Settings have the names of the command line's flags, with ``_`` for ``-``; the same settings give the same bits as ``embrasure render``. The package
-brings that command line too: ``embrasure`` and ``python -m embrasure``.
+Settings have the names of the command line's flags, with ``_`` for ``-``. Equal settings give
+images that are bit-identical to ``embrasure render``. The package also installs the command line:
+``embrasure`` and ``python -m embrasure``.
 """
 
 from __future__ import annotations

@@ -20,25 +20,29 @@ _ALMOST_ONE = np.nextafter(np.float32(1), np.float32(0))
 
 @dataclass(frozen=True, eq=False)
 class BsdfSample:
-    """Directions drawn from a BSDF, in arrays."""
+    """Directions sampled from a BSDF, in arrays."""
 
-    #: Directions, …×3; 0 where nothing is scattered.
+    #: Directions, …×3; 0 if nothing is scattered.
     wi: NDArray[np.float32]
-    #: Values of the BSDF, cosine excluded, …×3, sr⁻¹.
+    #: Values of the BSDF without the cosine, …×3, sr⁻¹.
     f: NDArray[np.float32]
-    #: Densities per solid angle; probabilities where a delta lobe gave the direction.
+    #: Densities per solid angle; probabilities for delta lobes.
     pdf: NDArray[np.float32]
     #: Factor of the throughput, ``f·|cos θ| / pdf``, …×3.
     weight: NDArray[np.float32]
-    #: Whether a delta lobe gave the direction.
+    #: True if a delta lobe was sampled.
     is_delta: NDArray[np.bool_]
 
 
 class Bsdf:
-    """Scattering at a surface, in its local frame: +z is the normal, ``wo`` points to the viewer and ``wi`` to the light, both unit and away from the surface.
+    """Scattering at a surface, in its local frame.
 
-    Arrays of directions are …×3; one direction serves all of another array. A direction of length 0, as `sample` gives where nothing is scattered, has the value and
-    the density 0. Others that are not unit vectors are a `ValueError`.
+    +z is the normal, ``wo`` points to the viewer and ``wi`` to the light. Both are unit vectors
+    that point away from the surface.
+
+    Arrays of directions are …×3. A single direction is used for all directions of another array. A
+    direction of length 0, which `sample` returns if nothing is scattered, has the value and the
+    density 0. Other vectors that are not unit vectors are a `ValueError`.
     """
 
     def __init__(self, native: _native.Bsdf) -> None:
@@ -51,20 +55,20 @@ class Bsdf:
 
     @property
     def albedo(self) -> Tuple[float, float, float]:
-        """Share of the light that is scattered, for uniform illumination."""
+        """Fraction of light that is scattered under uniform illumination."""
         return self._native.albedo
 
     @property
     def is_delta(self) -> bool:
-        """Whether all its lobes are delta lobes."""
+        """True if all lobes are delta lobes."""
         return self._native.is_delta
 
     def eval(self, wo: Array, wi: Array) -> NDArray[np.float32]:
-        """Values for pairs of directions, cosine excluded, …×3, sr⁻¹; delta lobes count nothing."""
+        """Values for pairs of directions without the cosine, …×3, sr⁻¹; 0 for delta lobes."""
         return self._eval_pdf(wo, wi)[0]
 
     def pdf(self, wo: Array, wi: Array) -> NDArray[np.float32]:
-        """Density with which `sample` draws ``wi`` for ``wo``, per solid angle; delta lobes count nothing."""
+        """Density of `sample` for ``wi`` given ``wo``, per solid angle; 0 for delta lobes."""
         return self._eval_pdf(wo, wi)[1]
 
     def _eval_pdf(self, wo: Array, wi: Array) -> Tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -77,7 +81,9 @@ class Bsdf:
         return f.reshape(*shape, 3), pdf.reshape(shape)
 
     def sample(self, wo: Array, u: Array) -> BsdfSample:
-        """Draws a direction for each ``wo`` by three numbers from [0, 1): the first chooses a lobe, the others a direction of it.
+        """Samples a direction for each ``wo`` with three numbers in [0, 1).
+
+        The first number selects a lobe, the others its direction.
 
         Raises:
             ValueError: numbers outside [0, 1).
@@ -98,7 +104,7 @@ class Bsdf:
 
 
 def _filled(directions: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Directions with the normal in place of each 0, as lobes take unit vectors alone."""
+    """Directions with the normal in place of each 0, because lobes need unit vectors."""
     is_empty = ~directions.any(axis=1)
     if not is_empty.any():
         return directions
@@ -108,14 +114,14 @@ def _filled(directions: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def bsdf(material: Union[Material, str], scene: Union[Scene, str, "os.PathLike[str]", None] = None) -> Bsdf:
-    """The BSDF of a material; textures count by their constant factors.
+    """The BSDF of a material. Textures are replaced by their constant factors.
 
     Args:
-        material: a `Material`, or the name of one that faces of ``scene`` use.
-        scene: a `Scene`, or the name of its file; needed for a name.
+        material: a `Material`, or the name of a material that faces of ``scene`` use.
+        scene: a `Scene`, or the name of its file; needed for a material name.
 
     Raises:
-        SettingError: keys or values that a material cannot have.
+        SettingError: invalid keys or values of a material.
     """
     if isinstance(material, str):
         if scene is None:

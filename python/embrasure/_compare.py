@@ -16,27 +16,28 @@ from embrasure._settings import Array
 
 @dataclass(frozen=True)
 class Comparison:
-    """How far a picture is from a reference, and whether by more than noise."""
+    """Difference between a picture and a reference, and a test if it exceeds noise."""
 
-    #: ``identical``, ``equal within noise``, ``equal within tolerance`` (pictures of 8 or 16 bits), ``differs``, or ``not tested`` without enough variance.
+    #: ``identical``, ``equal within noise``, ``equal within tolerance`` (pictures of 8 or 16 bits),
+    #: ``differs``, or ``not tested`` if too little is known of the noise.
     outcome: str
     #: Mean of the picture by channel.
     mean: List[float]
     #: Mean of the reference by channel.
     reference_mean: List[float]
-    #: Difference of both.
+    #: Difference of the means.
     bias: List[float]
     #: Mean squared difference.
     mse: float
     #: Mean squared relative difference, without the worst 0.1 % of the pixels.
     rel_mse: float
-    #: Peak signal-to-noise ratio in decibels of what a display shows; ``None`` where it is infinite.
+    #: Peak signal-to-noise ratio in decibels of the display values; ``None`` if infinite.
     psnr: Optional[float]
     #: Mean FLIP.
     flip: float
-    #: Probability that noise alone takes the pictures so far apart; ``None`` without a test.
+    #: Probability that noise alone causes such a difference; ``None`` without a test.
     p: Optional[float]
-    #: All that ``embrasure compare --json`` prints.
+    #: Complete output of ``embrasure compare --json``.
     facts: Dict[str, Any] = field(repr=False)
 
 
@@ -45,16 +46,16 @@ def compare(
     b: Union[Film, str, "os.PathLike[str]", Array],
     significance: float = 0.01,
 ) -> Comparison:
-    """Compares ``b`` with the reference ``a``, as ``embrasure compare`` does.
+    """Compares ``b`` with the reference ``a`` like ``embrasure compare``.
 
     Args:
         a: the reference: a film, a file, or an array H×W×3 of linear colours.
-        b: the picture to compare with it.
+        b: the picture to compare with the reference.
         significance: probability of a false alarm over all tests.
 
     Raises:
-        Error: pictures of two sizes.
-        FileError: a file that cannot be read.
+        Error: pictures of different sizes.
+        FileError: a file cannot be read.
         ValueError: arrays of other shapes, 8-bit pixels, or a ``significance`` outside (0, 1).
     """
     if not 0 < significance < 1:

@@ -1,4 +1,4 @@
-"""Films: what a render gives."""
+"""Films: results of renders."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ _ORDER = "RGBAXYZUV"
 class Film:
     """A picture with all its channels, as float32 arrays.
 
-    ``film["rgb"]`` is the linear picture, H×W×3. ``film["albedo"]``, ``film["N"]`` and other layers have their components last; ``film["Z"]`` and other
-    single channels are H×W, and so is each channel by its full name, such as ``film["albedo.R"]``. Row 0 is the top. Arrays are copies.
+    ``film["rgb"]`` is the linear picture, H×W×3. ``film["albedo"]``, ``film["N"]`` and other layers
+    have their components last. ``film["Z"]`` and other single channels are H×W, and so is each
+    channel with its full name, such as ``film["albedo.R"]``. Row 0 is the top. Arrays are copies.
     """
 
     def __init__(self, native: _native.Film) -> None:
@@ -27,12 +28,12 @@ class Film:
 
     @property
     def channels(self) -> List[str]:
-        """Names of the channels, as EXR files have them."""
+        """Names of the channels, as in EXR files."""
         return self._native.channels
 
     @property
     def layers(self) -> List[str]:
-        """Names that give arrays: ``rgb`` where there are colours, layers, and channels that are in none."""
+        """Names of arrays: ``rgb`` if the film has colours, layers, and channels without a layer."""
         return list(self._layers())
 
     def _layers(self) -> Dict[str, List[str]]:
@@ -80,7 +81,7 @@ class Film:
 
     @property
     def crop(self) -> Tuple[int, int, int, int]:
-        """The pixels that the arrays have, half-open: x0, y0, x1, y1."""
+        """Pixels of the arrays, half-open: x0, y0, x1, y1."""
         return self._native.crop
 
     @property
@@ -90,17 +91,17 @@ class Film:
 
     @property
     def complete(self) -> bool:
-        """Whether all samples were taken."""
+        """True if all samples were taken."""
         return self._native.complete
 
     @property
     def settings(self) -> str:
-        """What decided the pixels besides the scene: ``key=value`` pairs, as EXR files have them."""
+        """Settings that determine the pixels in addition to the scene: ``key=value`` pairs, as in EXR files."""
         return self._native.settings
 
     @property
     def warnings(self) -> List[str]:
-        """What is odd about the scene or the settings."""
+        """Warnings about the scene and the settings."""
         return self._native.warnings
 
     def develop(
@@ -112,12 +113,14 @@ class Film:
         """8-bit pixels for an sRGB display, H×W×3; over a transparent background H×W×4.
 
         Args:
-            tone: tone curve: ``srgb``, ``reinhard``, ``aces-narkowicz``, ``aces-hill`` or ``agx``. Default: that of the render.
-            exposure: stops, or ``"auto"``. Default: that of the render.
-            denoise: a denoiser: ``oidn``, ``oidn-fast``, ``atrous`` or ``gaussian``; ``True`` takes the best there is.
+            tone: tone curve: ``srgb``, ``reinhard``, ``aces-narkowicz``, ``aces-hill`` or ``agx``.
+                Default: the tone curve of the render.
+            exposure: stops, or ``"auto"``. Default: the exposure of the render.
+            denoise: a denoiser: ``oidn``, ``oidn-fast``, ``atrous`` or ``gaussian``; ``True`` uses
+                the best denoiser built in.
 
         Raises:
-            SettingError: a tone curve, exposure or denoiser that cannot be.
+            SettingError: an invalid tone curve, exposure or denoiser.
         """
         name = "" if denoise is True else denoise or None
         return self._native.develop(tone, _text(exposure), name)
@@ -128,11 +131,13 @@ class Film:
         tone: Optional[str] = None,
         exposure: Union[float, str, None] = None,
     ) -> None:
-        """Writes an ``.exr`` file with all channels, or a ``.png`` file, as ``embrasure render -o`` does. ``tone`` and ``exposure`` are for PNG files.
+        """Writes an ``.exr`` file with all channels, or a ``.png`` file, like ``embrasure render -o``.
+
+        ``tone`` and ``exposure`` are for PNG files.
 
         Raises:
-            FileError: a file that cannot be written, or another extension.
-            SettingError: a tone curve or exposure that cannot be.
+            FileError: the file cannot be written, or has another extension.
+            SettingError: an invalid tone curve or exposure.
         """
         self._native.save(os.fspath(path), tone, _text(exposure))
 
@@ -149,7 +154,9 @@ def _text(exposure: Any) -> Optional[str]:
 
 
 def read(path: Union[str, "os.PathLike[str]"]) -> Film:
-    """Reads all channels of an EXR file, or the colours of a PNG, JPEG, TGA, BMP or Radiance file, decoded to linear light.
+    """Reads all channels of an EXR file, or the colours of another picture file.
+
+    Other formats are PNG, JPEG, TGA, BMP and Radiance. Their colours are decoded to linear light.
 
     Raises:
         FileError: the file cannot be read.

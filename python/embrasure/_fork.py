@@ -1,7 +1,7 @@
 """Forks of a process that has used the library.
 
-Embree's scheduler has threads of its own, which no call waits for. A lock that one of them holds while
-the process is forked stays locked in the child.
+Embree's scheduler has its own threads, and no call waits for them. If such a thread holds a lock
+during a fork, the lock stays locked in the child.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import time
 from pathlib import Path
 
 _TASKS = Path("/proc/self/task")
-#: Maximum wait, in seconds. A thread of the caller's own may run for ever.
+#: Maximum wait in seconds. A thread of the caller may run for ever.
 _PATIENCE = 0.1
 
 
 def _wait_until_others_sleep() -> None:
-    """Waits until all other threads of this process sleep: none of them takes or holds a lock then."""
+    """Waits until all other threads of this process sleep, so that they hold no lock."""
     this = str(threading.get_native_id())
     end = time.monotonic() + _PATIENCE
     while any(_is_running(task) for task in os.listdir(_TASKS) if task != this) and time.monotonic() < end:
@@ -26,13 +26,13 @@ def _wait_until_others_sleep() -> None:
 
 def _is_running(task: str) -> bool:
     try:
-        # The state follows the name, which may have brackets of its own.
+        # The state follows the name, which may contain brackets.
         return (_TASKS / task / "stat").read_text().rpartition(") ")[2][:1] in "RD"
     except OSError:
         return False
 
 
 def register() -> None:
-    """Lets forks wait, where the system shows the states of threads."""
+    """Makes forks wait for other threads, if the system shows the states of threads."""
     if _TASKS.is_dir():
         os.register_at_fork(before=_wait_until_others_sleep)

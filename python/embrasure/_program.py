@@ -1,4 +1,4 @@
-"""Where the command line is that comes with the package."""
+"""Path of the program that the package installs."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ def program() -> str:
     """Path of the program that was installed with this package.
 
     Raises:
-        FileNotFoundError: the package was installed without it.
+        FileNotFoundError: the package was installed without the program.
     """
     name = "embrasure.exe" if os.name == "nt" else "embrasure"
     packages = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
     # pip install --target puts programs beside the package.
     schemes = [os.path.join(packages, "bin")]
-    # PREFIX/lib/pythonX.Y/site-packages belongs to PREFIX/bin, also where another environment imports the package.
+    # PREFIX/lib/pythonX.Y/site-packages belongs to PREFIX/bin, also if another environment imports
+    # the package.
     if os.path.basename(packages) in ("site-packages", "dist-packages"):
         schemes.append(os.path.normpath(os.path.join(packages, *[".."] * 3, "bin")))
     schemes += [sysconfig.get_path("scripts"), os.path.join(sys.prefix, "bin")]
-    # Since Python 3.10; before, the names are fixed.
+    # Available since Python 3.10. Older versions have fixed names.
     preferred = getattr(sysconfig, "get_preferred_scheme", None)
     user = preferred("user") if preferred else f"{os.name}_user"
     schemes.append(sysconfig.get_path("scripts", user))

@@ -14,36 +14,39 @@ from embrasure._scene import Scene, scene_of
 from embrasure._settings import Array
 from embrasure._vectors import vectors
 
-#: Settings of a scene that its geometry depends on.
+#: Settings of a scene that affect its geometry.
 _OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader", "smooth", "strict", "texture_dir", "threads")
 
-#: Acceleration structures that a scene keeps: one for each backend.
+#: Maximum number of acceleration structures that a scene keeps: one per backend.
 _KEPT = 3
 
-#: Camera and light are not looked at, and must not be guessed; panes of glass stay bodies, whose triangles are those of their mesh.
+#: Camera and light are not used, and must not be guessed. Panes of glass stay bodies with the
+#: triangles of their mesh.
 _FIXED = {"position": (0, 0, 0), "look_at": (0, 0, -1), "up": (0, 1, 0), "env": "white", "panes": "refract"}
 
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """The closest hits of rays, in arrays of the rays' shape."""
+    """Closest hits of rays, in arrays of the rays' shape."""
 
-    #: Ray parameter, in lengths of the direction; infinite where nothing is hit.
+    #: Ray parameter in lengths of the direction; infinite without a hit.
     t: NDArray[np.float32]
-    #: Triangle of its mesh, -1 where nothing is hit.
+    #: Index of the triangle in its mesh; -1 without a hit.
     prim: NDArray[np.int32]
-    #: Mesh: those of files first, then those from arrays in the order of adding, without meshes that have no triangle; -1 where nothing is hit.
+    #: Index of the mesh: meshes of files first, then meshes from arrays in the order of adding.
+    #: Meshes without triangles are not counted; -1 without a hit.
     geom: NDArray[np.int32]
-    #: Instance, -1 for what stands in the world itself.
+    #: Index of the instance; -1 for a mesh in world space.
     inst: NDArray[np.int32]
     #: Weights of the triangle's three vertices, …×3.
     barycentrics: NDArray[np.float32]
-    #: Unit geometric normal, on the side from which the corners run counter-clockwise, …×3; 0 where nothing is hit.
+    #: Unit geometric normal, on the side from which the corners run counter-clockwise, …×3;
+    #: 0 without a hit.
     normal: NDArray[np.float32]
 
     @property
     def hit(self) -> NDArray[np.bool_]:
-        """Whether anything is hit."""
+        """True for each ray with a hit."""
         return self.geom >= 0
 
     def __len__(self) -> int:
@@ -60,22 +63,24 @@ def intersect(
     t_max: Array = np.inf,
     threads: Optional[int] = None,
 ) -> Hits:
-    """The closest hits of rays, in the open interval from ``t_min`` to ``t_max`` in lengths of their directions.
+    """Closest hits of rays, in the open interval from ``t_min`` to ``t_max``.
 
-    The acceleration structure is built by the first call, and a `Scene` keeps it for later calls of the same backend and threads, as long as it does not change. The name of a file is read anew by each call. Things that move are where they are when the shutter opens.
+    Both are in lengths of the directions. The first call builds the acceleration structure. A
+    `Scene` keeps it for later calls with the same backend and threads, until the scene changes. A
+    file name is read again by each call. Moving objects are placed at shutter open.
 
     Args:
         scene: a `Scene`, or the name of its file.
-        origins: …×3; one origin serves all directions, and one direction all origins.
+        origins: …×3; a single origin is used for all directions, a single direction for all origins.
         directions: …×3, of any length.
-        backend: ``embree``, ``obvhs`` or ``brute``, of those built in.
-        t_min: a number from 0 on.
-        t_max: a number, or one for each ray.
-        threads: threads that build and trace. Default: all.
+        backend: ``embree``, ``obvhs`` or ``brute``, if built in.
+        t_min: a number, 0 or more.
+        t_max: a number, or a number per ray.
+        threads: number of threads to build and trace. Default: all.
 
     Raises:
-        FileError: a file of the scene cannot be read, or is wrong.
-        SettingError: a backend that is not built in, or another setting that cannot be.
+        FileError: a file of the scene cannot be read, or is invalid.
+        SettingError: a backend that is not built in, or another invalid setting.
         ValueError: arrays of other shapes, a negative ``t_min``, or NaN in ``t_max``.
     """
     rays = _rays(scene, backend, threads)
@@ -102,7 +107,7 @@ def occluded(
     t_max: Array = np.inf,
     threads: Optional[int] = None,
 ) -> NDArray[np.bool_]:
-    """Whether rays hit anything; the arguments are those of `intersect`."""
+    """True for each ray that hits a surface; the arguments are the same as for `intersect`."""
     rays = _rays(scene, backend, threads)
     shape, arrays = _arrays(origins, directions, t_min, t_max)
     return rays.occluded(*arrays).reshape(shape)
@@ -136,7 +141,7 @@ def _rays(
     given = {"backend": backend, "threads": threads}
     own.update({name: value for name, value in given.items() if value is not None})
     flags = _settings.flags({**own, **_FIXED})
-    # A process that was forked has not the threads of its parent.
+    # A forked process does not have the threads of its parent.
     known = scene._rays_of
     if known is None or known[0] is not description or known[1] != os.getpid():
         scene._rays_of, scene._rays = (description, os.getpid()), {}

@@ -13,12 +13,12 @@ from embrasure._scene import Scene, scene_of
 
 Progress = Callable[[int, int], object]
 
-#: Warnings of a render that are told one by one.
+#: Maximum number of warnings of a render that are issued one by one.
 _MOST_WARNINGS = 20
 
 
 class SceneWarning(UserWarning):
-    """Something is odd about a scene; the render goes on."""
+    """Warning about a scene; the render continues."""
 
 
 def render(
@@ -36,33 +36,36 @@ def render(
     progress: Optional[Progress] = None,
     **settings: Any,
 ) -> Film:
-    """Renders a scene. The film has the bits that ``embrasure render`` gives with the same settings.
+    """Renders a scene. The film is bit-identical to ``embrasure render`` with the same settings.
 
-    The interpreter's lock is free meanwhile. Ctrl-C ends the render, and so does an exception of ``progress``.
+    The interpreter's lock is released during the render. Ctrl-C or an exception of ``progress``
+    ends the render.
 
     Args:
         scene: a `Scene`, or the name of its file.
         spp: samples per pixel.
-        integrator: ``path``, ``bdpt``, ``sppm`` and so on.
+        integrator: an integrator, such as ``path``, ``bdpt`` or ``sppm``.
         sampler: source of random numbers, such as ``sobol``.
         size: width and height in pixels.
-        seed: of the random numbers.
-        threads: render and build threads. Default: all.
-        backend: ``embree`` or ``obvhs``, of those built in.
-        max_depth: scattering events at most; ``"none"`` for no bound.
+        seed: seed of the random numbers.
+        threads: number of render and build threads. Default: all.
+        backend: ``embree`` or ``obvhs``, if built in.
+        max_depth: maximum number of scattering events; ``"none"`` for no limit.
         denoise: a denoiser, or ``True`` for Open Image Denoise; the raw picture is ``film["raw"]``.
-        progress: called with the samples taken and to be taken, over all pixels, up to twenty times a second.
-        settings: any other flag of ``embrasure render`` by its long name, with ``_`` for ``-``: ``crop=(0, 0, 64, 64)``, ``aov="all"``,
-            ``position=(0, 1, 4)``, ``noise=0.02``, ``time_limit=60``, ``env="sky"``, ``material={"Floor*": {"roughness": 0.2}}``.
+        progress: called with the samples taken and the samples to take, over all pixels, up to
+            twenty times a second.
+        settings: any other flag of ``embrasure render`` with its long name, and ``_`` for ``-``:
+            ``crop=(0, 0, 64, 64)``, ``aov="all"``, ``position=(0, 1, 4)``, ``noise=0.02``,
+            ``time_limit=60``, ``env="sky"``, ``material={"Floor*": {"roughness": 0.2}}``.
 
     Raises:
-        FileError: a file of the scene cannot be read, or is wrong.
-        SettingError: settings that cannot be.
+        FileError: a file of the scene cannot be read, or is invalid.
+        SettingError: invalid settings.
     """
     settings.update(spp=spp, integrator=integrator, sampler=sampler, size=size, seed=seed, threads=threads)
     settings.update(backend=backend, max_depth=max_depth, denoise=denoise)
     native = _begin(scene_of(scene), settings, None).next(progress)
-    assert native is not None  # The first film is there, or an exception.
+    assert native is not None  # There is a first film, or an exception.
     film = Film(native)
     _warn(film)
     return film
@@ -76,14 +79,15 @@ def progressive(
     progress: Optional[Progress] = None,
     **settings: Any,
 ) -> Iterator[Film]:
-    """Renders a scene, and gives the film as it grows: after 1, 2, 4, … 64 samples per pixel, and from there every 64.
+    """Renders a scene, and yields a film after 1, 2, 4, … 64 samples per pixel, then every 64 samples.
 
-    The last film is that of `render` with the same settings. The render waits while a film is looked at; to leave the loop ends it.
+    The last film equals the film of `render` with the same settings. The render waits while the
+    caller uses a film. Leaving the loop ends the render.
 
     Args:
         scene: a `Scene`, or the name of its file.
         spp: samples per pixel.
-        every: seconds of rendering at least between two films.
+        every: minimum render time in seconds between two films.
         progress: as in `render`.
         settings: as in `render`.
     """

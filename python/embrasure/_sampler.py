@@ -12,7 +12,7 @@ from embrasure import _native
 
 
 class Sampler:
-    """A source of the numbers that a render draws."""
+    """A source of the random numbers of a render."""
 
     def __init__(self, name: str, seed: int = 0) -> None:
         self.name = name
@@ -20,14 +20,15 @@ class Sampler:
         self.points(1, 1)
 
     def points(self, n: int, dims: int = 2, pixel: Tuple[int, int] = (0, 0)) -> NDArray[np.float32]:
-        """The numbers of samples 0 to n − 1 of a pixel, n×dims, in [0, 1).
+        """Numbers of the samples 0 to n − 1 of a pixel, n×dims, in [0, 1).
 
-        Columns are the decisions of a path, two numbers each, in their order: the place in the pixel, on the lens, then at each vertex the choice of a light, the
-        point on it and the scattered direction. Pairs are well distributed together.
+        Columns are the decisions of a path, with two numbers each, in their order: position in the
+        pixel, position on the lens, then for each vertex the choice of a light, the point on it,
+        and the scattered direction. Each pair is well distributed in two dimensions.
 
         Raises:
             ValueError: a negative number.
-            MemoryError: more numbers than fit into memory.
+            MemoryError: the numbers do not fit into memory.
         """
         n, dims = _whole("n", n, 32), _whole("dims", dims, 32)
         x, y = (_whole("pixel", place, 32) for place in pixel)
@@ -48,6 +49,6 @@ def sampler(name: str, seed: int = 0) -> Sampler:
     """A sampler: ``zsobol``, ``sobol``, ``independent``, ``stratified``, ``cmj``, ``halton``, ``hammersley``, ``orthogonal`` or ``antithetic``.
 
     Raises:
-        SettingError: there is no such sampler.
+        SettingError: an unknown sampler.
     """
     return Sampler(name, seed)

@@ -1,4 +1,4 @@
-"""Scenes: from files, from arrays, or both."""
+"""Scenes from files, from arrays, or from both."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from embrasure._settings import Array
 
 
 class Material:
-    """A material by the keys of a section ``[material.NAME]`` of a scene file.
+    """A material with the keys of a section ``[material.NAME]`` of a scene file.
 
     >>> Material(diffuse=[0.8, 0.2, 0.1], model="ggx", specular=0.5, roughness=0.3).keys["roughness"]
     0.3
@@ -29,7 +29,10 @@ class Material:
 
 
 class Light:
-    """A light by the keys of a section ``[[light]]`` of a scene file, such as ``Light("point", position=[0, 1, 0], intensity=5)``."""
+    """A light with the keys of a section ``[[light]]`` of a scene file.
+
+    Example: ``Light("point", position=[0, 1, 0], intensity=5)``.
+    """
 
     def __init__(self, type: str, **keys: Any) -> None:  # noqa: A002  the key of scene files
         self.type = type
@@ -40,7 +43,10 @@ class Light:
 
 
 class Camera:
-    """A camera by the keys of the section ``[camera]`` of a scene file: ``position``, ``look_at``, ``up``, ``vertical_fov`` and so on."""
+    """A camera with the keys of the section ``[camera]`` of a scene file.
+
+    Examples: ``position``, ``look_at``, ``up`` and ``vertical_fov``.
+    """
 
     def __init__(self, **keys: Any) -> None:
         self.keys: Dict[str, Any] = dict(keys)
@@ -57,18 +63,21 @@ def _repr(kind: str, first: Optional[str], keys: Mapping[str, Any]) -> str:
 class Scene:
     """A scene to render.
 
-    ``Scene()`` is empty: add meshes and lights, and set the camera. `load` reads one from a file, to which the same can be added.
+    ``Scene()`` is empty: add meshes and lights, and set the camera. `load` reads a scene from a
+    file, to which meshes and lights can be added too.
 
     Args:
-        keys: keys of a scene file and their values, such as ``{"render.max_depth": 4}`` or ``{"image": {"filter": "tent"}}``.
-        settings: settings of all renders of this scene, as `render` takes them.
+        keys: keys of a scene file and their values, such as ``{"render.max_depth": 4}`` or
+            ``{"image": {"filter": "tent"}}``.
+        settings: settings of all renders of this scene, as in `render`.
 
     Attributes:
-        path: the file that it was read from, if any.
-        camera: a `Camera`, or a dictionary of its keys, over that of the file; where neither says it, the camera is guessed.
-        lights: lights besides those of the file.
-        keys: keys that are set over those of the file.
-        settings: settings of all renders; those of `render` go before.
+        path: the file of the scene, if any.
+        camera: a `Camera`, or a dictionary of its keys, which override the camera of the file.
+            Missing values are guessed.
+        lights: lights in addition to the lights of the file.
+        keys: keys that override keys of the file.
+        settings: settings of all renders. Arguments of `render` override them.
     """
 
     def __init__(self, keys: Optional[Mapping[str, Any]] = None, **settings: Any) -> None:
@@ -89,7 +98,7 @@ class Scene:
         self._base = base
         self._meshes: List[Tuple[str, _native.Mesh, Optional[str]]] = []
         self._materials: Dict[str, Material] = {}
-        # Names of materials that have none of their own. A material may be in several scenes, which name it each for itself.
+        # Names given to materials without a name. Each scene gives its own name to a material.
         self._given_names: Dict[int, str] = {}
         self._described: Optional[Tuple[List[str], int, _native.Description]] = None
         self._rays: Dict[Tuple[str, ...], _native.Rays] = {}
@@ -112,18 +121,22 @@ class Scene:
         """Adds triangles.
 
         Args:
-            vertices: positions, N×3; or a mesh of trimesh or meshio, which has faces of its own.
-            faces: indices of the corners, counter-clockwise seen from the front: M×3, or M×4 for quadrilaterals. Quadrilateral i becomes the triangles 2i and 2i + 1.
-            normals: shading normals of the vertices, N×3, of any length; without them the mesh is flat.
+            vertices: positions, N×3; or a mesh of trimesh or meshio, which includes faces.
+            faces: indices of the corners, counter-clockwise seen from the front: M×3, or M×4 for
+                quadrilaterals. Quadrilateral i becomes the triangles 2i and 2i + 1.
+            normals: shading normals of the vertices, N×3, of any length; without them the mesh is
+                flat.
             uv: texture coordinates of the vertices, N×2, v upwards.
-            material: a `Material`, or the name of one that the scene's files define; else diffuse grey.
-            name: of the object.
+            material: a `Material`, or the name of a material in the scene's files. Default: diffuse
+                grey.
+            name: name of the object.
 
         Returns:
-            Number of the mesh among those from arrays, from 0.
+            Index of the mesh among the meshes from arrays, from 0.
 
         Raises:
-            ValueError: arrays that make no mesh. Coordinates that are not finite are a `FileError` of the render.
+            ValueError: invalid arrays. Coordinates that are not finite are a `FileError` of the
+                render.
             TypeError: ``material`` is neither a `Material` nor a name.
         """
         if faces is None:
@@ -141,13 +154,15 @@ class Scene:
         return index
 
     def add_light(self, type: str, **keys: Any) -> Light:  # noqa: A002
-        """Adds a light by the keys of a section ``[[light]]``, and gives it."""
+        """Adds a light with the keys of a section ``[[light]]``, and returns it."""
         light = Light(type, **keys)
         self.lights.append(light)
         return light
 
     def name_of(self, material: Union[Material, str]) -> str:
-        """Name of a material in this scene, to which a `Material` is added. One without a name gets a free one.
+        """Name of a material in this scene.
+
+        A `Material` is added to the scene, and gets a free name if it has none.
 
         Raises:
             TypeError: neither a `Material` nor a name.
@@ -169,10 +184,12 @@ class Scene:
         return name
 
     def description(self) -> _native.Description:
-        """What the extension module renders: file, keys and meshes together. It is made anew where anything has changed.
+        """Scene of the extension module: file, keys and meshes together.
+
+        It is made again if any of them has changed.
 
         Raises:
-            SettingError: a key or value that a scene file cannot have.
+            SettingError: an invalid key or value of a scene file.
         """
         keys = _settings.keys(self.keys)
         camera = self.camera.keys if isinstance(self.camera, Camera) else self.camera
@@ -189,7 +206,7 @@ class Scene:
         return known[2]
 
     def flags(self, settings: Mapping[str, Any]) -> List[str]:
-        """The scene's settings with these over them, as flags of ``embrasure render``."""
+        """The scene's settings overridden by ``settings``, as flags of ``embrasure render``."""
         given = {name: value for name, value in settings.items() if value is not None}
         return _settings.flags({**self.settings, **given})
 
@@ -199,16 +216,18 @@ def load(
 ) -> Scene:
     """Reads a ``.toml`` scene file, or an ``.obj`` file with its materials.
 
-    Meshes and textures are read when the scene is rendered. A bare OBJ file gets the camera, light, exposure and quality that ``embrasure render`` guesses.
+    Meshes and textures are read when the scene is rendered. A bare OBJ file gets the same guesses
+    as in ``embrasure render`` for camera, light, exposure and quality.
 
     Args:
         path: the file.
-        keys: keys of the scene file that are set over its own, such as ``{"render.max_depth": 4, "camera": {"vertical_fov": 30}}``.
-        settings: settings of all renders of this scene, as `render` takes them.
+        keys: keys that override keys of the scene file, such as
+            ``{"render.max_depth": 4, "camera": {"vertical_fov": 30}}``.
+        settings: settings of all renders of this scene, as in `render`.
 
     Raises:
-        FileError: the file cannot be read, or is wrong.
-        SettingError: a key, value or setting that cannot be.
+        FileError: the file cannot be read, or is invalid.
+        SettingError: an invalid key, value or setting.
     """
     name = os.fspath(path)
     scene = Scene.__new__(Scene)
@@ -217,7 +236,7 @@ def load(
 
 
 def scene_of(scene: Union[Scene, str, "os.PathLike[str]"]) -> Scene:
-    """A scene, which may be named by its file."""
+    """The scene itself, or the scene of a file name."""
     return scene if isinstance(scene, Scene) else load(scene)
 
 
@@ -244,7 +263,10 @@ def _triangles(faces: Array, vertices: int) -> NDArray[np.uint32]:
 
 
 def _arrays_of(mesh: Any) -> Tuple[Array, Array, Optional[Array]]:
-    """Vertices, faces and texture coordinates of a mesh of trimesh (``vertices``, ``faces``) or meshio (``points``, ``cells``)."""
+    """Vertices, faces and texture coordinates of a mesh of another package.
+
+    Supported are trimesh (``vertices``, ``faces``) and meshio (``points``, ``cells``).
+    """
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         uv = getattr(getattr(mesh, "visual", None), "uv", None)
         is_of_vertices = uv is not None and len(uv) == len(mesh.vertices)

@@ -10,15 +10,15 @@ from typing import Any, Union
 
 from numpy.typing import ArrayLike
 
-#: What numpy makes an array of; lists of lists may mix whole numbers and others.
+#: Values that numpy can convert to an array. Lists of lists may mix integers and floats.
 Array = Union[ArrayLike, Sequence[Any]]
 
-#: Settings that may be given several times, each with a value of its own.
+#: Settings that may be given several times with different values.
 REPEATED = ("material", "texture_dir")
 
 
 def plain(value: Any) -> Any:
-    """Numbers, texts, lists and dictionaries of Python, of what may be numpy's."""
+    """Converts numpy values to numbers, strings, lists and dictionaries of Python."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, os.PathLike):
@@ -31,10 +31,12 @@ def plain(value: Any) -> Any:
 
 
 def toml(value: Any) -> str:
-    """A value as TOML, on one line. Paths become absolute, as those in scene files are relative to these.
+    """A value as TOML on one line.
+
+    Paths become absolute, because paths in scene files are relative to the file.
 
     Raises:
-        TypeError: TOML has no such value.
+        TypeError: TOML does not support the value.
     """
     if isinstance(value, os.PathLike):
         value = os.path.abspath(value)
@@ -55,17 +57,17 @@ def toml(value: Any) -> str:
 
 
 def toml_key(name: str) -> str:
-    """A name as a part of a key of TOML."""
+    """A name as part of a TOML key."""
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml(name)
 
 
 def keys(values: Mapping[str, Any]) -> list[str]:
-    """Keys of a scene file, ``KEY=VALUE`` each. Keys may have dots, and values may be dictionaries."""
+    """Keys of a scene file, each ``KEY=VALUE``. Keys may have dots, and values may be dictionaries."""
     return [f"{key}={toml(value)}" for key, value in values.items() if value is not None]
 
 
 def flags(settings: Mapping[str, Any]) -> list[str]:
-    """Settings as flags. What is ``None`` is left out."""
+    """Settings as flags. ``None`` values are left out."""
     return [flag for name, value in settings.items() if value is not None for flag in _flags(name, plain(value))]
 
 

@@ -9,15 +9,18 @@ from numpy.typing import NDArray
 
 from embrasure._settings import Array
 
-#: Maximum difference of a unit vector's squared length from 1: directions of half precision are accepted.
+#: Maximum difference of a unit vector's squared length from 1. It accepts half-precision directions.
 _UNIT = 4e-3
 
 
 def vectors(*given: Tuple[str, Array]) -> Tuple[Tuple[int, ...], List[NDArray[np.float32]]]:
-    """Arrays …×3, each with its name for errors, broadcast to one shape: that shape without the 3, and the rows of each.
+    """Broadcasts arrays …×3 to one shape. Each array has a name for errors.
+
+    Returns:
+        The shape without the 3, and the rows of each array.
 
     Raises:
-        ValueError: an array without three columns, or shapes that do not fit.
+        ValueError: an array without three columns, or incompatible shapes.
     """
     arrays = [np.asarray(values, dtype=np.float32) for _, values in given]
     for (name, _), array in zip(given, arrays):
@@ -33,10 +36,10 @@ def vectors(*given: Tuple[str, Array]) -> Tuple[Tuple[int, ...], List[NDArray[np
 
 
 def check_unit(name: str, directions: NDArray[np.float32]) -> None:
-    """Checks that all rows are unit vectors or 0. Samples are 0 where nothing is scattered.
+    """Checks that all rows are unit vectors or 0. Samples are 0 if nothing is scattered.
 
     Raises:
-        ValueError: a row that is neither.
+        ValueError: another row.
     """
     squared = np.einsum("ij,ij->i", directions, directions)
     wrong = np.flatnonzero(~(np.abs(squared - 1) < _UNIT) & directions.any(axis=1))

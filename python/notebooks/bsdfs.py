@@ -10,7 +10,7 @@
 # %% [markdown]
 # # BSDFs and importance sampling
 #
-# What a surface does with light is a function of two directions. `em.bsdf` gives it on arrays: its value, its samples, and their density.
+# The scattering of light at a surface is a function of two directions. `em.bsdf` evaluates it on arrays: its value, its samples, and their density.
 
 # %%
 import numpy as np
@@ -36,8 +36,8 @@ assert -70 < peak < -40
 # %% [markdown]
 # ## The albedo, three ways
 #
-# The share of the light from everywhere that reaches the viewer is the integral of f·cos θ over the hemisphere. An estimator draws directions and averages
-# f·cos θ / p, where p is their density. How noisy it is depends on the density alone.
+# The fraction of uniform light that reaches the viewer is the integral of f·cos θ over the hemisphere. An estimator samples directions and averages
+# f·cos θ / p, where p is their density. The noise depends only on the density.
 
 # %%
 n = 4096
@@ -68,7 +68,7 @@ for name, estimate in estimates.items():
 assert estimates["BSDF"].std() < estimates["cosine"].std() < estimates["uniform"].std()
 
 # %% [markdown]
-# ## The density is what it says
+# ## Test of the density
 #
 # The density integrates to the probability that a sample is above the surface, and counts of samples agree with it: here in the half of the hemisphere
 # behind the viewer.

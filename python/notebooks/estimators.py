@@ -10,8 +10,8 @@
 # %% [markdown]
 # # Comparing estimators
 #
-# Two estimators of one picture have one mean, and differ in their noise. Here Kajiya's path tracer, which finds lights by chance, meets the one that samples
-# them.
+# Two estimators of one picture have the same mean, and differ in their noise. Here Kajiya's path tracer, which hits lights by chance, is compared with a
+# path tracer that samples lights.
 
 # %%
 import numpy as np
@@ -32,7 +32,7 @@ errors = {name: em.compare(reference, film).rel_mse for name, film in films.item
 assert errors["path"] < errors["naive"]
 
 # %% [markdown]
-# Error falls as time goes on, so estimators are compared by error times time, the inverse of their efficiency.
+# The error falls over time, so estimators are compared by error times time, the inverse of their efficiency.
 
 # %%
 for name, film in films.items():
@@ -41,7 +41,7 @@ for name, film in films.items():
 # %% [markdown]
 # ## Is it the same picture?
 #
-# `em.compare` tests whether two films differ by more than their noise. One that leaves out light is found out, at a small size already.
+# `em.compare` tests if two films differ by more than their noise. It detects missing light even at a small image size.
 
 # %%
 dim = em.render(scene, spp=64, seed=2, max_depth=2)
@@ -54,7 +54,7 @@ assert em.compare(reference, dim).outcome == "differs"
 # %% [markdown]
 # ## Convergence
 #
-# The root mean square error of independent samples falls as N^(-1/2). Points that know of each other do better where the picture is smooth.
+# The root mean square error of independent samples falls as N^(-1/2). The error of correlated points falls faster for smooth pictures.
 
 # %%
 for name in ["independent", "sobol"]:

@@ -10,7 +10,7 @@
 # %% [markdown]
 # # First render
 #
-# A scene file, a film, and what is in it. Run it in a folder that has `scenes/`, such as the clone. jupytext opens this file as a notebook.
+# A scene file, a film, and its channels. Run it in a folder that has `scenes/`, such as the clone. jupytext opens this file as a notebook.
 
 # %%
 import numpy as np
@@ -31,7 +31,7 @@ print(rgb.shape, normals.shape, distance.shape)
 print("mean radiance", rgb.mean(axis=(0, 1)))
 
 # %% [markdown]
-# The variance tells how far each pixel may be off. Samples of `sobol` fill each other's gaps, so the true error is smaller.
+# The variance estimates the error of each pixel. Samples of `sobol` fill each other's gaps, so the true error is smaller.
 
 # %%
 deviation = np.sqrt(film.variance).mean()
@@ -41,7 +41,7 @@ print(f"standard deviation by the film {deviation:.4f}, difference from 32 sampl
 assert difference < 3 * deviation
 
 # %% [markdown]
-# `progressive` gives the film while it grows; `develop` makes 8-bit pixels for a display; `save` writes all channels.
+# `progressive` yields films during the render; `develop` makes 8-bit pixels for a display; `save` writes all channels.
 
 # %%
 for film in em.progressive(scene, spp=32):
@@ -53,7 +53,7 @@ film.save("box.png", tone="agx", exposure=0.5)
 assert shown.dtype == np.uint8 and em.read("box.exr")["rgb"].tobytes() == film["rgb"].tobytes()
 
 # %% [markdown]
-# A scene may also be made of arrays: here waves under a sky, with a sphere of glass from nothing but numpy.
+# A scene may also be made from arrays: here waves under a sky with a sphere of glass, made in numpy.
 
 # %%
 x, z = np.meshgrid(np.linspace(-3, 3, 120), np.linspace(-3, 3, 120))

@@ -1,4 +1,4 @@
-"""What tests share: scenes, the program that the module is compared with, and meshes."""
+"""Fixtures: scenes, the program to compare the module with, and meshes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import embrasure as em
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 
-# Commands in the background of a shell ignore Ctrl-C, which tests of interrupts send.
+# Background commands of a shell ignore Ctrl-C, which tests of interrupts send.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 

@@ -1,4 +1,4 @@
-"""Measures what Python costs; it is no test.
+"""Measures the overhead of Python; this is not a test.
 
     python measure.py render PROGRAM SCENE [FLAG…]       pairs: processor seconds of em.render with its file, and of the program
     python measure.py intersect TRACE_RAYS SCENE COUNT   seconds of em.intersect, and of the same loop in Rust (python/examples/trace_rays.rs)
@@ -51,7 +51,7 @@ def intersect(trace_rays: str, scene: str, count: str) -> None:
         start = time.monotonic()
         hits = em.intersect(loaded, origins, directions)
         end = time.monotonic()
-        # The arrays are given back outside of the time, as the Rust loop gives back its own
+        # The arrays are freed after the measurement, as in the Rust loop
         del hits
         return end - start
 

@@ -1,4 +1,4 @@
-"""Scenes from arrays against the same scenes from files."""
+"""Scenes from arrays compared with the same scenes from files."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_trimesh_objects_are_taken() -> None:
 def test_meshes_of_meshio_are_taken() -> None:
     @dataclass
     class Cells:
-        """As meshio's blocks of cells are."""
+        """Same form as meshio's cell blocks."""
 
         type: str
         data: Any

@@ -43,11 +43,11 @@ def test_samples_have_their_values_and_densities(roughness: float) -> None:
     assert np.allclose(glossy.pdf(wo, drawn.wi[there]), drawn.pdf[there], rtol=2e-3, atol=1e-5)
     weights = drawn.f * (np.abs(drawn.wi[:, 2]) / np.where(there, drawn.pdf, 1))[:, None]
     assert np.allclose(weights[there], drawn.weight[there], rtol=2e-3, atol=1e-5)
-    # The albedo for this direction, by samples and by uniform directions
+    # Albedo for this direction, from samples and from uniform directions
     wi = directions(400_000, 4)
     uniform = (glossy.eval(wo, wi)[:, 0] * wi[:, 2]).mean() * 2 * np.pi
     assert abs(drawn.weight[:, 0].mean() - uniform) < 0.02
-    # The density of all directions is 1, but for what is drawn below the surface.
+    # The density integrates to 1, except for samples below the surface.
     assert abs(glossy.pdf(wo, wi).mean() * 2 * np.pi - there.mean()) < 0.02
 
 
@@ -87,10 +87,10 @@ def test_directions_and_numbers_are_checked() -> None:
     for wrong in ([1, 0, 0], [-0.1, 0, 0], [0, np.nan, 0]):
         with pytest.raises(ValueError, match=r"u: numbers from \[0, 1\)"):
             matte.sample(up, wrong)
-    # float32 has no number between this one and 1.
+    # float32 rounds this number to 1.
     drawn = matte.sample(up, [1 - 1e-12] * 3)
     assert np.isfinite(drawn.wi).all() and abs(np.linalg.norm(drawn.wi) - 1) < 1e-4
-    # Where nothing was scattered, nothing is, also by glass.
+    # A direction of length 0 gives 0, also for glass.
     for surface in (matte, em.bsdf(em.Material(transmission=[1, 1, 1], ior=1.5, roughness=0.4))):
         assert surface.pdf(up, [up, [0, 0, 0]])[1] == 0 and (surface.eval(up, [up, [0, 0, 0]])[1] == 0).all()
         assert (surface.sample([0, 0, 0], [0.5] * 3).wi == 0).all() and surface.sample([0, 0, 0], [0.5] * 3).pdf == 0
@@ -133,7 +133,7 @@ def test_points_are_those_of_the_command_line(tmp_path: Path, command: Callable[
     assert points.min() >= 0 and points.max() < 1
     assert (em.sampler("sobol", seed=1).points(64, 7) != points).any()
     assert (em.sampler("sobol").points(64, 7, pixel=(1, 0)) != points).any()
-    # Each of 64 rows of the square has one Sobol point, and independent points leave rows empty.
+    # Each of 64 rows of the square has one Sobol point. Independent points leave rows empty.
     assert len(np.unique(np.floor(points[:, 0] * 64))) == 64
     assert len(np.unique(np.floor(em.sampler("independent").points(64, 1)[:, 0] * 64))) < 60
 
@@ -168,5 +168,5 @@ def test_comparisons_are_those_of_the_command_line(box: Path, tmp_path: Path, co
     for wrong in (0, 1, float("nan")):
         with pytest.raises(ValueError, match="significance"):
             em.compare(reference, image, significance=wrong)
-    # Arrays that do not lie in order
+    # Arrays that are not contiguous
     assert em.compare(reference["rgb"][:, ::-1], reference["rgb"][:, ::-1]).outcome == "identical"

@@ -1,4 +1,4 @@
-"""Errors are exceptions with the words of the command line."""
+"""Errors are exceptions with the same text as on the command line."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_documented_names_are_those_of_the_program(box: Path) -> None:
         with pytest.raises(em.SettingError, match="choose among ") as caught:
             wrong()
         names = str(caught.value).split("choose among ")[1].split(", ")
-        # `denoise=False` is what the command line calls off.
+        # `denoise=False` is `off` on the command line.
         names = [name for name in names if name != "off"]
         assert len(names) > 3 and [name for name in names if f"``{name}``" not in str(documented)] == []
 
@@ -128,7 +128,7 @@ def test_keys_of_a_scene_in_code_are_checked() -> None:
 
 def test_an_empty_scene_is_an_error() -> None:
     film = em.render(em.Scene(), spp=1, size=(8, 8), position=(0, 0, 1), look_at=(0, 0, 0))
-    # Nothing is there but the light that a dark scene gets.
+    # The scene has only the light that a dark scene gets.
     assert film["rgb"].shape == (8, 8, 3)
 
 

@@ -16,7 +16,7 @@ def test_pages_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert blocks
     (tmp_path / "scenes").symlink_to(SCENES)
     monkeypatch.chdir(tmp_path)
-    # What a block defines, later ones use.
+    # Later blocks use definitions of earlier blocks.
     names: dict[str, object] = {}
     for number, block in enumerate(blocks, 1):
         exec(compile(block, f"{page}, block {number}", "exec"), names)

@@ -1,4 +1,4 @@
-"""Ray queries against brute force by numpy."""
+"""Ray queries compared with brute force in numpy."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ Doubles = NDArray[np.float64]
 
 
 def brute_force(corners: Doubles, origins: Doubles, directions: Doubles) -> Tuple[Any, Any, Any]:
-    """Closest hit of each ray in f64: t, triangle, and how near to a rim of any triangle the ray passes, in barycentrics.
+    """Closest hit of each ray in f64: t, triangle, and distance to the nearest edge of any triangle.
 
-    The plane of a triangle is crossed first, and the barycentrics of that point are dot products.
+    The distance is in barycentrics. The ray is intersected with the plane of a triangle first. The
+    barycentrics of this point are dot products.
     """
     a, e1, e2 = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     n = np.cross(e1, e2)
@@ -29,7 +30,7 @@ def brute_force(corners: Doubles, origins: Doubles, directions: Doubles) -> Tupl
     u = origins @ of_u.T - (a * of_u).sum(1) + t * (directions @ of_u.T)
     v = origins @ of_v.T - (a * of_v).sum(1) + t * (directions @ of_v.T)
     inside = np.minimum(np.minimum(u, v), 1 - u - v)
-    # Rays that pass the rim of any triangle closely may be judged either way.
+    # Rays close to the edge of a triangle may hit or miss.
     margin = np.where(t > 0, np.abs(inside), np.inf).min(1)
     t[(inside <= 0) | (t <= 0)] = np.inf
     prim = t.argmin(1)
@@ -39,7 +40,7 @@ def brute_force(corners: Doubles, origins: Doubles, directions: Doubles) -> Tupl
 
 @functools.cache
 def a_million_rays() -> Tuple[Any, Any, Any, Any, Any]:
-    """Vertices and faces of 200 triangles, origins and directions of rays, and what brute force finds."""
+    """Vertices and faces of 200 triangles, origins and directions of rays, and brute-force hits."""
     vertices, faces = random_triangles(200, 3)
     random = np.random.default_rng(4)
     count = 1_000_000
@@ -59,7 +60,7 @@ def test_a_million_rays_on_200_triangles(backend: str) -> None:
     hits = em.intersect(scene, origins, directions, backend=backend)
     assert em.occluded(scene, origins, directions, backend=backend).tolist() == hits.hit.tolist()
 
-    # Those that f32 can tell
+    # Rays that are unambiguous in f32
     clear = margin > 1e-4
     assert clear.mean() > 0.97
     assert (hits.prim[clear] == prim[clear]).mean() > 0.99999
@@ -108,7 +109,7 @@ def test_scenes_of_files_are_asked(box: Path) -> None:
     hits = em.intersect(scene, [278, 273, -800], [[0, 0, 1.0], [0.1, 0.2, 1.0]])
     assert hits.hit.all() and (hits.geom >= 0).all()
     assert np.allclose(np.linalg.norm(hits.normal, axis=1), 1, atol=1e-5)
-    # Film and rays meet one surface in the middle.
+    # Film and rays hit the same surface in the middle.
     assert abs(film["Z"][32, 32] - hits.t[0]) < 10
 
 

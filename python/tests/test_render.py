@@ -1,4 +1,4 @@
-"""Renders: the bits of the command line, channels, and files."""
+"""Renders: images bit-identical to the command line, channels, and files."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Command = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
 def channels(path: Path) -> Dict[str, Any]:
-    """Channels of an EXR file, by a reader that knows nothing of this program."""
+    """Channels of an EXR file, read by an independent reader."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
         return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
 
 
-#: Attributes that tell how long the render took, or hold a digest of that.
+#: Attributes with the render time, or with a digest of it.
 OF_TIME = ("renderTime", "embrasure.statistics", "embrasure.stateDigest", "channels")
 
 
@@ -106,7 +106,7 @@ def test_films_are_developed(box: Path, tmp_path: Path) -> None:
     shown = film.develop()
     assert shown.shape == (12, 20, 3) and shown.dtype == np.uint8
     film.save(tmp_path / "a.png")
-    # The file shows what `develop` gives: decoded bytes, encoded again.
+    # The file has the pixels of `develop`: decoded bytes, encoded again.
     linear = em.read(tmp_path / "a.png")["rgb"]
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
     assert (np.round(255 * encoded).astype(np.uint8) == shown).all()
@@ -136,7 +136,7 @@ def test_progressive_films_end_with_the_render(box: Path) -> None:
     whole = em.render(box, spp=6, size=(24, 16))
     assert films[-1]["rgb"].tobytes() == whole["rgb"].tobytes()
     assert [film.complete for film in films] == [False, False, False, True]
-    # A loop that is left ends the render.
+    # Leaving the loop ends the render.
     for film in em.progressive(box, spp=1 << 20, size=(24, 16)):
         if film.samples.max() >= 4:
             break
@@ -182,7 +182,7 @@ def test_keys_are_set_over_the_file(box: Path) -> None:
     assert film["rgb"].shape == (8, 10, 3) and film.samples.max() == 2
     scene.keys["render.samples"] = 3
     assert em.render(scene).samples.max() == 3
-    # Settings of the call go before those of the scene, and these before the file.
+    # Settings of the call override settings of the scene, and these override the file.
     scene.settings["spp"] = 4
     assert em.render(scene).samples.max() == 4
     assert em.render(scene, spp=5).samples.max() == 5

@@ -32,7 +32,7 @@ def test_an_interrupt_ends_a_render_within_a_second(box: Path, integrator: str) 
     with pytest.raises(KeyboardInterrupt):
         em.render(box, integrator=integrator, **FOREVER)
     assert time.monotonic() - sent[0] < 1.0
-    # The next render is as good as any.
+    # The next render works normally.
     assert em.render(box, spp=1, size=(8, 8)).complete
 
 
@@ -57,7 +57,7 @@ def test_an_exception_of_the_callback_ends_the_render(box: Path) -> None:
 
 
 def test_forked_processes_trace_rays_and_render(box: Path) -> None:
-    # What the parent has built has threads that the child has not.
+    # The structure built by the parent has threads that the child lacks.
     script = f"""
 import os, sys
 import embrasure as em
@@ -120,7 +120,7 @@ def test_two_renders_at_once_work_and_leave_the_lock(box: Path) -> None:
     threads = [threading.Thread(target=work, args=(seed,)) for seed in range(2)]
     for thread in threads:
         thread.start()
-    # This thread gets on meanwhile.
+    # This thread runs during the renders.
     turns = 0
     while any(thread.is_alive() for thread in threads):
         turns += 1
@@ -150,5 +150,5 @@ def test_memory_stays_flat_over_a_thousand_scenes(box: Path) -> None:
     before = resident()
     for _ in range(1000):
         use()
-    # A film of 16 × 16 pixels and 14 channels is 14 KB: a thousand of them would show.
+    # A film of 16 × 16 pixels and 14 channels has 14 KB, so a thousand of them would be visible.
     assert resident() - before < 8 << 20

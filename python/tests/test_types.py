@@ -1,4 +1,4 @@
-"""The package is typed, and the stubs say what the extension module has."""
+"""The package is typed, and the stubs match the extension module."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The wheel: the module in it finds the libraries that it brings."""
+"""The wheel: its module finds the libraries in the wheel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_the_module_finds_the_libraries_of_the_wheel(tmp_path: Path) -> None:
     run(ROOT / "scripts" / "install", "--self-contained", os.environ["EMBRASURE_PROGRAM"], tmp_path / "prefix")
     run(ROOT / "scripts" / "wheel", tmp_path / "prefix", embrasure.__version__, package, tmp_path)
     [wheel] = tmp_path.glob("embrasure-*-cp39-abi3-manylinux_2_*.whl")
-    # numpy is that of these tests.
+    # numpy comes from the environment of these tests.
     run(sys.executable, "-m", "venv", "--system-site-packages", "--without-pip", tmp_path / "v")
     python = tmp_path / "v" / "bin" / "python"
     here = sys.executable

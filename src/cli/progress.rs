@@ -6,9 +6,9 @@
 //! its programs, and the script forwards the signal; this must not count as a second Ctrl-C of the
 //! user.
 //!
-//! Work without an observer runs in a separate thread, which the command abandons: denoising half a
-//! second after an interrupt, and a tev viewer that has not read a band of the last picture for a
-//! second. Such a command ends without exit handlers.
+//! Work without an observer runs in a separate thread, which the command can abandon. It abandons
+//! denoising half a second after an interrupt. It abandons a tev viewer that has not read a band of
+//! the last picture for a second. Such a command ends without exit handlers.
 
 use super::words::{escaped, in_colour, percent};
 use crate::film::Film;
@@ -98,8 +98,8 @@ pub(super) fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Returns a function that returns true if `time` has passed since its first call after an
-/// interrupt.
+/// Returns a function that returns true if more than `time` has passed since its first call after
+/// an interrupt.
 pub(super) fn interrupted_for(time: Duration) -> impl Fn() -> bool {
     let since = OnceLock::new();
     move || is_interrupted() && since.get_or_init(Instant::now).elapsed() > time

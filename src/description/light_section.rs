@@ -190,7 +190,7 @@ impl LightSection {
         Self::new(Spanned::new(span, kind.to_string()))
     }
 
-    /// Returns true if the light is an environment: it emits from every direction.
+    /// Returns true if the light is an environment: it has radiance in every direction.
     pub fn is_environment(&self) -> bool {
         matches!(
             self.kind.get_ref().as_str(),

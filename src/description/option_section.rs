@@ -103,8 +103,8 @@ impl OptionSection {
         Some((strings, value.span()))
     }
 
-    /// Sets `groups` from the section `name` of `file`, except for the keys `others`. An error has
-    /// the byte of the file where it is.
+    /// Sets `groups` from the section `name` of `file`, except for the keys `others`. An error
+    /// includes its byte in the file.
     pub fn read(
         &self,
         name: &str,

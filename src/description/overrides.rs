@@ -53,7 +53,7 @@ struct Override {
 }
 
 impl Overrides {
-    /// Overrides for a file of `bytes`.
+    /// Overrides for a file of `bytes` bytes.
     ///
     /// # Errors
     ///
@@ -76,7 +76,7 @@ impl Overrides {
     }
 
     /// Adds a patch `KEY=VALUE` for all items that `glob` matches. Errors name the patch as
-    /// `written`. The file has `bytes`.
+    /// `written`. The file has `bytes` bytes.
     ///
     /// # Errors
     ///
@@ -108,8 +108,8 @@ impl Overrides {
         })
     }
 
-    /// Adds the flag `written` over a file of `bytes`, and returns a new span for its values, after
-    /// all others.
+    /// Adds the flag `written` over a file of `bytes` bytes, and returns a new span for its values,
+    /// after all others.
     pub fn add_flag(&mut self, bytes: usize, written: String) -> Range<usize> {
         let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
         self.0.push(Override {

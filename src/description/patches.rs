@@ -1,5 +1,5 @@
-//! Patches of materials and of parts in the order in which they apply: first the scene file's in
-//! their order, then the patches of flags.
+//! Patches of materials and of parts in the order in which they apply: first the patches of the
+//! scene file in their order, then the patches of flags.
 
 use super::overrides::Patched;
 use super::part_section::PartSection;
@@ -103,8 +103,8 @@ fn split_patch<'w>(
 
 impl SceneFile {
     /// Adds patches of materials after the patches of the file, each as `GLOB.KEY=VALUE` or
-    /// `GLOB=PRESET`: a glob of names, a key of `[material.NAME]`, and a value of TOML or a plain
-    /// string.
+    /// `GLOB=PRESET`. The parts are a glob of names, a key of `[material.NAME]`, and a value of
+    /// TOML or a plain string.
     ///
     /// # Errors
     ///
@@ -122,8 +122,8 @@ impl SceneFile {
     }
 
     /// Adds patches of parts after the patches of the file, each as `GLOB.KEY=VALUE` or
-    /// `GLOB=PRESET`: a glob of names, a key of `[part."GLOB"]`, and a value of TOML or a plain
-    /// string.
+    /// `GLOB=PRESET`. The parts are a glob of names, a key of `[part."GLOB"]`, and a value of TOML
+    /// or a plain string.
     ///
     /// # Errors
     ///

@@ -112,8 +112,8 @@ const ELSEWHERE: [(&str, &str); 12] = [
     ("file", "obj"),
 ];
 
-/// The key of `known` that the user may mean by `key`: the equivalent of another program's key, a
-/// key that contains it, such as `vertical_fov` for `fov`, or the most similar key.
+/// The key of `known` that the user may mean by `key`. It is the equivalent of another program's
+/// key, a key that contains `key`, such as `vertical_fov` for `fov`, or the most similar key.
 fn nearest_key<'a>(key: &str, known: &[&'a str]) -> Option<&'a str> {
     let elsewhere = ELSEWHERE.iter().find(|(theirs, _)| *theirs == key);
     let meant = elsewhere.and_then(|(_, ours)| known.iter().find(|known| *known == ours));

@@ -16,7 +16,7 @@ use crate::parameter::Value;
 use crate::scene::Scene;
 use std::ops::{Deref, DerefMut};
 
-/// Default vertical field of view in degrees.
+/// Default vertical field of view in degrees, for a camera with given position and target.
 const DEFAULT_FOV: f32 = 40.0;
 
 /// Camera settings. Missing settings are guessed from the scene (`crate::guess`).
@@ -380,8 +380,8 @@ pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> 
     )
 }
 
-/// Distance along the view axis of the surface at `at`, in pixels. Without a surface it is the
-/// focus distance of `parameters`.
+/// Distance along the view axis to the surface at the pixel position `at`. Without a surface it is
+/// the focus distance of `parameters`.
 fn focus_distance(
     parameters: CameraParameters,
     accel: &dyn Accel,
@@ -398,7 +398,7 @@ fn focus_distance(
     Ok(accel.intersect(&ray).map_or(parameters.focus_distance, depth))
 }
 
-/// Default focus distance.
+/// Default focus distance: the distance to `look_at`, or 1 if that is 0.
 fn distance(position: Vec3, look_at: Vec3) -> f32 {
     Some(position.distance(look_at)).filter(|&d| d > 0.0).unwrap_or(1.0)
 }

@@ -64,7 +64,8 @@ impl Session {
 
     /// Changes the session to `settings`, which it must [serve](Session::serves), and to the camera
     /// of `description`. The learned visibility of lights is dropped unless `keeps_visibility`.
-    /// With it the image is still unbiased, but its noise differs from the noise of a new session.
+    /// With it the picture is equally correct, but its noise differs from the noise of a new
+    /// session.
     ///
     /// # Errors
     ///

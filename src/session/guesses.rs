@@ -3,12 +3,13 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Guesses {
-    /// Guess light if nothing in the scene emits.
+    /// True to guess light if nothing in the scene emits.
     pub light: bool,
-    /// Guess a ground that catches shadows, under guessed light or under an environment of flags.
+    /// True to guess a ground that catches shadows, under guessed light or under an environment of
+    /// flags.
     pub ground: bool,
-    /// Guess the background, with guessed light.
+    /// True to guess the background, with guessed light.
     pub background: bool,
-    /// Guess the exposure, with guessed light.
+    /// True to guess the exposure, with guessed light.
     pub exposure: bool,
 }

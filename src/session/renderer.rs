@@ -64,7 +64,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// The acceleration structure for ray queries of other programs.
+    /// The acceleration structure, for ray queries of a calling program.
     pub fn queries(&self) -> &dyn Accel {
         self.accel.as_dyn()
     }

@@ -55,7 +55,7 @@ pub struct Settings {
     pub integrator: IntegratorOptions,
     /// Additional channels.
     pub aovs: Vec<Aov>,
-    /// Light path expressions, as additional channels.
+    /// Parts of the light, selected by light paths, as additional channels.
     pub light_paths: Vec<PathPart>,
     /// Ray-tracing backend.
     pub backend: Backend,
@@ -427,7 +427,7 @@ impl Settings {
     }
 
     /// Number of light layers with separate sums: light groups of `scene`, strategies with and
-    /// without weights, and light path expressions.
+    /// without weights, and layers of light paths.
     pub(super) fn parts_of_light(&self, scene: &Scene) -> usize {
         let groups = match self.aovs.contains(&Aov::Lights) {
             true => scene.light_groups().names().len(),

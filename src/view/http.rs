@@ -111,7 +111,7 @@ fn name_of_host(host: &str) -> &str {
 }
 
 /// Returns true if `host` is a valid name of a server at `listens`. Names other than localhost are
-/// refused: the owner of a name could point it to this machine, and a page of that name would have
+/// refused. The owner of a name could point it to this machine, and a page of that name would have
 /// the origin of this server. Ports are not checked, because an ssh tunnel has another port.
 pub(super) fn is_known_host(host: &str, listens: IpAddr) -> bool {
     let name = name_of_host(host);

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant, SystemTime};
 /// Time between two checks of the files.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Time, length and inode of a file. Files with equal stamps have equal contents; `None` if there
+/// Time, length and inode of a file. Files with equal stamps are treated as equal; `None` if there
 /// is no file.
 type Stamp = Option<(SystemTime, u64, u64)>;
 
@@ -38,7 +38,7 @@ pub(super) struct Watch {
 
 struct Watched {
     path: PathBuf,
-    /// Stamp of the loaded contents; `None` if they may be older or newer.
+    /// Stamp of the loaded contents; `None` if they may have another stamp.
     known: Option<Stamp>,
 }
 

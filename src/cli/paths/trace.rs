@@ -52,8 +52,8 @@ pub(in crate::cli) enum Technique {
     Connection(usize, usize, f32, Spectrum),
     /// A density estimate of photons.
     Photons,
-    /// Photons or subpaths that end near each other: numbers of vertices from the light and from
-    /// the camera, both including the end, MIS weight, and light without the weight.
+    /// Photons or subpaths that end near each other. The fields are those of `Connection`; both
+    /// numbers of vertices include the end.
     Merging(usize, usize, f32, Spectrum),
     /// The irradiance cache.
     Cache,

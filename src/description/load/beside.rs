@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// Maximum number of files of a folder that are read.
 const MAX_FILES: usize = 10_000;
-/// Maximum number of libraries of a folder whose textures are read.
+/// Maximum number of libraries of a folder whose textures are read, and maximum size of each in
+/// bytes.
 const MAX_LIBRARIES: usize = 64;
 const MAX_LIBRARY_BYTES: u64 = 1 << 20;
 /// Extensions of pictures.
@@ -120,7 +121,7 @@ pub(super) struct Beside {
 }
 
 impl Beside {
-    /// The files beside the OBJ file `path`.
+    /// Finds the files near the OBJ file `path`.
     pub fn of(path: &Path) -> Self {
         let mut found = Self {
             here: path.parent().unwrap_or(Path::new("")).to_path_buf(),

@@ -68,7 +68,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Lists the materials that were added to materials of files: hidden copies, panes and caps.
+    /// Adds list entries for materials that are not in files: hidden copies, panes and caps.
     pub(super) fn list_materials(&mut self) {
         for index in self.materials.len()..self.builder.material_count() {
             let original = self.builder.copied_material(MaterialId(index as u32));
@@ -82,8 +82,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Material of a group of triangles that is in no file: of the scene file, or of the libraries
-    /// of its objects.
+    /// Material of a group of triangles made in code: of the scene file, or of the libraries of its
+    /// objects.
     pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<Shape, ObjFile>) -> MaterialId {
         let name = group.material.as_ref();
         let defines = |obj: &ObjFile| name.is_some_and(|name| obj.material(name).is_some());

@@ -87,7 +87,7 @@ const WORDS: &[(Role, &[&str])] = &[
 /// Textures by set and role. The name of a set is the words of a file name before its role.
 type Sets = BTreeMap<String, BTreeMap<Role, PathBuf>>;
 
-/// Textures beside an OBJ file.
+/// Textures near an OBJ file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NamedMaps {
     /// Sets with a colour texture.

@@ -26,7 +26,7 @@ pub(super) struct AskedTexture {
 }
 
 impl AskedTexture {
-    /// Slot for a texture of `kind`, if the file has it in another slot.
+    /// Slot that fits a texture of `kind`, if the statement names the other slot.
     fn moved_to(&self, kind: TextureKind) -> Option<MapSlot> {
         let other = self.request.other_slot();
         other.filter(|&slot| (slot == MapSlot::Normal) == kind.is_normal())
@@ -304,7 +304,7 @@ impl Loader<'_> {
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
-                // An unreadable file may be valid, so that no constant replaces it.
+                // A file that the system cannot read may be valid, so no constant replaces it.
                 let severity = match error.is_unreadable() {
                     true => Severity::Error,
                     false => self.file.load.severity_of_lack(),

@@ -2,8 +2,8 @@
 //!
 //! `MaterialSection` is the only table of its keys; [`range_of`] has their ranges. `patch` changes
 //! a material by the keys of a section. A section that replaces a material patches a black one.
-//! `describe` writes a material as a section that patches nothing of it. `mistakes` has the errors
-//! of keys that cannot be combined.
+//! `describe` writes a material as a section; a patch with this section changes nothing. `mistakes`
+//! has the errors of keys that cannot be combined.
 
 mod describe;
 mod mistakes;

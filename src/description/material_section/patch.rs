@@ -1,8 +1,8 @@
 //! Patches: a material changed by the keys of a section only.
 //!
-//! A key that only another reflection model has changes the model. `roughness` and `anisotropy`
-//! turn a Phong or Blinn lobe, or a mirror, into GGX facets. `eta` and `k` make a metal, and
-//! `metallic` makes the metallic-roughness model. Properties that both models have are kept.
+//! A key of another reflection model also changes the model. `roughness` and `anisotropy` turn a
+//! Phong or Blinn lobe, or a mirror, into GGX facets. `eta` and `k` make a metal, and `metallic`
+//! makes the metallic-roughness model. Properties that both models have are kept.
 
 use super::mistakes::Named;
 use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture};

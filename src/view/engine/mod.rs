@@ -94,7 +94,7 @@ pub(super) struct Engine<'a> {
     hub: &'a Hub,
     host: &'a dyn Host,
     exits_when_closed: bool,
-    /// Time since the last page was closed; `None` if a page is open or none was ever open.
+    /// Time at which the last page was closed; `None` if a page is open or none was ever open.
     closed_since: Option<Instant>,
     file: SceneFile,
     lights: Vec<FileLight>,

@@ -117,8 +117,8 @@ const CHANNELS = {
 // Channels of light, to which exposure and curve apply.
 const LIGHT = ["picture", "denoised", "lights", "compared"];
 
-// Writes the encoded light `rgb` of a pixel over its background, where `a` is the coverage per
-// channel: `display_bytes` of src/core/io/png.rs. `backing` is a linear colour that no curve
+// Writes the encoded light `rgb` of a pixel over its background: `display_bytes` of
+// src/core/io/png.rs. `a` is the coverage per channel. `backing` is a linear colour that no curve
 // changes, or "transparent". Returns alpha.
 function over(backing, rgb, a, shown, out) {
   if (a[0] === 1 && a[1] === 1 && a[2] === 1) {

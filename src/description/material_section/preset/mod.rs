@@ -40,7 +40,7 @@ pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
     }
 }
 
-/// Returns true if the diffuse reflectance is a pigment: neither metal nor transmission.
+/// Returns true if the diffuse reflection gives the material its colour.
 fn has_pigment(material: &Material) -> bool {
     let is_metal = matches!(material.gloss, Gloss::Metallic(1.0));
     !is_metal && material.transmission == Spectrum::ZERO

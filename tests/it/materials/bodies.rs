@@ -1,4 +1,4 @@
-//! What happens to light inside of transmitting bodies: absorption.
+//! Absorption inside transmitting bodies.
 
 use crate::support::statistics::{Mean, assert_means_within};
 use crate::support::*;
@@ -19,7 +19,8 @@ fn absorbing(ior: f32) -> Material {
     }
 }
 
-/// A lamp of radiance 2 seen straight through a slab: `(1 − R)² a / (1 − R² a²)` with `a = exp(−σ d)`, all reflections inside counted.
+/// A lamp of radiance 2 seen straight through a slab: `(1 − R)² a / (1 − R² a²)` with `a = exp(−σ
+/// d)`, including all internal reflections.
 #[test]
 fn slabs_absorb_by_beers_law() {
     for (ior, thickness) in [(1.0, 0.5f32), (1.0, 2.0), (1.5, 0.5), (2.4, 1.0)] {
@@ -44,9 +45,9 @@ fn slabs_absorb_by_beers_law() {
     }
 }
 
-/// From inside, and from outside at an angle: the way through the body is what counts.
+/// From inside, and from outside at an angle: absorption depends on the path length in the body.
 #[test]
-fn ways_through_bodies_count() {
+fn absorption_depends_on_path_length() {
     let scene = || {
         let mut b = SceneBuilder::new();
         add(&mut b, slab(Vec3::ZERO, Vec3::new(50.0, 50.0, 0.5)), absorbing(1.0));
@@ -68,7 +69,7 @@ fn ways_through_bodies_count() {
     }
 }
 
-/// A room with a lamp, and a block of absorbing glass, rough if `roughness` says so, with a matte ball inside.
+/// A room with a lamp and a block of absorbing glass of this `roughness`, with a matte ball inside.
 fn aquarium(roughness: f32) -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
@@ -84,7 +85,8 @@ fn aquarium(roughness: f32) -> Scene {
     b.build().unwrap().0
 }
 
-/// Estimators from both ends agree, with things inside of bodies: a segment absorbs the same from either end.
+/// Estimators from camera and lights agree with objects inside bodies: a segment absorbs the same
+/// in both directions.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_absorbing_bodies() {
@@ -114,7 +116,7 @@ fn estimators_agree_on_absorbing_bodies() {
                 renders(|seed| film_of_iterations(&bidirectional(world, 6), resolution, budget(128), 150 + seed));
             assert_same_means(&format!("bdpt, roughness {roughness}"), &films, &expected);
             if roughness > 0.0 {
-                // Shadow rays alone find what is sampled through rough glass.
+                // Only shadow rays find light sampled through rough glass.
                 let sampled = renders(|seed| film_of(&path(DirectLight::Light), resolution, budget(512), 200 + seed));
                 assert_same_means("light samples", &sampled, &expected);
                 let films = renders(|seed| film_of_iterations(&light_tracer(world, 6), resolution, budget(512), seed));

@@ -14,7 +14,9 @@ use embrasure::sampling::warp::{
     UNIFORM_HEMISPHERE_PDF, cosine_hemisphere_of_sphere, cosine_hemisphere_pdf, uniform_hemisphere_of_sphere,
 };
 
-/// Of each lobe and incidence: [`wrong_densities_are_found`] says which densities they distinguish. A density of a wrong scale is found by its integral, to 0.4 %.
+/// Samples for each lobe and angle of incidence. [`wrong_densities_fail_the_test`] has the wrong
+/// densities that this number reveals. A density of the wrong scale fails by its integral, to 0.4
+/// %.
 const SAMPLES: u32 = 300_000;
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
 const EXPONENTS: [f32; 4] = [1.0, 10.0, 100.0, 1000.0];
@@ -23,7 +25,7 @@ const GOLD: Fresnel = Fresnel::Conductor {
     k: [3.98, 2.39, 1.60],
 };
 
-/// The `index`-th number for the lobe and pair for the direction.
+/// Random numbers `index`: one for the lobe, a pair for the direction.
 fn numbers(seed: u64, index: u32) -> (f32, Vec2) {
     let mut sampler = Independent::new(seed);
     sampler.start(SampleKey::new(0, 0, index));
@@ -34,7 +36,7 @@ fn numbers(seed: u64, index: u32) -> (f32, Vec2) {
     )
 }
 
-/// A direction at `degrees` from the normal, at some azimuth.
+/// Direction at `degrees` from the normal.
 fn incident(degrees: f32) -> Vec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     Vec3::new(0.8 * sin, -0.6 * sin, cos)
@@ -44,7 +46,7 @@ fn grey(value: f32) -> Spectrum {
     Spectrum::splat(value)
 }
 
-/// Every lobe without facets of GGX, and mixtures of all kinds.
+/// All lobes except GGX, and all kinds of mixtures.
 fn bsdfs() -> Vec<(String, Bsdf)> {
     let single = |name: String, lobe| (name, Bsdf::Single(lobe));
     let mut all = vec![single("lambert".into(), Lobe::Lambert(Lambert { albedo: grey(0.8) }))];
@@ -110,7 +112,7 @@ fn bsdfs() -> Vec<(String, Bsdf)> {
     all
 }
 
-/// Every lobe of GGX facets, and mixtures of them.
+/// All GGX lobes, and mixtures of them.
 fn rough_bsdfs() -> Vec<(String, Bsdf)> {
     let brown = Spectrum::rgb(0.5, 0.3, 0.1);
     let models = [
@@ -133,7 +135,7 @@ fn rough_bsdfs() -> Vec<(String, Bsdf)> {
     lobes.chain(models).collect()
 }
 
-/// A sheen, and coats and sheens over bases of all kinds.
+/// A sheen, and coats and sheens over all kinds of bases.
 fn layered_bsdfs() -> Vec<(String, Bsdf)> {
     let brown = Spectrum::rgb(0.5, 0.3, 0.1);
     let lacquer = Material {
@@ -175,7 +177,7 @@ fn layered_bsdfs() -> Vec<(String, Bsdf)> {
     models.into_iter().chain([sheen]).collect()
 }
 
-/// Every lobe of GGX facets.
+/// All GGX lobes.
 fn rough_lobes() -> impl Iterator<Item = (String, Lobe)> {
     let schlick = Fresnel::Schlick { f0: [0.04, 0.5, 0.9] };
     let mirrors = [
@@ -213,15 +215,15 @@ fn rough_samples_follow_their_densities() {
 }
 
 #[test]
-fn samples_of_rough_glass_follow_their_densities() {
+fn rough_glass_samples_follow_their_densities() {
     let bsdfs: Vec<_> = rough_bsdfs().into_iter().filter(has_edges).collect();
     // Quadrature over edges takes long.
     let incidences = if cfg!(long) { &[30.0, 80.0][..] } else { &[30.0] };
     compare_samples_with_densities(&bsdfs, incidences);
 }
 
-/// Returns true if the density jumps within a hemisphere: refraction ends where facets would be
-/// upright. Few facets are in mixtures here.
+/// True if the density jumps within a hemisphere: refraction ends at directions whose facets would
+/// be at 90° to the normal. Mixtures here contain few facets.
 fn has_edges((name, _): &(String, Bsdf)) -> bool {
     name.starts_with("rough glass")
 }
@@ -236,7 +238,7 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
     for (seed, named) in bsdfs.iter().enumerate() {
         let (name, bsdf) = named;
         for &degrees in incidences {
-            // From behind, too: lobes are alike on both sides.
+            // From behind, too: lobes are equal on both sides.
             let side = if seed % 3 == 2 { -1.0 } else { 1.0 };
             let wo = incident(degrees) * Vec3::new(1.0, 1.0, side);
             let sample = |i| {
@@ -262,7 +264,7 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
                 |wi| bsdf.pdf(wo, wi) as f64,
                 has_edges(named),
             );
-            // All samples tell the share to 0.0009 at worst.
+            // The error of the fraction from all samples is at most 0.0009.
             let error = (outcome.integral - outcome.share).abs();
             assert!(
                 error < 4e-3 * crate::support::slack(),
@@ -275,9 +277,10 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
     }
 }
 
-/// Directions through the sphere have the cosine's density, each by itself: every one here is of another set, at any place in it.
+/// Directions mapped through the sphere have the cosine density individually: each one here is from
+/// another set, at any index in it.
 #[test]
-fn points_on_the_sphere_have_the_densities_of_their_warps() {
+fn sphere_points_follow_the_density_of_their_warp() {
     fn check(what: &str, mut sampler: impl Sampler) {
         let mut directions = |warp: fn(Vec2) -> Vec3, pdf: &dyn Fn(Vec3) -> f32| {
             let direction = |i| {
@@ -306,9 +309,10 @@ fn points_on_the_sphere_have_the_densities_of_their_warps() {
     }
 }
 
-/// The tests above must be able to fail: wrong scale, wrong shape, a lobe that is a little too wide, lost samples.
+/// Negative control of the tests above: wrong scale, wrong shape, a slightly too wide lobe, lost
+/// samples.
 #[test]
-fn wrong_densities_are_found() {
+fn wrong_densities_fail_the_test() {
     let wo = incident(60.0);
     let phong = |exponent| {
         Lobe::Phong(Phong {
@@ -368,7 +372,7 @@ fn lobes_are_reciprocal() {
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn lobes_reflect_no_more_than_falls_on_them() {
+fn lobes_reflect_at_most_all_light() {
     for (name, bsdf) in bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs()) {
         for degrees in INCIDENCES {
             let wo = incident(degrees);
@@ -443,10 +447,10 @@ fn fresnel_bsdfs() -> Vec<(String, Bsdf)> {
     all.into_iter().map(|(name, m)| (name, m.bsdf())).collect()
 }
 
-/// The furnace is the mean weight of samples. Its standard error is below 0.002.
+/// The furnace radiance is the mean weight of samples. Its standard error is below 0.002.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn directional_albedo_is_the_radiance_in_a_white_furnace() {
+fn directional_albedo_equals_white_furnace() {
     let all = bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs());
     for (name, bsdf) in all.chain(fresnel_bsdfs()) {
         for (side, degrees) in [1.0, -1.0].into_iter().flat_map(|s| INCIDENCES.map(|d| (s, d))) {
@@ -458,8 +462,8 @@ fn directional_albedo_is_the_radiance_in_a_white_furnace() {
             });
             let furnace = weights.fold(Spectrum::ZERO, |sum, s| sum + s.weight) / n as f32;
             let albedo = bsdf.directional_albedo(wo);
-            // Facets of two slopes lose light, which the tables of isotropic ones count. Lobes below
-            // a rough layer lose light that is counted too.
+            // Anisotropic facets lose light, and the tables of isotropic facets do not include this
+            // loss. Lobes below a rough layer also lose light.
             let is_anisotropic = ["[0.1, 0.4]", "[0.5, 0.2]", "brushed"]
                 .iter()
                 .any(|part| name.contains(part));
@@ -478,7 +482,7 @@ fn directional_albedo_is_the_radiance_in_a_white_furnace() {
     }
 }
 
-/// ∫ f cos θ dω by the midpoint rule in f64, of an independent statement of the formula.
+/// ∫ f cos θ dω by the midpoint rule in f64, with an independent form of the formula.
 fn phong_albedo(n: f64, degrees: f64) -> f64 {
     const STEPS: usize = 1000;
     let (sin_o, cos_o) = degrees.to_radians().sin_cos();
@@ -497,7 +501,7 @@ fn phong_albedo(n: f64, degrees: f64) -> f64 {
 }
 
 #[test]
-fn phong_reflects_what_quadrature_says() {
+fn phong_albedo_matches_quadrature() {
     for (degrees, expected) in [(0.0, 1.0), (45.0, 0.7074), (75.0, 0.2919)] {
         let quadrature = phong_albedo(10.0, degrees);
         assert!((quadrature - expected).abs() < 5e-4, "{degrees}°: {quadrature}");
@@ -513,7 +517,7 @@ fn phong_reflects_what_quadrature_says() {
 }
 
 #[test]
-fn dielectrics_share_out_all_the_light() {
+fn dielectrics_conserve_energy() {
     let glass = Dielectric {
         reflectance: Spectrum::ONE,
         transmittance: Spectrum::ONE,
@@ -530,7 +534,7 @@ fn dielectrics_share_out_all_the_light() {
             };
             let total: f32 = flux(TransportMode::Importance).iter().map(|(_, f)| f).sum();
             assert!((total - 1.0).abs() < 1e-5, "{degrees}° {side}: {total}");
-            // Snell's law, and radiance that scales by 1/η² on its way to the camera
+            // Snell's law, and radiance that scales by 1/η² towards the camera
             let importance = flux(TransportMode::Importance);
             for ((s, f), (_, plain)) in flux(TransportMode::Radiance).into_iter().zip(importance) {
                 assert!((s.wi.length() - 1.0).abs() < 1e-5);
@@ -553,7 +557,7 @@ fn dielectrics_share_out_all_the_light() {
 }
 
 #[test]
-fn thin_dielectrics_add_up_their_reflections() {
+fn thin_dielectric_sums_internal_reflections() {
     for degrees in INCIDENCES {
         let wo = incident(degrees);
         let sheet = |ior| ThinDielectric {
@@ -561,7 +565,7 @@ fn thin_dielectrics_add_up_their_reflections() {
             transmittance: Spectrum::ONE,
             ior,
         };
-        // The series R + T R T + T R³ T + …, summed by hand
+        // The series R + T R T + T R³ T + …, summed directly
         let glass = Dielectric {
             reflectance: Spectrum::ONE,
             transmittance: Spectrum::ONE,
@@ -573,19 +577,19 @@ fn thin_dielectrics_add_up_their_reflections() {
         let (reflected, passed) = (reflected.unwrap(), passed.unwrap());
         assert!((reflected.pdf as f64 - series).abs() < 1e-6, "{degrees}°");
         assert!((reflected.pdf + passed.pdf - 1.0).abs() < 1e-6 && passed.wi == -wo);
-        // A veil
+        // Index 1: no reflection
         assert!(sheet(1.0).directions(wo)[0].is_none());
     }
 }
 
-/// The `i`-th of a sequence of points that fill the cube evenly, and with it averages (Kronecker's, by powers of the
-/// root of x⁴ = x + 1).
+/// Point `i` of a sequence that fills the cube evenly (Kronecker's, by powers of the root of x⁴ = x
+/// + 1).
 fn even_numbers(i: u32) -> (f32, Vec2) {
     let step = |power: i32| ((i as f64 + 0.5) * 1.220_744_084_605_759_5f64.powi(-power)).fract() as f32;
     (step(1).min(0.999_999_9), Vec2::new(step(2), step(3)))
 }
 
-/// Share of the light from `wo` that goes on, by channel.
+/// Albedo for `wo`, for each channel.
 fn scattered(lobes: &[Lobe], wo: Vec3) -> [f64; 3] {
     const N: u32 = 1 << 14;
     let mut sum = [0.0; 3];
@@ -621,7 +625,7 @@ fn rough_conductors_reflect_all_light() {
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn rough_dielectrics_share_out_all_the_light() {
+fn rough_dielectrics_conserve_energy() {
     let mut worst = 0f64;
     for ior in [0.6, 1.3, 1.5, 1.77, 2.0] {
         for roughness in ROUGHNESSES {
@@ -642,7 +646,8 @@ fn rough_dielectrics_share_out_all_the_light() {
     eprintln!("rough dielectrics: off by {worst:.4} at most");
 }
 
-/// A white base gives back all that its coat lets pass, whatever the roughness, and a metal of white colour reflects all.
+/// A white base scatters all light that its coat transmits, for any roughness, and a white metal
+/// reflects all light.
 #[test]
 fn metallic_roughness_keeps_energy() {
     let mut worst = 0f64;
@@ -660,7 +665,7 @@ fn metallic_roughness_keeps_energy() {
     eprintln!("metallic-roughness: off by {worst:.4} at most");
 }
 
-/// Share of the light from `wo` that goes on, of the channel with most.
+/// Albedo for `wo`, in the brightest channel.
 fn scattered_by(bsdf: &Bsdf, wo: Vec3) -> f64 {
     const N: u32 = 1 << 14;
     let samples = (0..N).map(even_numbers);
@@ -669,7 +674,8 @@ fn scattered_by(bsdf: &Bsdf, wo: Vec3) -> f64 {
     sum.max_component() as f64
 }
 
-/// Least and most of a white base's light that goes on under layers, whatever the coat's roughness and the angle.
+/// Minimum and maximum albedo of a white base under layers, for all roughnesses of the coat and all
+/// angles.
 fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
     let (mut min, mut max) = (2f64, 0f64);
     for &(clearcoat, sheen) in layers {
@@ -690,11 +696,12 @@ fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
     (min, max)
 }
 
-/// What a coat and a sheen take of the light they give, so that white stays white: on matte surfaces all of it. Glossy lobes lose what they bring from
-/// directions that more passes to those that less does, the more the wider they are.
+/// A coat and a sheen take their light from the base, so white stays white; on matte surfaces
+/// exactly. Glossy lobes lose light when they scatter from directions of high to directions of low
+/// transmittance; wider lobes lose more.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn layers_share_the_light_with_their_base() {
+fn layers_over_a_white_base_conserve_energy() {
     let matte = Material {
         diffuse: grey(1.0),
         ..Material::default()
@@ -718,7 +725,7 @@ fn layers_share_the_light_with_their_base() {
         for ((what, layers), loss) in layers.into_iter().zip(losses) {
             let (min, max) = under_layers(&base, layers);
             eprintln!("{name} under {what}: {min:.4} to {max:.4}");
-            // Some thousand samples and the tables are not exact.
+            // The tolerance is for the tables and for 2¹⁴ samples.
             if max > 1.01 || min < 1.0 - loss {
                 wrong.push((name, what, min, max));
             }
@@ -727,9 +734,9 @@ fn layers_share_the_light_with_their_base() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// Directions that a material sees turned by 30°, about ∂p/∂u where there is one.
+/// The tangent of a material that is rotated by 30°, about ∂p/∂u if it exists.
 #[test]
-fn brushes_follow_texture_coordinates() {
+fn anisotropy_follows_texture_coordinates() {
     use embrasure::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
     let quad = crate::support::polygon(&[
         Vec3::ZERO,
@@ -758,12 +765,12 @@ fn brushes_follow_texture_coordinates() {
         let point = scene.surface_point(&hit, 0.0);
         scene.frame(&hit, &point).to_world(Vec3::X)
     };
-    // About +y, x turns towards −z.
+    // Rotated about +y, x moves towards −z.
     let (sin, cos) = 30f32.to_radians().sin_cos();
     assert!(tangent(uvs.clone(), &brushed).distance(Vec3::new(cos, 0.0, -sin)) < 1e-6);
     let turned = uvs.iter().map(|uv| Vec2::new(uv.y, -uv.x)).collect();
     assert!(tangent(turned, &brushed).distance(Vec3::new(-sin, 0.0, -cos)) < 1e-6);
-    // Any tangent will do where there are no coordinates, or where it has no say.
+    // Any tangent is valid without texture coordinates, or without anisotropy.
     let any = embrasure::math::Frame::from_z(Vec3::Y).to_world(Vec3::X);
     assert_eq!(tangent(Vec::new(), &brushed), any);
     let round = Material {
@@ -773,7 +780,7 @@ fn brushes_follow_texture_coordinates() {
     assert_eq!(tangent(uvs, &round), any);
 }
 
-/// A highlight is longer along the tangent, where facets have the larger slopes.
+/// A highlight is longer along the tangent, in the direction of the larger slopes.
 #[test]
 fn highlights_are_longer_along_the_tangent() {
     let brushed = Material {
@@ -789,13 +796,15 @@ fn highlights_are_longer_along_the_tangent() {
         }
     }
     let ratio = (squares.x / squares.y).sqrt();
-    // The slopes' ratio is 1 / (1 − 0.9²) = 5.3; the sine of a wide lobe's angle grows less.
+    // The ratio of slopes is 1 / (1 − 0.9²) = 5.3. In a wide lobe, the sine of the angle grows
+    // less.
     assert!((2.0..5.3).contains(&ratio), "{ratio}");
 }
 
-/// What a patch whose shading normal is tilted sends from all directions to all others, found by paths from either end.
+/// Flux that a patch with a tilted shading normal scatters from all directions to all others, by
+/// paths from the camera and from the light.
 #[test]
-fn paths_from_both_ends_agree_on_shading_normals() {
+fn adjoint_factor_makes_both_directions_agree() {
     use embrasure::geometry::SurfacePoint;
     use embrasure::math::Frame;
     let ns = Vec3::new(0.4, -0.3, 0.8).normalize();
@@ -808,7 +817,7 @@ fn paths_from_both_ends_agree_on_shading_normals() {
         time: 0.0,
     };
     let frame = Frame::from_z(ns);
-    // Sensitivity and light: any functions of the direction that differ
+    // Sensitivity and emission: two different functions of the direction
     let seen = |w: Vec3| f64::from(1.5 + w.x + w.x * w.y);
     let lit = |w: Vec3| f64::from((1.0 - w.x + 2.0 * w.y).powi(2));
     let is_above = |w: Vec3| w.z > 1e-3 && w.dot(ns) > 1e-3;
@@ -817,7 +826,8 @@ fn paths_from_both_ends_agree_on_shading_normals() {
         Material::metallic_roughness(grey(0.8), 0.5, 0.5).bsdf(),
     ];
     for bsdf in bsdfs {
-        // First directions by the geometric cosine, which the patch's flux has; then the BSDF's about the shading normal
+        // The first direction has the geometric cosine of the flux of the patch. The second follows
+        // the BSDF about the shading normal.
         let mean = |from_light: bool, is_corrected: bool| {
             let mut sum = 0.0;
             for i in 0..SAMPLES {
@@ -849,14 +859,14 @@ fn paths_from_both_ends_agree_on_shading_normals() {
         assert!((light / camera - 1.0).abs() < 0.01, "{camera} {light}");
         assert!((wrong / camera - 1.0).abs() > 0.05, "{camera} {wrong}");
     }
-    // Without a normal of its own there is nothing to correct.
+    // If the shading normal equals the geometric normal, the factor is 1.
     let flat = SurfacePoint { ns: Vec3::Z, ..point };
     let (wo, wi) = (incident(30.0), incident(70.0));
     assert!((flat.adjoint_factor(wo, wi) - 1.0).abs() < 1e-6);
     assert_eq!(point.adjoint_factor(Vec3::X, wi), 0.0);
 }
 
-/// Facets of different slopes lose energy, and gain a little where light grazes.
+/// Anisotropic facets lose energy, and gain a little at grazing angles.
 #[test]
 fn brushed_mirrors_keep_most_energy() {
     let (mut max, mut min) = (0f64, 2f64);
@@ -876,9 +886,10 @@ fn brushed_mirrors_keep_most_energy() {
     assert!(max < 1.035 && min > 0.75, "{min} {max}");
 }
 
-/// Values in f64 from another form of the formulas, and from sums over the hemisphere for what several reflections add.
+/// Values in f64 from another form of the formulas; sums over the hemisphere give the multiple
+/// reflections.
 #[test]
-fn rough_conductors_reflect_what_quadrature_says() {
+fn rough_conductor_matches_quadrature() {
     const STEPS: usize = 400;
     let f = |cos: f64| 0.2 + 0.8 * (1.0 - cos).powi(5);
     let mean_f = (20.0 * 0.2 + 1.0) / 21.0;
@@ -935,9 +946,10 @@ fn rough_conductors_reflect_what_quadrature_says() {
     }
 }
 
-/// Walter et al. 2007, eq. 21, in f64 and in the paper's own words, where several scatterings add next to nothing.
+/// Walter et al. 2007, eq. 21, in f64 and in the notation of the paper. Multiple scattering adds
+/// almost nothing here.
 #[test]
-fn rough_glass_refracts_as_published() {
+fn rough_glass_matches_walter_2007() {
     let alpha = 0.04f64;
     for ior in [1.5, 0.75] {
         let lobe = Lobe::RoughDielectric(RoughDielectric::new(
@@ -975,9 +987,9 @@ fn rough_glass_refracts_as_published() {
     }
 }
 
-/// A surface of little roughness sends light where a smooth surface does, and as much of it.
+/// A surface of low roughness scatters as much light as a smooth surface, in the same direction.
 #[test]
-fn smooth_facets_are_mirrors() {
+fn low_roughness_matches_smooth_lobes() {
     let alpha = Vec2::splat(2.0 * MIN_ALPHA);
     let ones = grey(1.0);
     for degrees in [0.0, 30.0, 60.0, 80.0] {
@@ -1028,9 +1040,9 @@ fn smooth_facets_are_mirrors() {
     }
 }
 
-/// Lobes of little or no sense give finite values, and no panic.
+/// Extreme and invalid lobes give finite values and do not panic.
 #[test]
-fn rough_lobes_bear_any_direction() {
+fn rough_lobes_stay_finite_for_any_input() {
     let numbers = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-20, 1.0, 50.0];
     let directions = [
         Vec3::X,
@@ -1081,8 +1093,8 @@ fn rough_lobes_bear_any_direction() {
     }
 }
 
-/// In a furnace nothing that keeps all light can be seen: that also asks the integrator for both sides, the index and
-/// the choice of parts.
+/// Objects that conserve energy are invisible in a furnace. This also tests both sides, the index
+/// and the choice of lobes in the integrator.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -1127,7 +1139,8 @@ fn rough_objects_vanish_in_a_furnace() {
     }
 }
 
-/// The number that chooses a lobe chooses smooth ones first: directions that are not drawn by the BSDF take only these from it.
+/// The number that selects a lobe selects smooth lobes first. Directions that do not follow the
+/// BSDF use only the smooth lobes of it.
 #[test]
 fn smooth_lobes_are_chosen_first() {
     let mirror_and_rough_glass = Material {
@@ -1143,7 +1156,7 @@ fn smooth_lobes_are_chosen_first() {
         for wo in INCIDENCES.map(incident) {
             let smooth = bsdf.smooth_probability(wo);
             for (u_lobe, u) in (0..2000).map(even_numbers) {
-                // Not where rounding decides
+                // Skip numbers at the limit of rounding
                 if (u_lobe - smooth).abs() < 1e-5 {
                     continue;
                 }
@@ -1155,11 +1168,11 @@ fn smooth_lobes_are_chosen_first() {
     }
 }
 
-/// Light that is sampled, also through glass, and light that scattered rays meet are the same.
+/// Light samples, also through glass, and scattered rays that hit lights agree.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn light_through_rough_glass_is_found_both_ways() {
+fn strategies_agree_on_light_through_rough_glass() {
     use crate::support::{add, material, polygon, room, sphere};
     use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Strategy};
     let mut b = embrasure::scene::SceneBuilder::new();
@@ -1198,7 +1211,7 @@ fn light_through_rough_glass_is_found_both_ways() {
                 crate::support::budget(1024),
                 3,
             );
-            // Pixels that share paths have common errors: theirs is taken for too small.
+            // Pixels with path reuse have correlated errors, so their error estimate is too small.
             let mean = Mean::of_film(&film, 0);
             Mean::new(mean.value, if reuse { 2.0 * mean.error() } else { mean.error() })
         })
@@ -1217,7 +1230,7 @@ fn light_through_rough_glass_is_found_both_ways() {
     }
 }
 
-/// The path tracer draws the number that chooses a part for mixtures only.
+/// The path tracer draws the number that selects a part only for mixtures.
 #[test]
 fn lobes_with_parts_are_mixtures() {
     let metal = |roughness| Material::metallic_roughness(grey(0.9), 1.0, roughness).bsdf();
@@ -1240,7 +1253,7 @@ fn lobes_with_parts_are_mixtures() {
 
 #[test]
 fn lobes_are_small() {
-    // Three of them are copied with every mixture.
+    // Every mixture copies three of them.
     assert!(size_of::<RoughConductor>() <= 60 && size_of::<RoughDielectric>() <= 60);
     assert_eq!(size_of::<Lobe>(), 64);
     assert!(size_of::<Bsdf>() <= 336);

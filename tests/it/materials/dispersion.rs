@@ -1,4 +1,4 @@
-//! Glass that refracts each wavelength by an index of its own.
+//! Dispersion: glass with a refractive index for each wavelength.
 
 use crate::support::program::{done, folder, refused, split};
 use crate::support::statistics::{Mean, assert_means_within, assert_same_mean};
@@ -25,8 +25,9 @@ fn dot(a: Plane, b: Plane) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Direction behind a plane of unit normal `n`, on the side that `d` comes from, by Snell's law, and what Fresnel's equations let pass; `eta` is the index
-/// behind over that before.
+/// Direction of `d` refracted at a plane of unit normal `n` by Snell's law, and the Fresnel
+/// transmittance. `n` is on the side of the incoming ray; `eta` is the index behind the plane over
+/// the index in front.
 fn refract(d: Plane, n: Plane, eta: f64) -> (Plane, f64) {
     let cos = -dot(d, n);
     let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).sqrt();
@@ -37,13 +38,14 @@ fn refract(d: Plane, n: Plane, eta: f64) -> (Plane, f64) {
     ([d[0] / eta + along * n[0], d[1] / eta + along * n[1]], 1.0 - reflected)
 }
 
-/// A narrow sun behind a prism: a ray of the camera sees it by those wavelengths which Snell's law refracts into its disc.
+/// A narrow sun behind a prism. A camera ray sees the sun in those wavelengths that Snell's law
+/// refracts into its disc.
 #[test]
-fn prisms_deflect_each_wavelength_by_snells_law() {
+fn prism_deflects_wavelengths_by_snells_law() {
     let half_apex = 20f64.to_radians();
     let normals = [[-half_apex.cos(), half_apex.sin()], [half_apex.cos(), half_apex.sin()]];
     let material = flint(1.7, Some(20.0));
-    // Out of the prism, and the share that passes both faces
+    // Direction behind the prism, and transmittance of both faces
     let through = |nanometers: f64| {
         let index = f64::from(material.ior_at(nanometers as f32));
         let (inside, first) = refract([1.0, 0.0], normals[0], index);
@@ -71,7 +73,7 @@ fn prisms_deflect_each_wavelength_by_snells_law() {
             [0, 2, 1],
             [3, 4, 5],
         ];
-        // Faces look outwards.
+        // Faces point outwards.
         let volume: f32 = prism
             .triangles
             .iter()
@@ -116,7 +118,7 @@ fn prisms_deflect_each_wavelength_by_snells_law() {
             }
         }
         for (c, expected) in expected.into_iter().enumerate() {
-            // The disc is wide to f32 of the cosine of its rim.
+            // The width of the disc is exact to f32 of the cosine of its rim.
             let allowed = 3e-3 * expected.max(0.02);
             let what = format!("{middle} nm, channel {c}");
             assert_means_within(what, Mean::of_film(&film, c), Mean::exact(expected), allowed);
@@ -124,7 +126,7 @@ fn prisms_deflect_each_wavelength_by_snells_law() {
     }
 }
 
-/// A room with a lamp and a ball and a block of glass.
+/// A room with a lamp, a ball and a block of glass.
 fn glass_room(ior: f32, abbe: Option<f32>) -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
@@ -141,15 +143,16 @@ fn glass_room(ior: f32, abbe: Option<f32>) -> Scene {
     b.build().unwrap().0
 }
 
-/// One wavelength a path has the mean of renders by single indices, each weighed by its share of a channel's light.
+/// Paths of one wavelength have the mean of renders with single indices, each weighted by its
+/// contribution to a channel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn dispersed_light_is_the_mean_over_wavelengths() {
+fn dispersed_light_is_mean_over_wavelengths() {
     let (ior, abbe, resolution) = (1.6, 6.0, UVec2::splat(12));
     let camera = pinhole(Vec3::new(0.1, 0.0, 0.95), Vec3::new(-0.2, -0.25, 0.0), 75.0);
     let index = flint(ior, Some(abbe));
     let quarter = |x: u32, y: u32| usize::from(x >= 6) + 2 * usize::from(y >= 6);
-    // Means and squared errors of the quarters of a film, channel by channel
+    // Means and squared errors of the quarters of a film, for each channel
     let regions = |film: &embrasure::film::Film| {
         let mut regions = [[[0.0; 2]; 3]; 4];
         for (pixel, sums) in film.pixels() {
@@ -225,9 +228,10 @@ fn dispersed_light_is_the_mean_over_wavelengths() {
     println!("without dispersion: {farthest:.1} standard errors at most");
 }
 
-/// Methods that know of wavelengths are named where others are refused, and pixels share no paths.
+/// An integrator without dispersion is refused, with a list of integrators that support it. Path
+/// reuse is off.
 #[test]
-fn methods_without_wavelengths_are_refused() {
+fn integrators_without_dispersion_are_errors() {
     let toml = "version = 1\n[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[image]\nwidth = 8\nheight = 8\n[render]\nsamples = 2\n[[object]]\nobj = 'a.obj'\n[material.g]\ntransmission = 1.0\nior = 1.6\nabbe = 30.0\n[[light]]\ntype = 'constant'\nradiance = [1, 1, 1]\n";
     let obj = "usemtl g\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n";
     let folder = folder(&[("a.obj", obj), ("s.toml", toml)]);

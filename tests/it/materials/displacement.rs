@@ -1,4 +1,4 @@
-//! Displacement by the textures of materials, as scene files and libraries say.
+//! Displacement by material textures, from scene files and libraries.
 
 use crate::files::subdivision::{escaping, for_each_backend};
 use crate::support::load;
@@ -16,7 +16,7 @@ const SCENE: &str = "version = 1\n[camera]\nposition = [3, 2, 5]\nlook_at = [1, 
     [image]\nwidth = 32\nheight = 32\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\nsubdivision = 3\n\
     [[light]]\ntype = \"point\"\nposition = [0, 1, 2]\nintensity = 5\n";
 
-/// A folder with a picture of 9 × 9 grey codes, whose texels are at the vertices of 8 × 8 quads.
+/// A folder with an image of 9 × 9 grey codes. Its texels are at the vertices of 8 × 8 quads.
 fn wall(obj: &str, library: &str, scene: &str) -> (TempDir, Vec<u8>) {
     let with = folder(&[("a.obj", obj), ("a.mtl", library), ("s.toml", scene)]);
     let codes: Vec<u8> = (0..81u32).map(|i| (i * i * 37 % 251) as u8).collect();
@@ -24,7 +24,7 @@ fn wall(obj: &str, library: &str, scene: &str) -> (TempDir, Vec<u8>) {
     (with, codes)
 }
 
-/// Texture keys that put the texels of a row of `n` codes on vertices at u = 0, 1/8, ….
+/// Patch with a displacement map and the texture keys `more`.
 fn map(more: &str) -> String {
     format!("[patch.wall]\ndisplacement_map = {{ file = \"h.png\", {more} }}\n")
 }
@@ -35,7 +35,7 @@ fn heights(path: &Path) -> Vec<f32> {
     mesh.positions.iter().map(|p| p.z).collect()
 }
 
-/// A constant picture moves a surface by height × (value − midlevel).
+/// A constant image moves a surface by height × (value − midlevel).
 #[test]
 fn keys_scale_heights() {
     let grey = |keys: &str, flags: &str| {
@@ -59,7 +59,7 @@ fn keys_scale_heights() {
                 &split(flags),
             ),
         );
-        // The dumped scene is displaced as this one was.
+        // The dumped scene has the same displacement.
         [
             heights(&with.path().join("s.toml")),
             heights(&with.path().join("d.toml")),
@@ -84,8 +84,7 @@ fn keys_scale_heights() {
     assert!(off.iter().all(|&h| h == 0.0));
 }
 
-/// A height map on a plane is the mesh with these heights, written as OBJ: the same picture, bit by
-/// bit, of faces that are flat.
+/// A height map on a plane equals the OBJ mesh with these heights: the same image, with flat faces.
 #[test]
 fn height_map_equals_the_mesh() {
     let n = 16u32;
@@ -111,7 +110,7 @@ fn height_map_equals_the_mesh() {
     let obj = |vertices: &str| format!("mtllib a.mtl\n{vertices}usemtl wall\n{faces}");
     let (one, _) = wall(&obj(&flat), LIBRARY, &displaced);
     let (other, _) = wall(&obj(&bumpy), LIBRARY, &scene.replace("samples = 4", keys));
-    // Rows of a picture go down.
+    // Rows of an image go down.
     let codes: Vec<u8> = (0..n)
         .rev()
         .flat_map(|y| (0..n).map(move |x| (x, y)))
@@ -135,7 +134,7 @@ fn write_square(path: &Path, width: u32, codes: &[u8]) {
     crate::support::write_png(path, width, &texels);
 }
 
-/// A library's `disp` counts if the object is subdivided, or if a flag says so; `-mm` scales it.
+/// `disp` of a library applies if the object is subdivided or a flag sets it; `-mm` scales it.
 #[test]
 fn libraries_displace_subdivided_objects() {
     let library = LIBRARY.to_string() + "disp -mm 0.1 0.5 h.png\n";
@@ -159,12 +158,12 @@ fn libraries_displace_subdivided_objects() {
     assert!(warnings("--subdivide 2").contains("vertices move by 0.2 to 0.2 units"));
     fs::write(&path, SCENE).unwrap();
     assert!(heights(&path).iter().all(|h| (h - 0.2).abs() < 1e-6));
-    // A missing picture is told as one of any texture.
+    // A missing image gives the same warning as any missing texture.
     fs::remove_file(with.path().join("h.png")).unwrap();
     assert!(warnings("").contains("missing-texture"), "{}", warnings(""));
 }
 
-/// A closed box that is displaced stays closed, across seams of texture coordinates, materials and
+/// A closed box stays closed under displacement, across seams of texture coordinates, materials and
 /// sharp edges.
 #[test]
 fn no_ray_escapes_a_displaced_box() {

@@ -1,4 +1,5 @@
-//! Dialects of material libraries, and textures that are not where their names say, through the program.
+//! Dialects of material libraries, and textures in other places than their paths, through the
+//! program.
 
 use crate::support::program::{done, folder, json, read_json, refused, run, split, words, write_grey_png};
 use serde_json::Value;
@@ -16,7 +17,7 @@ fn material(at: &Path, flags: &[&str]) -> Value {
 }
 
 #[test]
-fn libraries_are_read_as_their_writers_meant() {
+fn dialect_is_detected_from_the_header() {
     let obj = format!("mtllib a.mtl\n{SQUARE}");
     let scene = "version = 1\n[render]\nsamples = 1\nmtl_dialect = \"spec\"\n[image]\nwidth = 8\nheight = 8\n[[object]]\nobj = \"a.obj\"\n";
     let folder = folder(&[("a.obj", &obj), ("a.mtl", OF_BLENDER), ("s.toml", scene)]);
@@ -31,7 +32,7 @@ fn libraries_are_read_as_their_writers_meant() {
     let letter = material(at, &["--mtl-dialect", "spec"]);
     assert_eq!(letter["gloss"], "Phong, exponent 490");
 
-    // The guess is said once, and not where the user chose.
+    // The detected dialect is reported once, and not if the user set one.
     let render = |flags: &[&str]| {
         let flags = [
             flags,
@@ -55,7 +56,7 @@ fn libraries_are_read_as_their_writers_meant() {
     let (said, letter) = render(&["a.obj", "--mtl-dialect", "spec"]);
     assert!(!said.contains("written by") && letter != meant, "{said}");
 
-    // The key of the scene file, and the flag over it
+    // The key of the scene file, and the flag, which overrides it
     let letter = render(&["s.toml"]).1;
     let meant = render(&["s.toml", "--mtl-dialect", "auto"]).1;
     assert_ne!(meant, letter);
@@ -76,7 +77,7 @@ fn libraries_are_read_as_their_writers_meant() {
 }
 
 #[test]
-fn each_dialect_has_a_reading_of_its_own() {
+fn each_dialect_maps_to_its_material() {
     let mtl = "newmtl m\nillum 4\nKd 0.25 0.25 0.25\nKs 1 1 1\nNs 0\nTf 0.75 0.75 0.75\nNi 1.5\nPc 0.5\n";
     let obj = format!("mtllib a.mtl\n{SQUARE}");
     let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
@@ -110,7 +111,8 @@ fn each_dialect_has_a_reading_of_its_own() {
     }
 }
 
-/// A texture of another machine is found by its base name, said once however many materials name it, and given folders come first.
+/// A texture path of another machine is found by its base name. It is reported once for all
+/// materials, and given folders are searched first.
 #[test]
 fn textures_are_found_elsewhere() {
     let mtl = "newmtl m\nKd 1 1 1\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\nnewmtl n\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\n";
@@ -151,7 +153,7 @@ fn textures_are_found_elsewhere() {
     let said = refused(at, &["render", "a.obj", "--strict"], 1);
     assert!(said.contains("is missing"), "{said}");
 
-    // Beside the OBJ file, beside the library, and in the folder given: each comes before the last.
+    // Beside the OBJ file, beside the library, in the given folder. Later places take precedence.
     for (file, flags, found) in [
         ("maps/wall.png", &["a.obj"][..], "maps/wall.png is used"),
         ("lib/textures/Wall.PNG", &["a.obj"], "lib/textures/Wall.PNG is used"),
@@ -205,10 +207,10 @@ fn textures_are_found_elsewhere() {
     assert!(said.contains("texture_dir"), "{said}");
 }
 
-/// The layout of most downloads: `source/x.obj` beside `textures`. Its textures are told once for
-/// each folder.
+/// The layout of most downloads: `source/x.obj` beside `textures`. The textures are reported once
+/// for each folder.
 #[test]
-fn downloads_have_their_textures_beside_the_source() {
+fn textures_beside_the_source_folder_are_found() {
     let mtl =
         "newmtl m\nmap_Kd a.png\nmap_Ks C:\\tex\\b.png\nnewmtl n\nmap_Kd a.png\nmap_d \"c d.png\"\nmap_Ke e #1.png\n";
     let obj = format!("mtllib x.mtl\n{SQUARE}usemtl n\nf 1/1 2/2 3/3\n");
@@ -240,7 +242,7 @@ fn downloads_have_their_textures_beside_the_source() {
         assert!(said.contains("c_d.png is used [found-elsewhere]"), "{said}");
         assert!(!said.contains("missing-texture"), "{said}");
     }
-    // The scene file of `init` names them where they lie.
+    // The scene file of `init` has their real paths.
     done(at, &split("init source/x.obj -o x.toml"));
     let text = fs::read_to_string(at.join("x.toml")).unwrap();
     assert!(

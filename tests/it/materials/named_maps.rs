@@ -1,4 +1,4 @@
-//! Textures that no library names, found by the names of their files.
+//! Textures without a library entry, found by their file names.
 
 use crate::support::program::*;
 use std::fs;
@@ -10,7 +10,7 @@ const SCENE: &str = "version = 1\n[camera]\nposition = [0.5, 0.3, 2]\nlook_at = 
     [image]\nwidth = 24\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n\
     [[light]]\ntype = \"directional\"\ndirection = [-0.2, -0.3, -1]\nirradiance = 3\n";
 
-/// A picture of 4 × 4 texels: only such ones are taken for a texture by their size.
+/// Writes an image of 4 × 4 texels. Images of other sizes are not used as textures.
 fn write_square(folder: &TempDir, name: &str) {
     let path = folder.path().join(name);
     fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -20,7 +20,7 @@ fn write_square(folder: &TempDir, name: &str) {
     encoder.write_header().unwrap().write_image_data(&codes).unwrap();
 }
 
-/// The square of [`OBJ`] as `files`, all without a library, and pictures of 4 × 4 texels.
+/// A folder with `files`, without libraries, and square images of 4 × 4 texels.
 fn without_library(files: &[(&str, &str)], squares: &[&str]) -> TempDir {
     let mut all = vec![("s.toml", SCENE)];
     all.extend(files);
@@ -29,7 +29,7 @@ fn without_library(files: &[(&str, &str)], squares: &[&str]) -> TempDir {
     folder
 }
 
-/// A folder with a textured square, its library `mtl` and these pictures.
+/// A folder with a textured square, its library `mtl` and these images.
 fn scene(mtl: &str, pictures: &[&str]) -> TempDir {
     let folder = folder(&[("a.obj", OBJ), ("a.mtl", mtl), ("s.toml", SCENE)]);
     fs::create_dir(folder.path().join("textures")).unwrap();
@@ -40,7 +40,7 @@ fn scene(mtl: &str, pictures: &[&str]) -> TempDir {
     folder
 }
 
-/// The picture of the folder, and the messages.
+/// The rendered image of the folder, and the messages.
 fn picture(folder: &TempDir, flags: &str) -> (Vec<u8>, String) {
     let output = done(
         folder.path(),
@@ -52,7 +52,7 @@ fn picture(folder: &TempDir, flags: &str) -> (Vec<u8>, String) {
 const PLAIN: &str = "newmtl wood\nKd 0.3 0.3 0.3\n";
 
 #[test]
-fn textures_of_the_material_s_name_are_used() {
+fn textures_named_after_the_material_are_used() {
     let names = [
         "textures/Wood_BaseColor.png",
         "textures/Wood_Roughness.png",
@@ -75,15 +75,15 @@ fn textures_of_the_material_s_name_are_used() {
 }
 
 #[test]
-fn sets_of_the_file_or_alone_are_used_and_several_are_not() {
+fn texture_set_is_used_if_it_is_unambiguous() {
     let plain = picture(&scene(PLAIN, &[]), "").0;
     let of_file = picture(&scene(PLAIN, &["a_albedo.png"]), "").0;
     assert!(of_file != plain);
     let alone = picture(&scene(PLAIN, &["textures/model_diffuse_2k.png"]), "").0;
     assert!(alone == of_file);
-    // The set of the file's name wins.
+    // The set with the name of the file takes precedence.
     assert!(picture(&scene(PLAIN, &["a_albedo.png", "textures/model_diffuse.png"]), "").0 == of_file);
-    // None of two others fits, and a set without a colour is none.
+    // Two other sets are ambiguous, and a set without a colour is not used.
     for pictures in [
         &["b_albedo.png", "c_albedo.png"][..],
         &["a_roughness.png"],
@@ -91,19 +91,19 @@ fn sets_of_the_file_or_alone_are_used_and_several_are_not() {
     ] {
         assert!(picture(&scene(PLAIN, pictures), "").0 == plain, "{pictures:?}");
     }
-    // The set may be that of another OBJ file.
+    // The set may belong to another OBJ file.
     let other = scene(PLAIN, &["model_albedo.png"]);
     fs::write(other.path().join("b.obj"), OBJ).unwrap();
     assert!(picture(&other, "").0 == plain);
-    // A library that names a texture is taken as it is.
+    // If a library has a texture, no other textures are used.
     let named = scene("newmtl wood\nmap_Kd x.png\n", &["x.png", "a_albedo.png"]);
     let named_alone = scene("newmtl wood\nmap_Kd x.png\n", &["x.png"]);
     assert!(picture(&named, "").0 == picture(&named_alone, "").0);
 }
 
-/// Without a library, the picture of the file's own name is the colour.
+/// Without a library, the image with the name of the file is the colour.
 #[test]
-fn a_picture_of_the_file_s_name_is_used_without_a_library() {
+fn image_named_after_the_obj_is_its_color() {
     let pictures = |names: &[&str], mtl: Option<&str>| {
         let folder = scene(mtl.unwrap_or(""), names);
         if mtl.is_none() {
@@ -130,13 +130,13 @@ fn a_picture_of_the_file_s_name_is_used_without_a_library() {
     ] {
         assert!(picture(&pictures(names, mtl), "").0 == *expected, "{names:?}");
     }
-    // A picture that this program wrote is no texture, and may be written again.
+    // An image written by this program is not a texture, and may be overwritten.
     let folder = pictures(&[], None);
     let line = split("render a.obj -q --size 8x8 --spp 1 -o a.png");
     let render = || words(&done(folder.path(), &line));
     assert_eq!(render(), render());
     assert!(picture(&folder, "").0 == grey);
-    // Sizes of a file's name do not count, as in those of pictures.
+    // Sizes in the file name are ignored, as in image names.
     let folder = pictures(&["textures/a_001_dif_2k.png", "textures/c_albedo.png"], None);
     for name in ["a_001_30k", "a_001_100k"] {
         fs::rename(folder.path().join("a.obj"), folder.path().join(format!("{name}.obj"))).unwrap();
@@ -164,16 +164,16 @@ fn normals_of_directx_are_flipped() {
     normals(&wrong, "wood_normalgl.png", 67);
     assert!(picture(&up, "").0 == picture(&down, "").0);
     assert!(picture(&up, "").0 != picture(&wrong, "").0);
-    // A scene file that `init` writes keeps the flip.
+    // A scene file of `init` keeps the flip.
     done(down.path(), &split("init a.obj -o i.toml"));
     let written = fs::read_to_string(down.path().join("i.toml")).unwrap();
     assert!(written.contains("flip_green = true"), "{written}");
 }
 
-/// Substance Painter names textures by the file's material set and material, and exporters put them
-/// in a folder of the model's name.
+/// Substance Painter names textures after the material set and the material of the file. Exporters
+/// put them in a folder with the name of the model.
 #[test]
-fn sets_of_the_library_s_name_are_found_in_a_folder_of_the_file_s_name() {
+fn textures_in_a_folder_of_the_obj_name_are_found() {
     let obj = OBJ.replace("a.mtl", "SM_Alarm.mtl");
     let named = without_library(&[], &["Textures/A/SM_Alarm_wood_BaseColor.png"]);
     fs::create_dir(named.path().join("models")).unwrap();
@@ -184,10 +184,10 @@ fn sets_of_the_library_s_name_are_found_in_a_folder_of_the_file_s_name() {
     assert!(words.contains("SM_Alarm_wood_BaseColor.png"), "{words}");
 }
 
-/// Without a library, a picture is the colour if its name begins like that of the file, or if it is
-/// the only one of the folder.
+/// Without a library, an image is the colour if its name starts like the name of the file, or if it
+/// is the only image of the folder.
 #[test]
-fn one_fitting_picture_is_used_without_a_library() {
+fn single_fitting_image_is_used_without_library() {
     let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
     let used = |files: &[&str], squares: &[&str]| {
         let mut all: Vec<(&str, &str)> = files.iter().map(|name| (*name, plain.as_str())).collect();
@@ -199,7 +199,7 @@ fn one_fitting_picture_is_used_without_a_library() {
         after.split_whitespace().next().map(str::to_string)
     };
     let one = |name: &str| Some(name.to_string());
-    // The name of the file begins that of the picture; the first of several numbers.
+    // The image name starts with the file name; the first of several numbers.
     assert_eq!(
         used(&[], &["CarRed_skin2.png", "CarRed_skin1.png", "x.png"]),
         one("CarRed_skin1.png")
@@ -208,19 +208,19 @@ fn one_fitting_picture_is_used_without_a_library() {
     assert_eq!(used(&["car_red_big.obj"], &["car_red_big_tex.png", "x.png"]), None);
     assert_eq!(used(&[], &["car_red_preview.png", "x.png"]), None);
     assert_eq!(used(&[], &["car_red_normal.png", "x.png"]), None);
-    // The first word of the file, and a word for textures.
+    // First word of the file name, and a word for textures.
     assert_eq!(used(&["bus.obj"], &["car_tex.png", "bus_tex.png"]), one("car_tex.png"));
     assert_eq!(used(&["car.obj"], &["car_tex.png", "bus_tex.png"]), None);
-    // The only picture of the folder.
+    // The only image of the folder.
     assert_eq!(used(&[], &["x.png"]), one("x.png"));
     assert_eq!(used(&[], &["x.png", "y.png"]), None);
     assert_eq!(used(&["bus.obj"], &["x.png"]), None);
     assert_eq!(used(&["bus.obj"], &["Street_Atlas.png"]), one("Street_Atlas.png"));
 }
 
-/// A file without `usemtl` has the only material of the library of its name.
+/// A file without `usemtl` gets the only material of the library with its name.
 #[test]
-fn only_material_of_the_library_is_that_of_faces_without_one() {
+fn faces_without_usemtl_get_the_only_material() {
     let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
     let of = |obj: &str, mtl: &str| {
         let folder = scene(mtl, &["x.png", "y.png"]);
@@ -256,7 +256,7 @@ fn textures_without_extension_are_found() {
         let (got, words) = found(&[name], None);
         assert!(got == expected && words.contains("has no extension"), "{name}: {words}");
     }
-    // A picture that another library names is that of another model.
+    // An image used by another library belongs to another model.
     for (pictures, other) in [
         (&["texture.png"][..], Some("map_Kd texture.png\n")),
         (&["x.png", "y.png"], None),
@@ -269,7 +269,7 @@ fn textures_without_extension_are_found() {
 }
 
 #[test]
-fn pictures_near_a_file_without_textures_are_named() {
+fn unused_images_are_listed_in_a_warning() {
     let folder = scene(PLAIN, &["b.png", "c.png", "d.png", "e.png"]);
     let (_, words) = picture(&folder, "");
     assert!(words.contains("b.png, c.png, d.png and 1 more"), "{words}");
@@ -285,7 +285,7 @@ fn pictures_near_a_file_without_textures_are_named() {
 
 /// The alpha of colours is the opacity if it is a cut-out.
 #[test]
-fn alpha_of_colours_is_opacity_if_it_is_a_cut_out() {
+fn cut_out_alpha_of_a_color_map_is_opacity() {
     let with_alpha = |alphas: &[u8; 16]| {
         let folder = scene("newmtl wood\nKd 1 1 1\nmap_Kd x.png\n", &[]);
         let mut encoder = png::Encoder::new(fs::File::create(folder.path().join("x.png")).unwrap(), 4, 4);
@@ -312,14 +312,14 @@ fn alpha_of_colours_is_opacity_if_it_is_a_cut_out() {
     for flags in ["--material wood.opacity_map=false", "--strict"] {
         assert!(picture(&folder, flags).0 == opaque, "{flags}");
     }
-    // Gloss is graded, and a picture that is transparent throughout was not meant so.
+    // Gradual alpha is gloss, and an image with alpha 0 everywhere is an error of the author.
     for alphas in [std::array::from_fn(|i| 16 * i as u8), [0; 16]] {
         let folder = with_alpha(&alphas);
         let (got, words) = picture(&folder, "");
         assert!(!words.contains("[cut-out]"), "{words}");
         assert!(picture(&folder, "--mtl-dialect spec").0 == got, "{alphas:?}");
     }
-    // A mask has a picture below its transparent texels, as has paper.
+    // A mask has colours below its transparent texels; so has paper.
     let mut encoder = png::Encoder::new(fs::File::create(folder.path().join("x.png")).unwrap(), 4, 4);
     encoder.set_color(png::ColorType::Rgba);
     let texels: Vec<u8> = (0..16u8)
@@ -329,7 +329,7 @@ fn alpha_of_colours_is_opacity_if_it_is_a_cut_out() {
     let (_, words) = picture(&folder, "");
     assert!(!words.contains("[cut-out]"), "{words}");
     let folder = with_alpha(&cut);
-    // A scene file that `init` writes has the opacity.
+    // A scene file of `init` has the opacity.
     done(folder.path(), &split("init a.obj -o i.toml"));
     let written = fs::read_to_string(folder.path().join("i.toml")).unwrap();
     assert!(written.contains("opacity_map"), "{written}");

@@ -1,4 +1,5 @@
-//! Materials that are changed without their library: patches of a scene file and of `--material`, and warnings by kind.
+//! Changes to materials without their library: patches in scene files and `--material`, and grouped
+//! warnings.
 
 use crate::support::program::*;
 use std::fs;
@@ -9,7 +10,7 @@ const MTL: &str = "newmtl Floor.001\nKd 0.4 0.4 0.4\nKs 0.5 0.5 0.5\nNs 200\nmap
     newmtl Floor.002\nKd 0.2 0.6 0.2\nillum 1\n\
     newmtl Metal\nKd 0.8 0.6 0.2\nPr 0.4\nPm 1\n";
 
-/// Three squares side by side, of three materials.
+/// Three squares side by side, with three materials.
 const OBJ: &str = "mtllib a.mtl\nv -3 -1 0\nv -1 -1 0\nv -1 1 0\nv -3 1 0\nv 1 -1 0\nv 1 1 0\nv 3 -1 0\nv 3 1 0\n\
     vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
     usemtl Floor.001\nf 1/1 2/2 3/3 4/4\nusemtl Floor.002\nf 2/1 5/2 6/3 3/4\nusemtl Metal\nf 5/1 7/2 8/3 6/4\n";
@@ -26,7 +27,7 @@ fn scene() -> TempDir {
     folder
 }
 
-/// The picture of the scene with more text at its end, and with these flags.
+/// The image of the scene with `text` appended and with `flags`.
 fn picture(at: &Path, text: &str, flags: &[&str]) -> Vec<u8> {
     fs::write(at.join("t.toml"), format!("{HEADER}{text}")).unwrap();
     done(at, &joined(&["render", "t.toml", "-q", "-o", "t.png"], flags));
@@ -34,11 +35,11 @@ fn picture(at: &Path, text: &str, flags: &[&str]) -> Vec<u8> {
 }
 
 #[test]
-fn patches_keep_what_they_do_not_say() {
+fn patch_keeps_other_keys() {
     let folder = scene();
     let at = folder.path();
     let plain = picture(at, "", &[]);
-    // What a patch says twice over changes nothing, and it keeps the texture.
+    // Repeating values changes nothing, and the texture stays.
     let same = "[patch.\"Floor.001\"]\nspecular = [0.5, 0.5, 0.5]\nexponent = 200\n";
     assert_eq!(picture(at, same, &[]), plain);
     let rough = picture(at, "[patch.\"Floor.001\"]\nroughness = 0.2\n", &[]);
@@ -46,24 +47,24 @@ fn patches_keep_what_they_do_not_say() {
     for same in [
         "[material.\"Floor.001\"]\npatch = true\nroughness = 0.2\n",
         "[material.\"Floor.001\"]\nmodel = \"ggx\"\nroughness = 0.2\ndiffuse = 0.4\nspecular = 0.5\ndiffuse_map = \"a.png\"\n",
-        // In the order of the file: the second counts.
+        // Patches apply in the order of the file: the second takes precedence.
         "[patch.\"Z*\"]\n[patch.\"F*1\"]\nroughness = 0.9\n[patch.\"?loor.001\"]\nroughness = 0.2\n",
         "[patch.\"F*1\"]\nroughness = 0.9\n[patch.\"A\"]\n[material.\"Floor.001\"]\npatch = true\nroughness = 0.2\n",
     ] {
         assert_eq!(picture(at, same, &[]), rough, "{same}");
     }
-    // Without `patch` a section replaces, as usual.
+    // Without `patch` a section replaces the material.
     let replaced = picture(at, "[material.\"Floor.001\"]\nroughness = 0.2\n", &[]);
     assert!(replaced != rough && replaced != plain);
     assert_eq!(
         picture(at, "[material.\"Floor.001\"]\npatch = false\nroughness = 0.2\n", &[]),
         replaced
     );
-    // Textures: another, none.
+    // Another texture, and no texture.
     let other = picture(at, "[patch.\"Floor.001\"]\ndiffuse_map = \"b.png\"\n", &[]);
     let none = picture(at, "[patch.\"Floor.001\"]\ndiffuse_map = false\n", &[]);
     assert!(other != plain && none != plain && other != none);
-    // A colour by one number
+    // A colour as one number
     let grey = picture(at, "[patch.Metal]\ndiffuse = 0.5\n", &[]);
     assert_eq!(picture(at, "[patch.Metal]\ndiffuse = [0.5, 0.5, 0.5]\n", &[]), grey);
     assert_ne!(grey, plain);
@@ -92,14 +93,14 @@ fn flags_patch_after_the_file() {
     }
     let file = "[patch.\"Floor.001\"]\nroughness = 0.7\n";
     assert_eq!(picture(at, file, &["--material", "Floor.001.roughness=0.2"]), rough);
-    // The last of one glob and key counts, and keys of one glob are one patch, in either order.
+    // The last value of one glob and key is used. Keys of one glob are one patch, in either order.
     let last = ["--material", "F*1.roughness=0.7", "--material", "F*1.roughness=0.2"];
     assert_eq!(picture(at, "", &last), rough);
     let gold = |first, second| picture(at, "", &["--material", first, "--material", second]);
     let (metallic, specular) = ("Floor.001.metallic=1", "Floor.001.specular=0.5");
     assert_eq!(gold(metallic, specular), gold(specular, metallic));
 
-    // A bare OBJ, with and without a library; textures lie beside it.
+    // A bare OBJ, with and without a library; textures are in its folder.
     let bare = |flags: &[&str]| {
         let line = ["render", "a.obj", "-q", "-o", "o.png", "--size", "24x12", "--spp", "2"];
         let out = done(at, &joined(&line, flags));
@@ -117,7 +118,7 @@ fn flags_patch_after_the_file() {
     done(at, &joined(&split(line), &["--material", "default.diffuse=0.1"]));
     assert_ne!(fs::read(at.join("n.png")).unwrap(), plain);
 
-    // Other commands know the flag too.
+    // Other commands have the flag too.
     let explained = printed(&done(
         at,
         &["explain", "s.toml", "Metal", "--material", "Metal.roughness=0.125"],
@@ -128,7 +129,7 @@ fn flags_patch_after_the_file() {
 }
 
 #[test]
-fn wrong_patches_are_told_with_what_is_right() {
+fn wrong_patch_error_has_the_correction() {
     let folder = scene();
     let at = folder.path();
     for (value, expected) in [
@@ -218,7 +219,7 @@ fn wrong_patches_are_told_with_what_is_right() {
 }
 
 #[test]
-fn names_that_no_face_uses_are_told_with_the_nearest() {
+fn unused_material_warning_has_the_nearest_name() {
     let folder = scene();
     let at = folder.path();
     for (text, expected) in [
@@ -238,7 +239,7 @@ fn names_that_no_face_uses_are_told_with_the_nearest() {
         );
         assert!(said.contains(expected), "{text}: {said}");
     }
-    // A roughness that nothing shows is worth a word, and so is a missing texture of a patch.
+    // A roughness without effect causes a warning, and a missing texture of a patch too.
     let said = words(&done(
         at,
         &[
@@ -282,7 +283,7 @@ fn warnings_of_one_kind_are_one_line() {
             "{said}"
         );
         assert!(said.contains("see `embrasure check t.toml`)"), "{said}");
-        // One alone is as it is, with its remedy.
+        // A single warning is printed in full, with its help.
         assert!(
             said.contains("texture `gone.png` is missing")
                 && said.contains("put it there, or name its folder with --texture-dir"),
@@ -309,7 +310,8 @@ fn warnings_of_one_kind_are_one_line() {
     );
 }
 
-/// A pattern of a flag that matches nothing is an error that lists the materials; one of a scene file is a warning.
+/// A flag whose pattern matches nothing is an error that lists the materials; in a scene file it is
+/// a warning.
 #[test]
 fn a_pattern_without_materials_is_an_error() {
     let folder = scene();

@@ -1,4 +1,4 @@
-//! Surfaces whose materials or normals vary: textures, holes, curved normals, reliefs.
+//! Surfaces with varying materials or normals: textures, opacity, interpolated normals, bump maps.
 
 use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
@@ -21,7 +21,7 @@ fn holed(diffuse: f32, opacity: f32) -> Material {
 }
 
 #[test]
-fn light_passes_holes_by_their_share() {
+fn transmission_is_one_minus_opacity() {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 2.0), holed(0.0, 0.3));
     add(&mut b, panel(-1.0, 3.0), holed(0.0, 0.6));
@@ -34,7 +34,7 @@ fn light_passes_holes_by_their_share() {
 }
 
 #[test]
-fn shadows_of_holed_surfaces_are_as_light_as_their_share() {
+fn shadow_transmittance_follows_opacity() {
     let lit = |opacities: &[f32]| {
         let mut b = SceneBuilder::new();
         add(&mut b, panel(0.0, 2.0), material(0.5, 0.0));
@@ -55,7 +55,8 @@ fn shadows_of_holed_surfaces_are_as_light_as_their_share() {
     }
 }
 
-/// A table under a canopy with holes beside a lamp, all of it in a room of the sky: every kind of ray meets holes.
+/// A table under a canopy of opacity 0.4, with a lamp and a sky: every kind of ray passes the
+/// canopy.
 fn canopy() -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 2.0), material(0.6, 0.0));
@@ -67,10 +68,11 @@ fn canopy() -> Scene {
     b.build().unwrap().0
 }
 
-/// Estimators that pass holes by chance, by their share, and both, have one mean. Over seeds, since pixels that share paths share errors.
+/// Estimators that pass surfaces by chance, by transmittance, and by both, have one mean. Over
+/// seeds, because pixels with path reuse share errors.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn estimators_agree_on_holes() {
+fn estimators_agree_on_opacity() {
     let scene = canopy();
     let camera = pinhole(Vec3::new(3.0, 2.0, 2.5), Vec3::new(0.0, 0.0, 0.4), 50.0);
     let resolution = UVec2::splat(32);
@@ -109,7 +111,8 @@ fn estimators_agree_on_holes() {
     });
 }
 
-/// Writes a square with a texture of the four colours red, green (top), blue, white (bottom), and renders it in uniform light.
+/// Renders a square in uniform light. Its texture has the four colours red, green (top), blue,
+/// white (bottom).
 fn textured(mtl: &str, smooth_normals: &str) -> Film {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
@@ -128,7 +131,7 @@ fn textured(mtl: &str, smooth_normals: &str) -> Film {
     );
     let scene = load(&folder.path().join("s.obj"));
     with_world(&scene, from_front(), UVec2::splat(8), |world| {
-        // In uniform light every followed ray brings the same.
+        // In uniform light every scattered ray has the same radiance.
         let path = PathIntegrator {
             strategy: Strategy {
                 direct: DirectLight::None,
@@ -140,7 +143,7 @@ fn textured(mtl: &str, smooth_normals: &str) -> Film {
     })
 }
 
-/// Of each quarter's middle, row by row from the top.
+/// Colour at the middle of each quarter, row by row from the top.
 fn quarters(film: &Film) -> [[f64; 3]; 4] {
     [[1, 1], [6, 1], [1, 6], [6, 6]].map(|[x, y]| {
         let (_, sums) = film.pixels().find(|(p, _)| *p == UVec2::new(x, y)).unwrap();
@@ -149,7 +152,7 @@ fn quarters(film: &Film) -> [[f64; 3]; 4] {
 }
 
 #[test]
-fn textures_lie_as_they_should() {
+fn texture_options_place_texels() {
     let near = |got: [[f64; 3]; 4], expected: [[f64; 3]; 4], tolerance: f64| {
         let pairs = got.as_flattened().iter().zip(expected.as_flattened());
         assert!(
@@ -169,11 +172,11 @@ fn textures_lie_as_they_should() {
         [[0.5, 0.0, 0.0], g, b, [0.25145, w[1], w[2]]],
         2e-3,
     );
-    // Half a picture to the right and the other way up
+    // Shifted right by half the image, and flipped
     let shifted = textured("newmtl m\nmap_Kd -o 0.5 -s 1 -1 four.png\n", "");
-    // Where the picture repeats itself, a neighbour has an eighth of the pixel in either direction.
+    // At the borders of repetition, a neighbour covers an eighth of the pixel in each direction.
     near(quarters(&shifted), [w, b, g, r], 0.25);
-    // A texture that is missing leaves the constant.
+    // A missing texture leaves the constant.
     near(
         quarters(&textured("newmtl m\nKd 0.25\nmap_Kd five.png\n", "")),
         [[0.25; 3]; 4],
@@ -181,13 +184,13 @@ fn textures_lie_as_they_should() {
     );
 }
 
-/// A map of opacity: where it is black the sky is seen, which is 1 as the surface would be if it were white.
+/// Opacity map: black texels show the sky, which has radiance 1.
 #[test]
-fn maps_of_opacity_cut_out() {
+fn opacity_map_cuts_out_black_texels() {
     let film = textured("newmtl m\nKd 0\nmap_d -imfchan b -clamp on four.png\n", "");
     let [red, green, blue, white] = quarters(&film).map(|c| c[0]);
     assert!((red, green, blue) == (1.0, 1.0, 0.0), "{red} {green} {blue}");
-    // 188/255 of data is there.
+    // 188/255 of the data is the opacity.
     assert!((white - (1.0 - 188.0 / 255.0)).abs() < 0.3, "{white}");
 }
 
@@ -202,7 +205,7 @@ fn sphere_camera() -> embrasure::camera::CameraParameters {
     pinhole(Vec3::new(0.0, 0.0, 8.0), Vec3::ZERO, 16.0)
 }
 
-/// The point of the unit sphere that pixel centre `p` of 64 × 64 looks at, if it does.
+/// Point of the unit sphere that the centre of pixel `p` of 64 × 64 sees, if any.
 fn seen_point(p: UVec2) -> Option<Vec3> {
     let scale = 2.0 * 8f32.to_radians().tan() / 64.0;
     let at = (p.as_vec2() + 0.5 - 32.0) * scale * Vec2::new(1.0, -1.0);
@@ -213,7 +216,7 @@ fn seen_point(p: UVec2) -> Option<Vec3> {
 }
 
 #[test]
-fn interpolated_normals_are_those_of_the_curved_surface() {
+fn interpolated_normals_match_the_sphere() {
     let (mesh, matte) = coarse_sphere(0.5);
     let mut b = SceneBuilder::new();
     add(&mut b, mesh, matte);
@@ -228,17 +231,18 @@ fn interpolated_normals_are_those_of_the_curved_surface() {
             continue;
         };
         let got = Vec3::from_array([0, 1, 2].map(|c| 2.0 * sums.mean(c) as f32 - 1.0));
-        // Facets are 22° wide: their own normals are off by up to 0.2, and what lies below the sphere is seen elsewhere on it.
+        // Facets are 22° wide: their own normals differ by up to 0.2, and the camera sees another
+        // point of a facet than of the sphere.
         assert!(got.distance(n) < 0.13, "{pixel}: {got} instead of {n}");
         seen += 1;
     }
     assert!(seen > 1000, "{seen}");
 }
 
-/// A coarse sphere under light from the side looks like a sphere: the facets' own shadows do not show (Hanika 2021), and what is turned away
-/// from the light is dark.
+/// A coarse sphere under light from the side looks like a sphere: shadows of single facets do not
+/// show (Hanika 2021), and the side away from the light is dark.
 #[test]
-fn the_terminator_is_that_of_the_curved_surface() {
+fn terminator_matches_the_sphere() {
     let (mesh, matte) = coarse_sphere(1.0);
     let mut b = SceneBuilder::new();
     add(&mut b, mesh, matte);
@@ -255,9 +259,9 @@ fn the_terminator_is_that_of_the_curved_surface() {
     }
 }
 
-/// Curved normals lose and add a little energy, but neither black rims nor bright ones show.
+/// Interpolated normals lose and add a little energy, but the rim is neither black nor bright.
 #[test]
-fn a_curved_white_object_all_but_vanishes_in_a_furnace() {
+fn coarse_white_sphere_is_even_in_a_furnace() {
     let (mesh, matte) = coarse_sphere(1.0);
     let mut b = SceneBuilder::new();
     add(&mut b, mesh, matte);
@@ -270,7 +274,7 @@ fn a_curved_white_object_all_but_vanishes_in_a_furnace() {
     }
 }
 
-/// No normal, however wrong, lets light through a closed wall.
+/// Wrong normals do not let light through a closed wall.
 #[test]
 fn curved_normals_do_not_leak() {
     let mut mesh = room();
@@ -305,12 +309,12 @@ fn curved_normals_do_not_leak() {
     });
 }
 
-/// A surface of heights that rise to the right faces to the left.
+/// A surface with heights that rise to the right faces to the left.
 #[test]
-fn bumps_turn_normals_away_from_where_they_rise() {
+fn bump_normals_tilt_downhill() {
     let normals = |mtl: &str| {
         let folder = tempfile::tempdir().unwrap();
-        // The right column is the higher one.
+        // The right column is higher.
         write_png(&folder.path().join("h.png"), 2, &[[0; 3], [255; 3], [0; 3], [255; 3]]);
         fs::write(folder.path().join("s.mtl"), mtl).unwrap();
         let obj = "mtllib s.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3 4/4\n";
@@ -323,7 +327,8 @@ fn bumps_turn_normals_away_from_where_they_rise() {
             [0, 1, 2].map(|c| 2.0 * sums.mean(c) - 1.0)
         })
     };
-    // Between the texel centres white is one texel above black: a slope of 45°, or less by -bm; the pixel sees some of the flat border.
+    // Between texel centres, white is one texel above black: a slope of 45°, or less with -bm. The
+    // pixel includes some of the flat border.
     let close = |got: [f64; 3], expected: [f64; 3]| {
         let is_near = got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.07);
         assert!(is_near, "{got:?}, not {expected:?}");
@@ -335,7 +340,7 @@ fn bumps_turn_normals_away_from_where_they_rise() {
         normals("newmtl m\nbump -bm 0.2 -clamp on h.png\n"),
         [-0.2 / steep, 0.0, 1.0 / steep],
     );
-    // Of a normal map, black is −1 and white +1, in all three.
+    // In a normal map, black is −1 and white +1, in all three channels.
     let normal = normals("newmtl m\nnorm -clamp on h.png\n");
     assert!(normal[2] > 0.0, "{normal:?}");
     close(normals("newmtl m\n"), [0.0, 0.0, 1.0]);

@@ -1,4 +1,4 @@
-//! Files of every format become textures, and so do those of scenes that were made elsewhere.
+//! Textures from files of every format, drawn here and from real scenes.
 
 use crate::support::{add, film_by, from_front, material, panel, path_tracer, shared, sobol, with_world};
 use ::exr::prelude::{self as exr, WritableImage, f16};
@@ -17,7 +17,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-// A picture of three columns and two rows, no two texels alike, in no symmetry.
+// An image of three columns and two rows. All texels differ, without symmetry.
 const COLORS: [[u8; 3]; 6] = [
     [255, 0, 0],
     [0, 200, 0],
@@ -28,7 +28,7 @@ const COLORS: [[u8; 3]; 6] = [
 ];
 const ALPHAS: [u8; 6] = [255, 0, 51, 102, 153, 204];
 
-/// The picture with `channels` samples a texel; greys are its reds.
+/// The image with `channels` samples per texel; grey values are the reds.
 fn picture(channels: usize) -> Vec<u8> {
     let texel = |i: usize| {
         let ([r, g, b], a) = (COLORS[i], ALPHAS[i]);
@@ -61,7 +61,7 @@ fn encoded(encoder: impl ImageEncoder, data: &[u8], size: (u32, u32), color: Ext
     encoder.write_image(data, size.0, size.1, color).unwrap();
 }
 
-/// Uncompressed, from the bottom up, blue first: as most programs write TGA.
+/// Uncompressed TGA from the bottom up, blue first, as most programs write it.
 fn tga_file(channels: usize) -> Vec<u8> {
     let mut file = vec![
         0,
@@ -92,7 +92,7 @@ fn tga_file(channels: usize) -> Vec<u8> {
     file
 }
 
-/// A DDS file whose pixels have a format of these flags, this name, and these numbers of bits and masks
+/// A DDS file with a pixel format of these flags, this name, and these bit counts and masks
 /// (Microsoft, "Programming Guide for DDS").
 fn dds_file(size: [u32; 2], flags: u32, name: &[u8; 4], masks: [u32; 5], data: &[u8]) -> Vec<u8> {
     let mut file = b"DDS ".to_vec();
@@ -107,15 +107,15 @@ fn dds_file(size: [u32; 2], flags: u32, name: &[u8; 4], masks: [u32; 5], data: &
     file
 }
 
-/// What a file holds of the picture.
+/// Content of an image file.
 struct Sort {
     channels: usize,
     is_linear: bool,
-    /// Maximum error of samples, as a share of 1.
+    /// Maximum error of samples, relative to 1.
     tolerance: f64,
 }
 
-/// The picture in files of every format and layout.
+/// The image in files of every format and layout.
 fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
     let mut all = Vec::new();
     let mut add = |name: &str, channels, is_linear, tolerance, bytes: &[u8]| {
@@ -172,7 +172,7 @@ fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
         &file(BitDepth::Four, &[0x01, 0x20, 0x34, 0x50]),
     );
 
-    // Blocks of 8 × 8, which keep their colours
+    // Blocks of 8 × 8, which keep their colours under compression
     let block = |channels: usize| -> Vec<u8> {
         let texel = |i: usize| picture(channels)[(i % 24 / 8 + i / (24 * 8) * 3) * channels..][..channels].to_vec();
         (0..24 * 16).flat_map(texel).collect()
@@ -208,7 +208,7 @@ fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
             (3, 2),
             color,
         );
-        // A grey BMP is one with a palette.
+        // A grey BMP has a palette.
         let read_as = if channels == 1 { 0 } else { channels };
         add(&format!("{channels}.bmp"), read_as, false, 0.0, file.get_ref());
     }
@@ -243,7 +243,7 @@ fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
     encoder.encode(&picture(3), 3, 2, Rgb8).unwrap();
     drop(encoder);
     add("3.gif", 3, false, 0.0, &file);
-    // The masks of red, green, blue and alpha, lowest byte first
+    // Masks of red, green, blue and alpha, lowest byte first
     let masks = [32, 0xff, 0xff00, 0x00ff_0000, 0xff00_0000];
     add(
         "4.dds",
@@ -259,7 +259,7 @@ fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
     codecs::hdr::HdrEncoder::new(&mut file).encode(&pixels, 3, 2).unwrap();
     add("3.hdr", 3, true, 0.005, &file);
 
-    // EXR files hold colours times alpha.
+    // EXR files store colour times alpha.
     let texel = |at: exr::Vec2<usize>| {
         let i = at.y() * 3 + at.x();
         let alpha = ALPHAS[i] as f32 / 255.0;
@@ -325,7 +325,7 @@ fn linear(encoded: f64) -> f64 {
 }
 
 #[test]
-fn every_format_is_read_upright_with_its_channels_in_order() {
+fn every_format_keeps_orientation_and_channels() {
     let folder = tempfile::tempdir().unwrap();
     let all = files(&folder);
     assert_eq!(all.len(), 33);
@@ -346,7 +346,7 @@ fn every_format_is_read_upright_with_its_channels_in_order() {
             let alpha = if has_alpha { ALPHAS[i] as f64 / 255.0 } else { 1.0 };
             let uv = middle(i);
             for (got, share) in texture.color(uv, 0.0).to_array().into_iter().zip(shares) {
-                // The curve is 2.3 steep at most.
+                // The maximum slope of the curve is 2.3.
                 if sort.is_linear {
                     near("colour", got, share, 1.0);
                 } else {
@@ -387,7 +387,7 @@ fn every_format_is_read_upright_with_its_channels_in_order() {
 }
 
 #[test]
-fn samples_take_as_little_as_they_need() {
+fn textures_use_the_smallest_texel_size() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |name: &str, kind| {
         load_texture(&folder.path().join(name), kind, Wrap::Repeat)
@@ -407,7 +407,7 @@ fn samples_take_as_little_as_they_need() {
     }
     assert_eq!(bytes("8-4.png", TextureKind::Value(Channel::Matte)), 7);
     assert_eq!(bytes("8-4.png", TextureKind::Normal), 7 * 3);
-    // Alpha that covers everything has no effect.
+    // Opaque alpha is dropped.
     let opaque: Vec<u8> = COLORS.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
     let file = png_file(ColorType::Rgba, BitDepth::Eight, &opaque, &[], &[]);
     std::fs::write(folder.path().join("opaque.png"), file).unwrap();
@@ -459,7 +459,7 @@ fn depth_is_a_channel_of_exr() {
     assert!(load("8-3.png").unwrap_err().message.contains("no depth"));
 }
 
-/// Files with several values for each pixel are told from damaged ones.
+/// EXR files with several values per pixel have another error than damaged files.
 #[test]
 fn deep_exr_is_an_error_with_its_remedy() {
     use ::exr::prelude::{Encoding, Image, SpecificChannels, Vec2, WritableImage};
@@ -489,9 +489,9 @@ fn deep_exr_is_an_error_with_its_remedy() {
     }
 }
 
-/// Missing files, files that are no pictures, and pictures of the wrong kind have messages.
+/// Missing files, files that are not images, and images of the wrong kind have messages.
 #[test]
-fn errors_say_what_to_do() {
+fn texture_errors_state_the_cause() {
     let folder = tempfile::tempdir().unwrap();
     files(&folder);
     let error = |name: &str, bytes: Option<&[u8]>, kind| {
@@ -512,11 +512,11 @@ fn errors_say_what_to_do() {
     assert!(error("a.txt", Some(b"text"), color).contains("format is not supported"));
     assert!(error("a.png", Some(b""), color).contains("empty"));
     assert!(error("8-1.png", None, TextureKind::Normal).contains("grey"));
-    // A name that lies about the format does no harm.
+    // A wrong file extension is harmless.
     let path = folder.path().join("lie.jpg");
     std::fs::copy(folder.path().join("8-3.png"), &path).unwrap();
     assert!(load_texture(&path, color, Wrap::Repeat).is_ok());
-    // A size that its bytes cannot hold is refused before memory is taken.
+    // A size that exceeds the bytes of the file is refused before memory is allocated.
     let mut bytes = std::fs::read(folder.path().join("3.bmp")).unwrap();
     bytes[18..26].copy_from_slice(&[0, 0x40, 0, 0, 0, 0x40, 0, 0]);
     assert!(error("large.bmp", Some(&bytes), color).contains("16384x16384"));
@@ -530,9 +530,9 @@ fn errors_say_what_to_do() {
     assert!(error("r.exr", None, color).contains("its channels are R"));
 }
 
-/// The palette of a true-colour picture, of another depth than its pixels, made the image crate panic.
+/// A true-colour image with a palette of another depth than its pixels made the image crate panic.
 #[test]
-fn tga_with_a_palette_that_its_pixels_do_not_use() {
+fn tga_with_an_unused_palette_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.tga");
     let mut bytes = tga_file(4);
@@ -543,7 +543,7 @@ fn tga_with_a_palette_that_its_pixels_do_not_use() {
 }
 
 #[test]
-fn what_is_repaired_is_reported() {
+fn repaired_texels_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let odd = [f32::NAN, -1.0, f32::INFINITY, 3.0];
@@ -566,7 +566,7 @@ fn what_is_repaired_is_reported() {
 }
 
 #[test]
-fn each_texture_is_read_once_whatever_the_threads() {
+fn textures_are_read_once_with_any_thread_count() {
     let folder = tempfile::tempdir().unwrap();
     let all = files(&folder);
     let mut requests: Vec<TextureRequest> = Vec::new();
@@ -591,7 +591,7 @@ fn each_texture_is_read_once_whatever_the_threads() {
         },
     );
     let distinct = requests.len();
-    // The first once more, by another name, and with another border
+    // The first texture again: by another name, and with another border
     let again = folder.path().join(".").join(all[0].0.file_name().unwrap());
     requests.push(TextureRequest {
         path: again,
@@ -622,8 +622,8 @@ fn each_texture_is_read_once_whatever_the_threads() {
     assert!(ids.iter().copied().eq(0..ids.len() as u32));
 }
 
-/// Blocks of graphics processors: BC1 with two colours and those between them, BC5 as a normal map, and
-/// BC7 in mode 6.
+/// Blocks of GPU formats: BC1 with two colours and interpolated ones, BC5 as a normal map, and BC7
+/// in mode 6.
 #[test]
 fn blocks_of_dds_files_are_decoded() {
     let folder = tempfile::tempdir().unwrap();
@@ -660,7 +660,7 @@ fn blocks_of_dds_files_are_decoded() {
             "{got:?}, row {y}"
         );
     }
-    // Both channels 204 everywhere: x = y = 0.6, and z is what a unit vector leaves.
+    // Both channels 204 everywhere: x = y = 0.6, and z completes a unit vector.
     let channel = [204, 204, 0, 0, 0, 0, 0, 0];
     let bc5 = [channel, channel].concat();
     let normals = texture(
@@ -672,7 +672,7 @@ fn blocks_of_dds_files_are_decoded() {
     for (got, expected) in normal.into_iter().zip([0.6, 0.6, 0.28f32.sqrt()]) {
         assert!((got - expected).abs() < 0.01, "{normal:?}");
     }
-    // Mode 6: ends of 7 bits and a shared lowest bit, all texels at the first end
+    // Mode 6: endpoints of 7 bits and a shared lowest bit, all texels at the first endpoint
     let (mut bits, mut at) = (0u128, 0);
     for (value, count) in [
         (0x40, 7),
@@ -707,7 +707,7 @@ fn blocks_of_dds_files_are_decoded() {
     );
 }
 
-/// Files that are cut off, or have a few wrong bits: none may end in a panic or in memory that is not there.
+/// Truncated files and files with a few wrong bits must neither panic nor allocate too much memory.
 #[test]
 fn damaged_files_are_errors_or_pictures() {
     let folder = tempfile::tempdir().unwrap();
@@ -737,7 +737,7 @@ fn damaged_files_are_errors_or_pictures() {
     assert!(refused > 300, "{refused}");
 }
 
-/// Pictures of real scenes.
+/// Images of real scenes.
 fn pictures(extensions: &[&str]) -> Vec<PathBuf> {
     let folders = ["sponza-dabrovic", "living-room/textures", "staircase2/textures"];
     let folders = folders.iter().map(|name| shared(&format!("scenes/{name}")));
@@ -758,8 +758,8 @@ fn middle_of(texture: &Texture, x: usize, y: usize) -> Vec2 {
     Vec2::new((x as f32 + 0.5) / width as f32, 1.0 - (y as f32 + 0.5) / height as f32)
 }
 
-/// Writes pictures of 61 × 37 texels into `folder`: one with alpha, one without, one compressed
-/// with loss, and one with values beyond 1.
+/// Writes images of 61 × 37 texels into `folder`: with alpha, without alpha, with lossy
+/// compression, and with values above 1.
 fn drawn_pictures(folder: &TempDir) -> [PathBuf; 4] {
     let (width, height) = (61, 37);
     let paths = ["alpha.png", "plain.png", "plain.jpg", "bright.exr"].map(|name| folder.path().join(name));
@@ -777,7 +777,7 @@ fn drawn_pictures(folder: &TempDir) -> [PathBuf; 4] {
     paths
 }
 
-/// Texels and means of a texture are those that the image crate itself decodes.
+/// Texels and means of a texture equal those decoded by the image crate.
 fn assert_decoded(path: &Path) {
     let picture = image::open(path).unwrap().to_rgba8();
     let texture = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();
@@ -795,7 +795,7 @@ fn assert_decoded(path: &Path) {
         let seen = texture.color(uv, 0.0).to_array();
         for ((sum, code), seen) in sums.iter_mut().zip([r, g, b]).zip(seen) {
             *sum += weight * linear(code as f64 / 255.0);
-            // The place in the row is a float: up to 2⁻¹² of a texel off.
+            // The column is a float: its error is up to 2⁻¹² of a texel.
             assert!(
                 (seen as f64 - linear(code as f64 / 255.0)).abs() < 5e-4,
                 "{} {x} {y}: {seen}",
@@ -818,7 +818,7 @@ fn assert_decoded(path: &Path) {
     println!("{}: mean {mean:.4?}, {third:.2} bytes a texel", path.display());
 }
 
-/// A map of opacity is the alpha of its picture.
+/// An opacity map is the alpha of its image.
 fn assert_opacity_is_alpha(path: &Path) {
     let kind = TextureKind::Value(Channel::Opacity);
     let texture = load_texture(path, kind, Wrap::Repeat).unwrap();
@@ -831,7 +831,7 @@ fn assert_opacity_is_alpha(path: &Path) {
     assert!(mean > 0.05 && mean < 0.95, "{mean}");
 }
 
-/// A picture of half floats has its largest value and its means, also beyond 1.
+/// An image of half floats has its maximum and its means, also above 1.
 fn assert_unbounded(path: &Path) {
     let picture = embrasure::io::read_exr(path).unwrap();
     let texture = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();
@@ -858,7 +858,7 @@ fn assert_unbounded(path: &Path) {
 }
 
 #[test]
-fn drawn_pictures_are_what_was_written() {
+fn drawn_textures_match_the_image_crate() {
     let folder = tempfile::tempdir().unwrap();
     let [alpha, plain, lossy, bright] = drawn_pictures(&folder);
     for path in [&alpha, &plain, &lossy] {
@@ -873,18 +873,18 @@ fn drawn_pictures_are_what_was_written() {
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 #[cfg_attr(all(shared, not(long)), ignore = "long")]
-fn pictures_of_real_scenes_are_what_was_written() {
+fn real_textures_match_the_image_crate() {
     pictures(&["jpg", "png"]).iter().for_each(|path| assert_decoded(path));
     pictures(&["exr"]).iter().for_each(|path| assert_unbounded(path));
-    // A leaf is cut out of its picture by alpha.
+    // The leaf is cut out of its image by alpha.
     assert_opacity_is_alpha(&shared("scenes/living-room/textures/leaf.png"));
 }
 
-/// Pixels along a side of a panel, and texels across each of them.
+/// Pixels along a side of a panel, and texels along a side of a pixel.
 const PIXELS: usize = 16;
 const ACROSS: usize = 16;
 
-/// A panel under texels without any pattern.
+/// A panel with a texture of noise.
 fn noisy_panel(codes: &[u8], filter: TextureFilter) -> Scene {
     let n = PIXELS * ACROSS;
     let texels = Texels::Bytes(codes.to_vec(), Curve::Linear);
@@ -915,7 +915,7 @@ fn noisy_panel(codes: &[u8], filter: TextureFilter) -> Scene {
     b.build().unwrap().0
 }
 
-/// The albedo that `spp` samples of each pixel show of `scene`, row by row.
+/// Albedos of all pixels from `spp` samples each, row by row.
 fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
     let resolution = UVec2::splat(PIXELS as u32);
     with_world(scene, from_front(), resolution, |world| {
@@ -929,10 +929,11 @@ fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
     })
 }
 
-/// Levels take noise off a few samples and no detail off many: a sample stands for its share of a pixel, not for all of it. Errors against the
-/// integral over each pixel, in closed form, of what is linear between texels.
+/// Mip levels reduce noise at few samples, and keep detail at many: a sample covers its share of a
+/// pixel, not the whole pixel. Errors are against the closed-form integral of the bilinear texture
+/// over each pixel.
 #[test]
-fn levels_spare_samples_and_pixels_stay_sharp() {
+fn mip_levels_reduce_noise_and_keep_detail() {
     let n = PIXELS * ACROSS;
     let mut sampler = Independent::new(5);
     let code = |i: usize| {
@@ -940,7 +941,8 @@ fn levels_spare_samples_and_pixels_stay_sharp() {
         (256.0 * sampler.get_2d(Dimension::PIXEL).x) as u8
     };
     let codes: Vec<u8> = (0..n * n).map(code).collect();
-    // Share of a texel's hat within a pixel: an eighth of it next to the border, seven inside
+    // Fraction of the bilinear hat of a texel within a pixel: 1/8 just outside the border, 7/8
+    // inside
     let weights = |pixel: usize| {
         (0..ACROSS + 2).map(move |k| {
             let weight = match k {

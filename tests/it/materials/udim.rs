@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 const TILE: u32 = 8;
 
-/// The colour of a texel of the picture of all tiles, counted from its upper left corner.
+/// Colour of a texel in the image of all tiles, counted from its upper left corner.
 fn texel(x: u32, y: u32) -> [u8; 3] {
     [x * 13 + 7, y * 11 + 40, (x * y * 5) % 251].map(|code| (code % 256) as u8)
 }
@@ -24,7 +24,7 @@ fn square(end: f32, statement: &str) -> TempDir {
     folder(&[("a.obj", &obj), ("a.mtl", &mtl), ("s.toml", scene)])
 }
 
-/// Writes tiles of the picture, whose names are `before`, the number and `.png`.
+/// Writes tiles of the image, named `before`, number and `.png`.
 fn write_tiles(folder: &TempDir, before: &str, numbers: &[u32]) {
     for number in numbers {
         let (column, row) = ((number - 1001) % 10, (number - 1001) / 10);
@@ -40,7 +40,7 @@ fn render(folder: &TempDir) -> String {
     words(&done(folder.path(), &split("render s.toml -o t.exr")))
 }
 
-/// All spellings of four tiles are one picture of four times the size.
+/// For every spelling, four tiles equal one image of four times the size.
 #[test]
 fn tiles_are_one_picture() {
     let whole = square(2.0, "map_Kd -s 0.5 0.5 1 -clamp on big.png");
@@ -68,7 +68,7 @@ fn tiles_are_one_picture() {
 fn missing_tiles_are_named() {
     let tiled = square(2.0, "map_Kd skin.<UDIM>.png");
     write_tiles(&tiled, "skin.", &[1001, 1012]);
-    // The triangles of this square lie in tiles 1002 and 1011 by their centres.
+    // The centres of the two triangles of this square are in tiles 1002 and 1011.
     let obj = fs::read_to_string(tiled.path().join("a.obj")).unwrap();
     fs::write(
         tiled.path().join("a.obj"),
@@ -80,7 +80,7 @@ fn missing_tiles_are_named() {
     assert!(said.contains("[missing-tile]"), "{said}");
     let strict = refused(tiled.path(), &split("render s.toml -o t.exr --strict"), 1);
     assert!(strict.contains("1002, 1011"), "{strict}");
-    // No tile at all
+    // No tiles
     let none = square(2.0, "map_Kd skin.<UDIM>.png");
     let said = render(&none);
     assert!(said.contains("`skin.<UDIM>.png` is missing"), "{said}");
@@ -92,7 +92,7 @@ fn missing_tiles_are_named() {
     assert!(said.contains("a tile of 4x4 texels"), "{said}");
 }
 
-/// A file with a number, and no other tile beside it, is a texture like any other.
+/// A numbered file without other tiles beside it is an ordinary texture.
 #[test]
 fn single_numbered_pictures_repeat() {
     let [numbered, plain] = ["a_1001.png", "plain.png"].map(|name| square(2.0, &format!("map_Kd {name}")));

@@ -1,4 +1,4 @@
-//! Colours of vertices: interpolation against closed forms, spellings, and faults.
+//! Vertex colours: interpolation against closed forms, spellings, and errors.
 
 use crate::support::program::*;
 use crate::support::*;
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A triangle that fills the picture, with these numbers behind its vertices.
+/// A triangle that fills the image, with these numbers behind its vertices.
 fn triangle(colors: [&str; 3]) -> String {
     let [a, b, c] = colors;
     format!("v -6 -4 0 {a}\nv 6 -4 0 {b}\nv 0 8 0 {c}\nf 1 2 3\n")
@@ -24,7 +24,7 @@ fn scene(text: &str) -> TempDir {
     folder(&[("a.obj", text), ("s.toml", SCENE)])
 }
 
-/// The picture of the OBJ file `text` with these flags, and the messages.
+/// Image of the OBJ file `text` with these flags, and the messages.
 fn picture(text: &str, flags: &str) -> (Vec<u8>, String) {
     let folder = scene(text);
     picture_in(folder.path(), flags)
@@ -36,13 +36,13 @@ fn picture_in(folder: &Path, flags: &str) -> (Vec<u8>, String) {
 }
 
 #[test]
-fn radiance_in_a_white_sky_is_the_interpolated_color() {
+fn radiance_in_a_white_sky_interpolates_colors() {
     let folder = scene(&triangle(["1 0 0.5", "0.25 1 0", "0 0.75 1"]));
     let corners = [[1.0, 0.0, 0.5], [0.25, 1.0, 0.0], [0.0, 0.75, 1.0]].map(|color| color.map(srgb::decode));
     let size = UVec2::new(16, 12);
     let camera = pinhole([0.0, 0.0, 2.0].into(), [0.0; 3].into(), 60.0);
     let film = with_world(&load(&folder.path().join("s.toml")), camera, size, |world| {
-        // Directions are drawn in proportion to the cosine, so each sample is the albedo.
+        // Directions follow the cosine, so each sample is the albedo.
         let path = PathIntegrator {
             strategy: Strategy {
                 direct: DirectLight::None,
@@ -71,7 +71,7 @@ fn radiance_in_a_white_sky_is_the_interpolated_color() {
 }
 
 #[test]
-fn spellings_of_a_color_give_the_same_picture() {
+fn spellings_of_a_color_give_one_image() {
     let (unit, words) = picture(&triangle(["1 0 0.2", "0.4 1 0", "0 0.6 1"]), "");
     assert!(words.contains("3 vertices have a colour"), "{words}");
     let (bytes, words) = picture(&triangle(["255 0 51", "102 255 0", "0 153 255"]), "");
@@ -92,7 +92,7 @@ fn spellings_of_a_color_give_the_same_picture() {
 }
 
 #[test]
-fn colors_can_be_left_out_and_textures_come_first() {
+fn textures_take_precedence_over_vertex_colors() {
     let colored = triangle(["1 0 0", "0 1 0", "0 0 1"]);
     let plain = picture(&triangle([""; 3]), "").0;
     assert!(picture(&colored, "").0 != plain);
@@ -112,7 +112,7 @@ fn colors_can_be_left_out_and_textures_come_first() {
 }
 
 #[test]
-fn greys_that_exporters_write_by_default_are_not_used() {
+fn default_grey_of_exporters_is_ignored() {
     let grey = "0.752941 0.752941 0.752941";
     let folder = scene(&triangle([grey; 3]));
     let checked = printed(&done(folder.path(), &split("check s.toml")));
@@ -121,13 +121,13 @@ fn greys_that_exporters_write_by_default_are_not_used() {
     assert!(!words.contains("colour"), "{words}");
     assert!(default == picture(&triangle([""; 3]), "").0);
     assert!(default != picture(&triangle([grey; 3]), "--vertex-colors on").0);
-    // A painted grey counts.
+    // Other greys beside it are painted, so all colours are used.
     let painted = triangle([grey, grey, "0.2 0.2 0.2"]);
     assert!(default != picture(&painted, "").0);
 }
 
 #[test]
-fn wrong_colors_are_told() {
+fn wrong_vertex_colors_are_reported() {
     let white = picture(&triangle(["1 0 0", "1 1 1", "1 1 1"]), "").0;
     let (some, words) = picture(&triangle(["1 0 0", "", ""]), "");
     assert!(
@@ -151,7 +151,7 @@ fn wrong_colors_are_told() {
 }
 
 #[test]
-fn opacities_of_vertices_let_light_through() {
+fn vertex_opacities_transmit_light() {
     let folder = scene(&format!("mtllib a.mtl\nusemtl m\n{}", triangle(["0 0 0 0.25"; 3])));
     fs::write(folder.path().join("a.mtl"), "newmtl m\nKd 0 0 0\n").unwrap();
     done(folder.path(), &split("render s.toml --spp 1024 -q -o t.exr"));
@@ -162,7 +162,7 @@ fn opacities_of_vertices_let_light_through() {
 }
 
 #[test]
-fn paths_tell_the_color_of_a_vertex() {
+fn paths_report_the_vertex_color() {
     let folder = scene(&triangle(["1 0 0"; 3]));
     let printed = printed(&done(folder.path(), &split("paths s.toml --pixel 8,6 --json")));
     assert!(printed.contains("vertex_color"), "{printed}");

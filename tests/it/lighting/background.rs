@@ -1,4 +1,5 @@
-//! Backgrounds and alpha: coverage, the identity of compositing, and every flag and key by the real program; wrong values of the ground too.
+//! Backgrounds and alpha: coverage, compositing, and all flags and keys through the real program;
+//! also invalid values of the ground.
 
 use crate::support::program::{INTEGRATORS, assert_same_bits, done, folder, joined, json, refused, split};
 use crate::support::*;
@@ -6,7 +7,8 @@ use embrasure::color::srgb;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A card whose left edge is the middle of the image, a half-transparent one below it, a glass ball and a lamp.
+/// A card whose left edge is at the middle of the image, a half-transparent card below it, a glass
+/// ball and a lamp.
 pub fn stage(more: &str) -> TempDir {
     let fov = 2.0 * (1.0f64 / 10.0).atan().to_degrees();
     folder(&[
@@ -33,7 +35,7 @@ pub fn stage(more: &str) -> TempDir {
     ])
 }
 
-/// The value of a channel in this column and row of the stage's picture.
+/// Value of a channel at column `x` and row `y` of the image of the stage.
 pub fn at(path: &Path, channel: &str, x: usize, y: usize) -> f32 {
     read_channel(path, channel)[y * 31 + x]
 }
@@ -44,17 +46,18 @@ fn alpha_is_coverage() {
     let path = folder.path().join("o.exr");
     done(folder.path(), &split("render s.toml -q --spp 256 -o o.exr -o o.png"));
     let alpha = |x, y| at(&path, "A", x, y);
-    // Covered, not covered, half covered, a quarter opaque, half of that; glass and lamps are surfaces.
+    // Covered, not covered, half covered, a quarter opaque, half of a quarter; glass and lamps are
+    // surfaces.
     assert_eq!((alpha(25, 5), alpha(2, 15), alpha(8, 8)), (1.0, 0.0, 1.0));
     assert!((alpha(15, 5) - 0.5).abs() < 0.01, "{}", alpha(15, 5));
     assert!((alpha(25, 25) - 0.25).abs() < 0.06, "{}", alpha(25, 25));
     assert!((alpha(15, 25) - 0.125).abs() < 0.05, "{}", alpha(15, 25));
-    // Premultiplied: the paper's radiance is 0.3 where it covers all.
+    // Premultiplied: the radiance of the paper is 0.3 if it covers the pixel.
     let red = |x, y| at(&path, "R", x, y);
     assert!((red(25, 5) - 0.3).abs() < 0.02 && (red(15, 5) - 0.3 * alpha(15, 5)).abs() < 0.02);
     assert_eq!(red(2, 15), 0.0);
 
-    // A PNG that is blended code by code, as browsers do, is what the blend of light gives.
+    // A PNG blended in codes, as browsers do, equals the blend of light.
     let (channels, bytes) = read_codes(&folder.path().join("o.png"));
     assert_eq!(channels, 4);
     let pixel = |x: usize, y: usize| &bytes[4 * (y * 31 + x)..][..4];
@@ -70,7 +73,7 @@ fn alpha_is_coverage() {
             );
         }
     }
-    // Nothing else has an alpha channel.
+    // Other images have no alpha channel.
     done(
         folder.path(),
         &split("render s.toml -q --spp 4 --background light -o l.exr"),
@@ -79,9 +82,10 @@ fn alpha_is_coverage() {
     assert!(!String::from_utf8_lossy(&said[..2000]).contains("background=transparent"));
 }
 
-/// What a transparent picture is over a constant background is the opaque picture, for all integrators and filters that have one.
+/// A transparent image over a constant background is the opaque image, for all integrators and
+/// filters with alpha.
 #[test]
-fn over_a_background_it_is_the_opaque_picture() {
+fn transparent_over_a_color_is_the_opaque_image() {
     let color = [0.3f32, 0.5, 0.7];
     let folder = stage("[ground]\npoint = [0, -0.3, 0]");
     let mut kinds = 0;
@@ -102,7 +106,7 @@ fn over_a_background_it_is_the_opaque_picture() {
         if !has_background || way.ends_with("lights") {
             continue;
         }
-        // Emission and one scattering, in which no light arrives twice at the ground
+        // Emission and one scattering: no light arrives twice at the ground
         let has_ground = !["ao", "debug", "sppm", "photon-map", "irradiance-cache"]
             .iter()
             .any(|name| way.ends_with(name));
@@ -122,7 +126,8 @@ fn over_a_background_it_is_the_opaque_picture() {
         let [clear, opaque] = [clear, opaque].map(|path| read_rgb(&path));
         let mut compared = 0;
         for (i, &a) in alpha.iter().enumerate() {
-            // Where it was clamped, the picture is brighter than its background, or no filter's weights sum to 1.
+            // Clamped alpha makes the image brighter than its background, and weights of some
+            // filters do not sum to 1.
             if (a == 0.0 || a == 1.0) && (has_ground || way.starts_with("--filter")) {
                 continue;
             }
@@ -142,7 +147,7 @@ fn over_a_background_it_is_the_opaque_picture() {
     assert_eq!(kinds, 20);
 }
 
-/// The 8-bit codes of a PNG file, and the number of its channels.
+/// 8-bit codes of a PNG file, and its number of channels.
 fn read_codes(path: &Path) -> (usize, Vec<u8>) {
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();
@@ -151,10 +156,11 @@ fn read_codes(path: &Path) -> (usize, Vec<u8>) {
     (info.color_type.samples(), bytes)
 }
 
-/// Tone curve, exposure and denoiser change what is before a background, and not its colour. The
-/// picture is that of a transparent one over this colour, and `develop` shows the same.
+/// Tone curve, exposure and denoiser change the image in front of a background, but not the
+/// background colour. The image equals the transparent one over this colour, and `develop` gives
+/// the same.
 #[test]
-fn a_background_is_shown_as_it_was_typed() {
+fn tone_mapping_keeps_the_background_color() {
     let folder = stage("[ground]\npoint = [0, -0.3, 0]");
     let file = |name: &str| folder.path().join(name);
     for (flags, color, code) in [
@@ -173,7 +179,7 @@ fn a_background_is_shown_as_it_was_typed() {
         };
         render(color, "c");
         let (channels, shown) = read_codes(&file("c.png"));
-        // The left half of the upper picture is empty.
+        // The left half of the top row is empty.
         assert_eq!((channels, &shown[..6]), (3, &[code, code].concat()[..]), "{flags}");
         done(folder.path(), &split("develop c.exr -q -o d.png"));
         assert_eq!(read_codes(&file("d.png")).1, shown, "{flags}");
@@ -206,9 +212,9 @@ fn a_background_is_shown_as_it_was_typed() {
     }
 }
 
-/// `--noise` sees the noise of a shadow in a transparent picture as that of the picture over white.
+/// `--noise` measures the noise of a shadow in a transparent image as over white.
 #[test]
-fn noise_levels_count_shadows_without_background() {
+fn noise_of_shadows_counts_without_background() {
     let folder = stage("[ground]\npoint = [0, -0.3, 0]");
     let error = |background: &str| {
         let line = format!("render s.toml -q --noise 1% --spp 256 --reuse none --background {background} -o o.exr");
@@ -220,9 +226,9 @@ fn noise_levels_count_shadows_without_background() {
     assert!(clear > 0.5 * white && white > 0.0, "{clear} {white}");
 }
 
-/// Crops, resumed and merged renders have the bits of a single one, in `A` too.
+/// Crops, resumed and merged renders have the bits of a single render, also in `A`.
 #[test]
-fn alpha_does_not_depend_on_how_a_render_was_made() {
+fn crops_resume_and_merge_keep_alpha_bits() {
     let folder = stage("background = \"transparent\"\n[ground]\npoint = [0, -0.5, 0]");
     let run = |line: &str| done(folder.path(), &split(&format!("render s.toml -q {line}")));
     let file = |name: &str| folder.path().join(name);
@@ -243,7 +249,7 @@ fn alpha_does_not_depend_on_how_a_render_was_made() {
     );
     assert_same_bits(&file("whole.exr"), &file("merged.exr"));
 
-    // Parts of another background are strangers.
+    // Parts with another background cannot be merged.
     run("--spp 128 --samples 64..128 --background white -o d.exr");
     let said = refused(folder.path(), &split("merge a.exr d.exr -q -o no.exr"), 1);
     assert!(said.contains("background=transparent"), "{said}");
@@ -255,7 +261,7 @@ fn alpha_does_not_depend_on_how_a_render_was_made() {
     );
     assert!(said.contains("scene hash"), "{said}");
 
-    // Denoisers keep alpha as it was; noise levels, half floats and the readers take such pictures.
+    // Denoisers keep alpha. Noise levels, half floats and readers work with such images.
     run("--spp 128 --denoise gaussian -o soft.exr");
     assert_eq!(
         read_channel(&file("soft.exr"), "raw.A"),
@@ -268,9 +274,9 @@ fn alpha_does_not_depend_on_how_a_render_was_made() {
     done(folder.path(), &split("compare merged.png merged.png"));
 }
 
-/// The default is the light, to the bit, with and without the flag.
+/// The default background is `light`, with the same bits as with the flag.
 #[test]
-fn light_is_the_default() {
+fn default_background_is_light() {
     let folder = stage("");
     done(folder.path(), &split("render s.toml -q --spp 16 -o a.exr"));
     done(
@@ -282,9 +288,10 @@ fn light_is_the_default() {
     assert_eq!(at(&a, "R", 2, 15), 0.6);
 }
 
-/// Flags, keys and `--set` take the same backgrounds, and what is not seen by the camera directly does not change.
+/// Flags, keys and `--set` accept the same backgrounds. Light that the camera does not see directly
+/// is unchanged.
 #[test]
-fn backgrounds_are_seen_by_the_camera_alone() {
+fn background_is_visible_to_the_camera_only() {
     let folder = stage("background = [0.1, 0.2, 0.3]");
     let shown = |flags: &str| {
         done(
@@ -308,7 +315,8 @@ fn backgrounds_are_seen_by_the_camera_alone() {
         sixth[0] == 1.0 && (sixth[1] - 0.215_86).abs() < 1e-4 && sixth[2] == 0.0,
         "{sixth:?}"
     );
-    // The glass, a sheet that reflects and refracts, shows the light of 0.6 before each of them.
+    // The glass, a sheet that reflects and refracts, shows the light of 0.6 in front of each of
+    // them.
     let path = folder.path().join("o.exr");
     let glass = at(&path, "R", 8, 8);
     shown("--background white");
@@ -335,7 +343,7 @@ fn backgrounds_are_seen_by_the_camera_alone() {
 }
 
 #[test]
-fn wrong_backgrounds_and_grounds_are_refused() {
+fn invalid_backgrounds_and_grounds_are_errors() {
     let run = |more: &str, flags: &str, expected: i32| {
         let folder = stage(more);
         refused(
@@ -364,7 +372,7 @@ fn wrong_backgrounds_and_grounds_are_refused() {
         "{said}"
     );
 
-    // Integrators whose light falls on any pixel
+    // Integrators whose light can fall on any pixel
     for name in ["light", "bdpt", "pssmlt", "vcm", "mlt"] {
         let said = run("", &format!("--integrator {name} --background white"), 2);
         assert!(
@@ -419,7 +427,7 @@ fn wrong_backgrounds_and_grounds_are_refused() {
     let said = run("", "--ground --no-ground", 2);
     assert!(said.contains("--no-ground"), "{said}");
 
-    // A lamp whose emission is a picture, beside no other light
+    // A lamp with an emission texture, and no other light
     let folder = stage("");
     let path = folder.path().join("s.toml");
     let text = std::fs::read_to_string(&path).unwrap();

@@ -1,4 +1,5 @@
-//! Light that sets out: samples against densities, their power, and what they bring to a floor against light that is sampled from there.
+//! Emission sampling: samples against densities, power, and the light traced to a floor against
+//! light sampled from the floor.
 
 use super::lights::map;
 use crate::chi_square::{chi_square, sidak};
@@ -17,7 +18,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-/// When lights are looked at, and what holds the floor.
+/// Time of all samples, and the bounding ball of the scene.
 const TIME: f32 = 0.3;
 const WORLD: Ball = Ball {
     center: Vec3::new(0.2, 0.1, -0.1),
@@ -31,14 +32,14 @@ const CORNERS: [Vec3; 3] = [
 ];
 const UVS: [Vec2; 3] = [Vec2::new(0.1, 0.0), Vec2::new(0.9, 0.3), Vec2::new(0.2, 1.0)];
 
-/// Two pairs of numbers.
+/// Two pairs of random numbers.
 fn numbers(index: u32) -> [Vec2; 2] {
     let mut sampler = Independent::new(23);
     sampler.start(SampleKey::new(0, 0, index));
     [sampler.get_2d(Dimension::PIXEL), sampler.get_2d(Dimension::LENS)]
 }
 
-/// One that is black to the left, a ramp elsewhere, blue where it is bright.
+/// Texture: black on the left, a ramp elsewhere, blue where bright.
 fn textures() -> &'static [Texture] {
     static TEXTURES: OnceLock<[Texture; 1]> = OnceLock::new();
     TEXTURES.get_or_init(|| {
@@ -51,7 +52,8 @@ fn textures() -> &'static [Texture] {
     })
 }
 
-/// Corners at the times 0 and 1 of a triangle that deforms, and where it is put: mirrored, and on its way.
+/// Corners of a deforming triangle at the times 0 and 1, and its placement, which is mirrored and
+/// moves.
 fn motion() -> ([[Vec3; 3]; 2], Placement) {
     let close = [
         Vec3::new(-0.6, 1.1, 0.1),
@@ -70,10 +72,10 @@ fn moved() -> [Vec3; 3] {
     [a, c, b]
 }
 
-/// Diameter of the sun's disc, degrees.
+/// Diameter of the disc of the sun in degrees.
 const SUN_ANGLE: f32 = 40.0;
 
-/// A light and the corners of its triangle, if it is one.
+/// A light with the corners of its triangle, if it is a triangle.
 struct Case {
     name: &'static str,
     light: Light,
@@ -164,7 +166,7 @@ impl Case {
             .sample_emission(TIME, u_position, u_direction, textures(), &WORLD)
     }
 
-    /// One that is nowhere black, so that all draws can be counted.
+    /// Similar light that is black nowhere, so that all samples can be counted.
     fn even(&self) -> Light {
         match &self.light {
             Light::Textured(light) => Light::Triangle(light.at(TIME)),
@@ -188,7 +190,8 @@ impl Case {
     }
 }
 
-/// Sixteen parts of the light, or of the disk before the scene, of the same area; `None` where the point is none of it.
+/// Index of one of 16 equal parts of the light, or of the disk in front of the scene. `None` if the
+/// point is not on it.
 fn part(case: &Case, e: &Emission) -> Option<usize> {
     const SLACK: f32 = 1e-5;
     if let Some([a, b, c]) = case.corners {
@@ -200,14 +203,15 @@ fn part(case: &Case, e: &Emission) -> Option<usize> {
         if off > SLACK || b1 < -SLACK || b2 < -SLACK || b1 + b2 > 1.0 + SLACK {
             return None;
         }
-        // Strips of equal area beside an edge, each cut along the lines through the opposite corner
+        // Strips of equal area parallel to an edge, each cut along lines through the opposite
+        // corner
         let rest = (1.0 - b1).clamp(0.0, 1.0);
         let strip = ((1.0 - rest * rest) * 4.0) as usize;
         let along = (b2 / rest.max(1e-6) * 4.0) as usize;
         return Some(strip.min(3) * 4 + along.min(3));
     }
     if case.is_infinite() {
-        // Before the scene, across the direction
+        // In front of the scene, perpendicular to the direction
         let to = e.p - WORLD.center;
         let is_before = (to.dot(e.w) + WORLD.radius).abs() < SLACK;
         let x = e.w.cross(Vec3::new(0.6, 0.0, 0.8)).normalize();
@@ -219,7 +223,7 @@ fn part(case: &Case, e: &Emission) -> Option<usize> {
         let turn = ((disk.to_angle() as f64 / (2.0 * PI) + 0.5) * 4.0) as usize;
         return Some(ring.min(3) * 4 + turn.min(3));
     }
-    // All of it is one point.
+    // A point light is a single point.
     let position = match &case.light {
         Light::Point(light) => light.position,
         Light::Spot(light) => light.position,
@@ -229,22 +233,22 @@ fn part(case: &Case, e: &Emission) -> Option<usize> {
 }
 
 #[test]
-fn places_and_directions_of_triangles_follow_their_densities() {
+fn triangle_emission_follows_its_density() {
     follow_their_densities(|case| case.corners.is_some());
 }
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn directions_of_points_follow_their_densities() {
+fn point_emission_follows_its_density() {
     follow_their_densities(|case| case.corners.is_none() && !case.is_infinite());
 }
 
 #[test]
-fn places_and_directions_at_infinity_follow_their_densities() {
+fn infinite_emission_follows_its_density() {
     follow_their_densities(Case::is_infinite);
 }
 
-/// Directions have the density of `emission_pdfs`, and given the direction places are even.
+/// Directions have the density of `emission_pdfs`. For each direction, positions are uniform.
 fn follow_their_densities(of: impl Fn(&Case) -> bool) {
     let samples = budget(1_600_000).min(400_000);
     let cases: Vec<Case> = cases().into_iter().filter(of).collect();
@@ -259,7 +263,7 @@ fn follow_their_densities(of: impl Fn(&Case) -> bool) {
         } else {
             1
         };
-        // Parts of the light by octants, cut once more
+        // Sectors of directions: octants, each cut into three
         const SECTORS: usize = 24;
         let sector = |w: Vec3| {
             let octant = w.cmpge(Vec3::ZERO).bitmask() as usize;
@@ -290,7 +294,7 @@ fn follow_their_densities(of: impl Fn(&Case) -> bool) {
             assert!(outcome.p_value > level, "{}: {outcome:?}", case.name);
             assert!((outcome.integral - 1.0).abs() < 2e-3, "{}: {outcome:?}", case.name);
         }
-        // Places, for each sector by itself
+        // Positions, separately for each sector
         let (mut statistic, mut freedom) = (0.0, 0.0);
         for counts in counts {
             let expected = counts.iter().sum::<f64>() / parts as f64;
@@ -311,7 +315,7 @@ fn follow_their_densities(of: impl Fn(&Case) -> bool) {
 }
 
 #[test]
-fn samples_carry_the_densities_that_are_asked_for_later() {
+fn emission_samples_have_the_queried_densities() {
     const SAMPLES: u32 = 20_000;
     for case in cases() {
         let (mut drawn, mut other) = (0, 0);
@@ -334,9 +338,9 @@ fn samples_carry_the_densities_that_are_asked_for_later() {
                 "{}: {e:?}",
                 case.name
             );
-            // Of environments roundings may find the neighbouring texel.
+            // Rounding may give the neighbouring texel of an environment.
             other += u32::from((asked[1] / e.pdf_direction - 1.0).abs() > 1e-3);
-            // Clear of the light, on its front
+            // Off the light, on its front
             if let Some(corners) = case.corners {
                 let n = Facet::new(corners).normal();
                 assert!(e.ng.distance(n) < 1e-5 && e.w.dot(n) > -1e-6, "{}: {e:?}", case.name);
@@ -357,7 +361,7 @@ fn samples_carry_the_densities_that_are_asked_for_later() {
     }
 }
 
-/// Means over all draws of the channels.
+/// Means over all samples, for each channel.
 fn mean(n: u32, value: impl Fn(u32) -> Spectrum) -> [Mean; 3] {
     let mut sums = [[0.0; 2]; 3];
     for i in 0..n {
@@ -372,7 +376,8 @@ fn mean(n: u32, value: impl Fn(u32) -> Spectrum) -> [Mean; 3] {
     })
 }
 
-/// Colour of the light over its area, or over directions, by a fine grid, times what that is.
+/// Power of the light: its colour integrated over area or directions on a fine grid, in each
+/// channel.
 fn power(case: &Case) -> [f64; 3] {
     let grid = |n: usize| (0..n * n).map(move |i| (Vec2::new((i % n) as f32, (i / n) as f32) + 0.5) / n as f32);
     let color = Spectrum::rgb(3.0, 2.0, 5.0).to_array().map(f64::from);
@@ -380,7 +385,7 @@ fn power(case: &Case) -> [f64; 3] {
     let disk = PI * (WORLD.radius as f64).powi(2);
     match &case.light {
         Light::Triangle(_) | Light::MovingTriangle(_) => color.map(|c| PI * area * c),
-        // `shaped_lights` has them.
+        // Tested in `shaped_lights`.
         Light::Sphere(_) | Light::Disk(_) | Light::Rectangle(_) => [f64::NAN; 3],
         Light::Textured(light) => {
             let (mut sum, mut n) = ([0.0; 3], 0.0);
@@ -421,7 +426,7 @@ fn power(case: &Case) -> [f64; 3] {
 }
 
 #[test]
-fn the_mean_weight_is_the_power() {
+fn mean_emission_weight_is_the_power() {
     let samples = budget(800_000).min(200_000);
     for case in cases() {
         let means = mean(samples, |i| case.sample(i).map_or(Spectrum::ZERO, |e| e.weight()));
@@ -434,7 +439,7 @@ fn the_mean_weight_is_the_power() {
                 case.name
             );
         }
-        // What the choice of lights takes for it
+        // Estimate of the light selection
         let luminance: f64 = means
             .iter()
             .zip([0.2126, 0.7152, 0.0722])
@@ -453,9 +458,9 @@ fn the_mean_weight_is_the_power() {
     }
 }
 
-/// Light that is followed onto a patch of the floor brings it what is sampled from there.
+/// Light traced onto a patch of the floor equals light sampled from the patch.
 #[test]
-fn the_floor_gets_what_it_would_sample() {
+fn traced_light_matches_sampled_light_on_a_floor() {
     let samples = budget(1_200_000).min(300_000);
     let (middle, half) = (Vec2::new(0.1, -0.05), 0.4);
     let area: f32 = 4.0 * half * half;
@@ -490,9 +495,10 @@ fn the_floor_gets_what_it_would_sample() {
     }
 }
 
-/// Light followed from a lamp to a floor, and from there to a lens that moves, gives each pixel what rays from the camera see.
+/// Light traced from a lamp to a floor and then to a moving lens gives each pixel the same as
+/// camera rays.
 #[test]
-fn splats_are_what_the_camera_sees() {
+fn splats_match_camera_rays() {
     let size = UVec2::new(6, 4);
     let first = CameraParameters {
         position: Vec3::new(0.3, 1.0, 2.0),
@@ -521,7 +527,7 @@ fn splats_are_what_the_camera_sees() {
     ];
     let filters = [Filter::BOX, Filter::new(FilterKind::Mitchell, 2.0)];
     let lamp = Light::Triangle(TriangleLight::new(CORNERS, Spectrum::ONE, TriangleSampling::Area));
-    // A floor of albedo 1 that reaches far
+    // A large floor of albedo 1
     const REFLECTED: f64 = 1.0 / PI;
     let samples = budget(1_600_000).min(400_000);
     let numbers = |i: u32| {
@@ -549,7 +555,7 @@ fn splats_are_what_the_camera_sees() {
             let Some(seen) = camera.importance(p, w, time) else {
                 continue;
             };
-            // The geometric term between floor and lens
+            // Geometry term between floor and lens
             let g = w.y.abs() * w.dot(lens.normal) / q.distance_squared(p);
             let value = e.weight().mean() * g * seen.we * camera.lens_area();
             for (splat, pixel) in splats.iter_mut().zip(pixels()) {
@@ -582,9 +588,9 @@ fn splats_are_what_the_camera_sees() {
     }
 }
 
-/// The ball of a scene holds all that moves, at any time, and what is not there does not count.
+/// The bounding ball contains all moving objects at any time. Degenerate triangles do not count.
 #[test]
-fn the_ball_holds_what_moves() {
+fn bounding_ball_contains_moving_objects() {
     let mut b = SceneBuilder::new();
     let close = |mesh: Mesh, by: Vec3| Mesh {
         positions_close: mesh.positions.iter().map(|&p| 1.5 * p + by).collect(),
@@ -596,7 +602,7 @@ fn the_ball_holds_what_moves() {
     let prototype = b
         .add_prototype(vec![(close(sphere(0.3, Vec3::X, 1), Vec3::ZERO), id)])
         .unwrap();
-    // Once around, in steps
+    // One full turn in steps
     let turn = |i: u32| Affine3A::from_rotation_z(std::f32::consts::TAU * i as f32 / 16.0);
     let around: Vec<Affine3A> = (0..=16).map(turn).collect();
     b.add_instance(prototype, Placement::Moving(around.into())).unwrap();
@@ -629,9 +635,9 @@ fn the_ball_holds_what_moves() {
     assert_eq!((empty.center, empty.radius), (Vec3::ZERO, 1.0));
 }
 
-/// The choice is by power, and takes no memory before it is asked for.
+/// Emission selection is by power, and allocates no memory before its first use.
 #[test]
-fn scenes_choose_by_power() {
+fn emission_selection_is_by_power() {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 1.0), material(0.5, 2.0));
     b.add_point_light(Vec3::Z, Spectrum::ONE).unwrap();

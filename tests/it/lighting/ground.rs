@@ -1,4 +1,5 @@
-//! The ground that catches shadows: closed forms, and its flags and keys by the real program. What is wrong is in `background.rs`.
+//! Shadow-catching ground: closed forms, and flags and keys through the real program. Invalid
+//! values are in `background.rs`.
 
 use crate::lighting::background::stage;
 use crate::support::program::{done, json, printed, split};
@@ -15,7 +16,7 @@ use embrasure::scene::{GroundPlane, Scene, SceneBuilder};
 
 const SIZE: UVec2 = UVec2::new(24, 24);
 
-/// A ground at y = 0 of the radius 20, with a speck far above it, which makes no shadow.
+/// A ground at y = 0 of radius 20, with a speck so far above it that it casts no shadow.
 fn empty_stage(light: impl FnOnce(&mut SceneBuilder)) -> Scene {
     let mut b = SceneBuilder::new();
     let speck = [
@@ -34,7 +35,7 @@ fn empty_stage(light: impl FnOnce(&mut SceneBuilder)) -> Scene {
     b.build().unwrap().0
 }
 
-/// Looks down on the middle of the ground, and at its rim.
+/// Cameras that view the middle of the ground from above, and its rim.
 fn cameras() -> [CameraParameters; 2] {
     [
         pinhole(Vec3::new(0.5, 3.0, 2.0), Vec3::ZERO, 60.0),
@@ -56,7 +57,7 @@ fn map() -> LatLongImage {
     }
 }
 
-/// Renders what `background` and the ground of `scene` show, by path tracing with path reuse or without.
+/// Renders `scene` with `background` by path tracing, with or without path reuse.
 fn film_over<'a>(
     scene: impl Into<Lit<'a>>,
     camera: CameraParameters,
@@ -82,10 +83,11 @@ fn film_over<'a>(
     })
 }
 
-/// Without anything on it, the ground is the background in expectation, whatever the lights and in its fading rim too.
+/// Without objects, the ground equals the background in expectation, for all lights, also in its
+/// fading rim.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn a_ground_without_objects_is_the_background() {
+fn ground_without_objects_is_the_background() {
     type Light = (&'static str, fn(&mut SceneBuilder));
     let lights: [Light; 5] = [
         ("constant", |b| {
@@ -113,7 +115,7 @@ fn a_ground_without_objects_is_the_background() {
         }),
     ];
     for (name, light) in lights {
-        // The light that is missing is counted, and, where all lights are sampled, that which arrives.
+        // `Auto` counts missing light; `All`, which samples all lights, counts arriving light.
         for selection in [SelectionMode::Auto, SelectionMode::All] {
             let scene = empty_stage(light);
             for (i, camera) in cameras().into_iter().enumerate() {
@@ -126,13 +128,13 @@ fn a_ground_without_objects_is_the_background() {
                         256,
                     );
                     let what = format!("{name}, {selection:?}, camera {i}, reuse {reuse}");
-                    // Points of which all are sampled have no noise but roundings.
+                    // If all lights are sampled and are points, there is no noise except rounding.
                     let (mean, noise) = (film_mean(&film, 0), film_error(&film, 0));
                     match noise < 1e-7 {
                         true => assert!((mean - 0.75).abs() < 1e-5, "{what}: {mean}"),
                         false => assert_unbiased(&what, &film, 0.75),
                     }
-                    // Without anything near, nothing is missing, and there is no noise.
+                    // Without objects nearby no light is missing, so there is no noise.
                     let is_exact = selection == SelectionMode::Auto && name != "lamp";
                     assert!(!is_exact || noise == 0.0, "{what}: {noise}");
                 }
@@ -141,7 +143,7 @@ fn a_ground_without_objects_is_the_background() {
     }
 }
 
-/// The other estimators find the same ground.
+/// The other estimators give the same ground.
 #[test]
 fn all_estimators_agree_on_the_ground() {
     let scene = empty_stage(|b| b.add_environment(map(), 1.0, Quat::IDENTITY).unwrap());
@@ -169,9 +171,10 @@ fn all_estimators_agree_on_the_ground() {
     });
 }
 
-/// Counting what is missing and counting what arrives have one mean, in the shadow of a ball too, with light that the ball scatters.
+/// Estimates of missing light and of arriving light have one mean, also in the shadow of a ball and
+/// with light scattered by the ball.
 #[test]
-fn missing_light_is_what_does_not_arrive() {
+fn missing_and_arriving_light_agree_on_ground() {
     let scene = {
         let mut b = SceneBuilder::new();
         add(&mut b, sphere(1.0, Vec3::new(0.0, 1.0, 0.0), 3), material(0.8, 0.0));
@@ -187,7 +190,7 @@ fn missing_light_is_what_does_not_arrive() {
             let [missing, arriving] = [SelectionMode::Auto, SelectionMode::All]
                 .map(|selection| film_over((&scene, selection), camera, background, reuse, 512));
             if background == Background::Transparent {
-                // Shares before they are clamped
+                // Ratios before clamping
                 let mean = |film: &Film| {
                     let sums = film.tiles().iter().flat_map(|tile| {
                         let pixels = tile.bounds().pixels();
@@ -214,7 +217,7 @@ fn missing_light_is_what_does_not_arrive() {
     }
 }
 
-/// The lights as a background: a constant environment stays the constant that it is.
+/// Lights as a background: a constant environment keeps its radiance.
 #[test]
 fn a_ground_shows_the_lights_behind_it() {
     let scene = empty_stage(|b| {
@@ -225,7 +228,7 @@ fn a_ground_shows_the_lights_behind_it() {
     assert_unbiased("lights", &film, 0.4f32.into());
 }
 
-/// A ball above the ground, under parallel light from straight above.
+/// A ball above the ground, under a directional light from straight above.
 fn ball_and_sun() -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, sphere(1.0, Vec3::new(0.0, 2.0, 0.0), 4), material(0.5, 0.0));
@@ -238,13 +241,14 @@ fn ball_and_sun() -> Scene {
     b.build().unwrap().0
 }
 
-/// Under parallel light the ratio is 0 in the umbra and 1 outside of it, exactly, if no light is scattered on.
+/// Under a directional light, without scattering, the ratio is exactly 0 in the umbra and 1
+/// outside.
 #[test]
 fn a_hard_shadow_is_all_or_nothing() {
     let scene = ball_and_sun();
     let blue = Spectrum::rgb(0.1, 0.2, 0.9);
     for (x, expected) in [(0.0, 0.0), (0.9, 0.0), (1.1, 1.0), (3.0, 1.0)] {
-        // From the side, so that the ball is not in the way
+        // From the side, so the ball does not hide the ground
         let camera = pinhole(Vec3::new(x, 0.5, 4.0), Vec3::new(x, 0.0, 0.0), 0.5);
         with_world(&scene, camera, SIZE, |world| {
             for background in [Background::Color(blue), Background::Transparent] {
@@ -270,7 +274,7 @@ fn a_hard_shadow_is_all_or_nothing() {
     }
 }
 
-/// A camera below the ground sees what stands on it.
+/// A camera below the ground sees the objects above it.
 #[test]
 fn the_ground_is_not_seen_from_below() {
     let scene = ball_and_sun();
@@ -280,9 +284,9 @@ fn the_ground_is_not_seen_from_below() {
     assert_eq!((alpha(12, 12), alpha(0, 0)), (1.0, 0.0));
 }
 
-/// Iterations that start no light elsewhere have alpha too.
+/// Photon iterations that splat no light have alpha too.
 #[test]
-fn iterations_have_alpha() {
+fn photon_iterations_have_alpha() {
     let scene = ball_and_sun();
     let camera = pinhole(Vec3::new(0.0, 2.0, 6.0), Vec3::new(0.0, 2.0, 0.0), 40.0);
     with_world(&scene, camera, SIZE, |world| {
@@ -310,7 +314,7 @@ fn iterations_have_alpha() {
     });
 }
 
-/// Both backends meet the ground, and show the same shadow.
+/// Both backends hit the ground and give the same shadow.
 #[cfg(feature = "obvhs")]
 #[test]
 fn backends_agree_on_the_ground() {
@@ -335,7 +339,7 @@ fn backends_agree_on_the_ground() {
     }
 }
 
-/// Each key of `[ground]` places the plane of the scene.
+/// Each key of `[ground]` changes the plane of the scene.
 #[test]
 fn keys_place_the_ground() {
     let of = |ground: &str, set: &[&str]| {
@@ -372,7 +376,7 @@ fn keys_place_the_ground() {
 }
 
 #[test]
-fn the_ground_is_no_part_of_the_bounds() {
+fn ground_does_not_change_the_bounds() {
     let folder = stage("[ground]");
     let run = |args: &str| done(folder.path(), &split(args));
     let info = json(&run("info s.toml --json"));
@@ -381,7 +385,7 @@ fn the_ground_is_no_part_of_the_bounds() {
     run(&format!("{plain} -o a.exr"));
     run(&format!("{plain} --ground -o b.exr"));
     let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
-    // The camera stays, and surfaces of the scene are where they were: the ground is none.
+    // The camera and the surfaces of the scene stay: the ground is not a surface of the scene.
     let [before, after] = [a, b].map(|path| read_channel(&path, "id.object"));
     assert!(before.contains(&1.0));
     assert_eq!(before, after);

@@ -1,4 +1,4 @@
-//! Skies, studios, suns and rectangles, as scene files and flags of the real program say them.
+//! Skies, studios, suns and rectangles, as scene files and as flags of the real program.
 
 use crate::support::program::{
     INTEGRATORS, assert_same_bits, code, done, folder, json, printed, refused, run, split, words,
@@ -14,17 +14,18 @@ use tempfile::TempDir;
 
 const OBJECT: &str = "version = 1\n[camera]\nposition = [0, 2, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\nvertical_fov = 40\n\
                       [image]\nwidth = 8\nheight = 8\n[render]\nsamples = 64\n[[object]]\nobj = 'a.obj'\n";
-/// A floor of albedo 0.5 in the plane y = 0, which fills the view from above. Lights are behind it in the file.
+/// A floor of albedo 0.5 in the plane y = 0 that fills the view from above. Lights follow in the
+/// file.
 const FLOOR: &str = "mtllib a.mtl\nusemtl grey\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nf 1 2 3 4\n";
 const GREY: &str = "newmtl grey\nKd 0.5 0.5 0.5\n";
 
-/// A floor in this light, as `s.toml`.
+/// A folder with the floor under `lights`, as `s.toml`.
 fn floor(lights: &str) -> TempDir {
     let toml = format!("{OBJECT}{lights}");
     folder(&[("a.obj", FLOOR), ("a.mtl", GREY), ("s.toml", &toml)])
 }
 
-/// Mean of each channel of `s.toml`, rendered with these flags.
+/// Mean of each channel of `s.toml`, rendered with `flags`.
 fn means(folder: &Path, flags: &str) -> [f64; 3] {
     let args = [&split("render s.toml -q -o x.exr")[..], &split(flags)].concat();
     done(folder, &args);
@@ -41,7 +42,7 @@ fn assert_close(what: &str, got: [f64; 3], expected: [f64; 3], tolerance: f64) {
     }
 }
 
-/// Irradiance on a surface that faces up, of the upper half of a picture of latitude and longitude.
+/// Irradiance on a surface that faces up, from the upper half of a latitude-longitude image.
 fn irradiance(image: &LatLongImage) -> [f64; 3] {
     let (width, height) = (image.width, image.height);
     let mut sums = [0.0; 3];
@@ -56,7 +57,7 @@ fn irradiance(image: &LatLongImage) -> [f64; 3] {
 }
 
 #[test]
-fn a_floor_under_the_sky_and_in_the_studio_has_the_irradiance_of_their_pictures() {
+fn sky_and_studio_light_a_floor_as_their_images() {
     let expected = |image: &LatLongImage| irradiance(image).map(|e| 0.5 * e / PI);
     let sky = floor("[[light]]\ntype = 'sky'\nsun = [30, 25]\nturbidity = 4\n");
     let flags = "--spp 1024 --max-depth 1";
@@ -71,7 +72,7 @@ fn a_floor_under_the_sky_and_in_the_studio_has_the_irradiance_of_their_pictures(
     );
     let studio = floor("[[light]]\ntype = 'studio'\nfront = 70\n");
     assert_close("studio", means(studio.path(), flags), expected(&studio_image()), 0.01);
-    // Neither flag nor key: the defaults that the documentation states.
+    // Without flag and key: the documented defaults.
     let bare = floor("[[light]]\ntype = 'sky'\n");
     let stated = floor("[[light]]\ntype = 'sky'\nsun = [-45, 45]\nturbidity = 3\nup = [0, 2, 0]\nscale = 1\n");
     means(bare.path(), "");
@@ -79,7 +80,8 @@ fn a_floor_under_the_sky_and_in_the_studio_has_the_irradiance_of_their_pictures(
     assert_same_bits(&bare.path().join("x.exr"), &stated.path().join("x.exr"));
 }
 
-/// Under the disc of a sun a Lambertian floor has the radiance E ρ cos / π, whichever way the light is found.
+/// Under the disc of a sun, a Lambertian floor has the radiance E ρ cos / π, for every sampling of
+/// the light.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn every_integrator_finds_the_sun() {
@@ -87,7 +89,8 @@ fn every_integrator_finds_the_sun() {
     let expected = [4.0, 2.0, 1.0].map(|e| 0.5 * e * 0.5f64.sqrt() / PI);
     for integrator in INTEGRATORS.iter().filter(|name| !matches!(**name, "ao" | "debug")) {
         let (samples, tolerance) = match *integrator {
-            // Four standard errors at least; a wrong factor of the disc or of the cosine is many times that.
+            // At least four standard errors; a wrong factor of the disc or the cosine is far
+            // outside.
             "naive" => (4096, 0.06),
             "light" | "pssmlt" | "mlt" => (256, 0.04),
             "sppm" | "photon-map" | "vcm" => (16, 0.06),
@@ -111,22 +114,22 @@ fn a_sun_of_angle_0_is_parallel_light() {
         means(folder.path(), "");
     }
     assert_same_bits(&plain.path().join("x.exr"), &zero.path().join("x.exr"));
-    // A disc can be met by rays, single directions cannot.
+    // Rays can hit a disc, but not a single direction.
     let wide = floor(&format!("{light}angle = 10\n"));
     let refusal = refused(plain.path(), &split("render s.toml --integrator naive"), 2);
     assert!(refusal.contains("no ray can hit a directional light"), "{refusal}");
     done(wide.path(), &split("render s.toml --integrator naive --spp 1"));
 }
 
-/// The disc is seen where it is, and as large and bright as it says.
+/// The visible disc has the right position, size and radiance.
 #[test]
-fn the_disc_of_a_sun_is_seen() {
+fn sun_disc_has_its_size_and_radiance() {
     let light = "[[light]]\ntype = 'directional'\ndirection = [0, 0, 1]\nirradiance = [3, 3, 3]\nangle = 10\n";
     let folder = floor(light);
     let camera = "--position 0,1,0 --look-at 0,1,-1 --up 0,1,0 --fov 20 --size 64x64 --spp 16";
     let half = 5f64.to_radians();
     let mean = means(folder.path(), camera)[0];
-    // Share of the film's square that the disc's image covers
+    // Fraction of the film covered by the image of the disc
     let share = PI * (half.tan() / 10f64.to_radians().tan()).powi(2) / 4.0;
     let expected = share * 3.0 / (PI * half.sin().powi(2));
     assert!((mean / expected - 1.0).abs() < 0.02, "{mean} {expected}");
@@ -134,7 +137,7 @@ fn the_disc_of_a_sun_is_seen() {
 
 #[test]
 fn the_sky_turns_with_its_sun_and_its_up() {
-    // Camera towards azimuth 180, −z: the sun behind it and before it
+    // A camera towards azimuth 180, −z: the sun behind it, then in front of it
     let camera = "--position 0,1,0 --look-at 0,1.5,-1 --up 0,1,0 --fov 30 --spp 16";
     let light = |sun: &str| format!("[[light]]\ntype = 'sky'\nsun = {sun}\n");
     let [behind, before] = ["[0, 30]", "[180, 30]"].map(|sun| {
@@ -142,7 +145,7 @@ fn the_sky_turns_with_its_sun_and_its_up() {
         means(folder.path(), camera)[1]
     });
     assert!(before > 3.0 * behind, "{before} {behind}");
-    // With z up azimuth 0 is −y, and the sky is above +z.
+    // With z up, azimuth 0 is −y, and the sky is above +z.
     let z_up = |at: &str| {
         let folder = floor("[[light]]\ntype = 'sky'\nsun = [0, 30]\nup = [0, 0, 1]\n");
         means(
@@ -170,10 +173,10 @@ fn a_rectangle_lights_one_side() {
     };
     let flags = "--spp 256 --max-depth 1 --position 0,0.5,0 --fov 1 --aov lights";
     assert_close("rectangle", means(down.path(), flags), [expected; 3], 0.02);
-    // All light is of the lamp's group.
+    // All light is in the group of the lamp.
     let [grouped, whole] = ["light_lamp.R", "R"].map(|name| read_channel(&down.path().join("x.exr"), name));
     assert_eq!(grouped, whole);
-    // It hides what is behind it, and shines to one side only.
+    // It hides objects behind it, and emits to one side only.
     let up = lamp("[0, 1, 0]");
     assert_eq!(means(up.path(), "--spp 16 --max-depth 1 --position 0,0.5,0"), [0.0; 3]);
     let info = json(&done(down.path(), &split("info s.toml --json")));
@@ -184,7 +187,7 @@ fn a_rectangle_lights_one_side() {
 }
 
 #[test]
-fn wrong_keys_and_values_are_named() {
+fn invalid_light_keys_are_errors() {
     let sky = "[[light]]\ntype = 'sky'\n";
     let studio = "[[light]]\ntype = 'studio'\n";
     let sun = "[[light]]\ntype = 'directional'\ndirection = [0, -1, 0]\nirradiance = [1, 1, 1]\n";
@@ -295,7 +298,7 @@ fn wrong_keys_and_values_are_named() {
 }
 
 #[test]
-fn env_replaces_environments_and_says_what_stands_in_a_file() {
+fn env_flag_equals_the_environment_section() {
     let light = "[[light]]\ntype = 'constant'\nradiance = [1, 0, 0]\n[[light]]\ntype = 'directional'\ndirection = [0, -1, 0]\nirradiance = [0, 0, 1]\n";
     let folder = floor(light);
     let directional = "[[light]]\ntype = 'directional'\ndirection = [0, -1, 0]\nirradiance = [0, 0, 1]\n";
@@ -316,7 +319,8 @@ fn env_replaces_environments_and_says_what_stands_in_a_file() {
         means(said.path(), "");
         assert_same_bits(&folder.path().join("x.exr"), &said.path().join("x.exr"));
     }
-    // In a scene file paths are relative to it, on the command line to the current folder.
+    // Paths in a scene file are relative to the file; paths on the command line, to the current
+    // folder.
     let above = tempfile::tempdir().unwrap();
     fs::create_dir(above.path().join("scene")).unwrap();
     for name in ["a.obj", "a.mtl", "s.toml"] {
@@ -329,7 +333,7 @@ fn env_replaces_environments_and_says_what_stands_in_a_file() {
         said.contains("--env scene/e.exr: environment") && said.contains("no such"),
         "{said}"
     );
-    // The picture is no place for the image.
+    // The output may not overwrite the environment image.
     let said = refused(
         above.path(),
         &split("render scene/s.toml --env e.exr --spp 1 -o e.exr"),
@@ -353,7 +357,7 @@ fn suns_and_key_lights_are_added() {
         (&lights["studio"], &lights["sky"], &lights["directional"]),
         (&1.into(), &0.into(), &2.into())
     );
-    // The strength is the luminance of the irradiance, on top of the sky with its sun there.
+    // The strength is the luminance of the irradiance, added to the sky, whose sun moves there.
     let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let flags = "--spp 1024 --max-depth 1";
     let both = luminance(means(folder.path(), &format!("--sun -30,30,2 {flags}")));
@@ -361,7 +365,7 @@ fn suns_and_key_lights_are_added() {
     let sky = luminance(means(moved.path(), flags));
     let sun = 0.5 * 2.0 * 0.5 / PI;
     assert!((both - sky - sun).abs() < 0.01 * both, "{both} {sky} {sun}");
-    // The sun without the sky, of a colour by its height
+    // The sun without the sky, with a colour by its elevation
     let dark = floor("");
     let alone = means(dark.path(), &format!("--sun 120,30 {flags}"));
     assert!(
@@ -369,7 +373,8 @@ fn suns_and_key_lights_are_added() {
         "{alone:?}"
     );
     assert!(alone[0] > alone[2]);
-    // The key light of a camera that looks down comes from its upper left: what counts is how high that is above the floor.
+    // The key light of a camera that faces down comes from its upper left. Its irradiance depends
+    // on its angle to the floor.
     for (flag, strength) in [("--key-light", 2.0), ("--key-light=3", 3.0), ("--key-light 3", 3.0)] {
         let key = means(dark.path(), &format!("{flag} {flags}"));
         let cosine = 40f64.to_radians().cos().powi(2);
@@ -379,20 +384,20 @@ fn suns_and_key_lights_are_added() {
         );
         assert_eq!(key[0], key[1]);
     }
-    // Where the camera has +z up, the sky has too.
+    // If the camera has +z up, the sky has too.
     let z_up = |env: &str| luminance(means(dark.path(), &format!("{env} --up 0,0.1,1 {flags}")));
     let said = floor("[[light]]\ntype = 'sky'\nup = [0, 0, 1]\n");
     assert_eq!(
         z_up("--env sky"),
         luminance(means(said.path(), &format!("--up 0,0.1,1 {flags}")))
     );
-    // The camera's flags turn it.
+    // Flags of the camera rotate the key light.
     let side = means(dark.path(), &format!("--key-light --position 0,0.5,0.5 {flags}"));
     assert!(side != means(dark.path(), &format!("--key-light {flags}")));
 }
 
 #[test]
-fn wrong_flags_are_refused() {
+fn invalid_light_flags_are_errors() {
     let folder = floor("");
     for (flags, parts) in [
         (
@@ -433,9 +438,9 @@ fn wrong_flags_are_refused() {
     assert!(said.contains(".hdr or .exr"), "{said}");
 }
 
-/// The sky and the studio are the same bytes on any number of threads, and from another folder.
+/// Skies and studios have the same bits on any number of threads.
 #[test]
-fn skies_are_the_same_everywhere() {
+fn threads_change_no_bit_of_skies() {
     let folder = floor("");
     for env in ["sky --sun -60,35 --key-light", "studio"] {
         let render = |name: &str, threads: u32| {
@@ -448,7 +453,7 @@ fn skies_are_the_same_everywhere() {
 }
 
 #[test]
-fn check_tells_their_power() {
+fn check_reports_the_light_power() {
     let folder = floor("[[light]]\ntype = 'sky'\n");
     let report = json(&done(folder.path(), &split("check s.toml --json --sun 10,20")));
     let power = &report["light_power_w"];

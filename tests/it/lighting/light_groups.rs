@@ -1,4 +1,4 @@
-//! The picture by groups of lights: what each group gives, that they add up, and that they do not depend on how a render was made.
+//! Light groups: the light of each group, their sum, and bits of threads, parts and stops.
 
 use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
@@ -22,10 +22,11 @@ use tempfile::TempDir;
 
 /// One whole tile, and parts of three others.
 const RESOLUTION: UVec2 = UVec2::new(21, 18);
-/// Kinds of light of [`stage`], in this order; the second lamp is in no group.
+/// Light groups of [`stage`], in this order; the second lamp is in no group.
 const NAMES: [&str; 4] = ["lamp", "key", "sky", "default"];
 
-/// A matte corner with a mirror and a glass ball, lit by two lamps that reflect too, a point and a sky, of which only some shine.
+/// A matte corner with a mirror and a glass ball, lit by two lamps that also reflect, a point and a
+/// sky. `shining` has true for each light that emits.
 fn stage(shining: [bool; 4]) -> Scene {
     let [lamp, key, sky, other] = shining;
     let mut b = SceneBuilder::new();
@@ -97,7 +98,7 @@ fn stage(shining: [bool; 4]) -> Scene {
     b.build().unwrap().0
 }
 
-/// Looks into the corner.
+/// Camera that faces the corner.
 fn view() -> embrasure::camera::CameraParameters {
     pinhole(Vec3::new(0.5, 0.2, 3.2), Vec3::new(-0.1, -0.1, 0.0), 45.0)
 }
@@ -108,7 +109,8 @@ fn film(integrator: &dyn CompiledIntegrator, seed: u64, spp: u32, groups: usize)
     film
 }
 
-/// Shows the integrators that gather light to `look`: each by name, as what renders with a seed, samples per pixel and groups.
+/// Calls `look` for each integrator that gathers light: with its name, and with a render by seed,
+/// samples per pixel and groups.
 fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32, usize) -> Film)) {
     let path = |reuse| MaybeReusing {
         path: PathIntegrator {
@@ -142,7 +144,7 @@ fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32
     look("naive", &by(&naive));
 }
 
-/// Means of all pixels, by channel: those of group `group`, or the picture's own.
+/// Means of all pixels, for each channel: of group `group`, or of the image.
 fn means(film: &Film, group: Option<usize>) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| {
         let mean = |pixel| {
@@ -157,7 +159,7 @@ fn means(film: &Film, group: Option<usize>) -> [Vec<f64>; 3] {
 }
 
 #[test]
-fn groups_add_up_and_the_picture_keeps_its_bits() {
+fn groups_sum_to_the_image_and_keep_its_bits() {
     for selection in [SelectionMode::Auto, SelectionMode::All] {
         let scene = stage([true; 4]);
         assert_eq!(scene.light_groups().names(), NAMES);
@@ -174,7 +176,7 @@ fn groups_add_up_and_the_picture_keeps_its_bits() {
                     }
                 }
                 for (name, group) in NAMES.iter().zip(&groups) {
-                    // No path meets a point.
+                    // No path hits a point light.
                     let is_found = !(what == "naive" && *name == "key");
                     assert_eq!(group[0].iter().sum::<f64>() > 0.0, is_found, "{what}, {name}");
                 }
@@ -183,10 +185,10 @@ fn groups_add_up_and_the_picture_keeps_its_bits() {
     }
 }
 
-/// Where the choice of lights does not depend on the others, nor do the numbers of their samples, the picture of a group is that of a scene
-/// without the others, but for roundings.
+/// If light selection and sample counts do not depend on other lights, a group equals a render
+/// without the other lights, up to rounding.
 #[test]
-fn a_group_is_the_picture_without_the_others() {
+fn group_equals_a_render_with_its_lights_only() {
     let all = stage([true; 4]);
     for (group, shining) in [(0, [true, false, false, false]), (1, [false, true, false, false])] {
         let alone = stage(shining);
@@ -198,7 +200,7 @@ fn a_group_is_the_picture_without_the_others() {
         });
         with_world((&all, SelectionMode::All), view(), RESOLUTION, |world| {
             with_each(world, &mut |what, film| {
-                // Which of emission and reflection a coin chooses depends on what emits.
+                // The coin between emission and reflection depends on the emitters.
                 if what != "naive" {
                     let together = film(5, 16, NAMES.len());
                     let (found, alone) = (means(&together, Some(group)), &pictures[what]);
@@ -210,13 +212,14 @@ fn a_group_is_the_picture_without_the_others() {
     }
 }
 
-/// Where they do, means are the same.
+/// If they depend on other lights, means are equal.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn groups_have_the_means_of_scenes_without_the_others() {
+fn group_means_equal_renders_of_single_groups() {
     const SEEDS: u64 = 24;
     const SPP: u32 = 12;
-    // Four parts of the picture: pixels that share paths have common errors, seeds have none.
+    // Four parts of the image: pixels with path reuse have correlated errors, seeds are
+    // independent.
     let regions = |picture: [Vec<f64>; 3]| -> Vec<f64> {
         let region = |i: usize| {
             let (x, y) = (i as u32 % RESOLUTION.x, i as u32 / RESOLUTION.x);
@@ -260,11 +263,12 @@ fn groups_have_the_means_of_scenes_without_the_others() {
             });
         });
     }
-    // All but the point light for `naive`
+    // All except the point light for `naive`
     assert_eq!(compared, (4 * 5 - 1) * 12);
 }
 
-/// Gives 1 and 2 by two lights, but NaN by the first one in each third sample, all of which count a half.
+/// Integrator that gives 1 and 2 from two lights, with sample weight 0.5. Every third sample of the
+/// first light is NaN.
 struct Broken<'a>(&'a Scene);
 
 impl Integrator for Broken<'_> {
@@ -277,7 +281,7 @@ impl Integrator for Broken<'_> {
 }
 
 #[test]
-fn a_sample_that_is_no_number_is_black_in_all_groups() {
+fn nan_sample_is_black_in_all_groups() {
     let mut b = SceneBuilder::new();
     for name in ["a", "b"] {
         let group = b.light_group(name).unwrap();
@@ -297,7 +301,8 @@ fn a_sample_that_is_no_number_is_black_in_all_groups() {
     }
 }
 
-/// The stage as files: a lamp and a screen by material, a point and a sky, and a lamp in no group.
+/// The stage as files: a lamp and a screen by material, a point light and a sky, and a lamp in no
+/// group.
 fn files() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
@@ -345,7 +350,7 @@ fn done(folder: &Path, args: &[&str]) {
     assert!(is_done, "{args:?}: {said}");
 }
 
-/// Bits of all channels but the state.
+/// Bits of all channels except the state.
 fn bits(path: &Path) -> BTreeMap<String, Vec<u32>> {
     use exr::prelude::*;
     let file = read_first_flat_layer_from_file(path).unwrap();
@@ -358,7 +363,7 @@ fn bits(path: &Path) -> BTreeMap<String, Vec<u32>> {
 }
 
 #[test]
-fn channels_of_files_do_not_depend_on_the_way() {
+fn threads_and_parts_change_no_bit_of_groups() {
     let folder = files();
     let path = |name: &str| folder.path().join(name);
     let render = |more: &[&str]| {
@@ -378,7 +383,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
     assert_eq!(light, expected.iter().collect::<Vec<_>>());
     assert_eq!(one.len(), 15 + 12);
 
-    // They add up, with the negative weights of the filter too.
+    // Groups sum to the image, also with the negative weights of the filter.
     for c in ["R", "G", "B"] {
         let groups = names.map(|name| read_channel(&path("one.exr"), &format!("light_{name}.{c}")));
         for (pixel, whole) in read_channel(&path("one.exr"), c).iter().enumerate() {
@@ -389,7 +394,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
         assert!(groups.iter().all(|group| group.iter().sum::<f32>() > 0.0));
     }
 
-    // The picture is the one without them.
+    // The image has the same bits without groups.
     done(
         folder.path(),
         &["render", "s.toml", "-q", "--spp", "160", "-o", "plain.exr"],
@@ -398,7 +403,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
         assert!(channel == one[&name], "{name}");
     }
 
-    // Parts, crops, threads, and going on from within a block
+    // Parts, crops, threads, and resuming within a block
     render(&["-o", "three.exr", "--threads", "3"]);
     render(&["-o", "a.exr", "--samples", "0..64", "--threads", "3"]);
     render(&["-o", "b.exr", "--samples", "64..160", "--crop", "0,0,20,26"]);
@@ -437,7 +442,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
 }
 
 #[test]
-fn what_is_asked_for_is_there_or_refused() {
+fn light_layers_are_written_or_refused() {
     let folder = files();
     let path = |name: &str| folder.path().join(name);
     let render = |more: &[&str]| {
@@ -449,7 +454,7 @@ fn what_is_asked_for_is_there_or_refused() {
     let count = |file: &str| bits(&path(file)).len();
     assert!(render(&["--aov", "all", "-o", "all.exr"]).0);
     let with_groups = count("all.exr");
-    // Denoising is of the picture.
+    // Denoising applies to the image only.
     assert!(render(&["--aov", "lights", "--denoise=gaussian", "-o", "smooth.exr"]).0);
     assert!(render(&["--aov", "lights", "-o", "raw.exr"]).0);
     let (smooth, raw) = (bits(&path("smooth.exr")), bits(&path("raw.exr")));
@@ -457,7 +462,7 @@ fn what_is_asked_for_is_there_or_refused() {
     assert_eq!(smooth["raw.G"], raw["G"]);
     assert_ne!(smooth["G"], raw["G"]);
 
-    // Integrators that gather no light distinguish no lights.
+    // Integrators that gather no light have no groups.
     assert!(render(&["--integrator", "ao", "--aov", "all", "-o", "ao.exr"]).0);
     assert_eq!(count("ao.exr"), with_groups - 12);
     let (is_done, said) = render(&["--integrator", "debug", "--aov", "P,lights"]);
@@ -466,7 +471,7 @@ fn what_is_asked_for_is_there_or_refused() {
         "{said}"
     );
 
-    // Without groups `all` is what it was, and to ask for groups is a mistake.
+    // Without groups `all` adds none, and `lights` is an error.
     fs::write(path("s.toml"), HEAD).unwrap();
     assert!(render(&["--aov", "all", "-o", "none.exr"]).0);
     assert_eq!(count("none.exr"), with_groups - 12);
@@ -476,7 +481,7 @@ fn what_is_asked_for_is_there_or_refused() {
         "{said}"
     );
 
-    // One group that has all lights is the picture.
+    // A group with all lights equals the image.
     let all = "[[light_group]]\nname = \"all\"\nmaterials = [\"lamp\", \"screen\", \"other\"]\n";
     fs::write(path("s.toml"), format!("{HEAD}{all}")).unwrap();
     assert!(render(&["--aov", "lights", "-o", "whole.exr"]).0);
@@ -489,7 +494,7 @@ fn what_is_asked_for_is_there_or_refused() {
 }
 
 #[test]
-fn mistakes_are_named_with_their_line() {
+fn invalid_groups_are_errors_with_a_line() {
     let folder = files();
     let lines = HEAD.lines().count();
     let sun = "[[light]]\ntype = \"directional\"\ndirection = [0, -1, 0]\nirradiance = [1, 1, 1]\n";
@@ -546,7 +551,7 @@ fn mistakes_are_named_with_their_line() {
         assert_eq!(error.position.map(|p| p.line), Some(lines + line), "{text}: {said}");
         assert!(said.contains(words) && said.contains("help:"), "{text}: {said}");
     }
-    // So many are allowed, and a section may share its group with lights and other sections.
+    // 16 groups are allowed, and a section may share its group with lights and other sections.
     let max: String = (0..15).map(|i| format!("{sun}group = \"g{i}\"\n")).collect();
     let shared = group("\"g3\"", "[\"lamp\"]") + &group("\"g3\"", "[\"screen\"]");
     let path = folder.path().join("most.toml");
@@ -556,7 +561,7 @@ fn mistakes_are_named_with_their_line() {
 }
 
 #[test]
-fn names_of_no_use_are_warnings() {
+fn idle_group_materials_are_warnings() {
     let folder = files();
     let path = folder.path().join("odd.toml");
     let more = "[[light_group]]\nname = \"odd\"\nmaterials = [\n\"nothing\",\n\"stone\"]\n";
@@ -574,7 +579,7 @@ fn names_of_no_use_are_warnings() {
     );
     let dark = line(5) + "material `stone` is in a light group, but emits nothing";
     assert!(warnings[1].text.contains(&dark), "{warnings:?}");
-    // Its channels are there all the same.
+    // Its channels exist anyway.
     let scene = found.scene.unwrap();
     assert_eq!(
         scene.light_groups().names(),

@@ -1,4 +1,5 @@
-//! Lights: samples against densities, and what they send against other ways to know it.
+//! Lights: samples against densities, and light selection against closed forms and other
+//! estimators.
 
 use crate::chi_square::{chi_square, sidak};
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -45,7 +46,7 @@ pub fn map() -> LatLongImage {
     }
 }
 
-/// The point of the triangle's plane in direction `w` from the origin.
+/// Point on the plane of the triangle in direction `w` from the origin.
 fn met(w: Vec3) -> Option<Vec3> {
     let [a, b, c] = [
         Vec3::new(-0.4, 1.0, 0.3),
@@ -61,7 +62,7 @@ fn met(w: Vec3) -> Option<Vec3> {
     (t > 0.0 && inside).then_some(q)
 }
 
-/// The first and the last column of an environment are neighbours: its seam cannot be seen.
+/// The first and the last column of an environment are neighbours: the seam is invisible.
 #[test]
 fn environment_has_no_seam() {
     let column = |x: usize| Spectrum::splat([1.0, 0.0, 2.0, 7.0][x]);
@@ -87,7 +88,7 @@ fn directions_follow_their_densities() {
         let light = Light::Sun(sun);
         let sample = |i| {
             let s = light.sample(Vec3::ZERO, 0.0, at(i), &[])?;
-            // Roundings put hardly any direction beside the disc.
+            // Rounding puts hardly any direction outside the disc.
             let known = (sun.pdf(s.wi), sun.radiance(s.wi)) == (s.pdf, s.radiance);
             assert!(known || i % 100 != 0, "{angle}: {}", s.wi);
             Some(s.wi)
@@ -128,7 +129,7 @@ fn directions_follow_their_densities() {
         let sample = |i| {
             let s = light.sample(Vec3::ZERO, 0.0, at(i), &[])?;
             let (pdf, radiance) = (map.pdf(s.wi), map.radiance(s.wi));
-            // Up to the cell that rounding puts a direction into
+            // Except if rounding changes the cell of a direction
             let close = (pdf / s.pdf - 1.0).abs() < 1e-2 || at_a_border(s.wi, rotation);
             assert!(close, "{pdf} {} {}", s.pdf, s.wi);
             assert!(
@@ -143,7 +144,7 @@ fn directions_follow_their_densities() {
     }
 }
 
-/// Whether rounding could put the direction into another texel of [`map`].
+/// True if rounding could move the direction to another texel of [`map`].
 fn at_a_border(wi: Vec3, rotation: Quat) -> bool {
     let w = rotation.inverse() * wi;
     let x = (0.5 + w.x.atan2(-w.z) / std::f32::consts::TAU) * 32.0;
@@ -151,7 +152,7 @@ fn at_a_border(wi: Vec3, rotation: Quat) -> bool {
     [x, y].iter().any(|v| (v - v.round()).abs() < 1e-3)
 }
 
-/// The mean of 1/pdf is the solid angle, wherever the triangle is seen from.
+/// The mean of 1/pdf is the solid angle, from any point.
 #[test]
 fn triangle_densities_sum_to_the_solid_angle() {
     for sampling in [TriangleSampling::Area, TriangleSampling::SolidAngle] {
@@ -179,7 +180,8 @@ fn triangle_densities_sum_to_the_solid_angle() {
     }
 }
 
-/// A white floor under one light, front up, and what leaves it towards the camera: albedo over π times the irradiance.
+/// Radiance of a white floor under one light towards the camera: albedo over π times the
+/// irradiance. The floor faces up.
 fn floor_radiance(configure: impl FnOnce(&mut SceneBuilder)) -> f64 {
     let mut b = SceneBuilder::new();
     let s = 100.0;
@@ -197,7 +199,7 @@ fn floor_radiance(configure: impl FnOnce(&mut SceneBuilder)) -> f64 {
 }
 
 #[test]
-fn irradiance_is_what_formulas_say() {
+fn irradiance_matches_closed_forms() {
     use std::f64::consts::PI;
     let check = |what: &str, got: f64, irradiance: f64| {
         let expected = 0.5 * irradiance / PI;
@@ -212,7 +214,7 @@ fn irradiance_is_what_formulas_say() {
     });
     check("directional", sun, 3.0 * 2.0 / 5f64.sqrt());
     for angle in [0.01, 0.53, 30.0] {
-        // All of the disc is above the floor, and its mean direction that of its middle.
+        // All of the disc is above the floor, and its mean direction is its centre.
         let sun = floor_radiance(|b| {
             b.add_sun(Vec3::new(1.0, -2.0, 0.0), Spectrum::splat(3.0), angle)
                 .unwrap()
@@ -229,7 +231,7 @@ fn irradiance_is_what_formulas_say() {
         };
         b.add_rectangle(&rectangle).unwrap();
     });
-    // Four times a quarter of it, whose corner is above the point: Howell's catalogue of view factors, B-4
+    // Four times a quarter whose corner is above the point: Howell's catalogue of view factors, B-4
     let (a, b) = (0.5, 0.25);
     let (ra, rb) = (1f64.hypot(a), 1f64.hypot(b));
     let quarter = (a / ra * (b / ra).atan() + b / rb * (a / rb).atan()) / (2.0 * PI);
@@ -241,7 +243,7 @@ fn irradiance_is_what_formulas_say() {
         })
     };
     check("spot", spot(Vec3::NEG_Y), 2.0);
-    // The floor lies 25° off the axis: half way in angle, and nearly so in the cosine.
+    // The floor is 25° off the axis: half way in angle, and nearly half way in the cosine.
     let t =
         (25f64.to_radians().cos() - 30f64.to_radians().cos()) / (20f64.to_radians().cos() - 30f64.to_radians().cos());
     let tilted = Vec3::new(25f32.to_radians().sin(), -25f32.to_radians().cos(), 0.0);
@@ -262,7 +264,7 @@ fn irradiance_is_what_formulas_say() {
     };
     let sky = floor_radiance(|b| b.add_environment(half, 1.0, Quat::from_rotation_y(1.0)).unwrap());
     check("environment", sky, 2.0 * PI);
-    // An emitting triangle, sampled both ways
+    // An emitting triangle, with both samplings
     let lamp = |sampling| {
         floor_radiance(move |b| {
             b.triangle_sampling(sampling);
@@ -281,9 +283,9 @@ fn irradiance_is_what_formulas_say() {
     );
 }
 
-/// Choosing one light by power or evenly, or sampling all, changes the noise alone.
+/// Selecting one light by power or uniformly, or sampling all, changes only the noise.
 #[test]
-fn every_choice_of_lights_gives_the_same_picture() {
+fn every_light_selection_has_the_same_mean() {
     let render = |mode| {
         let mut b = SceneBuilder::new();
         add(&mut b, room(), material(0.5, 0.0));
@@ -319,9 +321,9 @@ fn every_choice_of_lights_gives_the_same_picture() {
     }
 }
 
-/// Lights are drawn by place as often as their probabilities say.
+/// Lights selected by place have the frequencies of their probabilities.
 #[test]
-fn choices_by_place_follow_their_probabilities() {
+fn light_choices_follow_their_probabilities() {
     use statrs::distribution::{ChiSquared, ContinuousCDF};
     const DRAWS: u32 = 200_000;
     let lights: Vec<Light> = (0..200u32)
@@ -348,7 +350,7 @@ fn choices_by_place_follow_their_probabilities() {
             assert_eq!(pmf, selection.pmf(&lights, &context, id));
             counts[id.0 as usize] += 1;
         }
-        // Lights that are hardly ever drawn count as one.
+        // Rare lights count as one.
         let (mut statistic, mut bins, mut rare) = (0.0, 0, [0.0; 2]);
         for (i, &count) in (0..).zip(&counts) {
             let expected = (selection.pmf(&lights, &context, LightId(i)) as f64) * DRAWS as f64;
@@ -369,7 +371,8 @@ fn choices_by_place_follow_their_probabilities() {
     }
 }
 
-/// All lamps at every vertex, a triangle of each chosen by power and wide lamps more often, give the picture that one light by power gives.
+/// Sampling all lamps at every vertex equals one light by power. Each lamp has a triangle selected
+/// by power, and wide lamps have more samples.
 #[test]
 fn all_lamps_give_the_picture_by_power() {
     let render = |mode, samples, direct, seed| {
@@ -417,17 +420,18 @@ fn all_lamps_give_the_picture_by_power() {
     }
 }
 
-/// By place and by power, pictures are the same in every integrator that samples lights, with shared paths and without, in a room with matte,
-/// glossy and clear things, a large lamp, many small ones, a sun and a sky.
+/// Selection by place and by power agree in every integrator that samples lights, with and without
+/// path reuse. The room has matte, glossy and clear objects, a large lamp, many small ones, a sun
+/// and a sky.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn pictures_by_place_are_those_by_power() {
+fn selection_by_place_and_by_power_agree() {
     use embrasure::integrator::DistributedIntegrator;
     use embrasure::material::Gloss;
     let scene = {
         let mut b = SceneBuilder::new();
-        // A room whose roof is open
+        // A room with an open roof
         let mut walls = room();
         walls
             .triangles
@@ -470,7 +474,8 @@ fn pictures_by_place_are_those_by_power() {
     let resolution = UVec2::splat(16);
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.95), Vec3::new(0.0, -0.4, 0.0), 80.0);
     for what in ["alone", "shared", "branching"] {
-        // By the same seed cameras look at the same points: differences say more than means, and of means of groups only seeds tell the error.
+        // With the same seed, camera rays hit the same points, so differences have less noise than
+        // means. For means of groups, only seeds give the error.
         let means = [SelectionMode::Power, SelectionMode::Place].map(|mode| {
             with_world((&scene, mode), camera, resolution, |world| -> Vec<f64> {
                 let path = PathIntegrator {
@@ -501,7 +506,8 @@ fn pictures_by_place_are_those_by_power() {
         assert_same_mean(format!("{what}: by place brighter"), mean, Mean::exact(0.0));
     }
 }
-/// A square lamp at y = 1 that looks down, reaches from -1 to 1 and has texture coordinates from 0 to 1 along x and z, cut into `n` by `n` squares.
+/// A square lamp at y = 1 that faces down, from -1 to 1, cut into `n` × `n` squares. Texture
+/// coordinates run from 0 to 1 along x and z.
 fn textured_lamp(n: u32) -> Mesh {
     let along = |i: u32| i as f32 / n as f32;
     let places = || (0..=n).flat_map(|z| (0..=n).map(move |x| Vec2::new(along(x), along(z))));
@@ -522,7 +528,7 @@ fn textured_lamp(n: u32) -> Mesh {
     }
 }
 
-/// What emits `radiance` times the scene's only texture.
+/// Material that emits `radiance` times the only texture of the scene.
 fn glowing(radiance: f32, diffuse: f32) -> Material {
     let mut glowing = material(diffuse, radiance);
     glowing.maps.emission = Some(Map {
@@ -537,7 +543,7 @@ fn grey_texture(width: usize, height: usize, value: impl Fn(usize, usize) -> f32
     Texture::new(width, height, 1, Texels::Floats(texels), Wrap::Clamp).unwrap()
 }
 
-/// Mean and standard error of what the path tracer sees of `scene`, finding light as `direct` says.
+/// Mean radiance of `scene` by the path tracer with `direct`, with its standard error.
 fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, max_depth: u32) -> Mean {
     let size = UVec2::splat(8);
     with_world(scene, camera, size, |world| {
@@ -553,10 +559,11 @@ fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, 
     })
 }
 
-/// Half of a lamp is black, in large triangles and in small ones: the floor below has half the light that a rectangle's form factor says.
+/// One half of a lamp is black, with large or small triangles: the floor below gets half of the
+/// light of the form factor of the rectangle.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn a_lamp_that_is_half_black_gives_half_the_light() {
+fn half_black_lamp_gives_half_the_light() {
     for (pieces, sampling) in [
         (1, TriangleSampling::Area),
         (1, TriangleSampling::SolidAngle),
@@ -566,16 +573,17 @@ fn a_lamp_that_is_half_black_gives_half_the_light() {
         b.triangle_sampling(sampling);
         let texture = grey_texture(1024, 1, |x, _| if x < 512 { 0.0 } else { 1.0 });
         b.set_textures(vec![texture], &[Some(TextureId(0))]);
-        // Without a factor of its own only the texture applies.
+        // With emission 0, the texture alone applies.
         add(&mut b, textured_lamp(pieces), glowing(0.0, 0.0));
         let floor = [[-2.0, -2.0], [-2.0, 2.0], [2.0, 2.0], [2.0, -2.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
         add(&mut b, polygon(&floor), material(0.8, 0.0));
         let scene = b.build().unwrap().0;
         let black = scene.lights().iter().filter(|light| light.power(1.0) == 0.0).count();
-        // Columns of squares beside the edge show some of its soft step.
+        // Columns of squares beside the edge contain part of its soft step.
         assert_eq!(black, if pieces == 8 { 3 * 8 * 2 } else { 0 });
 
-        // Two quarters of the square, each with a corner above the point (Howell, "Radiation Heat Transfer Configuration Factors", B-3)
+        // Two quarters of the square, each with a corner above the point (Howell, "Radiation Heat
+        // Transfer Configuration Factors", B-3)
         let quarter = (1.0 / 2f64.sqrt() * (1.0 / 2f64.sqrt()).atan()) / std::f64::consts::PI;
         let expected = 0.8 * 2.0 * quarter;
         let camera = pinhole(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO, 0.1);
@@ -587,7 +595,8 @@ fn a_lamp_that_is_half_black_gives_half_the_light() {
     }
 }
 
-/// Where hardly a texel emits, and the level that power is taken of does not show it, its light is found all the same.
+/// If hardly any texel emits, and the mip level used for power does not contain it, its light is
+/// still found.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn a_lone_texel_lights_a_room() {
@@ -615,9 +624,10 @@ fn a_lone_texel_lights_a_room() {
     }
 }
 
-/// Copies of a lamp that are mirrored or move show its texture the right way round: sampled light is that which rays meet.
+/// Mirrored or moving copies of a lamp have the texture in the right orientation: light samples
+/// agree with rays that hit the lamp.
 #[test]
-fn textures_of_lamps_go_with_their_copies() {
+fn instanced_lamps_keep_their_texture() {
     let mirror = Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0).into());
     let aside = Affine3A::from_translation(Vec3::new(0.2, 0.1, 0.0).into()) * mirror;
     let floor = |placement: Option<Placement>, is_flipped: bool| {
@@ -649,16 +659,17 @@ fn textures_of_lamps_go_with_their_copies() {
         let [sampled, met] = floor(Some(placement), false);
         assert_same_mean(name, sampled, met);
     }
-    // A mirrored copy looks as if its picture were.
+    // A mirrored copy equals a lamp with a mirrored texture.
     let copy = floor(Some(Placement::Still(mirror)), false)[0];
     let [plain, flipped] = [false, true].map(|is_flipped| floor(None, is_flipped)[0]);
     assert_same_mean("flipped", copy, flipped);
     assert!(copy.t(plain).0.abs() > 20.0, "{copy} {plain}");
 }
 
-/// Skies of one elevation and turbidity share their picture, whatever their scale and azimuth, and add up.
+/// Skies of one elevation and turbidity share one image for any scale and azimuth, and their light
+/// adds up.
 #[test]
-fn skies_of_one_elevation_share_their_picture() {
+fn skies_of_one_elevation_share_their_image() {
     let sky = |azimuth: f32, elevation: f32, scale: f32| SkyParameters {
         sun: [azimuth, elevation],
         scale,

@@ -1,4 +1,4 @@
-//! Lights, their sampling, groups of them, and what is seen behind the scene.
+//! Lights, light sampling, light groups, and backgrounds.
 
 mod background;
 mod emission;

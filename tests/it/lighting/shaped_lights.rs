@@ -19,13 +19,13 @@ fn at(index: u32) -> Vec2 {
     sampler.get_2d(Dimension::PIXEL)
 }
 
-/// Where the line from the origin along `w` meets the plane through `q` of normal `n`.
+/// Intersection of the line from the origin along `w` with the plane through `q` of normal `n`.
 fn on_plane(q: Vec3, n: Vec3, w: Vec3) -> Option<Vec3> {
     let t = q.dot(n) / w.dot(n);
     (t > 0.0).then_some(t * w)
 }
 
-/// Samples follow densities that sum to 1, from near, from afar, and next to the surface.
+/// Samples follow densities that integrate to 1, from near, from afar, and next to the surface.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn directions_follow_their_densities() {
@@ -46,7 +46,7 @@ fn directions_follow_their_densities() {
         let outcome = chi_square(SAMPLES, sample, pdf, true);
         println!("{what}: {outcome:?}");
         assert!(outcome.p_value > level, "{what}: {outcome:?}");
-        // Of the square about a disk that is near, some samples miss the disk.
+        // Samples of the square around a near disk may miss the disk.
         assert!((outcome.integral - outcome.share).abs() < 2e-3, "{what}: {outcome:?}");
         let is_near_disk = what.contains("disk") && outcome.share > 0.78;
         assert!(outcome.share > 0.998 || is_near_disk, "{what}: {outcome:?}");
@@ -57,7 +57,7 @@ fn directions_follow_their_densities() {
         let radius = share * center.length();
         let light = Light::Sphere(SphereLight::new(center, radius, Spectrum::ONE));
         let depth = 1.0 - (1.0 - f64::from(share).powi(2)).sqrt();
-        // Half the squared distance of unit vectors is 1 less the cosine.
+        // Half the squared distance of unit vectors is 1 − cosine.
         let is_met = |w: Vec3| 0.5 * f64::from(w.distance_squared(center.normalize())) < depth;
         check(&format!("sphere {share}"), &light, &|w| is_met(w).then_some(w));
     }
@@ -91,10 +91,10 @@ fn directions_follow_their_densities() {
     assert_eq!(cases, 10);
 }
 
-/// Closed forms against sums over samples, also where the horizon cuts the lamp; and densities of
-/// samples against those that MIS asks for.
+/// Closed forms against sums over samples, also if the horizon cuts the lamp; and densities of
+/// samples against the densities for MIS.
 #[test]
-fn irradiance_is_what_samples_sum_to() {
+fn irradiance_matches_the_sum_of_samples() {
     let up = Vec3::Y;
     let lights = [
         Light::Sphere(SphereLight::new(Vec3::new(0.5, 0.8, -0.4), 0.5, Spectrum::splat(3.0))),
@@ -153,7 +153,7 @@ fn irradiance_is_what_samples_sum_to() {
     }
 }
 
-/// A floor of albedo 0.5, and lamps above it that the camera between does not see.
+/// A floor of albedo 0.5, and lamps above it that the camera between them does not see.
 fn floor(lights: &str) -> tempfile::TempDir {
     let toml = "version = 1\n[camera]\nposition = [0, 0.5, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\nvertical_fov = 40\n[image]\nwidth = 8\nheight = 8\n[[object]]\nobj = 'a.obj'\n";
     folder(&[
@@ -175,7 +175,7 @@ fn mean(folder: &std::path::Path, flags: &str) -> f64 {
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64
 }
 
-/// Means over the part of the floor in view, of a square of that half width.
+/// Mean over the visible part of the floor, a square of half width `half`.
 fn mean_over_view(irradiance: impl Fn(f64, f64) -> f64) -> f64 {
     const N: usize = 200;
     let half = 0.5 * 20f64.to_radians().tan();
@@ -194,7 +194,8 @@ fn expected() -> [f64; 2] {
         let squared = (x - 0.5).powi(2) + z * z + height * height;
         PI * radiance * radius * radius * height / squared.powf(1.5)
     });
-    // A disk parallel to the plane (Foote 1915; Howell, "Radiation Heat Transfer Configuration Factors", B-13)
+    // A disk parallel to the plane (Foote 1915; Howell, "Radiation Heat Transfer Configuration
+    // Factors", B-13)
     let disk = mean_over_view(|x, z| {
         let a2 = (x - 0.5).powi(2) + z * z;
         let (h2, r2) = (height * height, radius * radius);
@@ -204,7 +205,7 @@ fn expected() -> [f64; 2] {
 }
 
 #[test]
-fn floors_have_the_irradiance_of_closed_forms() {
+fn floor_irradiance_matches_closed_forms() {
     for (lamp, expected) in [SPHERE, DISK].into_iter().zip(expected()) {
         let folder = floor(lamp);
         for flags in [
@@ -238,7 +239,8 @@ fn every_integrator_finds_shaped_lamps() {
         {
             let (samples, tolerance) = match *integrator {
                 "naive" => (budget(16384), 0.03 * slack()),
-                // The light that these find in so small a view is that of hundreds of paths in a million.
+                // In so small a view, these integrators get light from a few hundred paths in a
+                // million.
                 "light" => (budget(1 << 15), 0.05 * slack()),
                 "pssmlt" | "mlt" => (budget(512), 0.04 * slack()),
                 "sppm" | "photon-map" | "vcm" => (16, 0.06),
@@ -270,7 +272,8 @@ fn every_integrator_finds_shaped_lamps() {
     assert!(check.contains("0 errors, 1 warning"), "{check}");
 }
 
-/// A room with all three lamps, whose hulls overlap other things, a glossy block and a ball of glass.
+/// A room with all three lamps, whose hulls overlap other objects, a glossy block and a ball of
+/// glass.
 fn lamp_room() -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
@@ -289,7 +292,7 @@ fn lamp_room() -> Scene {
         ..material(0.0, 0.0)
     };
     add(&mut b, sphere(0.25, Vec3::new(0.4, -0.7, 0.1), 2), glass);
-    // It stands on the block: the hull is in it.
+    // The lamp stands on the block, and its hull intersects the block.
     let lamp = SphereParameters {
         position: Vec3::new(-0.4, -0.25, -0.3),
         radius: 0.15,
@@ -314,7 +317,7 @@ fn lamp_room() -> Scene {
     b.build().unwrap().0
 }
 
-/// All ways to find the light of these lamps give one picture, which shows the lamps too.
+/// All light sampling strategies for these lamps give one image, which also shows the lamps.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_shaped_lamps() {
@@ -350,7 +353,7 @@ fn estimators_agree_on_shaped_lamps() {
         renders(|seed| film_of(&path_tracer(world, Some(4)), resolution, budget(512), 250 + seed))
     });
     assert_same_means("all lamps", &of_all, &expected);
-    // No glass or mirror is looked at from above.
+    // From above, the camera sees no glass or mirror.
     let from_above = pinhole(Vec3::new(0.2, 0.9, 0.6), Vec3::new(-0.4, -1.0, 0.8), 30.0);
     with_world(&scene, from_above, resolution, |world| {
         let expected = renders(|seed| film_of(&path_tracer(world, Some(2)), resolution, budget(512), seed));

@@ -1,4 +1,4 @@
-//! Sphere and disk lights that are small or far from the origin, covered lamps, and lights that emit nothing.
+//! Sphere and disk lights that are small or far from the origin, covered lamps, and black lights.
 
 use crate::support::program::{done, folder, json, printed, refused, split};
 use crate::support::*;
@@ -35,8 +35,8 @@ fn mean(folder: &Path, flags: &str) -> f64 {
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64
 }
 
-/// Mean radiance of the floor in view below a lamp 1.5 above it and 0.5 to the right, whose
-/// radiance times its squared radius is `strength`. Disks face down.
+/// Mean radiance of the visible floor below a lamp that is 1.5 above it and 0.5 to the right.
+/// `strength` is radiance × radius². Disks face down.
 fn expected(kind: &str, strength: f64) -> f64 {
     const N: usize = 200;
     let half = 0.5 * 20f64.to_radians().tan();
@@ -63,7 +63,7 @@ fn lamp(kind: &str, offset: f32, radius: f64, strength: f64) -> String {
 /// A radius of 10⁻⁶ is an eighth of the spacing of floats at 100.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn lamp_below_roundings_lights_the_floor_in_every_estimator() {
+fn tiny_lamp_lights_a_floor_in_every_integrator() {
     let estimators = [
         ("--spp 64", 2e-3),
         ("--spp 64 --integrator path --reuse none", 2e-3),
@@ -99,11 +99,11 @@ fn lamp_below_roundings_lights_the_floor_in_every_estimator() {
     }
 }
 
-/// Rays that hit the lamp by chance find the same light as rays aimed at it: 0.02 is 300 spacings of
+/// Rays that hit the lamp by chance find the same light as light samples: 0.02 is 300 spacings of
 /// floats at 1000.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn lamp_far_from_the_origin_is_hit_by_chance_as_often_as_it_is_sampled() {
+fn lamp_far_from_the_origin_is_unbiased() {
     for kind in ["sphere", "disk"] {
         let folder = floor_at(1000.0, &lamp(kind, 1000.0, 0.02, 1.0));
         let sampled = mean(folder.path(), "--integrator direct --direct light --spp 256");
@@ -111,7 +111,7 @@ fn lamp_far_from_the_origin_is_hit_by_chance_as_often_as_it_is_sampled() {
             if backend == "obvhs" && !cfg!(feature = "obvhs") {
                 continue;
             }
-            // The lamp fills 2·10⁻⁴ of the hemisphere: some 3000 of these rays hit it.
+            // The lamp covers 2·10⁻⁴ of the hemisphere: some 3000 of these rays hit it.
             let found = mean(
                 folder.path(),
                 &format!("--integrator direct --direct none --spp 262144 --backend {backend}"),
@@ -126,9 +126,10 @@ fn lamp_far_from_the_origin_is_hit_by_chance_as_often_as_it_is_sampled() {
     }
 }
 
-/// The hull of a sphere has corners 1.8 % of the radius above it. The cover is between corner and sphere.
+/// The hull of a sphere has corners 1.8 % of the radius above it. The cover is between corner and
+/// sphere.
 #[test]
-fn cover_between_lamp_and_its_hull_hides_the_lamp() {
+fn cover_inside_the_lamp_hull_hides_the_lamp() {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let length = (1.0 + golden * golden).sqrt();
     let [y, z] = [1.0 / length, golden / length];
@@ -164,7 +165,7 @@ fn cover_between_lamp_and_its_hull_hides_the_lamp() {
 }
 
 #[test]
-fn scene_whose_lights_emit_nothing_stays_dark() {
+fn scene_with_black_lights_stays_dark() {
     let lights = [
         "type = 'point'\nposition = [0, 1, 0]\nintensity = 0",
         "type = 'constant'\nradiance = 0",
@@ -184,7 +185,7 @@ fn scene_whose_lights_emit_nothing_stays_dark() {
             assert_eq!(found, 0.0, "{light} {integrator}");
         }
     }
-    // No light at all: the default light.
+    // Without lights: the default light.
     let check = printed(&done(floor_at(0.0, "").path(), &split("check s.toml")));
     assert!(
         check.contains("[default-light]") && !check.contains("[no-light]"),
@@ -193,7 +194,7 @@ fn scene_whose_lights_emit_nothing_stays_dark() {
 }
 
 #[test]
-fn emitter_without_area_is_reported_and_not_replaced() {
+fn emitter_without_area_adds_no_default_light() {
     let folder = floor_at(0.0, "");
     let obj = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
     std::fs::write(
@@ -215,7 +216,7 @@ fn emitter_without_area_is_reported_and_not_replaced() {
 }
 
 #[test]
-fn rectangle_below_roundings_is_refused() {
+fn tiny_rectangle_light_is_an_error() {
     let light = "[[light]]\ntype = 'rectangle'\nposition = [70, 70, 0]\ndirection = [0, -1, 0]\nsize = [1e-7, 1e-7]\nradiance = 1\n";
     let folder = floor_at(70.0, light);
     let text = refused(folder.path(), &split("render s.toml -q -o x.exr"), 1);

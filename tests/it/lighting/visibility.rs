@@ -1,4 +1,5 @@
-//! Directions of the sky, and lights, by what is seen from a place: densities, pictures against those by power, and bits.
+//! Sampling of skies and lights by visibility: densities, means against selection by power, and
+//! bits.
 
 use crate::chi_square::{chi_square, sidak};
 use crate::support::program::{assert_same_bits, done, folder, json, split};
@@ -37,7 +38,8 @@ fn map(width: usize, height: usize) -> Light {
     Light::Environment(Box::new(EnvironmentLight::new(image, 1.5, Quat::from_rotation_x(0.4))))
 }
 
-/// A choice that knows what is seen in a cube of side 2: of one half of it directions near +x, of the other those near −z.
+/// Light selection that has learned visibility in a cube of side 2: in one half directions near +x,
+/// in the other near −z.
 fn learned(lights: &[Light]) -> LightSelection {
     let points: Vec<Vec3> = (0..4000)
         .map(|i| (2.0 * Vec3::from(at(i).extend(at(i + 5000).x)) - 1.0).normalize())
@@ -65,7 +67,8 @@ fn learned(lights: &[Light]) -> LightSelection {
     selection
 }
 
-/// Lights whose visibility is learned, each by itself, and contexts in known and in unknown cells.
+/// Calls `check` for each light whose visibility is learned, with contexts in known and in unknown
+/// cells.
 fn for_each_context(check: impl Fn(&str, &dyn Fn(u32) -> Option<LightSample>, &dyn Fn(Vec3) -> f32)) {
     for light in [constant(), map(64, 32), map(7, 3)] {
         let lights = [light];
@@ -74,7 +77,7 @@ fn for_each_context(check: impl Fn(&str, &dyn Fn(u32) -> Option<LightSample>, &d
         for (p, n) in [
             (Vec3::X, Vec3::X),
             (Vec3::new(-0.6, 0.64, 0.48), Vec3::ZERO),
-            // Nothing is known of the middle.
+            // The middle is unknown.
             (Vec3::splat(0.01), Vec3::Y),
         ] {
             let context = LightSampleContext { p, n };
@@ -87,7 +90,7 @@ fn for_each_context(check: impl Fn(&str, &dyn Fn(u32) -> Option<LightSample>, &d
     }
 }
 
-/// In every cell and for every normal samples follow the density, which is 1 in all.
+/// In each cell and for each normal, samples follow the density, which integrates to 1.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn directions_by_visibility_follow_their_densities() {
@@ -101,17 +104,17 @@ fn directions_by_visibility_follow_their_densities() {
 }
 
 #[test]
-fn samples_by_visibility_have_the_densities_that_mis_asks_for() {
+fn samples_by_visibility_have_mis_densities() {
     const SAMPLES: u32 = 20_000;
     for_each_context(|what, sample, pdf| {
         let samples = (0..SAMPLES).filter_map(sample);
         let differ = samples.filter(|s| (pdf(s.wi) / s.pdf - 1.0).abs() > 1e-2).count();
-        // Roundings put some directions into the next bin or texel.
+        // Rounding puts some directions into the next bin or texel.
         assert!(differ < SAMPLES as usize / 4000, "{what}: {differ}");
     });
 }
 
-/// Most directions are drawn where something is seen; lights are drawn as often as their probabilities say.
+/// Most directions point to visible sky; lights have the frequencies of their probabilities.
 #[test]
 fn choices_follow_visibility() {
     let lights = [constant()];
@@ -155,7 +158,8 @@ fn choices_follow_visibility() {
     }
 }
 
-/// A room that sees the sky through a window behind the camera, with a lamp under its ceiling where that is asked for.
+/// A room that sees the sky through a window behind the camera, with a lamp under its ceiling if
+/// `has_lamp`.
 fn room(lights: &str, has_lamp: bool) -> TempDir {
     const OBJ: &str = "\
 v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
@@ -175,7 +179,7 @@ const SKY: &str = "[[light]]\ntype = \"sky\"\n";
 const SUN: &str =
     "[[light]]\ntype = \"directional\"\ndirection = [0.1, -0.4, -1]\nirradiance = [2, 2, 2]\nangle = 2.0\n";
 
-/// The mean is that of a choice by power, whatever the integrator.
+/// The mean equals selection by power, in each integrator.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn pictures_by_visibility_are_unbiased() {
@@ -190,16 +194,17 @@ fn pictures_by_visibility_are_unbiased() {
             "--spp 64 --integrator distributed --tree-depth 16 --branching 1",
         ] {
             render(&format!("{flags} --light-selection visibility --seed 2 -o visible.exr"));
-            // The exit code says whether they differ by more than noise.
+            // The exit code shows a difference beyond noise.
             let compared = json(&done(folder.path(), &split("compare power.exr visible.exr --json")));
             println!("{flags}: {compared}");
         }
     }
 }
 
-/// Threads, interruption, parts and crops change no bit, whatever has been learned.
+/// Threads, interruptions, parts and crops change no bit: learned visibility depends on the scene
+/// only.
 #[test]
-fn what_is_learned_depends_on_the_scene_alone() {
+fn threads_and_parts_change_no_bit() {
     let folder = room(&format!("{SKY}{SUN}"), true);
     let run = |line: &str| done(folder.path(), &split(&format!("{line} -q")));
     let file = |name: &str| folder.path().join(name);

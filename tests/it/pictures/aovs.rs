@@ -1,4 +1,4 @@
-//! Further channels: what they say, and that they do not depend on how a render was made.
+//! Additional channels: their values, and bits of threads, parts and stops.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split};
 use crate::support::{matte, read_channel, read_rgb};
@@ -8,8 +8,9 @@ use tempfile::TempDir;
 const WIDTH: usize = 48;
 const HEIGHT: usize = 32;
 
-/// Seen straight on from (0, 0, 10), with an upright field of 2 in the plane z = 0: pixels are 1/16 wide there. Behind is a wall with texture
-/// coordinates, in its right half stands a card at z = 1 that moves by (0.5, 0.25, 0) and is a copy, and a second copy stands far to the left.
+/// Camera at (0, 0, 10) with a vertical field of 2 units in the plane z = 0: pixels are 1/16 wide
+/// there. In the background is a wall with texture coordinates. A card at z = 1 in its right half
+/// moves by (0.5, 0.25, 0). A second copy of the card is far to the left.
 fn scene() -> TempDir {
     let fov = 2.0 * (1.0f64 / 10.0).atan().to_degrees();
     folder(&[
@@ -39,14 +40,14 @@ fn scene() -> TempDir {
     ])
 }
 
-/// The value of a channel in this column and row.
+/// Value of a channel at column `x` and row `y`.
 fn at(path: &Path, channel: &str, x: usize, y: usize) -> f32 {
     read_channel(path, channel)[y * WIDTH + x]
 }
 
-/// In a white sky the light of a lone surface is its reflectance.
+/// In a white sky, the radiance of a single surface is its reflectance.
 #[test]
-fn albedo_layer_is_the_picture_in_a_white_furnace() {
+fn albedo_equals_radiance_in_a_white_furnace() {
     let gold = "specular = 1.0\neta = [0.2, 0.4, 1.4]\nk = [3.9, 2.4, 1.6]\n";
     let materials = [
         (format!("{gold}model = \"mirror\""), [0.952, 0.793, 0.327]),
@@ -77,12 +78,12 @@ fn albedo_layer_is_the_picture_in_a_white_furnace() {
 }
 
 #[test]
-fn channels_say_what_is_there() {
+fn channels_have_position_uv_motion_and_id() {
     let folder = scene();
     let path = folder.path().join("o.exr");
     done(folder.path(), &split("render s.toml -q --spp 64 --aov all -o o.exr"));
 
-    // A pixel of the wall, in the middle of the left half: nothing else is seen there.
+    // A pixel of the wall, in the middle of the left half, with nothing else in it.
     let (x, y) = (18, 9);
     let (px, py) = ((x as f32 + 0.5 - 24.0) / 16.0, (16.0 - y as f32 - 0.5) / 16.0);
     let near = |a: f32, b: f32| assert!((a - b).abs() < 2e-3, "{a} is not {b}");
@@ -97,7 +98,7 @@ fn channels_say_what_is_there() {
         (1.0, 1.0)
     );
 
-    // The moving card: at distance 9 it goes 0.5 and 0.25, of which a pixel is 0.9 / 16.
+    // The moving card: at distance 9 it moves by 0.5 and 0.25, with 0.9 / 16 per pixel.
     let (x, y) = (24 + 13, 20);
     near(at(&path, "motion.X", x, y) / (0.5 * 16.0 / 0.9), 1.0);
     near(at(&path, "motion.Y", x, y) / (0.25 * 16.0 / 0.9), 1.0);
@@ -106,7 +107,7 @@ fn channels_say_what_is_there() {
         (at(&path, "id.object", x, y), at(&path, "id.material", x, y)),
         (2.0, 2.0)
     );
-    // The one that stands
+    // The still card
     assert_eq!(
         (at(&path, "id.object", 5, y), at(&path, "id.material", 5, y)),
         (3.0, 2.0)
@@ -129,7 +130,8 @@ fn mattes_are_read_back() {
     for ((w, m), s) in wall.iter().zip(&moving).zip(&standing) {
         assert!((w + m + s - 1.0).abs() < 1e-5, "{w} + {m} + {s}");
     }
-    // Each card is 0.9 wide and covers all rows. The standing one: at distance 9.5 pixels are 0.95 / 16, its left end is at -24.6 of them.
+    // Each card is 0.9 wide and covers all rows. The still card: at distance 9.5 pixels are 0.95 /
+    // 16, and its left edge is at -24.6 pixels.
     let (left, right): (f32, f32) = (-1.4 * 16.0 / 0.95, -0.5 * 16.0 / 0.95);
     let expected = HEIGHT as f32 * (right - left);
     assert!(
@@ -137,7 +139,8 @@ fn mattes_are_read_back() {
         "{} {expected}",
         area(&standing)
     );
-    // The moving one is 16 pixels wide, from 0..16 to 8.9..24.9, of which the picture has 24: on average over time
+    // The moving card is 16 pixels wide. It moves from 0..16 to 8.9..24.9; the image has 24 of
+    // these pixels. Average over time:
     let expected = HEIGHT as f32 * 0.9 * 16.0 / 0.9;
     assert!(
         (area(&moving) / expected - 1.0).abs() < 0.02,
@@ -154,7 +157,7 @@ fn mattes_are_read_back() {
 }
 
 #[test]
-fn they_change_nothing_and_do_not_depend_on_the_way() {
+fn aovs_and_parts_change_no_bit() {
     let folder = scene();
     let usual = split("render s.toml -q --spp 160");
     let render = |more: &[&str]| done(folder.path(), &joined(&usual, more));
@@ -165,7 +168,7 @@ fn they_change_nothing_and_do_not_depend_on_the_way() {
     render(&["-o", "a.exr", "--aov", "all", "--samples", "0..64"]);
     render(&split("-o b.exr --aov all --samples 64..160 --threads 3"));
     done(folder.path(), &["merge", "-q", "b.exr", "a.exr", "-o", "merged.exr"]);
-    // Resumed from within a block
+    // Resumed within a block
     let state = ["--aov", "all", "--checkpoint", "c.exr", "--resume", "-o", "resumed.exr"];
     done(
         folder.path(),
@@ -177,7 +180,8 @@ fn they_change_nothing_and_do_not_depend_on_the_way() {
     }
 }
 
-/// Dots are where photons are: their share of a pixel is what the density of photons about it says, for photons at random. Records make dots, too; paths have none.
+/// Dots are at photons: the covered fraction of a pixel follows the local photon density, for
+/// photons at random. Records make dots, too; paths make none.
 #[test]
 fn points_are_as_dense_as_photons() {
     let folder = folder(&[("a.txt", "")]);
@@ -209,7 +213,8 @@ fn points_are_as_dense_as_photons() {
     );
     assert!(caustics.iter().all(|light| *light == 0.0));
 
-    // A ring throws its caustic on the floor about it: that light is in the map, and nothing of it lies at the far edge.
+    // A ring casts its caustic on the floor around it: that light is in the map, and the far edge
+    // has none.
     let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ring-caustic.toml");
     let more = "--integrator photon-map --photons 20000 --spp 4 --size 64x48 --aov points -q -o r.exr";
     done(at, &split(&format!("render {} {more}", ring.display())));
@@ -219,7 +224,7 @@ fn points_are_as_dense_as_photons() {
     assert!(caustics[..64].iter().all(|light| *light == 0.0));
 
     let [dots, radii, counts, _] = render("--integrator irradiance-cache --spp 16");
-    // Irradiance of a room changes everywhere, and across the room by about as much as there is.
+    // Irradiance of a room varies everywhere, and across the room by about its own size.
     let gradient = read_channel(&path, "points.gradient");
     let known: Vec<f32> = gradient
         .into_iter()

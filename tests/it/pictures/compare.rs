@@ -1,4 +1,4 @@
-//! Drives `embrasure compare`, and what tone curves make of PNG files.
+//! `embrasure compare`, and tone curves of PNG files.
 
 use crate::support::program::{code, done, folder, joined, json, printed, refused, run, split, words};
 use ::exr::prelude::{self as exr, WritableImage};
@@ -17,7 +17,7 @@ fn compare(folder: &Path, args: &[&str]) -> (i32, serde_json::Value) {
     (code(&out), json(&out))
 }
 
-/// A folder with a room whose lamp is brighter in `brighter.toml` than in `s.toml`, by 2 %.
+/// A folder with a room; the lamp in `brighter.toml` is 2 % brighter than in `s.toml`.
 fn scenes() -> TempDir {
     let scene = |lamp: f64| {
         format!(
@@ -43,7 +43,7 @@ fn render(folder: &Path, scene: &str, flags: &[&str], output: &str) {
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn noise_is_no_difference_and_a_brighter_lamp_is() {
+fn brighter_lamp_differs_and_noise_does_not() {
     let folder = scenes();
     let folder = folder.path();
     let seeds = ["1", "2", "3", "4"];
@@ -68,7 +68,7 @@ fn noise_is_no_difference_and_a_brighter_lamp_is() {
     assert!((percent - 2.0).abs() < 0.6, "{found:#}");
     let (code, text, _) = said(folder, &["compare", "1.exr", "brighter.exr"]);
     assert!(code == 1 && text.contains("result: differs by +"), "{text}");
-    // A limit decides in place of the test.
+    // A limit replaces the significance test.
     let within = ["compare", "1.exr", "brighter.exr", "--max-relmse", "0.5"];
     let beyond = ["compare", "1.exr", "2.exr", "--max-flip", "1e-4"];
     assert_eq!((said(folder, &within).0, said(folder, &beyond).0), (0, 1));
@@ -78,7 +78,7 @@ fn noise_is_no_difference_and_a_brighter_lamp_is() {
     assert_eq!((code, found["outcome"].as_str()), (0, Some("identical")));
     assert!(found["psnr_db"].is_null() && found["mse"] == 0.0);
 
-    // Maps are of the pictures' size.
+    // Maps have the size of the images.
     for (map, word) in [("error", "luminance"), ("flip", "FLIP"), ("z", "deviation")] {
         let (code, text, errors) = said(folder, &["compare", "1.exr", "2.exr", "-o", "m.png", "--map", map]);
         assert!(
@@ -92,9 +92,9 @@ fn noise_is_no_difference_and_a_brighter_lamp_is() {
     }
 }
 
-/// `%` is the difference of the two values beside it, and no NaN where both are 0.
+/// `%` is the difference of the two values beside it, and not NaN if both are 0.
 #[test]
-fn percentages_are_those_of_the_values_beside_them() {
+fn bias_percentages_match_the_values() {
     let folder = scenes();
     let folder = folder.path();
     let white = fs::read_to_string(folder.join("s.toml")).unwrap();
@@ -126,7 +126,7 @@ fn percentages_are_those_of_the_values_beside_them() {
     assert!(found["relative_bias"][1].is_null(), "{found:#}");
 }
 
-/// Seeds of these methods are no difference, and half of the light is.
+/// Fails if seeds of these integrators differ, or if half of the light is no difference.
 fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
     let folder = scenes();
     let folder = folder.path();
@@ -165,15 +165,15 @@ fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn seeds_of_methods_whose_samples_have_errors_in_common_agree() {
+fn seeds_agree_if_samples_have_common_errors() {
     seeds_agree(&["pssmlt", "mlt", "sppm"], "sample", &["pixel", "tile", "whole"]);
 }
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn seeds_of_methods_that_look_at_maps_agree() {
+fn seeds_agree_if_renders_use_maps() {
     seeds_agree(&["photon-map", "irradiance-cache"], "picture", &["whole"]);
-    // Of few tiles nothing is known.
+    // A few tiles are not enough for a test.
     let folder = scenes();
     let flags = ["--integrator", "irradiance-cache", "--size", "32x32", "--spp", "4"];
     for seed in ["1", "2"] {
@@ -191,7 +191,8 @@ fn seeds_of_methods_that_look_at_maps_agree() {
     );
 }
 
-/// A plate that mirrors a grey sky in a sharp lobe, beside what it scatters evenly; in `brighter.toml` the sky is twice as bright.
+/// A plate that reflects a grey sky with a sharp lobe and a diffuse one. The sky in `brighter.toml`
+/// is twice as bright.
 fn phong(exponent: u32) -> TempDir {
     let mtl = format!("newmtl plate\nKd 0.3 0.3 0.3\nKs 0.6 0.6 0.6\nNs {exponent}\nillum 2\n");
     let scene = |sky: f64| {
@@ -211,8 +212,9 @@ fn phong(exponent: u32) -> TempDir {
     ])
 }
 
-/// Uniform directions meet a sharp lobe once in ten thousand samples: most tiles have never seen it, and their noise does not include it. That is no difference; one of the whole
-/// that is larger than such noise is.
+/// Uniform directions hit a sharp lobe once in ten thousand samples: most tiles have no such
+/// sample, and their noise does not include it. The result must be no difference. A difference of
+/// the whole image beyond that noise is one.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn rare_samples_are_no_difference() {
@@ -232,7 +234,7 @@ fn rare_samples_are_no_difference() {
             assert_eq!((code, found["outcome"].as_str()), (0, Some(outcome)), "{found:#}");
             let words = found["significance_test"]["left_out"].as_str().unwrap_or_default();
             assert!(words.contains("heavy tails"), "{found:#}");
-            // Two of the same kind are as often brighter as darker, and compared as usual.
+            // Two images of the same kind have symmetric differences, and are compared as usual.
             render(folder, "s.toml", &joined(&naive[..4], &["--seed", "9"]), "other.exr");
             let (code, found) = compare(folder, &["other.exr", "naive.exr"]);
             assert_eq!(
@@ -255,13 +257,13 @@ fn rare_samples_are_no_difference() {
 }
 
 #[test]
-fn crops_are_compared_where_both_have_pixels() {
+fn crops_are_compared_on_common_pixels() {
     let folder = scenes();
     let folder = folder.path();
     render(folder, "s.toml", &["--seed", "1"], "full.exr");
     render(folder, "s.toml", &["--seed", "1", "--crop", "20,8,60,50"], "crop.exr");
     render(folder, "s.toml", &["--seed", "1", "--crop", "40,30,80,64"], "other.exr");
-    // A crop has the pixels of the whole, to the bit.
+    // Pixels of a crop are bit-identical to the whole image.
     for (a, b, window) in [
         ("full.exr", "crop.exr", [20, 8, 60, 50]),
         ("crop.exr", "other.exr", [40, 30, 60, 50]),
@@ -289,7 +291,7 @@ fn crops_are_compared_where_both_have_pixels() {
     );
 }
 
-/// An EXR as another program might write it: half floats, channels in its own order, no word of noise.
+/// Writes an EXR file like another program: half floats, other channel order, without noise data.
 fn foreign(path: &Path, value: impl Fn(usize, usize) -> [f32; 3]) {
     let size = exr::Vec2(24, 20);
     let channel = |name: &str, c: usize| {
@@ -308,7 +310,7 @@ fn foreign(path: &Path, value: impl Fn(usize, usize) -> [f32; 3]) {
 }
 
 #[test]
-fn pictures_of_others_get_figures_without_a_verdict() {
+fn images_of_other_programs_are_not_tested() {
     let folder = folder(&[]);
     let folder = folder.path();
     let ramp = |x: usize, y: usize| [x as f32 / 16.0, y as f32 / 16.0, 0.25];
@@ -354,7 +356,7 @@ fn png_files_are_decoded() {
         "{found:#}"
     );
     assert!(found["max_levels"].as_f64().unwrap() <= 0.5, "{found:#}");
-    // Eight bits are left of what is neither black nor clipped: a mean square of (1/255)² / 12.
+    // Values between black and clipping keep eight bits: a mean square of (1/255)² / 12.
     let read = embrasure::io::read_exr(&folder.join("x.exr")).unwrap();
     let values = read.pixels.as_flattened();
     let rounded = values.iter().filter(|v| **v > 0.0 && **v < 1.0).count() as f64 / values.len() as f64;
@@ -364,7 +366,7 @@ fn png_files_are_decoded() {
     assert!(found["flip"]["exposures"].is_null() && found["display_values"] == true);
 }
 
-/// Writes a grey PNG of 16 × 8 pixels, of which one has another level.
+/// Writes a grey PNG of 16 × 8 pixels; one pixel has the level `of_one`.
 fn grey_png(path: &Path, level: u8, of_one: u8) {
     let file = std::io::BufWriter::new(fs::File::create(path).unwrap());
     let mut encoder = png::Encoder::new(file, 16, 8);
@@ -429,7 +431,7 @@ fn wrong_usage_has_code_2() {
     }
 }
 
-/// Codes of a PNG's pixels, and its texts.
+/// Codes of the pixels of a PNG, and its texts.
 fn png(path: &Path) -> (Vec<u8>, String) {
     let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()))
         .read_info()
@@ -444,7 +446,7 @@ fn png(path: &Path) -> (Vec<u8>, String) {
 }
 
 #[test]
-fn tone_curves_are_chosen_by_flag_or_scene_file() {
+fn tone_curve_is_set_by_flag_or_scene_file() {
     use embrasure::color::{Curve, Exposure, Tone};
     let folder = scenes();
     let folder = folder.path();

@@ -1,4 +1,5 @@
-//! Denoising by the real program: errors against a reference, what is written, and what is refused.
+//! Denoising with the real program: errors against a reference, written channels, and refused
+//! options.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{done, folder, joined, refused, split, words};
@@ -12,17 +13,17 @@ fn cornell<'a>(out: &'a str, flags: &[&'a str]) -> Vec<&'a str> {
     [&["render", "-q", "--size", "128x128", "-o", out], flags, &[scene]].concat()
 }
 
-/// Renders it; the picture's path.
+/// Renders the Cornell box; returns the path of the image.
 fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
     done(folder.path(), &cornell(out, flags));
     folder.path().join(out)
 }
 
-/// Of the Cornell box with 4 samples per pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
-/// larger a picture is.
+/// Cornell box with 4 samples per pixel. Remaining error: at most a fifth for Open Image Denoise,
+/// half for the wavelets, which are better in larger images.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn denoising_leaves_a_fraction_of_the_error() {
+fn denoising_reduces_the_error() {
     let folder = folder(&[]);
     let reference = read_rgb(&render(&folder, "reference.exr", &["--spp", "256", "--seed", "1"]));
     let denoisers: &[(&str, f64)] = if cfg!(feature = "oidn") {
@@ -40,7 +41,8 @@ fn denoising_leaves_a_fraction_of_the_error() {
     }
 }
 
-/// With few samples the wavelets brought lamps and their reflections down, and lost up to a fifth of the light.
+/// Regression: with few samples the wavelets darkened lamps and their reflections, and lost up to a
+/// fifth of the light.
 #[test]
 fn wavelets_lose_no_light() {
     let folder = folder(&[]);
@@ -61,13 +63,13 @@ fn wavelets_lose_no_light() {
 
 /// A radius widens the Gaussian, and is refused with other filters.
 #[test]
-fn radii_are_those_of_the_gaussian() {
+fn radius_applies_to_the_gaussian_only() {
     let folder = folder(&[]);
     let flags = ["--spp", "2", "--denoise=gaussian"];
     let usual = render(&folder, "usual.exr", &flags);
     let wide = render(&folder, "wide.exr", &joined(&flags, &["--denoise-radius", "4"]));
     assert!(read_channel(&usual, "G") != read_channel(&wide, "G"));
-    // `develop` makes the same pixels of it.
+    // `develop` gives the same pixels.
     let args = "develop -q usual.exr --denoise=gaussian --denoise-radius 4 -o later.exr";
     done(folder.path(), &split(args));
     let later = folder.path().join("later.exr");
@@ -97,7 +99,7 @@ const DENOISERS: &[&str] = if cfg!(feature = "oidn") {
     &["atrous", "gaussian"]
 };
 
-/// A ball of 24 × 12 quads and radius 0.8 with this material, in a white sky.
+/// A ball of 24 × 12 quads and radius 0.8 with the material `material`, in a white sky.
 fn ball(material: &str, image: &str) -> TempDir {
     let (columns, rows) = (24, 12);
     let mut obj = String::new();
@@ -125,8 +127,8 @@ fn ball(material: &str, image: &str) -> TempDir {
     folder(&[("o.obj", &obj), ("s.toml", &scene)])
 }
 
-/// A matte ball of albedo 0.8 before a transparent background: the colour of every pixel is that of
-/// the ball, of which only the noise of pixels with few samples is left.
+/// A matte ball of albedo 0.8 over a transparent background: every pixel has the colour of the
+/// ball, up to noise of pixels with few samples.
 #[test]
 fn denoised_rims_keep_their_color() {
     let folder = ball("diffuse = 0.8", "background = \"transparent\"");
@@ -137,7 +139,7 @@ fn denoised_rims_keep_their_color() {
         let (light, alpha, raw) = (channel("G"), channel("A"), channel("raw.A"));
         let mut rim = Vec::new();
         for (i, (&light, &alpha)) in light.iter().zip(&alpha).enumerate() {
-            // Numbers below normal ones have no digits for a ratio.
+            // Subnormal numbers have too few digits for a ratio.
             if alpha < 1e-30 {
                 assert!(light < 1e-30, "{denoiser}, pixel {i}: {light}");
                 continue;
@@ -156,7 +158,7 @@ fn denoised_rims_keep_their_color() {
         let sum = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
         let left = sum(&alpha) / sum(&raw);
         assert!((left - 1.0).abs() < 0.01, "{denoiser}: {left} of the coverage");
-        // The file can be denoised again, from its raw picture and coverage.
+        // The file can be denoised again, from its raw image and coverage.
         done(
             folder.path(),
             &split(&format!("develop -q a.exr --denoise={denoiser} -o b.exr")),
@@ -166,7 +168,7 @@ fn denoised_rims_keep_their_color() {
     }
 }
 
-/// A ball that emits from 1 to 10⁸, in a sky of radiance 1.
+/// A ball with emission from 1 to 10⁸, in a sky of radiance 1.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn denoised_lamps_keep_their_light() {
@@ -184,7 +186,7 @@ fn denoised_lamps_keep_their_light() {
                 (left - 1.0).abs() < 0.005,
                 "{radiance:e} {denoiser}: {left} of the light"
             );
-            // Pixels of the lamp's inside, and of the sky
+            // A pixel inside the lamp, and a pixel of the sky
             for (pixel, expected) in [(32 * 64 + 32, radiance), (3 * 64 + 3, 1.0)] {
                 let found = f64::from(channel("G")[pixel]);
                 assert!(
@@ -198,10 +200,10 @@ fn denoised_lamps_keep_their_light() {
     }
 }
 
-/// Open Image Denoise fills sides up to 16 pixels; the other filters take each pixel alone.
+/// Open Image Denoise pads sides up to 16 pixels; the other filters need no padding.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn narrow_pictures_are_told_of_slow_denoising() {
+fn narrow_images_warn_of_slow_denoising() {
     let folder = ball("diffuse = 0.5", "");
     let told = |denoiser: &str, size: &str| {
         let args = format!("render s.toml --spp 1 --size {size} --denoise={denoiser} -o a.exr");
@@ -214,7 +216,7 @@ fn narrow_pictures_are_told_of_slow_denoising() {
 }
 
 #[test]
-fn denoised_files_say_so_and_keep_the_raw_pixels() {
+fn denoised_files_keep_the_raw_pixels() {
     let folder = folder(&[]);
     let crop = ["--spp", "4", "--crop", "20,10,60,51"];
     let raw = render(&folder, "raw.exr", &crop);
@@ -243,7 +245,7 @@ fn denoised_files_say_so_and_keep_the_raw_pixels() {
 }
 
 #[test]
-fn a_denoiser_that_is_not_there_is_refused_before_any_work() {
+fn missing_denoiser_is_an_error_at_once() {
     let folder = folder(&[]);
     let said = |flag: &str| {
         let said = refused(folder.path(), &cornell("x.exr", &[flag]), 2);
@@ -255,7 +257,7 @@ fn a_denoiser_that_is_not_there_is_refused_before_any_work() {
         assert!(words.contains("off, oidn, oidn-fast, atrous, gaussian"), "{words}");
     }
     if cfg!(not(feature = "oidn")) {
-        // A bare --denoise is oidn, also right before the scene.
+        // Bare `--denoise` is oidn, also directly before the scene.
         let words = said("--denoise");
         assert!(
             words.contains("--denoise=atrous") && words.contains("scripts/setup oidn"),

@@ -1,4 +1,4 @@
-//! `embrasure develop`: pictures of EXR files, of this program and of others.
+//! `embrasure develop`: images from EXR files of this program and of others.
 
 use crate::support::program::{done, folder, json, printed, refused, run, split, words, write_grey_png};
 use crate::support::{read_channel, read_rgb};
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A lit corner, seen by a camera that also sees past it.
+/// A lit corner; the camera also sees the space beside it.
 fn scene() -> TempDir {
     folder(&[
         (
@@ -26,7 +26,7 @@ fn scene() -> TempDir {
     ])
 }
 
-/// Bytes of a pixel, their number, and all pixels of a PNG.
+/// Size, samples per pixel, and all codes of a PNG.
 fn png_of(path: &Path) -> ([u32; 2], usize, Vec<u8>) {
     let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
     let mut reader = decoder.read_info().unwrap();
@@ -37,7 +37,7 @@ fn png_of(path: &Path) -> ([u32; 2], usize, Vec<u8>) {
 }
 
 #[test]
-fn a_render_is_developed_to_the_bytes_of_its_own_pictures() {
+fn develop_gives_the_bytes_of_the_render() {
     let folder = scene();
     let at = folder.path();
     let same = |a: &str, b: &str| {
@@ -46,11 +46,11 @@ fn a_render_is_developed_to_the_bytes_of_its_own_pictures() {
             "{a} and {b}"
         )
     };
-    // A guessed exposure and tone are noted in the file.
+    // The file has the chosen exposure and tone.
     done(at, &split("render a.obj -q --size 48x40 --spp 4 -o a.exr -o a.png"));
     done(at, &split("develop -q a.exr -o again.png"));
     same("a.png", "again.png");
-    // Others are given.
+    // Other values are flags.
     done(
         at,
         &split("render s.toml -q --exposure -1 --tone aces-hill -o s.exr -o s.png"),
@@ -63,7 +63,7 @@ fn a_render_is_developed_to_the_bytes_of_its_own_pictures() {
     done(at, &split("render s.toml -q --exposure auto --tone agx -o auto.png"));
     done(at, &split("develop -q s.exr --exposure auto --tone agx -o again.png"));
     same("auto.png", "again.png");
-    // Denoised now or then
+    // Denoised in the render or later
     done(at, &split("render s.toml -q --denoise=atrous -o then.exr -o then.png"));
     done(
         at,
@@ -71,7 +71,7 @@ fn a_render_is_developed_to_the_bytes_of_its_own_pictures() {
     );
     same("then.png", "now.png");
     assert!(read_rgb(&at.join("then.exr")) == read_rgb(&at.join("now.exr")));
-    // The render has noted what it was asked for. Without a name: the best that there is.
+    // The file has the settings of the render. Without a name: the best available denoiser.
     let said = words(&done(at, &split("develop s.exr --denoise -o best.png")));
     assert!(said.contains("best.png: tone=aces-hill exposure=-1"), "{said}");
 }
@@ -125,7 +125,8 @@ fn channels_are_listed_and_shown() {
         let (_, _, codes) = png_of(&at.join("x.png"));
         <[u8; 3]>::try_from(&codes[3 * (y * 40 + x)..][..3]).unwrap()
     };
-    // The floor's normal points up, its albedo is as in its material, and beyond it there is nothing.
+    // The normal of the floor points up, its albedo is that of its material, and beside it there is
+    // nothing.
     assert_eq!(pixel("N", 20, 14), [128, 255, 128]);
     assert_eq!(
         pixel("albedo", 20, 14),
@@ -143,7 +144,7 @@ fn channels_are_listed_and_shown() {
     let far = met().max_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
     let brightness = |i: usize| pixel("Z", i % 40, i / 40).iter().map(|&c| u32::from(c)).sum::<u32>();
     assert!(brightness(near) > brightness(far) + 100);
-    // Data keep their numbers and names in EXR files.
+    // Data keep their values and names in EXR files.
     done(at, &split("develop -q s.exr --channel N -o n.exr"));
     assert!(read_channel(&at.join("n.exr"), "N.Y") == read_channel(&at.join("s.exr"), "N.Y"));
     done(at, &split("develop -q s.exr --channel Z -o z.exr"));
@@ -151,7 +152,7 @@ fn channels_are_listed_and_shown() {
 }
 
 #[test]
-fn crops_and_scales_are_of_the_whole_picture() {
+fn crops_and_scales_use_full_image_pixels() {
     let folder = scene();
     let at = folder.path();
     done(at, &split("render s.toml -q -o s.exr"));
@@ -161,7 +162,7 @@ fn crops_and_scales_are_of_the_whole_picture() {
     done(at, &split("develop -q s.exr --crop 10,4,30,20 -o c.exr -o c.png"));
     assert!(read_rgb(&at.join("c.exr")) == read_rgb(&at.join("crop.exr")));
     assert_eq!(png_of(&at.join("c.png")).0, [20, 16]);
-    // A file that is a crop itself, by coordinates of the full image
+    // Crop of a cropped file, by coordinates of the full image
     done(at, &split("develop -q crop.exr --crop 12,6,14,9 -o d.exr"));
     assert_eq!(read_channel(&at.join("d.exr"), "R").len(), 6);
     let value = |path: &str, i: usize| read_channel(&at.join(path), "G")[i];
@@ -189,7 +190,7 @@ fn crops_and_scales_are_of_the_whole_picture() {
             mean("s.exr")
         );
     }
-    // Smaller ones by areas
+    // Reduced by area averages
     done(at, &split("develop -q s.exr --scale 0.5 -o x.exr"));
     let (all, half) = (
         read_channel(&at.join("s.exr"), "R"),
@@ -199,10 +200,11 @@ fn crops_and_scales_are_of_the_whole_picture() {
     assert!((half[10 * 20 + 4] - expected).abs() < 1e-5);
 }
 
-/// The value of a channel at column and row.
+/// Value of a channel at column and row.
 type Values = fn(usize, usize) -> f32;
 
-/// Writes a file as another renderer does: a part with a name, its layers, half floats, windows that differ.
+/// Writes a file like another renderer: a named part, its own layers, half floats, different
+/// windows.
 fn write_foreign(path: &Path, channels: &[(&str, Values)]) {
     let (width, height) = (6, 4);
     let list = channels.iter().map(|(name, value)| {
@@ -250,7 +252,7 @@ fn files_of_other_renderers_are_developed() {
     );
     done(at, &split("develop -q cycles.exr -o c.png -o c.exr"));
     let (size, samples, codes) = png_of(&at.join("c.png"));
-    // Straight alpha in the PNG, colours multiplied by it in the EXR
+    // Straight alpha in the PNG, premultiplied colours in the EXR
     assert_eq!((size, samples), ([6, 4], 4));
     assert_eq!(&codes[4..8], [255, 0, 255, 128]);
     assert_eq!(read_channel(&at.join("c.exr"), "B")[0], 0.5);
@@ -262,14 +264,14 @@ fn files_of_other_renderers_are_developed() {
         &split("develop -q cycles.exr --crop 4,2,6,4 --denoise=gaussian -o g.exr"),
     );
     assert_eq!(read_channel(&at.join("g.exr"), "R").len(), 4);
-    // The wavelets ask for more than is there.
+    // The wavelets need channels that the file lacks.
     let said = refused(at, &split("develop cycles.exr --denoise=atrous -o x.png"), 1);
     assert!(
         said.contains("cycles.exr") && said.contains("no channel N.X") && said.contains("help:"),
         "{said}"
     );
 
-    // Luminance alone; no colours at all
+    // Only luminance; no colours at all
     write_foreign(&at.join("grey.exr"), &[("Y", |x, _| x as f32 / 8.0)]);
     done(at, &split("develop -q grey.exr -o y.png"));
     let (_, samples, codes) = png_of(&at.join("y.png"));
@@ -287,7 +289,7 @@ fn files_of_other_renderers_are_developed() {
 }
 
 #[test]
-fn what_cannot_be_developed_is_refused_with_what_can() {
+fn invalid_develop_arguments_are_errors() {
     let folder = scene();
     let at = folder.path();
     done(at, &split("render s.toml -q -o s.exr"));
@@ -338,7 +340,7 @@ fn what_cannot_be_developed_is_refused_with_what_can() {
         }
         assert!(!at.join("x.png").exists(), "{line}");
     }
-    // Names are matched as far as they are plain.
+    // `--list` and `--output` exclude each other.
     let out = run(at, &split("develop s.exr --list -o x.png"));
     assert_eq!(out.status.code(), Some(2));
 }

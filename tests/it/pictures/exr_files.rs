@@ -1,4 +1,4 @@
-//! What EXR files hold is the same however they hold it.
+//! EXR files: compression and half floats keep the content.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split};
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
@@ -17,7 +17,7 @@ fn scene() -> TempDir {
     ])
 }
 
-/// Whether a channel is of half floats, and its values, by name.
+/// Values of each channel by name; true if it has half floats.
 fn channels(path: &Path) -> BTreeMap<String, (bool, Vec<f32>)> {
     let image = read_all_flat_layers_from_file(path).unwrap();
     let channels = image.layer_data.into_iter().flat_map(|layer| layer.channel_data.list);
@@ -29,7 +29,7 @@ fn channels(path: &Path) -> BTreeMap<String, (bool, Vec<f32>)> {
     channels.map(|c| (c.name.to_string(), channel(c.sample_data))).collect()
 }
 
-/// The render of the scene, with these flags.
+/// Renders the scene with `flags` to `output`.
 fn render(folder: &Path, flags: &str, output: &str) {
     let line = format!("render s.toml -q --spp 8 --aov all {flags} -o {output}");
     done(folder, &split(&line));
@@ -47,7 +47,7 @@ fn compression_changes_no_bit() {
 }
 
 #[test]
-fn half_floats_are_where_they_were_asked_for() {
+fn half_floats_are_in_the_requested_channels() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     render(folder.path(), "", "float.exr");
@@ -59,7 +59,7 @@ fn half_floats_are_where_they_were_asked_for() {
         assert_eq!(*is_half, expected, "{name}");
         for (half, float) in values.iter().zip(&float[name].1) {
             let is_right = match is_half {
-                // Too bright for a half float: the largest of them
+                // Values too bright for a half float become the largest half float
                 true if *float > 65504.0 => *half == 65504.0,
                 // Half a unit of the last of 11 bits, or of the smallest number
                 true => (float - half).abs() <= float.abs() * 2f32.powi(-11) + 2f32.powi(-25),
@@ -70,7 +70,7 @@ fn half_floats_are_where_they_were_asked_for() {
     }
     assert!(float["G"].1.iter().any(|v| *v > 65504.0));
 
-    // What has whole numbers, or leaves the range, stays.
+    // Channels of integers, or beyond the range, stay floats.
     render(folder.path(), "--half all", "all.exr");
     let all = channels(&path("all.exr"));
     let floats: Vec<&str> = all
@@ -94,9 +94,9 @@ fn half_floats_are_where_they_were_asked_for() {
     }
 }
 
-/// Sums beside a picture are whole whatever becomes of the picture.
+/// Sums beside the image are exact for any format of the image.
 #[test]
-fn parts_may_be_small() {
+fn half_float_parts_merge_without_loss() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     let usual = split("render s.toml -q --spp 128");

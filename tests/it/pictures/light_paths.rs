@@ -1,5 +1,5 @@
-//! Parts of the picture by light paths: that they add up to the bit, that each is what its expression says, and that they do not depend on how a render
-//! was made.
+//! Parts of the image by light path expressions: their sum is bit-identical, each matches its
+//! expression, and threads and parts change no bit.
 
 use crate::support::agree_within_rounding;
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
-/// A corner of matte, coated, metallic and mirror-like surfaces with a ball of glass, a pane and a veil, lit by a lamp, a screen and a sky.
+/// A corner of matte, coated, metallic and mirror surfaces with a ball of glass, a pane and a
+/// filter, lit by a lamp, a screen and a sky.
 const MTL: &str = "newmtl stone\nKd 0.6 0.5 0.4\nnewmtl lacquer\nKd 0.5 0.2 0.1\nKs 0.3 0.3 0.3\nNs 40\nnewmtl metal\nKd 0.4 0.4 0.4\n\
                    newmtl mirror\nKs 0.8 0.8 0.8\nillum 3\nnewmtl glass\nTf 0.9 1 0.8\nNi 1.5\nillum 4\nnewmtl pane\nKd 0.5 0.5 0.5\n\
                    newmtl veil\nKd 0.6 0.6 0.2\nnewmtl lamp\nKd 0.3 0.3 0.3\nKe 6 5 3\nnewmtl frost\nKd 0.5 0.5 0.5\n";
@@ -31,7 +32,7 @@ const SCENE: &str = "version = 1\n[camera]\nposition = [0.2, 1.3, 5]\nlook_at = 
                      [material.pane]\ntransmission = [0.8, 0.9, 0.8]\ndiffuse = [0, 0, 0]\nior = 1.5\nthin = true\n[material.frost]\ntransmission = [0.8, 0.9, 0.8]\ndiffuse = [0.1, 0.1, 0.1]\nior = 1.5\nroughness = 0.6\n[material.veil]\nopacity = 0.6\n\
                      [[light]]\ntype = \"constant\"\nradiance = [0.2, 0.3, 0.5]\ngroup = \"sky\"\n";
 
-/// A light that no ray meets.
+/// A light that no ray hits.
 const POINT: &str = "[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nintensity = [2, 2, 2]\n";
 
 fn files() -> TempDir {
@@ -52,14 +53,14 @@ fn parts(names: &str) -> Vec<PathPart> {
     parts
 }
 
-/// Sets of parts, each of which has all light.
+/// Sets of parts; each set has all light.
 const WHOLES: [&str; 3] = [
     "emission direct indirect",
     "emission diffuse_direct diffuse_indirect specular_direct specular_indirect transmission_direct transmission_indirect",
     "bounces:3",
 ];
 
-/// Renders a scene by the library.
+/// Renders a scene with the library.
 fn film(scene: &Path, change: impl FnOnce(&mut Settings)) -> Film {
     let file = SceneFile::load(scene).unwrap();
     let mut settings = Settings::of(&file);
@@ -73,7 +74,7 @@ fn film(scene: &Path, change: impl FnOnce(&mut Settings)) -> Film {
     state.film
 }
 
-/// Settings of an integrator: its kind, and whether pixels share paths.
+/// Sets the integrator and the path reuse.
 fn by(settings: &mut Settings, (kind, reuse): (IntegratorKind, bool)) {
     settings.integrator.integrator = Some(kind);
     if kind == IntegratorKind::Path {
@@ -89,7 +90,7 @@ const METHODS: [(IntegratorKind, bool); 5] = [
     (IntegratorKind::Bidirectional, false),
 ];
 
-/// Means of the picture, and of a part.
+/// Means of all pixels: of part `part`, or of the image.
 fn means(film: &Film, part: Option<usize>) -> Vec<f64> {
     let mean = |pixel, c| {
         let sums = film.sums(pixel).unwrap();
@@ -102,14 +103,15 @@ fn means(film: &Film, part: Option<usize>) -> Vec<f64> {
     pixels.flat_map(|pixel| [0, 1, 2].map(|c| mean(pixel, c))).collect()
 }
 
-/// Exact sums of parts that have all light are the picture's, to the bit, and the picture is the one without parts.
+/// If parts contain all light, their exact sums are bit-identical to the image, and the image
+/// equals a render without parts.
 #[test]
-fn parts_add_up_to_the_picture_to_the_bit() {
+fn parts_sum_to_the_image_bit_by_bit() {
     let folder = files();
     let wanted = parts(&WHOLES.join(" "));
     let layers: Vec<&str> = wanted.iter().map(PathPart::layer).collect();
     for method in METHODS {
-        // Groups of lights come before the parts.
+        // Light groups come before the parts.
         for lights in [false, true] {
             let render = |light_paths: Vec<PathPart>| {
                 film(&folder.path().join("s.toml"), |s| {
@@ -149,7 +151,7 @@ fn parts_add_up_to_the_picture_to_the_bit() {
                     }
                 }
             }
-            // All of them are there, but for what one scattering cannot do.
+            // All parts have light, except those that one scattering cannot reach.
             for (i, layer) in layers.iter().enumerate() {
                 let sum: f64 = means(&film, Some(groups + i)).iter().sum();
                 let is_far = layer.contains("indirect") || ["bounce.2", "bounce.3", "bounce.rest"].contains(layer);
@@ -160,7 +162,8 @@ fn parts_add_up_to_the_picture_to_the_bit() {
     }
 }
 
-/// The light of k bounces is what a maximum depth of k adds to that of k − 1, where paths are the same.
+/// The light of k bounces is the difference of the maximum depths k and k − 1 if paths are the
+/// same.
 #[test]
 fn bounces_are_differences_of_depths() {
     let folder = files();
@@ -184,13 +187,13 @@ fn bounces_are_differences_of_depths() {
             let bound = 1e-5 * whole.abs().max(0.1);
             assert!((difference - bounce).abs() <= bound, "{k}: {difference}, {bounce}");
         }
-        // There are no more bounces than the depth allows.
+        // The depth limits the number of bounces.
         assert!(means(&film, Some(5)).iter().all(|rest| *rest == 0.0));
         before = picture;
     }
 }
 
-/// In a closed room that emits 1 everywhere and reflects a share ρ of what arrives, k bounces are ρᵏ.
+/// In a closed room that emits 1 everywhere and has reflectance ρ, k bounces give ρᵏ.
 #[test]
 fn bounces_of_a_furnace_are_powers_of_its_albedo() {
     let folder = tempfile::tempdir().unwrap();
@@ -216,7 +219,7 @@ fn bounces_of_a_furnace_are_powers_of_its_albedo() {
         });
         for k in 0..=4 {
             let pixels = means(&film, Some(k));
-            // Shared paths have the mean, and noise.
+            // Path reuse has the same mean, and noise.
             for c in 0..3 {
                 let expected = [0.5f64, 0.25, 0.8][c].powi(k as i32);
                 let values: Vec<f64> = pixels.iter().skip(c).step_by(3).copied().collect();
@@ -234,7 +237,7 @@ fn bounces_of_a_furnace_are_powers_of_its_albedo() {
     }
 }
 
-/// The diffuse share of direct light on a mixture is the direct light of its diffuse lobe alone.
+/// The diffuse part of direct light on a mixture is the direct light of its diffuse lobe.
 #[test]
 fn mixtures_are_split_by_their_lobes() {
     let folder = tempfile::tempdir().unwrap();
@@ -268,12 +271,12 @@ fn mixtures_are_split_by_their_lobes() {
     }
 }
 
-/// Methods that find light in other ways find the same of each part.
+/// All integrators find the same light in each part.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn parts_have_the_same_means_by_all_methods() {
+fn parts_have_equal_means_by_all_integrators() {
     let folder = files();
-    // All at once would be too many classes.
+    // All parts at once would be too many classes.
     for names in [
         "emission direct diffuse_direct diffuse_indirect specular_direct specular_indirect transmission_direct transmission_indirect \
          bounce.1 bounce.2 bounce.3",
@@ -283,7 +286,7 @@ fn parts_have_the_same_means_by_all_methods() {
     }
 }
 
-/// Compares the means of `wanted` by all methods with those of path tracing.
+/// Compares the means of `wanted` of all integrators with those of path tracing.
 fn compare_methods(scene: &Path, wanted: &[PathPart]) {
     const SEEDS: u64 = 24;
     let of = |method: (IntegratorKind, bool), seed: u64| -> Vec<f64> {
@@ -317,9 +320,9 @@ fn compare_methods(scene: &Path, wanted: &[PathPart]) {
     }
 }
 
-/// The bright curve in the polished ring is light of S+D paths, and of no other in its part.
+/// The bright curve in the polished ring is light of S+D paths, and its part has no other light.
 #[test]
-fn the_caustic_of_a_ring_is_told_apart() {
+fn ring_caustic_is_in_its_own_part() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ring-caustic.toml");
     let film = film(&scene, |s| {
         by(s, (IntegratorKind::Bidirectional, false));
@@ -350,7 +353,7 @@ fn done(folder: &Path, args: &str, more: &[&str]) {
     assert!(is_done, "{args:?}: {said}");
 }
 
-/// Bits of all channels but the state.
+/// Bits of all channels except the state.
 fn bits(path: PathBuf) -> BTreeMap<String, Vec<u32>> {
     use exr::prelude::*;
     let file = read_first_flat_layer_from_file(path).unwrap();
@@ -365,7 +368,7 @@ const AOVS: &str = "--aov direct,indirect,emission,bounces:2,lights,lpe:caustics
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn channels_of_files_do_not_depend_on_the_way() {
+fn threads_and_parts_change_no_bit() {
     let folder = files();
     let at = folder.path();
     let file = |name: &str| bits(at.join(name));
@@ -398,7 +401,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
             assert_eq!(value("emission.R", i), value("bounce.0.R", i));
         }
 
-        // Threads, parts, crops, and going on from within a block
+        // Threads, parts, crops, and resuming within a block
         render("-o three.exr --threads 3");
         render("-o a.exr --samples 0..64 --threads 3");
         render("-o b.exr --samples 64..160 --crop 0,0,10,18");
@@ -422,7 +425,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
         fs::remove_file(at.join("d.exr")).unwrap();
         fs::remove_file(at.join("c.exr")).unwrap();
     }
-    // The order in which they were asked for does not matter.
+    // The order of the parts does not matter.
     done(
         at,
         "render s.toml -q --spp 2 --aov direct,bounces --checkpoint e.exr -o e1.exr",
@@ -437,7 +440,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
 }
 
 #[test]
-fn what_cannot_be_told_apart_is_refused() {
+fn unsupported_light_paths_are_errors() {
     let folder = files();
     for (args, words) in [
         ("--integrator ao --aov direct", "ao cannot separate light paths"),
@@ -459,7 +462,7 @@ fn what_cannot_be_told_apart_is_refused() {
             "{args}: {said}"
         );
     }
-    // Channels that --aov all lacks
+    // Channels that `--aov all` lacks
     done(folder.path(), "render s.toml -q --spp 1 --aov all -o all.exr", &[]);
     assert!(!bits(folder.path().join("all.exr")).contains_key("direct.R"));
 }
@@ -476,7 +479,7 @@ fn the_lab_writes_a_sheet_of_bounces() {
         fs::File::open(folder.path().join("sheet.png")).unwrap(),
     ));
     let info = decoder.read_info().unwrap();
-    // Eight pictures in two rows
+    // Eight images in two rows
     assert!(info.info().width > 4 * 220 && info.info().height > 2 * 60);
     let (is_done, said) = run(folder.path(), &["lab", "s.toml", "--bounces", "--methods", "path"]);
     assert!(!is_done && said.contains("--methods"), "{said}");

@@ -1,4 +1,4 @@
-//! The backends against brute force, and rays against the surfaces they leave.
+//! Backends against brute force, and rays against the surfaces they leave.
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 
 use crate::support::*;
@@ -13,7 +13,7 @@ use embrasure::scene::{Scene, SceneBuilder};
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// Every backend that is built in, besides the oracle.
+/// All backends of this build except the oracle.
 fn backends(scene: &Scene) -> Vec<Box<dyn Accel + '_>> {
     vec![
         #[cfg(feature = "embree")]
@@ -23,7 +23,7 @@ fn backends(scene: &Scene) -> Vec<Box<dyn Accel + '_>> {
     ]
 }
 
-/// Backends by name, with Embree on each instruction set that it can be told to use here.
+/// Backends by name; Embree with each instruction set that this machine supports.
 fn backends_by_isa(scene: &Scene) -> Vec<(String, Box<dyn Accel + '_>)> {
     let mut named: Vec<(String, Box<dyn Accel + '_>)> = Vec::new();
     #[cfg(all(feature = "embree", target_arch = "x86_64"))]
@@ -58,7 +58,7 @@ fn has_avx512() -> bool {
         && is_x86_feature_detected!("avx512vl")
 }
 
-/// Reproducible random numbers: `at(i, k)` is the k-th pair of item `i`.
+/// Reproducible random numbers: `at(i, k)` is pair `k` of item `i`.
 fn at(i: u32, k: u32) -> Vec2 {
     let mut s = Independent::new(42);
     s.start(SampleKey::new(i, k, 0));
@@ -94,7 +94,7 @@ fn soup(n: u32, size: f32) -> Mesh {
     }
 }
 
-/// Brute force, asked once for each ray and kind of query: it is slow, and each backend is compared with it.
+/// Brute force with a cache of results: it is slow, and each backend is compared with it.
 struct Oracle<'a> {
     brute: BruteForce<'a>,
     hits: Mutex<HashMap<[u32; 9], Option<Hit>>>,
@@ -121,8 +121,9 @@ impl Accel for Oracle<'_> {
     }
 }
 
-/// Asks every pair of backends, brute force among them. What roundings cannot explain is a failure; of the rest there may be
-/// `budget` for each pair. Each disagreement is printed as a ray that `Ray::from_bits` brings back.
+/// Compares each pair of backends, including brute force. A disagreement beyond rounding is a
+/// failure; each pair may have `budget` others. Each disagreement is printed as bits for
+/// `Ray::from_bits`.
 fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
     let mut accels = backends(scene);
     accels.push(Box::new(Oracle {
@@ -138,16 +139,16 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
                 for kind in [QueryKind::Closest, QueryKind::Occlusion] {
                     let accels = [first.as_ref(), second.as_ref()];
                     let differs = compare(scene, accels, &Query { ray: *ray, kind });
-                    // Either of two surfaces in one place is right.
+                    // Of two coincident surfaces, either hit is right.
                     found.extend(differs.filter(|d| d.cause != Cause::Coincident));
                 }
                 count += usize::from(found.len() > before);
-                // Used share of the bounds on distances and barycentrics
+                // Used fraction of the bounds on distances and barycentrics
                 if let Some(hit) = first.intersect(ray) {
                     let crossing = Crossing::new(scene, ray, &hit);
                     let (t, b) = crossing.errors();
                     let bounds = [crossing.t_error(), crossing.barycentric_error()];
-                    // Of triangles that are seen from the side nothing is known.
+                    // Barycentrics of triangles seen edge-on are undefined.
                     if bounds[1] < 0.1 {
                         used = [used[0].max(t / bounds[0]), used[1].max(b / bounds[1])];
                     }
@@ -167,8 +168,8 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
     }
 }
 
-/// Rays of five kinds at the triangles of `scene`: random ones, along axes, in the plane of a triangle or nearly, at corners and
-/// at edges. There are ten times as many random ones as of each other kind.
+/// Rays of five kinds at the triangles of `scene`: random, along axes, in or near the plane of a
+/// triangle, at corners, at edges. There are ten times as many random rays as of each other kind.
 fn rays_at(scene: &Scene, n: u32) -> [(&'static str, Vec<Ray>); 5] {
     let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
     let triangles = all_triangles(scene);
@@ -211,7 +212,7 @@ fn rays_at(scene: &Scene, n: u32) -> [(&'static str, Vec<Ray>); 5] {
     ]
 }
 
-/// The first corner of each triangle in the world, as if it had been hit.
+/// First corner of each triangle in the world, as a hit.
 fn all_triangles(scene: &Scene) -> Vec<Hit> {
     let standing = scene.standing().map(|geom| (geom, InstanceId::NONE));
     let instances = scene.instances().iter().enumerate().flat_map(|(id, instance)| {
@@ -233,7 +234,7 @@ fn all_triangles(scene: &Scene) -> Vec<Hit> {
         .collect()
 }
 
-/// A placement that turns, stretches, shears and, for odd numbers, mirrors, around `center`.
+/// A placement around `center` that rotates, stretches, shears and, for odd `i`, mirrors.
 fn askew(i: u32, center: Vec3) -> Affine3A {
     let (a, b, c) = (at(i, 50), at(i, 51), at(i, 52));
     let stretch = Vec3::new(0.5 + a.x, 0.5 + a.y, if i % 2 == 1 { -0.7 } else { 1.3 });
@@ -241,8 +242,8 @@ fn askew(i: u32, center: Vec3) -> Affine3A {
     turn * affine_from_trs(Vec3::ZERO, Vec3::new(0.0, 0.0, 40.0), Vec3::new(1.0, 1.5, 1.0))
 }
 
-/// Copies of two prototypes, all askew, beside a mesh that stands in the world, within some 3 of `center`. They may move, and the meshes
-/// change their shapes, the one that stands too.
+/// Askew copies of two prototypes beside a mesh in the world, within some 3 units of `center`.
+/// Copies may move, and all meshes may deform.
 fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
     let mut b = SceneBuilder::new();
     let m = b.add_material(material(0.5, 0.0)).unwrap();
@@ -270,7 +271,7 @@ fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
         let place = |k: u32| center + 2.0 * at(i, 53 + k).x.sqrt() * uniform_sphere(at(i, 55 + k));
         let placement = match is_moving && i != 3 {
             false => Placement::Still(askew(i, place(0))),
-            // Some go straight on, some round a corner.
+            // Some move straight, some around a corner.
             true => Placement::Moving((0..2 + i % 3).map(|k| askew(i, place(k))).collect()),
         };
         b.add_instance(prototypes[i as usize % 2], placement).unwrap();
@@ -278,7 +279,8 @@ fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
     b.build().unwrap().0
 }
 
-/// A fan of `n` triangles around the origin, on a cone: every pair of neighbours shares an edge, all share a corner.
+/// A fan of `n` triangles around the origin, on a cone: neighbours share an edge, all share a
+/// corner.
 fn fan(n: u32) -> Mesh {
     let rim = |i: u32| {
         let angle = std::f32::consts::TAU * i as f32 / n as f32;
@@ -291,7 +293,7 @@ fn fan(n: u32) -> Mesh {
     }
 }
 
-/// Triangles that occur twice, and coplanar ones that overlap them.
+/// Duplicate triangles, and coplanar ones that overlap them.
 fn coplanar() -> Mesh {
     let square = polygon(&[Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
     let again = square.positions.iter().copied();
@@ -322,7 +324,7 @@ fn slivers(n: u32) -> Mesh {
     }
 }
 
-/// Triangles without area (corners or lines), among others that have some.
+/// Triangles without area (points or lines) among normal ones.
 fn degenerate() -> Mesh {
     let mut mesh = soup(60, 0.4);
     for (i, t) in (0..).zip(&mut mesh.triangles) {
@@ -367,8 +369,8 @@ fn backends_agree_with_brute_force() {
     for (name, meshes) in scenes {
         let scene = scene_of(meshes);
         for (kind, rays) in rays_at(&scene, rays) {
-            // Rays aimed at the outer edges of a surface meet it or not by their last bit. Of the 10⁵ random ones, and of the 10⁴ along
-            // axes, one may.
+            // Rays at the outer edges of a surface hit or miss by their last bit. One of the 10⁵
+            // random rays, or of the 10⁴ along axes, may disagree.
             let budget = if matches!(kind, "random" | "along axes") {
                 1
             } else {
@@ -380,7 +382,7 @@ fn backends_agree_with_brute_force() {
 }
 
 #[test]
-fn backends_agree_on_what_is_placed_and_what_moves() {
+fn backends_agree_on_instances_and_motion() {
     let far = Vec3::new(1e4, -2e4, 1e4);
     for (name, scene) in [
         ("copies", copies(Vec3::ZERO, false, false)),
@@ -396,7 +398,7 @@ fn backends_agree_on_what_is_placed_and_what_moves() {
             "{name}"
         );
         for (kind, rays) in rays_at(&scene, budget(4_000).min(1_000)) {
-            // Far away, rays that are moved into the space of a copy keep few of their digits.
+            // Far away, rays transformed into the space of a copy keep few digits.
             let budget = match kind {
                 "random" | "along axes" if name.ends_with("away") => 10,
                 "random" | "along axes" => 1,
@@ -407,11 +409,12 @@ fn backends_agree_on_what_is_placed_and_what_moves() {
     }
 }
 
-/// A copy is hit where the same triangles are, put into the world one by one, and looks the same there.
+/// An instance is hit at the same points as its triangles placed in the world, with equal surface
+/// data.
 #[test]
-fn copies_are_what_they_would_be_in_the_world() {
+fn instances_match_meshes_in_the_world() {
     let scene = copies(Vec3::ZERO, false, false);
-    // Smooth meshes, whose normals are turned too
+    // Smooth meshes, whose normals are transformed too
     let smooth = |mesh: Mesh| Mesh {
         normals: mesh.positions.iter().map(|p| (*p + 0.1).normalize()).collect(),
         ..mesh
@@ -464,9 +467,9 @@ fn copies_are_what_they_would_be_in_the_world() {
     }
 }
 
-/// Rays that leave a triangle of a copy do not meet it again, wherever it stands and however it moves.
+/// Rays that leave a triangle of an instance do not hit it again, for any placement and motion.
 #[test]
-fn rays_do_not_meet_the_copy_they_left() {
+fn rays_do_not_hit_the_instance_they_left() {
     for (exponent, offset) in [(-6, 0.0), (0, 0.0), (0, 300.0), (6, 0.0), (-3, 1000.0)] {
         let scale = 10f32.powi(exponent);
         for i in 0..100 {
@@ -503,7 +506,7 @@ fn rays_do_not_meet_the_copy_they_left() {
     }
 }
 
-/// Rays at corners and edges of a closed sphere, from inside: each hits, whichever triangle it is given to.
+/// Rays from inside at corners and edges of a closed sphere: each hits one of the triangles.
 #[test]
 fn nothing_leaks_at_edges_and_corners() {
     for (scale, place) in [
@@ -551,7 +554,7 @@ fn a_closed_sphere_is_closed() {
     }
 }
 
-/// Far from the origin, where floats are 1/64 apart: corners and rays' origins are on that grid.
+/// Far from the origin, floats are 1/64 apart: corners and ray origins are on that grid.
 #[test]
 fn a_closed_sphere_far_away_is_closed() {
     let place = Vec3::new(2.0e5, -1.5e5, 1.7e5);
@@ -570,9 +573,9 @@ fn a_closed_sphere_far_away_is_closed() {
     }
 }
 
-/// Rays that are traced together hit what they hit one by one, however many there are and wherever they go.
+/// Rays traced together have the same hits as single rays, for any number and direction.
 #[test]
-fn rays_may_be_traced_together() {
+fn packets_match_single_rays() {
     let scene = scene_of(vec![soup(300, 0.3), room()]);
     for backend in backends(&scene) {
         let (mut hits, mut misses) = (0, 0);
@@ -606,7 +609,7 @@ fn rays_may_be_traced_together() {
 }
 
 #[test]
-fn hits_name_the_point_by_their_barycentrics() {
+fn barycentrics_give_the_hit_point() {
     let scene = scene_of(vec![soup(50, 0.5), soup(80, 0.4)]);
     for backend in backends(&scene) {
         let mut checked = 0;
@@ -624,7 +627,7 @@ fn hits_name_the_point_by_their_barycentrics() {
     }
 }
 
-/// A closed box of two triangles a side, its front outside.
+/// A closed box of two triangles per side, facing outwards.
 fn cube() -> Mesh {
     let corner = |i: usize| Vec3::from_array([i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32 * 2.0 - 1.0));
     let sides = [
@@ -642,7 +645,7 @@ fn cube() -> Mesh {
     }
 }
 
-/// The scene with `mesh` in it once, placed by `m`: put there corner by corner, or as an instance.
+/// Scene with one copy of `mesh`, placed by `m`: transformed corner by corner, or as an instance.
 fn placed(mesh: &Mesh, m: Affine3A, is_instance: bool) -> Scene {
     if !is_instance {
         return scene_of(vec![Mesh {
@@ -657,7 +660,8 @@ fn placed(mesh: &Mesh, m: Affine3A, is_instance: bool) -> Scene {
     b.build().unwrap().0
 }
 
-/// Rays that leak of `rays` rays inside of a closed shell: from `center`, then on from where each has met the shell, as paths go. Every hit is where its triangle is.
+/// Number of rays that leak from a closed surface, of `rays`: first from `center`, then from each
+/// hit on, as in paths. Each hit must lie on its triangle.
 fn leaks(what: &str, scene: &Scene, accel: &dyn Accel, center: Vec3, rays: u32) -> u32 {
     let mut leaks = 0;
     let mut next: Vec<Ray> = Vec::new();
@@ -693,8 +697,8 @@ fn leaks(what: &str, scene: &Scene, accel: &dyn Accel, center: Vec3, rays: u32) 
     leaks
 }
 
-/// Closed shells are closed from the inside at every scale that a scene may have, and every hit in them is right, on every instruction set; also where
-/// an instance makes them small or large, turns them, and puts them far away.
+/// Closed surfaces are closed from inside at every scale, and every hit is right, on every
+/// instruction set; also if an instance scales, rotates or moves them far away.
 #[test]
 fn closed_shells_are_closed() {
     const RAYS: u32 = 4096;
@@ -712,7 +716,7 @@ fn closed_shells_are_closed() {
                     assert_eq!(leaks(&what, &scene, accel.as_ref(), Vec3::ZERO, RAYS), 0, "{what}");
                 }
             }
-            // The object itself is small or large, the scene is not.
+            // Only the object is small or large; its instance has size 1.
             let own = moved(shell.clone(), scale, Vec3::ZERO);
             let scene = placed(&own, turned(1.0 / scale, Vec3::ZERO), true);
             for (name, accel) in backends_by_isa(&scene) {
@@ -733,7 +737,8 @@ fn closed_shells_are_closed() {
     }
 }
 
-/// The interval of a ray is open at both ends, for single rays and packets, whatever is hit: where a ray goes on from a hit, `t_min` is that hit's `t`.
+/// The interval of a ray is open at both ends, for single rays and packets, for any surface: a ray
+/// that continues from a hit has the `t` of the hit as `t_min`.
 #[test]
 fn intervals_are_open() {
     let triangle = polygon(&[
@@ -770,7 +775,7 @@ fn intervals_are_open() {
                 let to = Vec3::new(0.3 * v.x, 0.3 * v.y - 0.2, 0.0);
                 let ray =
                     Ray::new(from, (0.5 + 2.0 * u.x) * (to - from)).when(if scene.is_moving() { v.x } else { 0.0 });
-                // Single rays, and packets, whose distances may have other last digits
+                // Single rays, and packets, whose distances may differ in the last digits
                 for is_packet in [false, true] {
                     let ask = |ray: Ray| -> (Option<Hit>, bool) {
                         if !is_packet {
@@ -787,7 +792,7 @@ fn intervals_are_open() {
                         panic!("{what}: nothing is hit")
                     };
                     let next = |t: f32, steps: i32| f32::from_bits((t.to_bits() as i32 + steps) as u32);
-                    // Occlusion may be asked of other code than the closest hit, of which the last digits are others.
+                    // Occlusion may use other code than the closest hit, with other last digits.
                     const DIGITS: i32 = 16;
                     for (near, far, is_met) in [
                         (Some((hit.t, 0)), None, false),
@@ -817,7 +822,7 @@ fn intervals_are_open() {
     }
 }
 
-/// What cannot be right is refused, with the numbers.
+/// Scenes beyond the range are errors that contain the number.
 #[test]
 fn scenes_beyond_the_range_are_refused() {
     let added = |scale: f32| {
@@ -838,7 +843,7 @@ fn scenes_beyond_the_range_are_refused() {
         let error = added(scale).unwrap_err().to_string();
         assert!(error.contains(number), "{scale}: {error}");
     }
-    // An instance counts in the world and in its own space.
+    // The range applies to an instance in the world and in its own space.
     let instance = |own: f32, scale: f32| {
         let mut b = SceneBuilder::new();
         let m = b.add_material(material(0.5, 0.0)).unwrap();
@@ -864,19 +869,21 @@ fn an_empty_scene_has_no_hits() {
     }
 }
 
-/// Triangles of every size and place: rays that leave them must not find them again, on either side.
+/// Triangles of every size and position: rays that leave them must not hit them again, on either
+/// side.
 #[test]
-fn rays_do_not_meet_the_surface_they_left() {
+fn rays_do_not_hit_the_surface_they_left() {
     for i in 0..1000 {
         let scale = 10f32.powi((i as i32 % 17 - 8).min(7));
         let place = [Vec3::ZERO, Vec3::ONE, Vec3::new(100.0, -3.0, 20.0)][i as usize % 3];
         let mut corners = [0, 1, 2].map(|k| scale * (uniform_sphere(at(i, 10 + k)) + place));
-        // Slivers too, 10 to 1000 times as long as wide: the narrower, the further are they from where f32 finds them.
+        // Slivers too, 10 to 1000 times as long as wide. Narrower triangles have larger errors of
+        // f32 hit points.
         if i % 5 == 0 {
             corners[2] =
                 corners[0].lerp(corners[1], 0.4) + 10f32.powi(-(1 + i as i32 / 5 % 3)) * (corners[2] - corners[0]);
         }
-        // Axis-aligned ones too, through the origin or beside it.
+        // Axis-aligned triangles too, through the origin or beside it.
         if i % 4 == 0 {
             corners = corners.map(|p| p.with_y(if i % 8 == 0 { 0.0 } else { scale }));
         }
@@ -902,7 +909,7 @@ fn rays_do_not_meet_the_surface_they_left() {
 
 /// Segments between points of two facing surfaces are free, at every scale.
 #[test]
-fn shadow_rays_meet_neither_end() {
+fn shadow_rays_hit_neither_end() {
     for exponent in -6..=6 {
         let scale = 10f32.powi(exponent);
         let below = [Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 0.3)].map(|p| p * scale);
@@ -929,7 +936,7 @@ fn shadow_rays_meet_neither_end() {
 }
 
 #[test]
-fn scenes_give_their_memory_back() {
+fn backends_free_their_memory() {
     let scene = scene_of(vec![soup(1000, 0.1)]);
     for (i, accel) in backends(&scene).iter().enumerate() {
         let bytes = accel.bytes();
@@ -943,8 +950,8 @@ fn scenes_give_their_memory_back() {
     }
 }
 
-/// Rays through real rooms and meshes, and those of renders of them: Embree and obvhs against each other, where brute force would
-/// take too long.
+/// Rays through real rooms and meshes, and rays of their renders: Embree against obvhs. Brute force
+/// would take too long here.
 #[cfg(all(feature = "embree", feature = "obvhs"))]
 mod together {
     use super::*;
@@ -980,7 +987,7 @@ mod together {
             let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
             let mut hits = 0;
             for i in 0..count {
-                // From within the bounding sphere, and from outside towards a point within
+                // From inside the bounding sphere, and from outside towards a point inside
                 let inner = center + 0.7 * radius * at(i, 30).x * uniform_sphere(at(i, 31));
                 let ray = if i % 2 == 0 {
                     Ray::new(inner, uniform_sphere(at(i, 32)))
@@ -996,12 +1003,13 @@ mod together {
         }
     }
 
-    /// Two rays in 10⁵ may pass an edge more closely than roundings tell: how many do depends on the instruction set, by which Embree rounds. Nothing else may
-    /// differ but which of two surfaces in one place is hit.
+    /// Two rays in 10⁵ may pass an edge closer than rounding error; their number depends on the
+    /// instruction set of Embree. Otherwise only the choice between coincident surfaces may differ.
     fn check(name: &str, scene: &Scene, auditor: &Auditor) {
         let findings = auditor.findings();
-        // Sponza has surfaces in one another. Walks through alpha ask again from the very parameter of a hit, about which backends differ by a
-        // rounding: one of them meets that surface again, and the walk passes it.
+        // Sponza has coincident surfaces. Walks through alpha continue from the exact parameter of
+        // a hit, which differs by rounding between backends: one of them hits that surface again,
+        // and the walk passes it.
         let walks = match scene.has_alpha() {
             true => findings.caused_by(Cause::Interval),
             false => 0,
@@ -1033,7 +1041,8 @@ mod together {
         assert_pictures_agree(&names.map(|name| project.join(name).with_extension("toml")));
     }
 
-    /// Scenes of the suite, and real ones with textures, an environment, and leaves that a map cuts out.
+    /// Scenes of the suite, and real ones with textures, an environment, and leaves cut out by an
+    /// opacity map.
     #[test]
     #[cfg_attr(not(shared), ignore = "needs ../shared")]
     #[cfg_attr(all(shared, not(long)), ignore = "long")]
@@ -1044,10 +1053,11 @@ mod together {
         assert_pictures_agree(&["sponza.toml", "living-room.toml"].map(|name| gallery.join(name)));
     }
 
-    /// Equal pictures from both backends, with every ray of the first one checked.
+    /// Renders with both backends and checks the images, and every ray of the first render.
     ///
-    /// Barycentrics differ in their last bits, so no pixel need be the same to the bit. More than that is a path that went
-    /// another way: it passed an edge, or a choice at random, more closely than those bits tell.
+    /// Barycentrics differ in their last bits, so no pixel needs to be bit-identical. A larger
+    /// difference is a path that took another way, because an edge or a random choice was closer
+    /// than those bits.
     fn assert_pictures_agree(files: &[PathBuf]) {
         for path in files {
             let file = SceneFile::load(path).unwrap();

@@ -1,15 +1,15 @@
-//! Calibrated cameras against the models of OpenCV, written here on their own: the point that a
-//! pixel sees is projected to the pixel's centre.
+//! Calibrated cameras against independent code of the models of OpenCV: the point seen by a pixel
+//! is projected to the centre of the pixel.
 
 use crate::support::program::*;
 use crate::support::read_channel;
 use tempfile::TempDir;
 
 const SIZE: [usize; 2] = [64, 48];
-/// Largest distance of a projected point from the centre of its pixel, pixels.
+/// Maximum distance of a projected point from the centre of its pixel, in pixels.
 const TOLERANCE: f64 = 1e-3;
 
-/// A box about the origin, and a light, so that all rays meet a surface.
+/// A box around the origin and a light. All rays hit a surface.
 pub(super) fn room() -> TempDir {
     let mut obj = String::from("mtllib a.mtl\nusemtl m\n");
     for i in 0..8 {
@@ -35,7 +35,7 @@ struct Extrinsics {
 }
 
 impl Extrinsics {
-    /// A rotation about a unit `axis` (Rodrigues), and the camera's place.
+    /// Rotation by `angle` about `axis` (Rodrigues), and translation `place`.
     fn new(axis: [f64; 3], angle: f64, place: [f64; 3]) -> Self {
         let length = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
         let [x, y, z] = axis.map(|a| a / length);
@@ -55,14 +55,14 @@ impl Extrinsics {
         [0, 1, 2].map(along)
     }
 
-    /// The flag in each convention.
+    /// Value of `--pose` in each convention.
     fn poses(&self) -> [String; 3] {
         let [a, b, c] = self.rotation;
         let [x, y, z] = self.translation;
         let row = |[p, q, r]: [f64; 3], s: f64, t: f64| format!("{},{},{},{}", s * p, s * q, s * r, s * t);
         let opencv = [row(a, 1.0, x), row(b, 1.0, y), row(c, 1.0, z)].join(",");
         let opengl = [row(a, 1.0, x), row(b, -1.0, y), row(c, -1.0, z)].join(",");
-        // The inverse of that for OpenGL: the axes are columns, then the place.
+        // Inverse of the OpenGL matrix: the columns are the axes and the position.
         let place = [0, 1, 2].map(|i| -(a[i] * x + b[i] * y + c[i] * z));
         let rows = [0, 1, 2].map(|i| format!("{},{},{},{}", a[i], -b[i], -c[i], place[i]));
         [
@@ -73,7 +73,7 @@ impl Extrinsics {
     }
 }
 
-/// OpenCV's pinhole: the equations of its documentation of `projectPoints`.
+/// OpenCV's pinhole: equations in the documentation of `projectPoints`.
 fn pinhole([x, y, z]: [f64; 3], [k1, k2, p1, p2, k3]: [f64; 5]) -> [f64; 2] {
     let (x, y) = (x / z, y / z);
     let r2 = x * x + y * y;
@@ -84,7 +84,7 @@ fn pinhole([x, y, z]: [f64; 3], [k1, k2, p1, p2, k3]: [f64; 5]) -> [f64; 2] {
     ]
 }
 
-/// OpenCV's fisheye: the equations of its documentation.
+/// OpenCV's fisheye: equations in its documentation.
 fn fisheye([x, y, z]: [f64; 3], [k1, k2, k3, k4]: [f64; 4]) -> [f64; 2] {
     let across = x.hypot(y);
     let t = across.atan2(z);
@@ -92,8 +92,7 @@ fn fisheye([x, y, z]: [f64; 3], [k1, k2, k3, k4]: [f64; 4]) -> [f64; 2] {
     [x / across * distorted, y / across * distorted]
 }
 
-/// Renders the points that pixels see, and compares their projections with the centres of the
-/// pixels.
+/// Renders the points seen by pixels, and compares their projections with the pixel centres.
 fn assert_points_lead_back(
     folder: &TempDir,
     extrinsics: &Extrinsics,
@@ -119,7 +118,7 @@ fn assert_points_lead_back(
 }
 
 #[test]
-fn pixels_see_what_is_projected_to_them() {
+fn projected_points_lead_back_to_their_pixels() {
     let folder = room();
     let places = [
         Extrinsics::new([1.0, 2.0, -0.5], 0.7, [1.0, -2.0, 3.0]),
@@ -145,10 +144,9 @@ fn pixels_see_what_is_projected_to_them() {
     }
 }
 
-/// A calibrated camera without distortion, with its principal point in the middle, is a
-/// perspective.
+/// A calibrated camera without distortion, with a centred principal point, is a perspective.
 #[test]
-fn intrinsics_in_the_middle_are_a_perspective() {
+fn centered_intrinsics_equal_a_perspective() {
     let folder = room();
     let camera = "render s.toml -q --spp 16 --denoise=off --position 1,2,3 --look-at 0,0,0";
     let focal = 24.0 / 20f64.to_radians().tan();

@@ -1,5 +1,5 @@
-//! Cameras that EXR files describe: the point that a pixel sees is projected by the attributes to the
-//! pixel's centre.
+//! Camera attributes of EXR files: they project the point seen by a pixel to the centre of the
+//! pixel.
 
 use super::calibrated::room;
 use crate::support::program::*;
@@ -8,9 +8,9 @@ use exr::prelude::{AttributeValue, LayerAttributes, Text, read_first_flat_layer_
 use std::path::Path;
 
 const SIZE: [usize; 2] = [64, 48];
-/// Largest distance of a projected point from the centre of its pixel, pixels.
+/// Maximum distance of a projected point from the centre of its pixel, in pixels.
 const TOLERANCE: f64 = 1e-3;
-/// Samples are at the centres of pixels.
+/// Flags for samples at pixel centres.
 const CENTERS: &str = "--aov P --filter box --filter-radius 1e-5";
 
 fn attributes(path: &Path) -> LayerAttributes {
@@ -24,7 +24,7 @@ fn number(attributes: &LayerAttributes, name: &str) -> Option<f32> {
     }
 }
 
-/// The point as a row vector times the matrix, divided by its last number.
+/// Point as a row vector times the matrix, divided by the last component.
 fn times(p: [f64; 3], m: [f32; 16]) -> [f64; 3] {
     let of = |column: usize| {
         let row = |row: usize, x: f64| x * f64::from(m[4 * row + column]);
@@ -49,7 +49,7 @@ fn assert_points_lead_back(file: &Path, flags: &str) {
 }
 
 #[test]
-fn points_lead_back_to_their_pixels_by_world_to_ndc() {
+fn world_to_ndc_maps_points_to_their_pixels() {
     let folder = room();
     let place = "--position 1,2,3 --look-at -2,1,-4 --up 0.1,1,0.2";
     for flags in [
@@ -65,9 +65,9 @@ fn points_lead_back_to_their_pixels_by_world_to_ndc() {
     }
 }
 
-/// The camera of parts is that of the picture that they are merged to.
+/// Parts and their merged image have the same camera.
 #[test]
-fn lens_attributes_are_in_millimetres_and_metres_also_after_merge() {
+fn lens_attributes_survive_a_merge() {
     let folder = room();
     let camera = "--position 1,2,3 --look-at 1,2,-4 --fov 50 --f-stop 2.8 --focus-distance 5";
     for (crop, name) in [("0,0,64,24", "a.exr"), ("0,24,64,48", "b.exr")] {
@@ -87,9 +87,9 @@ fn lens_attributes_are_in_millimetres_and_metres_also_after_merge() {
     assert!((c.focus.unwrap() - 5.0).abs() < 1e-5);
 }
 
-/// No matrix has the projection of a panorama. Its place and axes have one.
+/// A panorama has no projection matrix. Its position and axes have one.
 #[test]
-fn panoramas_have_the_matrix_of_their_place_alone() {
+fn panoramas_have_no_projection_matrix() {
     let folder = room();
     let flags = "--projection panorama --position 1,2,3 --look-at 1,2,-4";
     let args = format!("render s.toml -q -o t.exr {CENTERS} {flags}");

@@ -1,4 +1,4 @@
-//! Sections: planes that cut the scene, and surfaces that are hidden from the camera.
+//! Sections: planes that cut the scene, and surfaces hidden from the camera.
 
 use crate::support::program::*;
 use crate::support::read_channel;
@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use std::fs;
 use tempfile::TempDir;
 
-/// A sphere of radius 2 about the origin, as an OBJ file of 96 segments.
+/// OBJ file of a sphere of radius 2 around the origin, with 96 segments.
 fn sphere() -> String {
     const SEGMENTS: usize = 96;
     let rings = SEGMENTS / 2;
@@ -33,7 +33,8 @@ fn sphere() -> String {
     obj
 }
 
-/// Faces of an axis-aligned box, whose vertices are added; inside out if `is_room`.
+/// Faces of an axis-aligned box, facing inwards if `is_room`. Adds the number of its vertices to
+/// `vertices`.
 fn cuboid(min: [f64; 3], max: [f64; 3], is_room: bool, vertices: &mut usize) -> String {
     let mut obj = String::new();
     for i in 0..8 {
@@ -62,7 +63,7 @@ fn cuboid(min: [f64; 3], max: [f64; 3], is_room: bool, vertices: &mut usize) -> 
 const ABOVE: &str = "--projection orthographic --position 0,9,0 --look-at 0,0,0 --up 0,0,-1";
 
 #[test]
-fn caps_have_the_area_of_their_circle_with_both_backends() {
+fn cap_area_matches_the_circle() {
     let folder = folder(&[("a.obj", &sphere())]);
     for backend in ["embree", "obvhs"] {
         for h in [0.5f64, -1.2] {
@@ -79,16 +80,16 @@ fn caps_have_the_area_of_their_circle_with_both_backends() {
                 (area / circle - 1.0).abs() < 0.01,
                 "{backend}, {h}: {area}, not {circle}"
             );
-            // Rays that miss have a position of 0.
+            // Rays that miss have the position 0.
             let above = y.iter().filter(|&&y| f64::from(y) > h.max(0.0) + 1e-5).count();
             assert_eq!(above, 0);
         }
     }
 }
 
-/// A section of a scene file, and the scene file that `--dump-scene` writes of a flag.
+/// A section of a scene file equals a flag, and the scene file of `--dump-scene`.
 #[test]
-fn sections_of_files_and_flags_are_the_same() {
+fn sections_in_files_and_flags_are_equal() {
     let scene = |section: &str| {
         format!(
             "version = 1\n[image]\nwidth = 32\nheight = 24\n[render]\nsamples = 2\n[camera]\nposition = [3, 5, 6]\n\
@@ -121,7 +122,7 @@ fn sections_of_files_and_flags_are_the_same() {
 }
 
 #[test]
-fn wrong_sections_are_errors_with_a_remedy() {
+fn invalid_sections_are_errors_with_help() {
     let sheet = "o Curtain\nv 4 -1 0\nv 5 -1 0\nv 4 1 0\nf 1 2 3\n";
     let scene = |section: &str| format!("version = 1\n[[object]]\nobj = \"a.obj\"\n{section}");
     let folder = folder(&[
@@ -187,7 +188,7 @@ fn room() -> TempDir {
     ])
 }
 
-/// Means of blocks of pixels over renders of several seeds.
+/// Means of blocks of pixels over renders with several seeds.
 fn means(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     let render = |seed: u32| {
         let args = format!("render s.toml -q -o t.exr --ortho-height 3.6 --seed {seed} {flags}");
@@ -206,10 +207,10 @@ fn means(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     Mean::of_each(&renders)
 }
 
-/// The camera of the whole room is below the plane, and sees the same points. The lamp is above the
+/// A camera of the whole room is below the plane, and sees the same points. The lamp is above the
 /// plane.
 #[test]
-fn a_room_that_is_cut_for_the_camera_alone_has_the_light_of_the_whole() {
+fn cut_room_keeps_the_light_of_the_whole_room() {
     let folder = room();
     let place = |y: f64| format!("--projection orthographic --position 0,{y},0 --look-at 0,0,0 --up 0,0,-1");
     let (within, above) = (place(1.95), place(9.0));
@@ -232,14 +233,13 @@ fn a_room_that_is_cut_for_the_camera_alone_has_the_light_of_the_whole() {
     }
 }
 
-/// A wall before the camera that is hidden from it: the picture is that from within, and a mirror
-/// shows the wall.
+/// A wall hidden from the camera: the image is the view from inside, and a mirror shows the wall.
 #[test]
-fn surfaces_hidden_from_the_camera_still_cast_their_light() {
+fn hidden_surfaces_keep_their_light() {
     let folder = room();
     let view = |z: f64| format!("--projection orthographic --position 0,1.3,{z} --look-at 0,1.3,0");
     let (within, behind) = (view(1.9), view(8.0));
-    // The room's walls are one material: hide them, and what is seen is what is not wall.
+    // The walls are one material. If it is hidden, the other surfaces remain.
     fs::write(
         folder.path().join("s.toml"),
         "version = 1\n[image]\nwidth = 16\nheight = 16\n[[object]]\nobj = \"a.obj\"\n[material.glass]\nopacity = 0\n",
@@ -263,10 +263,10 @@ fn surfaces_hidden_from_the_camera_still_cast_their_light() {
         };
         let [a, b] = [mean(&whole), mean(&hidden)];
         assert!(a > 0.01 && (a / b - 1.0).abs() < 0.05, "{flags}: {a} {b}");
-        // Walls behind are not seen, either.
+        // Walls in the background are hidden too.
         assert_eq!(hidden[0], 0.0, "{flags}");
     }
-    // By object: nothing is left.
+    // Hidden by object: nothing is visible.
     fs::write(
         folder.path().join("s.toml"),
         "version = 1\n[image]\nwidth = 16\nheight = 16\n[[object]]\nobj = \"a.obj\"\ncamera_visible = false\n",

@@ -1,4 +1,4 @@
-//! Plans, elevations and pictures to scale.
+//! Plans, elevations and images to scale.
 
 use crate::support::program::*;
 use crate::support::read_channel;
@@ -41,7 +41,7 @@ fn attributes(path: &Path) -> (LayerAttributes, [usize; 2]) {
     (layer.attributes, [layer.size.0, layer.size.1])
 }
 
-/// Columns and rows of pixels for which `is_seen` holds, from the first to the last.
+/// Number of columns and rows from the first to the last visible pixel.
 fn extent(seen: &[bool], width: usize) -> [usize; 2] {
     let pixels = || (0..seen.len()).filter(|&i| seen[i]);
     let span = |values: Vec<usize>| values.iter().max().unwrap() - values.iter().min().unwrap() + 1;
@@ -52,7 +52,7 @@ fn extent(seen: &[bool], width: usize) -> [usize; 2] {
 }
 
 #[test]
-fn a_wall_of_three_metres_has_708_pixels_at_1_to_50_and_300_dpi() {
+fn wall_at_scale_has_its_size_in_pixels() {
     let folder = walls();
     let args = format!("render a.obj -q -o t.exr -o t.png --elevation front --scale 1:50 {CENTERS}");
     done(folder.path(), &split(&args));
@@ -79,7 +79,7 @@ fn a_wall_of_three_metres_has_708_pixels_at_1_to_50_and_300_dpi() {
     );
 }
 
-/// Seen from above with the front below; what is above the height is cut off.
+/// Seen from above, with the front at the bottom; the part above the height is cut off.
 #[test]
 fn plans_show_the_scene_below_their_height() {
     let folder = walls();
@@ -98,7 +98,7 @@ fn plans_show_the_scene_below_their_height() {
         assert!((rows as f64 - pixels(0.24)).abs() <= 1.0, "{rows}");
         let highest = y.iter().fold(f32::NEG_INFINITY, |max, &y| max.max(y));
         assert!((highest - top).abs() < 1e-5, "{highest}");
-        // x to the right, the front below
+        // x to the right, the front at the bottom
         let first = seen.iter().position(|&seen| seen).unwrap();
         let last = (0..x.len()).rposition(|i| normal[i] != 0.0).unwrap();
         assert!(x[first] < x[first + 5] && z[last] > 1.5, "{} {}", x[first], z[last]);
@@ -106,7 +106,7 @@ fn plans_show_the_scene_below_their_height() {
 }
 
 #[test]
-fn heights_and_sizes_follow_from_the_scale_of_orthographic_cameras() {
+fn scale_sets_ortho_height_or_image_size() {
     let folder = walls();
     let camera = "--projection orthographic --position 1,1,9 --look-at 1,1,0";
     for (flags, size) in [
@@ -126,7 +126,7 @@ fn heights_and_sizes_follow_from_the_scale_of_orthographic_cameras() {
 }
 
 #[test]
-fn drawings_that_cannot_be_are_refused() {
+fn impossible_drawings_are_errors() {
     let folder = walls();
     for (flags, parts) in [
         ("--scale 50", ["--scale 50", "1:50"]),

@@ -1,4 +1,4 @@
-//! Projections of the camera: sizes and directions that are known, and constant light in all of them.
+//! Camera projections: known sizes and directions, and constant light in each of them.
 
 use crate::support::program::*;
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -24,10 +24,9 @@ fn picture(folder: &TempDir, flags: &str) -> [Vec<f32>; 3] {
     read_rgb(&folder.path().join("t.exr"))
 }
 
-/// A lamp of 2 × 3 units covers 20 × 30 pixels of a picture whose pixels are 0.1 units wide, near and
-/// far.
+/// A lamp of 2 × 3 units covers 20 × 30 pixels if pixels are 0.1 units wide, near and far.
 #[test]
-fn rectangle_in_a_parallel_projection_has_its_size() {
+fn orthographic_rectangle_has_its_size() {
     let corners = "v -1 -1.5 0\nv 1 -1.5 0\nv 1 1.5 0\nv -1 1.5 0\nf 1 2 3 4\n";
     let folder = scene(corners, "Kd 0 0 0\nKe 1 1 1", "[camera]\nlook_at = [0, 0, 0]\n");
     for position in ["0,0,3", "0,0,50"] {
@@ -39,7 +38,7 @@ fn rectangle_in_a_parallel_projection_has_its_size() {
             assert_eq!(*value, if is_inside { 1.0 } else { 0.0 }, "pixel {x},{y}");
         }
     }
-    // A shift of a quarter of the height moves the picture plane up, and the lamp down.
+    // A shift of a quarter of the height moves the image plane up, and the lamp down.
     let flags = "--projection orthographic --ortho-height 6 --position 0,0,3 --shift 0,0.25";
     let [red, ..] = picture(&folder, flags);
     assert_eq!(
@@ -49,7 +48,7 @@ fn rectangle_in_a_parallel_projection_has_its_size() {
 }
 
 #[test]
-fn constant_light_is_constant_in_every_projection() {
+fn constant_light_is_even_in_every_projection() {
     let ball = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -1\n\
         f 1 5 3\nf 1 3 6\nf 1 6 4\nf 1 4 5\nf 2 3 5\nf 2 6 3\nf 2 4 6\nf 2 5 4\n";
     let camera = "[camera]\nposition = [0.3, 0.5, 4]\nlook_at = [0, 0, 0]\n";
@@ -86,7 +85,7 @@ fn constant_light_is_constant_in_every_projection() {
     }
 }
 
-/// The environment comes back through the panorama: the brightest pixel is the brightest texel.
+/// A panorama shows the environment: the brightest pixel is the brightest texel.
 #[test]
 fn panorama_gives_the_environment_back() {
     let folder = scene("v 0 0 0\nv 1e-3 0 0\nv 0 1e-3 0\nf 1 2 3\n", "Kd 0 0 0", "");
@@ -112,7 +111,7 @@ fn panorama_gives_the_environment_back() {
             i % 32
         })
         .collect();
-    // A quarter of the picture to the left for each quarter turn to the right
+    // A quarter of the image to the left for each quarter turn to the right
     for pair in columns.windows(2) {
         assert_eq!((pair[0] + 32 - 8) % 32, pair[1], "{columns:?}");
     }
@@ -208,7 +207,7 @@ fn impossible_projections_are_errors() {
     }
 }
 
-/// Projections of which light paths find the lens.
+/// Projections whose lens light paths can hit.
 const PROJECTIONS: [&str; 9] = [
     "perspective --shift 0.3,-0.2",
     "orthographic --ortho-height 5",
@@ -220,16 +219,16 @@ const PROJECTIONS: [&str; 9] = [
     "fisheye --fisheye-fov 250 --fisheye-mapping stereographic",
     "fisheye --fisheye-mapping orthographic",
 ];
-/// Methods that connect paths to the lens, or are unbiased otherwise.
+/// Integrators that connect paths to the lens, or are otherwise unbiased.
 const UNBIASED: [&str; 4] = ["bdpt", "light", "pssmlt", "mlt"];
-/// Methods with a bias, which a few per cent bound.
+/// Integrators with a bias of a few per cent.
 const BIASED: [&str; 4] = ["vcm", "sppm", "photon-map", "irradiance-cache"];
 /// A convex body: light is scattered once.
 const OCTAHEDRON: &str = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -1\n\
     f 1 5 3\nf 1 3 6\nf 1 6 4\nf 1 4 5\nf 2 3 5\nf 2 6 3\nf 2 4 6\nf 2 5 4\n";
 const SIZE: [usize; 2] = [20, 10];
 
-/// Mean green light of the picture, its quarters and its border, for each of some seeds.
+/// Mean green light of the quarters, the border and the whole image, over `seeds` renders.
 fn regions(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     let [width, height] = SIZE;
     let of_seed = |seed| {
@@ -250,8 +249,8 @@ fn regions(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     Mean::of_each(&(1..=seeds).map(of_seed).collect::<Vec<_>>())
 }
 
-/// A lamp above a box on a floor, in a dim surrounding: the methods find the light that path
-/// tracing does, also in each part of the picture.
+/// A lamp above a box on a floor, in dim light: the integrators agree with path tracing, also in
+/// each part of the image.
 #[test]
 fn methods_agree_in_every_projection() {
     let floor = "v -3 -1 3\nv 3 -1 3\nv 3 -1 -3\nv -3 -1 -3\nf 1 2 3 4\n";
@@ -295,14 +294,14 @@ fn methods_agree_in_every_projection() {
     }
 }
 
-/// A white convex body in light of radiance 1 cannot be told from the light, by any method.
+/// A white convex body in light of radiance 1 is invisible, with each integrator.
 #[test]
-fn furnaces_are_constant_in_every_projection_and_method() {
+fn furnace_is_even_in_every_projection() {
     let camera = "[camera]\nposition = [0.3, 0.5, 2]\nlook_at = [0, 0, 0]\n";
     let folder = scene(OCTAHEDRON, "Kd 1 1 1", &format!("{camera}{CONSTANT}"));
     for projection in PROJECTIONS {
         let flags = format!("--projection {projection}");
-        // The circle of a fisheye is part of the picture.
+        // The circle of a fisheye is part of the image.
         let expected = regions(&folder, &format!("{flags} --direct none --reuse none --spp 1024"), 8);
         if !projection.starts_with("fisheye") {
             assert!(

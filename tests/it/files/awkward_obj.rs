@@ -1,5 +1,5 @@
-//! OBJ files of other loaders' test suites and of real scenes: each loads with all its triangles, or is refused with
-//! its line.
+//! OBJ files of test suites of other loaders, and of real scenes: each loads with all its
+//! triangles, or is refused with a line.
 
 use crate::support::shared;
 use embrasure::description::{Loaded, SceneFile, load_scene};
@@ -22,7 +22,7 @@ fn load(path: &Path) -> Result<Loaded, FileError> {
     load_scene(&SceneFile::of_obj(path), SceneBuilder::new())
 }
 
-/// Triangles that a program gets of a file, those without area too.
+/// Triangles loaded from a file, including those without area.
 fn triangles(loaded: &Loaded) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
@@ -33,7 +33,7 @@ fn triangles(loaded: &Loaded) -> u64 {
         + skipped("triangles that repeat others at the same place, skipped: ")
 }
 
-/// The sum of the faces' corners less 2, by the words of each line.
+/// Number of triangles by the text: the sum of corners − 2 over the `f` lines.
 fn counted(path: &Path) -> u64 {
     let text = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
     let corners = |line: &str| {
@@ -47,12 +47,12 @@ fn counted(path: &Path) -> u64 {
     text.lines().map(|line| corners(line).saturating_sub(2)).sum()
 }
 
-/// A scene without its libraries, where each wrong statement is an error.
+/// Loads a scene without its libraries; each wrong statement is an error.
 fn load_without_libraries(path: &Path) -> Result<Loaded, FileError> {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("t.obj");
     let mut bytes = fs::read(path).unwrap();
-    // The line stays, so that lines of errors are those of the file.
+    // The line stays, so line numbers of errors are right.
     while let Some(at) = bytes.windows(6).position(|word| word == b"mtllib") {
         bytes[at] = b'#';
     }
@@ -70,13 +70,13 @@ fn assert_says_where(path: &Path, error: &FileError) {
 
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
-fn awkward_files_load_or_are_refused_with_their_line() {
+fn awkward_files_load_or_fail_with_a_line() {
     let folder = shared("scenes/awkward-obj");
     let files = obj_files(&folder);
     assert!(files.len() > 70, "{} files", files.len());
     let mut loaded = 0;
     for path in &files {
-        // Libraries may be wrong too; they are read where the file lies.
+        // Libraries may be wrong too; they are read from the folder of the file.
         let _ = load(path);
         match load_without_libraries(path) {
             Ok(scene) => {
@@ -92,10 +92,10 @@ fn awkward_files_load_or_are_refused_with_their_line() {
     println!("{loaded} of {} files load", files.len());
 }
 
-/// What the files of loaders' own tests are known to hold.
+/// Known contents of the test files of other loaders.
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
-fn files_of_loaders_tests_are_read_as_meant() {
+fn loader_test_files_have_known_contents() {
     let folder = shared("scenes/awkward-obj");
     let cases: [(&str, Result<u64, usize>); 17] = [
         ("tinyobjloader/cube.obj", Ok(12)),

@@ -1,4 +1,4 @@
-//! The inputs that fuzzing started from, grew and found: every one is read or refused, as the fuzz targets ask.
+//! Seeds, corpus and findings of the fuzzer: each input passes the checks of the fuzz targets.
 
 #[path = "../../fuzz/checks.rs"]
 mod checks;
@@ -16,7 +16,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// All inputs of one kind.
+/// Runs all inputs of one kind.
 fn run(name: &str) {
     let door = DOORS.iter().find(|door| door.name == name).unwrap();
     let place = tempfile::tempdir().unwrap();
@@ -60,10 +60,10 @@ fn renderings() {
     run("rendering");
 }
 
-/// Files larger than a fuzzer makes them. Takes minutes where the time grows with the square of their length.
+/// Files larger than those of a fuzzer. Quadratic time would be minutes.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn long_files_take_no_longer_than_their_length_says() {
+fn long_files_take_linear_time() {
     let many = |line: &dyn Fn(usize) -> String, n: usize| (0..n).map(line).collect::<String>();
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let folder = tempfile::tempdir().unwrap();

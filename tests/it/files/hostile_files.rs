@@ -1,4 +1,5 @@
-//! Files and sizes that would hang the program, take all memory or lose what they hold: each is an error that says what to do.
+//! Files and sizes that would hang the program, take all memory or lose data: each is an error with
+//! help.
 
 use crate::support::program::{assert_same_bits, code, command, done, folder, printed, run, split, words};
 use std::fs;
@@ -7,12 +8,12 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Seconds after which a run counts as hanging: many times what one takes.
+/// Time after which a run counts as hanging: many times the usual time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 const QUAD: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
 
-/// A square with a texture `a.png` that is not there, by itself and in a scene file.
+/// A folder with a square whose texture `a.png` is missing, alone and in a scene file.
 fn scene() -> TempDir {
     folder(&[
         ("a.mtl", "newmtl wall\nKd 1 1 1\nmap_Kd a.png\n"),
@@ -25,7 +26,7 @@ fn scene() -> TempDir {
     ])
 }
 
-/// Runs, and ends the run where it hangs.
+/// Runs the program, and kills it if it hangs.
 fn run_soon(folder: &Path, args: &[&str]) -> Output {
     let mut child = command(folder, args).spawn().unwrap();
     let start = Instant::now();
@@ -39,7 +40,7 @@ fn run_soon(folder: &Path, args: &[&str]) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// Runs, and asserts that it failed with all these words.
+/// Runs the program, and asserts that it fails with all words of `expected`.
 fn refused(folder: &Path, line: &str, expected: &[&str]) {
     let out = run_soon(folder, &split(line));
     let said = words(&out);
@@ -109,7 +110,7 @@ fn pipes_and_devices_are_refused() {
 }
 
 #[test]
-fn what_is_no_file_is_named() {
+fn folders_and_empty_files_are_errors() {
     let folder = scene();
     let at = folder.path();
     for name in ["d.obj", "a.png", "sky.hdr"] {
@@ -147,7 +148,8 @@ fn what_is_no_file_is_named() {
     );
 }
 
-/// A missing texture is a warning, one that the system cannot read an error: what it holds is not known. `--strict` makes both, and damaged ones, errors.
+/// A missing texture is a warning. An unreadable texture is an error, because its content is
+/// unknown. With `--strict` both are errors, and damaged ones too.
 #[test]
 fn textures_that_cannot_be_read_are_errors() {
     let folder = scene();
@@ -172,7 +174,7 @@ fn textures_that_cannot_be_read_are_errors() {
         &["b.obj:1", "gone.mtl` is missing"],
     );
 
-    // Reading this at its start is an error of the system.
+    // Reading this file from its start is an error of the system.
     #[cfg(target_os = "linux")]
     {
         fs::remove_file(at.join("a.png")).unwrap();
@@ -181,7 +183,7 @@ fn textures_that_cannot_be_read_are_errors() {
     }
 }
 
-/// Pictures that say to be larger than memory, in small files: what is told of them is enough to refuse them.
+/// Small files whose headers give images larger than memory: the header suffices to refuse them.
 #[test]
 fn pictures_larger_than_memory_are_refused() {
     let folder = scene();
@@ -217,7 +219,7 @@ fn pictures_larger_than_memory_are_refused() {
     );
 }
 
-/// What pixels take is known before any work: sums, channels and pictures.
+/// Memory of pixels is known before any work: sums, channels and images.
 #[test]
 fn pixels_beyond_memory_are_refused() {
     let folder = scene();
@@ -232,7 +234,7 @@ fn pixels_beyond_memory_are_refused() {
     refused(at, &format!("{render} --aov P,uv,motion,id,cryptomatte"), &["99.0 MB"]);
 }
 
-/// Memory that the system refuses (`ulimit -v`) is an error, wherever it ends.
+/// Memory refused by the system (`ulimit -v`) is an error at any stage.
 #[cfg(target_os = "linux")]
 #[test]
 fn exhausted_memory_is_an_error() {
@@ -256,7 +258,7 @@ fn exhausted_memory_is_an_error() {
         let mut shell = Command::new("sh");
         shell.current_dir(at).args(["-c", &script]).output().unwrap()
     };
-    // Shared libraries take their part, more with Open Image Denoise.
+    // Shared libraries take some of the limit, more with Open Image Denoise.
     let start = (50..1000)
         .step_by(10)
         .find(|&megabytes| limited(megabytes, "--version").status.success());
@@ -320,7 +322,7 @@ fn long_scene_files_are_read_in_time() {
     refused(at, "render g.toml --spp 1 --size 8x8 -o o.exr", &["light groups"]);
 }
 
-/// Bytes that follow the image of a part or a checkpoint may be the second of two files in one.
+/// Bytes behind the image of a part or checkpoint may be a second file in one.
 #[test]
 fn bytes_behind_sums_are_refused() {
     let folder = scene();
@@ -350,20 +352,20 @@ fn bytes_behind_sums_are_refused() {
     }
     assert!(!at.join("m.exr").exists());
 
-    // The remedy of the error
+    // The help of the error
     let cut = fs::read(at.join("1.exr")).unwrap();
     fs::write(at.join("1.exr"), &cut[..first.len()]).unwrap();
     done(at, &split("merge 1.exr 2.exr -q -o m.exr"));
     assert_same_bits(&at.join("m.exr"), &at.join("whole.exr"));
 }
 
-/// By brute force the guess of the camera would take minutes before the first sample.
+/// With brute force, the guess of the camera would take minutes before the first sample.
 #[test]
-fn guess_under_brute_force_is_that_of_a_fast_backend() {
+fn guess_with_brute_force_uses_a_fast_backend() {
     use embrasure::Backend;
     let fast = Backend::Brute.for_guesses();
     if fast == Backend::Brute {
-        // Nothing else is built in.
+        // No other backend in this build.
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -429,7 +431,7 @@ fn utf16_is_read() {
 }
 
 #[test]
-fn odd_values_are_told_as_what_they_are() {
+fn odd_values_are_reported_exactly() {
     let folder = scene();
     let at = folder.path();
     for (scale, word) in [
@@ -457,7 +459,7 @@ fn odd_values_are_told_as_what_they_are() {
         assert!(said.contains(word), "no `{word}` in {said}");
     }
 
-    // A material of the scene file that faces use is used, and so is not that of the library.
+    // A material of the scene file used by faces replaces the library material: both count as used.
     fs::write(
         at.join("over.toml"),
         "version = 1\n[[object]]\nobj = \"a.obj\"\n[material.wall]\ndiffuse = [0.5, 0.5, 0.5]\n",

@@ -1,4 +1,4 @@
-//! Parts of an OBJ file by the names of `o` and `g`: hidden, or shown alone.
+//! Parts of an OBJ file by the names of `o` and `g`: hidden, or the only visible ones.
 
 use crate::support::program::*;
 use crate::support::{matte, read_channel};
@@ -6,7 +6,7 @@ use std::fs;
 use tempfile::TempDir;
 
 /// Four squares in a row: an object of one group, an object of two groups with two names, and faces
-/// below no group of that object.
+/// of that object without a group.
 const PARTS: [(&str, &str); 4] = [
     ("o Chair.001\ng seat\n", "f 1 2 3 4\n"),
     ("o Table\ng top wood\n", "f 2 5 6 3\n"),
@@ -19,7 +19,7 @@ const SCENE: &str = "version = 1\n[camera]\nposition = [0, 0, 8]\nlook_at = [0, 
     [image]\nwidth = 32\nheight = 8\n[render]\nsamples = 2\n[[object]]\nobj = \"a.obj\"\n\
     [[light]]\ntype = \"constant\"\nradiance = 0.5\n[[light]]\ntype = \"point\"\nposition = [0, 2, 3]\nintensity = 20\n";
 
-/// A folder whose OBJ file has the faces of these parts; all names stay.
+/// A folder whose OBJ file has the faces of the `shown` parts, and the names of all parts.
 fn scene(shown: [bool; 4]) -> TempDir {
     let parts = PARTS.iter().zip(shown);
     let parts: String = parts
@@ -61,7 +61,7 @@ fn hiding_a_part_equals_deleting_its_faces() {
 }
 
 #[test]
-fn scene_files_hide_parts_and_dumps_keep_that() {
+fn dumped_scene_files_keep_hidden_parts() {
     let folder = scene([true; 4]);
     let expected = picture(&folder, "--hide wood --hide seat");
     assert!(picture(&folder, "--set render.hide=wood --hide seat") == expected);
@@ -98,7 +98,7 @@ fn patterns_without_a_part_are_errors() {
     assert!(words.contains("hide is not the name of a part"), "{words}");
 }
 
-/// The scene of squares in which each part is an object with a file of its own.
+/// Scene of the squares; each part is an object with its own file.
 fn split_scene() -> TempDir {
     let names = ["Chair.001/seat", "Table/top wood", "Table/leg wood", "Table"];
     let objects: String = (0..4)
@@ -114,7 +114,7 @@ fn split_scene() -> TempDir {
 }
 
 #[test]
-fn objects_of_single_parts_have_the_bits_of_one_file() {
+fn split_objects_have_the_bits_of_one_file() {
     let (whole, split_up) = (scene([true; 4]), split_scene());
     for folder in [&whole, &split_up] {
         done(
@@ -139,7 +139,7 @@ fn objects_of_single_parts_have_the_bits_of_one_file() {
 }
 
 #[test]
-fn mattes_of_parts_and_the_background_sum_to_one() {
+fn part_mattes_and_background_sum_to_one() {
     let folder = scene([true; 4]);
     let args = "render s.toml -q --spp 64 --background transparent --aov cryptomatte,id -o t.exr --set";
     done(folder.path(), &joined(&split(args), &["camera.position=[1, 3, 6]"]));
@@ -151,12 +151,12 @@ fn mattes_of_parts_and_the_background_sum_to_one() {
         let sum: f32 = mattes.iter().map(|matte| matte[i]).sum();
         assert!((sum - alpha[i]).abs() < 1e-6, "{sum}, alpha {}", alpha[i]);
     }
-    // Each part is seen, and so is the background.
+    // Each part is visible, and so is the background.
     for (matte, name) in mattes.iter().zip(names) {
         assert!(matte.iter().sum::<f32>() > 1.0, "{name}");
     }
     assert!(alpha.contains(&0.0));
-    // One object, whose number is 1: parts follow.
+    // The only object has the number 1; parts have the next numbers.
     let ids = read_channel(&path, "id.part");
     let mut seen: Vec<u32> = ids.iter().map(|id| *id as u32).collect();
     seen.sort_unstable();
@@ -165,9 +165,9 @@ fn mattes_of_parts_and_the_background_sum_to_one() {
     assert!(read_channel(&path, "id.object").iter().all(|id| *id <= 1.0));
 }
 
-/// A rule for one part equals a file whose faces name that material.
+/// A rule for a part equals a file whose faces have that material.
 #[test]
-fn parts_have_materials_of_their_own() {
+fn part_rules_set_materials() {
     let library = "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl red\nKd 0.8 0.1 0.1\nnewmtl shiny\nKd 0.5 0.5 0.5\nKs 0.4 0.4 0.4\nNs 50\n";
     let with = |materials: [&str; 4], more: &str| {
         let parts: String = PARTS
@@ -206,7 +206,7 @@ fn parts_have_materials_of_their_own() {
         assert!(picture(&grey(), "") != expected, "{flags} {shiny}");
         assert!(picture(&grey(), flags) == expected, "{flags}");
         assert!(picture(&with(["grey"; 4], sections), "") == expected, "{sections}");
-        // The dump of a scene has the flags in sections.
+        // A dumped scene has the flags as sections.
         let folder = grey();
         picture(&folder, &format!("{flags} --dump-scene d.toml"));
         fs::copy(folder.path().join("d.toml"), folder.path().join("s.toml")).unwrap();
@@ -297,7 +297,7 @@ fn info_lists_parts() {
     assert_eq!(found, expected);
     let printed = printed(&run(folder.path(), &split("info s.toml")));
     assert!(printed.contains("Chair.001/seat: 2 triangles, area 4"), "{printed}");
-    // A file without names has no parts, and a matte of objects alone.
+    // A file without names has no parts, and only a matte of objects.
     fs::write(folder.path().join("a.obj"), format!("{VERTICES}f 1 2 3 4\nf 2 5 6 3\n")).unwrap();
     assert_eq!(
         json(&run(folder.path(), &split("info s.toml --json")))["parts"],

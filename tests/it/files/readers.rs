@@ -1,4 +1,5 @@
-//! Both readers of OBJ and MTL files agree on the project's own files, except for known differences.
+//! Both readers of OBJ and MTL files agree on the files of the project, except for known
+//! differences.
 
 use crate::support::program::{done, folder, read_json, refused};
 use embrasure::description::{SceneFile, load_scene};
@@ -11,14 +12,15 @@ use embrasure::scene::SceneBuilder;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// An OBJ file as a reader returns it, sorted.
+/// Content of an OBJ file as a reader returns it, sorted.
 #[derive(Default)]
 struct Read {
-    /// Corners of the triangles.
+    /// Corners of triangles.
     positions: Vec<[Bits; 3]>,
     /// Triangles with the names of their materials.
     faces: Vec<([Bits; 3], Option<String>)>,
-    /// Triangles with texture coordinates, unless 0, and normals, unless the triangle's.
+    /// Triangles with texture coordinates other than 0, and normals other than the normal of the
+    /// triangle.
     corners: Vec<[Corner; 3]>,
     materials: Vec<String>,
 }
@@ -63,7 +65,7 @@ fn read(path: &Path, reader: ObjReader) -> Result<Read, String> {
     Ok(read)
 }
 
-/// Returns in what the readers differ; empty if they agree.
+/// The kind of difference between the readers; empty if they agree.
 fn difference(path: &Path) -> &'static str {
     match (read(path, ObjReader::Own), read(path, ObjReader::Tobj)) {
         (Err(_), Err(_)) => "",
@@ -87,7 +89,7 @@ fn files(folder: &str) -> Vec<PathBuf> {
 
 #[test]
 fn readers_agree_on_the_projects_files() {
-    // Files on which they differ, and why
+    // Files with differences, and reasons
     let known = [
         ("globe.obj", "corners", "corners with and without coordinates"),
         ("pawns.obj", "corners", "smoothing groups"),
@@ -111,7 +113,7 @@ fn readers_agree_on_the_projects_files() {
     assert_eq!(differing, known);
 }
 
-/// By what the readers differ in: statements, and the difference as the guide has it.
+/// Kinds of difference: statements, and the text of the guide.
 const DIFFERENCES: [(&str, &[(&str, &str)]); 6] = [
     (
         "",
@@ -189,7 +191,7 @@ const DIFFERENCES: [(&str, &[(&str, &str)]); 6] = [
 ];
 
 #[test]
-fn known_differences_are_those_of_the_page() {
+fn reader_differences_match_the_guide() {
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nvn 0.1 0 1\n";
     let library = "newmtl red\nKd 1 0 0\nNs 10\nTf 1 0.5 0\nPr 0.3\nnewmtl blue\nmap_Kd -s 2 2 wall.png\n";
     let page = include_str!("../../../docs/guide/reference/obj-mtl.md");
@@ -213,7 +215,7 @@ fn known_differences_are_those_of_the_page() {
     }
 }
 
-/// No input of the fuzz targets makes the second reader panic, and each refusal has a remedy.
+/// No input of the fuzz targets makes the second reader panic, and each refusal has help.
 #[test]
 fn tobj_survives_the_fuzz_corpus() {
     let place = tempfile::tempdir().unwrap();
@@ -239,9 +241,10 @@ fn tobj_survives_the_fuzz_corpus() {
     assert!(count > 300, "{count} inputs");
 }
 
-/// A plain scene has one hash by both readers, and a file that tobj refuses names the other reader.
+/// A plain scene has one hash with both readers, and the error for a file that tobj refuses
+/// contains the other reader.
 #[test]
-fn scenes_are_the_same_by_both_readers() {
+fn both_readers_give_the_same_scene_hash() {
     let obj =
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 2 3 4\nusemtl blue\nf 1 2 5\n";
     let folder = folder(&[

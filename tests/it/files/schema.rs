@@ -1,6 +1,8 @@
-//! The JSON Schema of scene files says what the program does: scene files that there are follow it, and a changed one is refused by both or by neither.
+//! The JSON Schema of scene files agrees with the program: existing scene files follow it, and a
+//! changed file is refused by both or by neither.
 //!
-//! The crates that validate by a schema bring some fifty others; the few keywords that this schema uses are evaluated here, and any other is an error.
+//! Crates for schema validation have some fifty dependencies. The few keywords of this schema are
+//! evaluated here; any other keyword is an error.
 
 use crate::support::program::{done, folder, printed};
 use embrasure::{SceneFile, Session, Settings};
@@ -10,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// The schema that the program prints.
+/// The schema printed by the program.
 fn schema() -> Value {
     let here = folder(&[]);
     let text = printed(&done(here.path(), &["help", "schema"]));
@@ -22,7 +24,7 @@ fn schema() -> Value {
     serde_json::from_str(&text).unwrap()
 }
 
-/// The first place at which `value` is not what `schema` says (draft 7), if there is one.
+/// First place where `value` violates `schema` (draft 7), if any.
 fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
     let Some(schema) = schema.as_object() else {
         let is_false = !schema.as_bool().expect("a schema is an object, true or false");
@@ -114,7 +116,7 @@ fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
     })
 }
 
-/// Fault of a scene file by the schema, if it has one. Text that is no TOML has a fault.
+/// Fault of a scene file by the schema, if any. Text that is not TOML has a fault.
 fn fault_by_schema(schema: &Value, text: &str) -> Option<String> {
     match toml::from_str::<Value>(text) {
         Ok(value) => violation(schema, &value, "scene"),
@@ -122,7 +124,7 @@ fn fault_by_schema(schema: &Value, text: &str) -> Option<String> {
     }
 }
 
-/// What the program finds wrong with the scene file, if anything is.
+/// Error of the program for the scene file, if any.
 fn fault_by_program(path: &Path) -> Option<String> {
     let file = SceneFile::load(path).map_err(|error| error.to_string());
     let loaded = file.and_then(|file| {
@@ -173,14 +175,14 @@ fn scene_files_follow_the_schema() {
             if !text.contains("[[object]]") {
                 text += "\n[[object]]\nobj = 'a.obj'\n";
             }
-            // Keys without a section are parts of one, which the page tells.
+            // Keys without a section are skipped: their section is in the text of the page.
             if block.starts_with('[') || block.contains("version =") {
                 follows(&format!("{}: {block}", path.display()), &text);
             }
         }
     }
     assert!(count > 25, "{count} scene files");
-    // Those that the program writes
+    // Files written by the program
     let here = folder(&[("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl x\nf 1 2 3\n")]);
     done(here.path(), &["init", "a.obj", "-o", "a.toml"]);
     done(
@@ -233,7 +235,8 @@ name = \"lamps\"
 materials = [\"lamp\"]
 ";
 
-/// Changes: sections, and a line for each, which takes the place of the key's line, or removes it where there is no value.
+/// Changes: sections, and lines that replace the line of their key. A line without a value removes
+/// the key.
 const CHANGES: &[(&str, &[&str])] = &[
     (
         "",
@@ -547,7 +550,7 @@ const CHANGES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Sections that take the place of the light, or are added.
+/// Sections that replace the light, or are added.
 const SECTIONS: &[&str] = &[
     "[cammera]\nposition = [0, 1, 4]",
     "[renders]\nsamples = 4",
@@ -607,7 +610,7 @@ fn changed(section: &str, line: &str) -> String {
     format!("{before}{first}{line}\n{}\n{after}", others.join("\n"))
 }
 
-/// Scene files with a mistake, and some without, are refused by the schema and by the program, or by neither.
+/// Scene files with and without errors are refused by the schema and the program, or by neither.
 #[test]
 fn the_schema_and_the_program_agree() {
     let schema = schema();
@@ -642,12 +645,13 @@ fn the_schema_and_the_program_agree() {
     }
     let (before, rest) = SCENE.split_at(SCENE.find("[[light]]").unwrap());
     let after = &rest[rest.find("[ground]").unwrap()..];
-    // A sky shines below the ground, too, which is another matter than the light.
+    // A sky also shines below the ground, which the ground section refuses; so the ground is left
+    // out.
     let after = &after[after.find("[[light_group]]").unwrap()..];
     for section in SECTIONS {
         check(&format!("{before}{section}\n{after}"), section);
     }
-    // Two sections whose keys exclude each other, and a camera of angles
+    // Two sections whose keys exclude each other, and a camera by angles
     let orbit = |angles: &str| {
         let text = changed("[camera]", &format!("orbit = {angles}"));
         text.lines()
@@ -683,7 +687,8 @@ fn the_schema_and_the_program_agree() {
     assert!(refused > 150 && taken > 40, "{refused} refused, {taken} taken");
 }
 
-/// Keys that first cells of the page's tables name: `camera.up`, and after `material.NAME.eta` also `.k`.
+/// Keys in the first cells of the tables of the page: `camera.up`; `.k` after `material.NAME.eta`
+/// is short for `material.NAME.k`.
 fn keys_of_page(page: &str) -> BTreeSet<String> {
     let mut keys = BTreeSet::new();
     for row in page.lines().filter(|line| line.starts_with("| `")) {
@@ -702,9 +707,9 @@ fn keys_of_page(page: &str) -> BTreeSet<String> {
     keys
 }
 
-/// Every key of the schema has a row on the page of the reference, and each type of light a row with its keys.
+/// Each key of the schema has a row in the reference, and each type of light a row with its keys.
 #[test]
-fn the_reference_has_every_key_of_the_schema() {
+fn reference_page_has_every_schema_key() {
     let schema = schema();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/reference/scene-file.md");
     let page = fs::read_to_string(path).unwrap();
@@ -720,7 +725,7 @@ fn the_reference_has_every_key_of_the_schema() {
         ("light_group", &properties["light_group"]["items"]),
     ] {
         let keys = table["properties"].as_object().unwrap().keys();
-        // A flag of another name is a key without a row.
+        // Another name of a flag is a key without a row.
         for key in keys.filter(|key| *key != "fov") {
             assert!(rows.contains(&format!("{section}.{key}")), "{section}.{key} has no row");
             count += 1;

@@ -4,11 +4,11 @@ use crate::support::load;
 use crate::support::program::folder;
 use embrasure::math::Vec3;
 
-/// A corner of a cube has three faces, each of a quarter of a circle: its normal is their mean however
-/// they are cut into triangles.
+/// A corner of a cube has three faces with an angle of 90° each. Its normal is their mean for any
+/// triangulation.
 #[test]
-fn normals_of_a_group_do_not_depend_on_triangles() {
-    // The faces x = 0, y = 0 and z = 0; the first is two triangles that meet at the corner.
+fn group_normals_do_not_depend_on_triangles() {
+    // Faces x = 0, y = 0 and z = 0; the first is two triangles that meet at the corner.
     let corner = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\nv 1 0 1\nv 1 1 0\ns 1\n";
     let [whole, cut] = ["f 1 3 5 4\n", "f 1 3 5\nf 1 5 4\n"].map(|face| {
         let files = folder(&[("a.obj", &format!("{corner}{face}f 1 4 6 2\nf 1 2 7 3\n"))]);

@@ -1,10 +1,9 @@
-//! Statements of the specifications of OBJ and MTL: each is read, or `check` lists it with its
-//! effect.
+//! Statements of the OBJ and MTL specifications: each is read, or `check` lists it with its effect.
 
 use crate::support::program::*;
 use serde_json::Value;
 
-/// Statements of the OBJ format (Wavefront, version 3.0) with arguments, and whether they are read.
+/// Statements of the OBJ format (Wavefront, version 3.0) with arguments; true if they are read.
 const OBJ: [(&str, bool); 43] = [
     ("v 0 0 0", true),
     ("vt 0 0", true),
@@ -51,7 +50,7 @@ const OBJ: [(&str, bool); 43] = [
     ("res 4 4", false),
 ];
 
-/// Statements of the MTL format.
+/// Statements of the MTL format; true if they are read.
 const MTL: [(&str, bool); 23] = [
     ("newmtl m", true),
     ("Ka 0.1 0.1 0.1", true),
@@ -78,7 +77,7 @@ const MTL: [(&str, bool); 23] = [
     ("map_disp w.png", true),
 ];
 
-/// Keywords between backquotes in the messages of findings, each with the line.
+/// Keywords in backquotes in the messages of findings, each with its line.
 fn listed(findings: &[Value], file: &str) -> Vec<(String, u64)> {
     let codes = ["ignored-statement", "skipped-elements"];
     let of_list = findings.iter().filter(|finding| {
@@ -102,7 +101,7 @@ fn listed(findings: &[Value], file: &str) -> Vec<(String, u64)> {
 
 #[test]
 fn each_statement_is_read_or_listed() {
-    // Superseded statements count as the elements that they stand for.
+    // Superseded statements count as the elements that replace them.
     let listed_as = |keyword: &'static str| match keyword {
         "curv2" | "cdc" => "curv",
         "bzp" | "bsp" => "surf",
@@ -154,7 +153,7 @@ fn the_list_has_lines_and_counts() {
         "{printed}"
     );
     assert!(printed.contains("a.obj:7: note: `lod` has no effect:"), "{printed}");
-    // A render does not tell of them.
+    // A render does not list them.
     let said = words(&done(folder.path(), &split("render a.obj --size 8x8 --spp 1 -o t.png")));
     assert!(!said.contains("bevel"), "{said}");
 }

@@ -1,5 +1,5 @@
-//! Subdivision of the faces of an OBJ file: what the program makes of them. The surfaces
-//! themselves are tested beside their code (`geometry/subdivision`).
+//! Subdivision of OBJ faces by the program. The surfaces themselves are tested beside their code
+//! (`geometry/subdivision`).
 
 use crate::support::program::*;
 use crate::support::{load, matte, read_channel};
@@ -11,7 +11,7 @@ use embrasure::sampling::warp::uniform_sphere;
 use embrasure::scene::Scene;
 use tempfile::TempDir;
 
-/// Cube of six quads in two materials and six parts, whose texture coordinates have seams at all
+/// Cube of six quads with two materials and six parts. Its texture coordinates have seams at all
 /// edges.
 pub const CUBE: &str = "mtllib a.mtl\nv -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\n\
     vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
@@ -26,7 +26,7 @@ fn cube(scene: &str) -> TempDir {
     folder(&[("a.obj", CUBE), ("a.mtl", LIBRARY), ("s.toml", scene)])
 }
 
-/// The scene with more keys of its object.
+/// The scene with additional keys of its object.
 fn with_keys(keys: &str) -> String {
     SCENE.replace("obj = \"a.obj\"\n", &format!("obj = \"a.obj\"\n{keys}\n"))
 }
@@ -47,7 +47,7 @@ pub fn escaping(accel: &dyn Accel, origin: Vec3, count: u32) -> usize {
     (0..count).filter(escapes).count()
 }
 
-/// Calls `check` with each backend that is built in, if there is one.
+/// Calls `check` with each backend of this build.
 #[cfg_attr(not(any(feature = "embree", feature = "obvhs")), expect(unused_variables))]
 pub fn for_each_backend(scene: &Scene, check: impl Fn(&dyn Accel)) {
     #[cfg(feature = "embree")]
@@ -70,7 +70,7 @@ fn no_ray_escapes_a_closed_mesh() {
     });
 }
 
-/// Keys, flags, and their order; hidden parts are deleted faces.
+/// Keys, flags, and their precedence; hidden parts are deleted faces.
 #[test]
 fn flags_win_over_keys() {
     let triangles = |scene: &str, flags: &str| {
@@ -106,9 +106,9 @@ fn flags_win_over_keys() {
     assert!(error.contains("--obj-reader own"), "{error}");
 }
 
-/// Materials and parts stay on their faces.
+/// Faces keep their materials and parts.
 #[test]
-fn materials_and_parts_follow() {
+fn subdivision_keeps_materials_and_parts() {
     let with = cube(&with_keys("subdivision = 3\ncrease_angle = 30"));
     let sharp = cube(SCENE);
     for folder in [&with, &sharp] {
@@ -118,7 +118,7 @@ fn materials_and_parts_follow() {
         );
     }
     let [fine, coarse] = [&with, &sharp].map(|folder| folder.path().join("t.exr"));
-    // Sharp edges keep the cube: the same faces are seen.
+    // Sharp edges keep the cube: the same faces are visible.
     for channel in ["albedo.R", "albedo.B"] {
         let [a, b] = [&fine, &coarse].map(|path| read_channel(path, channel));
         let max = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
@@ -132,9 +132,9 @@ fn materials_and_parts_follow() {
     }
 }
 
-/// Memory is refused before it is taken, with the figure and the step that fits.
+/// Memory is refused before allocation, with the amount and a number of steps that fits.
 #[test]
-fn too_many_steps_name_those_that_fit() {
+fn too_many_steps_suggest_a_fitting_number() {
     let with = cube(SCENE);
     let error = refused(
         with.path(),
@@ -169,7 +169,7 @@ fn too_many_steps_name_those_that_fit() {
 
 /// Two files of one mesh at two times have the same triangles after all steps.
 #[test]
-fn moving_vertices_follow() {
+fn subdivision_keeps_moving_vertices() {
     let close = CUBE.replace("v 1 1 1", "v 2 2 2");
     let with = folder(&[
         ("a.obj", CUBE),
@@ -188,9 +188,9 @@ fn moving_vertices_follow() {
     assert_eq!(meshes.iter().filter(moves).count(), 2);
 }
 
-/// Edges of three faces are counted, and stay.
+/// Edges of three faces are counted, and stay sharp.
 #[test]
-fn edges_that_are_not_manifold_are_told() {
+fn non_manifold_edges_are_reported() {
     let fin = CUBE.replace("usemtl blue\n", "v 0 3 0\nv 0 3 1\nf 3 4 9 10\nusemtl blue\n");
     let with = folder(&[("a.obj", &fin), ("a.mtl", LIBRARY), ("s.toml", SCENE)]);
     let out = done(with.path(), &["check", "s.toml", "--subdivide", "2", "--json"]);
@@ -210,9 +210,9 @@ fn edges_that_are_not_manifold_are_told() {
     assert!(!printed(&plain).contains("sharp-edges"));
 }
 
-/// Colours of vertices are those of the file at the vertices, and means between them.
+/// Vertex colours stay at the vertices of the file, and are averaged between them.
 #[test]
-fn colors_follow() {
+fn subdivision_interpolates_colors() {
     let square = "v 0 0 0 1 0 0\nv 2 0 0 1 0 0\nv 2 2 0 1 1 1\nv 0 2 0 1 1 1\nf 1 2 3 4\n";
     let scene = SCENE.replace(
         "position = [3, 2, 5]\nlook_at = [0, 0, 0]",

@@ -1,4 +1,5 @@
-//! What errors quote of input files, and what is repaired or ignored in them: pictures, repeated geometry, libraries.
+//! Quotes of input files in errors, and repaired or ignored content: images, repeated geometry,
+//! libraries.
 
 use crate::support::program::{code, done, folder, json, lit_floor, printed, refused, run, split, words};
 use crate::support::{read_rgb, rel_mse, write_png as write_rgb_png};
@@ -9,10 +10,10 @@ use std::path::Path;
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const SCENE: &str = "version = 1\n[[object]]\nobj = 'a.obj'\n";
 
-/// A scene may name any file. Errors quote 40 characters of it, and 120 of a name.
+/// A scene may use any file. Errors quote at most 40 characters of it, and 120 of a name.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn errors_quote_short_parts_of_input_files() {
+fn errors_quote_at_most_40_characters() {
     let long = "Q".repeat(300);
     let obj = |line: &str| (SCENE.to_string(), format!("{TRIANGLE}{line}\nf 1 2 3\n"), String::new());
     let mtl = |line: &str| {
@@ -94,7 +95,7 @@ fn errors_quote_short_parts_of_input_files() {
         ] {
             let output = run(folder.path(), &split(command));
             assert!(matches!(code(&output), 0..=2), "{command}: {}", words(&output));
-            // The names in `info` are those of the files.
+            // `info` prints the names of the files.
             let text = if command.starts_with("info") {
                 words(&output)
             } else {
@@ -126,7 +127,7 @@ fn write_environment(folder: &Path, texel: [f32; 3]) {
 }
 
 #[test]
-fn environment_with_bad_texels_is_repaired_with_a_warning() {
+fn bad_environment_texels_are_repaired() {
     let toml = format!(
         "{SCENE}[camera]\nposition = [0, 0, 3]\nlook_at = [0, 0, 0]\nvertical_fov = 20\n\
          [image]\nwidth = 8\nheight = 8\n[[light]]\ntype = 'environment'\nimage = 'sky.exr'\n"
@@ -172,7 +173,7 @@ fn environment_with_bad_texels_is_repaired_with_a_warning() {
     }
 }
 
-/// A JPEG file of 8 × 8 pixels with an EXIF orientation.
+/// Writes a JPEG file of 8 × 8 pixels with an EXIF orientation.
 fn write_jpeg(path: &Path, orientation: u8) {
     let mut bytes = Vec::new();
     let encoder = image::codecs::jpeg::JpegEncoder::new(&mut bytes);
@@ -193,7 +194,7 @@ fn write_png(path: &Path, gamma: Option<f32>) {
 }
 
 #[test]
-fn metadata_that_textures_ignore_is_reported() {
+fn ignored_texture_metadata_is_reported() {
     let obj = format!("mtllib a.mtl\n{TRIANGLE}vt 0 0\nusemtl a\nf 1/1 2/1 3/1\n");
     let folder = folder(&[("s.toml", SCENE), ("a.obj", &obj), ("a.mtl", "")]);
     let told = |key: &str, file: &str| {
@@ -223,7 +224,7 @@ fn metadata_that_textures_ignore_is_reported() {
         ("map_Kd", "upright.jpg"),
         ("map_Kd", "srgb.png"),
         ("map_Kd", "plain.png"),
-        // Numbers are stored as they are meant.
+        // Numbers are stored linearly.
         ("map_Pr", "linear.png"),
     ] {
         assert!(!told(key, file).contains("ignored"), "{key} {file}");
@@ -231,7 +232,7 @@ fn metadata_that_textures_ignore_is_reported() {
 }
 
 #[test]
-fn repeated_geometry_is_left_out_and_reported() {
+fn repeated_geometry_is_skipped_and_reported() {
     let mut obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl a\n");
     (0..20_000).for_each(|_| obj += "f 1 2 3\n");
     let toml = format!("{SCENE}instances = 'i.txt'\n");
@@ -256,7 +257,7 @@ fn repeated_geometry_is_left_out_and_reported() {
     }
 }
 
-/// Two lamps at one place, of different materials.
+/// Two lamps at one place, with different materials.
 #[test]
 fn coincident_lamps_are_reported() {
     let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
@@ -281,7 +282,7 @@ fn many_missing_libraries_are_one_warning() {
     assert!(check.contains("and 19999 more findings of this kind"), "{check}");
 }
 
-/// A triangle that stands in each of `count` materials.
+/// Messages of a render of `count` coincident triangles, each with its own material.
 fn coincident(count: usize) -> String {
     let library: String = (0..count).map(|i| format!("newmtl m{i}\nKd 0.5 0.5 0.5\n")).collect();
     let faces: String = (0..count).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect();
@@ -291,7 +292,7 @@ fn coincident(count: usize) -> String {
 }
 
 #[test]
-fn many_coincident_triangles_of_different_materials_are_reported() {
+fn many_coincident_triangles_are_reported() {
     let said = coincident(40);
     assert!(
         said.contains("up to 40 triangles") && said.contains("[coincident-triangles]"),
@@ -312,9 +313,9 @@ fn filter_with_negative_lobes_is_noted() {
     assert!(!said("gaussian").contains("negative lobes"));
 }
 
-/// Exporters write numbers that the format has not. They cost a warning each, and no picture.
+/// Exporters write invalid numbers. Each is a warning, and the render goes on.
 #[test]
-fn materials_with_wrong_values_are_rendered_with_warnings() {
+fn wrong_material_values_are_warnings() {
     let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl red\nf 1 2 3 4\n";
     let wrong = "newmtl red\nNs -1.960784\nKd 0.8 0.2 0.1\nKs -1 0 0\nNi -1.0\nd 1.000001\nillum 2.0\nmap_Kd\n";
     let right = "newmtl red\nNs 0\nKd 0.8 0.2 0.1\nKs 0 0 0\nd 1\nillum 2\n";
@@ -342,9 +343,9 @@ fn materials_with_wrong_values_are_rendered_with_warnings() {
     assert_eq!((strict, strict_of_right), (1, 0));
 }
 
-/// Wrong texture coordinates count as 0 0, and a face without a vertex is left out.
+/// Wrong texture coordinates become 0 0, and a face with a wrong vertex is skipped.
 #[test]
-fn faces_with_wrong_indices_cost_no_picture() {
+fn wrong_face_indices_are_warnings() {
     let corners = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n";
     let render = |faces: &str| {
         let obj = format!("{corners}{faces}");
@@ -369,24 +370,24 @@ fn faces_with_wrong_indices_cost_no_picture() {
         "a.obj:11:11: texture coordinate index 7 in `4/7` is out of range; its texture coordinates count as 0 0";
     assert!(said.contains(first) && said.contains("(and 1 more"), "{said}");
     assert_eq!((strict, strict_of_right), (1, 0));
-    // Without any face there is no picture.
+    // Without any face, the render is an error.
     let folder = folder(&[("a.obj", &format!("{corners}f 1 2 9\n")), ("a.mtl", "newmtl a\n")]);
     let said = refused(folder.path(), &split("render a.obj -q -o x.exr"), 1);
     let only = "a.obj:10:7: vertex index 9 in `9` is out of range; the face is left out";
     assert!(said.contains(only), "{said}");
 }
 
-/// A picture of 16 × 16 texels.
+/// Writes an image of 16 × 16 texels.
 fn write_texels(path: &Path, texel: impl Fn(f32, f32) -> [f32; 3]) {
     let at = |i: usize| texel((i % 16) as f32 / 15.0 - 0.5, (i / 16) as f32 / 15.0 - 0.5);
     let texels: Vec<[u8; 3]> = (0..256).map(|i| at(i).map(|c| (c * 255.0).round() as u8)).collect();
     write_rgb_png(path, 16, &texels);
 }
 
-/// Exporters write normal maps as `map_Bump`. In libraries the picture decides; scene files mean
-/// what they say.
+/// Exporters write normal maps as `map_Bump`. In libraries the image decides; in scene files the
+/// key decides.
 #[test]
-fn normal_maps_and_heights_are_known_by_their_picture() {
+fn normal_and_height_maps_are_detected() {
     let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\n\
                   f 1/1 2/2 3/3 4/4\n";
     let folder = folder(&[("a.obj", square)]);
@@ -452,7 +453,7 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
         );
         assert!(&picture == right, "{maps}");
     }
-    // Two statements whose pictures are exchanged are read as the right ones, each with its options.
+    // Two swapped statements are read as the right ones, each with its options.
     let (right, _) = of("map_Bump heights.png\nnorm -bm 0.5 normals.png");
     assert!(right != heights);
     for maps in [
@@ -467,10 +468,10 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
         assert!(!all.contains("has no effect"), "{said} {all}");
         assert!(picture == right, "{maps}");
     }
-    // A strength of 0 is flat, up to rounding.
+    // Strength 0 is flat, up to rounding.
     let (none, _) = of("map_Bump -bm 0 normals.png");
     assert!(rel_mse(&none, &flat) < 1e-6 * rel_mse(&normals, &flat));
-    // Numbers that are encoded like colours are decoded.
+    // Normals encoded like colours are decoded.
     let encode = |c: f32| {
         if c <= 0.0031308 {
             12.92 * c
@@ -490,11 +491,11 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
     assert!(said.contains("it is decoded, and used as a normal map"), "{said}");
     assert!(by_bump == by_norm && rel_mse(&by_norm, &normals) < 0.01 * rel_mse(&flat, &normals));
 
-    // One channel of a normal map is meant as heights.
+    // One channel of a normal map is a height map.
     let (picture, said) = of("bump -imfchan r normals.png");
     assert!(picture != normals && !said.contains("heights-or-normals"), "{said}");
 
-    // A written scene file has what the picture decided, and keeps it.
+    // A written scene file has the detected kind, and keeps it.
     of("map_Bump normals.png");
     done(at, &split("init a.obj -o a.toml"));
     let text = fs::read_to_string(at.join("a.toml")).unwrap();
@@ -508,7 +509,7 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
         assert!(!scene(map).contains("heights-or-normals"), "{map}");
     }
 
-    // Many of a library are one note.
+    // Many of one library are one note.
     let mtl = "newmtl m\nmap_Bump normals.png\nnewmtl n\nmap_Bump -bm 1 other.png\n";
     fs::copy(at.join("normals.png"), at.join("other.png")).unwrap();
     fs::write(at.join("a.mtl"), mtl).unwrap();
@@ -518,9 +519,9 @@ fn normal_maps_and_heights_are_known_by_their_picture() {
     assert!(said.contains("and another one of this file"), "{said}");
 }
 
-/// Exporters write `d 0` for opaque surfaces: a scene of which nothing could be seen is opaque.
+/// Exporters write `d 0` for opaque surfaces: a scene without any visible surface becomes opaque.
 #[test]
-fn scenes_of_invisible_materials_are_opaque() {
+fn fully_invisible_scene_is_made_opaque() {
     let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\nusemtl n\nf 1 3 2\n");
     let mtl = "newmtl m\nKd 0.8 0.1 0.1\nd 0\nnewmtl n\nKd 0.1 0.8 0.1\nTr 1\nd 0\nnewmtl spare\nd 1\n";
     let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
@@ -536,7 +537,7 @@ fn scenes_of_invisible_materials_are_opaque() {
     let told = "a.mtl:3: nothing could be seen: the opacity of material `m` and another one, all of the scene, is 0";
     assert!(said.contains(told) && said.contains("[invisible-scene]"), "{said}");
     assert!(!said.contains("the picture shows nothing"), "{said}");
-    // Wishes of the user, and the literal reading, stay.
+    // Settings of the user, and the literal reading, stay.
     for flags in ["--strict", "--mtl-dialect spec", "--material '*.opacity=0'"] {
         let flags = flags.replace('\'', "");
         let (invisible, said) = picture(&flags);
@@ -549,14 +550,14 @@ fn scenes_of_invisible_materials_are_opaque() {
     }
     fs::write(at.join("a.mtl"), mtl.replace("\nd 0", "\nd 1")).unwrap();
     assert!(picture("").0 == opaque);
-    // One visible material shows that the other one is meant.
+    // If one material is visible, invisible materials stay.
     fs::write(at.join("a.mtl"), mtl.replacen("\nd 0", "\nd 1", 1)).unwrap();
     let (_, said) = picture("");
     assert!(
         said.contains("[invisible-material]") && !said.contains("[invisible-scene]"),
         "{said}"
     );
-    // A camera that looks away sees the ground alone, or nothing, which is told once.
+    // A camera that faces away sees only the ground, or nothing, which is reported once.
     let away = "--position 0,0,3 --look-at 0,0,9";
     let said = picture(away).1;
     assert!(
@@ -570,9 +571,9 @@ fn scenes_of_invisible_materials_are_opaque() {
     );
 }
 
-/// Materials of one kind, and those that no face has, are no flood of messages.
+/// Messages of one kind, and of unused materials, are grouped.
 #[test]
-fn materials_of_a_kind_are_told_once() {
+fn material_messages_are_grouped() {
     let materials: String = (0..9)
         .map(|i| format!("newmtl m{i}\nKs 0.5 0.5 0.5\nNs -1.960784\nNi 0\n"))
         .collect();
@@ -594,7 +595,7 @@ fn materials_of_a_kind_are_told_once() {
         "{said}"
     );
     assert!(!said.contains("[no-effect]") && !said.contains("[illum]"), "{said}");
-    // With the glass in use, its index is worth a warning; and errors are told of all.
+    // If the glass is used, its index causes a warning; and errors list all materials.
     fs::write(
         at.join("a.obj"),
         format!("mtllib a.mtl\n{TRIANGLE}{faces}usemtl glass\nf 1 2 3\n"),
@@ -611,7 +612,7 @@ fn materials_of_a_kind_are_told_once() {
 
 /// Materials without a definition are one message with one cause.
 #[test]
-fn materials_without_a_library_are_one_note() {
+fn missing_library_is_one_note() {
     let faces = "usemtl default\nf 1 2 3\nusemtl b\nf 1 2 3\n";
     let folder = folder(&[("a.obj", &format!("{TRIANGLE}{faces}"))]);
     let at = folder.path();
@@ -631,7 +632,7 @@ fn materials_without_a_library_are_one_note() {
     let one = said();
     let told = "warning: a.obj:5: material `default` is not defined; it is rendered in a plain grey (diffuse 0.8)";
     assert!(one.contains(told), "{one}");
-    // Long names are whole.
+    // Long names are not cut.
     let long = format!("World_{}_01", "a".repeat(100));
     fs::write(
         at.join("a.obj"),
@@ -642,9 +643,9 @@ fn materials_without_a_library_are_one_note() {
     assert!(said.contains(&format!("[material.\"{long}\"]")), "{said}");
 }
 
-/// An empty picture has a reason, which a render tells.
+/// A render reports the reason for an empty image.
 #[test]
-fn scenes_without_a_visible_face_say_why() {
+fn scenes_without_a_visible_face_have_a_reason() {
     let face = |vertices: &str, face: &str| format!("mtllib a.mtl\n{vertices}usemtl m\n{face}\n");
     let plain = "newmtl m\nKd 0.5\n";
     let folder = folder(&[]);
@@ -690,7 +691,7 @@ fn scenes_without_a_visible_face_say_why() {
             "{mtl} {faces}: {said}"
         );
     }
-    // One visible face is enough, and so is light.
+    // One visible face suffices, and so does light.
     for (mtl, faces) in [
         ("newmtl m\nd 0\nnewmtl n\nd 0.1\n", "f 1 2 3\nusemtl n\nf 1 2 3"),
         ("newmtl m\nd 0.1\nKd 0\nKe 1\n", "f 1 2 3"),
@@ -719,7 +720,7 @@ fn scenes_without_a_visible_face_say_why() {
 }
 
 #[test]
-fn names_in_other_encodings_stay_apart_and_match() {
+fn names_in_other_encodings_match() {
     let folder = folder(&[]);
     let at = folder.path();
     let latin = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
@@ -756,7 +757,7 @@ fn names_in_other_encodings_stay_apart_and_match() {
         "{facts:#}"
     );
 
-    // A file name in Latin-1, as old archives have it
+    // A file name in Latin-1, as in old archives
     #[cfg(target_os = "linux")]
     {
         use std::os::unix::ffi::OsStringExt;

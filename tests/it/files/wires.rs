@@ -7,7 +7,7 @@ const DRAWING: &str = "v -1 0 0\nv 1 0 0\nv 0 1 0\no bar\nl 1 2\no dot\np 3\n";
 const SCENE: &str = "version = 1\n[camera]\nposition = [0, 0, 10]\nlook_at = [0, 0, 0]\nprojection = \"orthographic\"\northo_height = 4\n\
     [image]\nwidth = 64\nheight = 64\nbackground = \"transparent\"\n[render]\nsamples = 64\n[[object]]\nobj = \"a.obj\"\n[[light]]\ntype = \"constant\"\nradiance = 1\n";
 
-/// The silhouettes are those of a capsule and of a disk; each is a part.
+/// The silhouettes are a capsule and a disk; each is a part.
 #[test]
 fn lines_and_points_cover_their_shapes() {
     let with = folder(&[("a.obj", DRAWING), ("s.toml", SCENE)]);
@@ -35,9 +35,9 @@ fn lines_and_points_cover_their_shapes() {
     assert!((whole - bar - dot).abs() < 1e-3, "{whole}");
 }
 
-/// Without the flag a note counts them, and names the flag.
+/// Without the flag, a note has their counts and the flag.
 #[test]
-fn a_note_counts_what_is_not_rendered() {
+fn skipped_lines_and_points_are_counted() {
     let mesh = format!("{DRAWING}f 1 2 3\n");
     let with = folder(&[("a.obj", &mesh), ("s.toml", SCENE)]);
     let note = |flags: &str| printed(&run(with.path(), &joined(&["check", "s.toml"], &split(flags))));

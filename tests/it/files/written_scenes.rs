@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Renders, once as the arguments say and once by the scene file that this writes into another folder; both must have the same bits. Returns its text.
+/// Renders with the arguments, and with the scene file that this dumps into another folder. Asserts
+/// that both have the same bits, and returns the text of the scene file.
 fn dumped(at: &Path, args: &[&str], of_run: &[&str]) -> String {
     fs::create_dir_all(at.join("other/place")).unwrap();
     let line = [
@@ -26,7 +27,7 @@ fn dumped(at: &Path, args: &[&str], of_run: &[&str]) -> String {
     assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
     let [a, b] = ["a.png", "b.png"].map(|name| fs::read(at.join(name)).unwrap());
     assert!(a == b, "{args:?}: {said}");
-    // From its own folder, and written once more, nothing changes.
+    // Rendered from its own folder and dumped again, it is unchanged.
     done(
         &at.join("other/place"),
         &split("render d.toml -q --spp 1 --size 4x4 --dump-scene e.toml -o e.png"),
@@ -42,7 +43,7 @@ fn dumped(at: &Path, args: &[&str], of_run: &[&str]) -> String {
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn every_scene_of_the_project_is_written() {
+fn dumped_project_scenes_render_the_same_bits() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut scenes: Vec<PathBuf> = fs::read_dir(root.join("scenes"))
         .unwrap()
@@ -153,7 +154,7 @@ fn flags_are_written_with_the_scene() {
         assert!(text.contains(expected), "{expected}: {text}");
     }
 
-    // Patches of the file and of flags that have the same glob, and files in other folders
+    // Patches of the file and of flags with the same glob, and files in other folders
     let scene = "version = 1\n[camera]\nposition = [3, 1, 9]\nlook_at = [4, 0.5, 0]\nlens_radius = 0.1\nshutter = [0.1, 0.9]\nposition_close = [3.1, 1, 9]\n\
         [[object]]\nobj = \"../models/a.obj\"\ninstances = \"places.txt\"\n\
         [[object]]\nobj = \"../models/a.obj\"\ntransform = { translate = [0, -1.1, 0], scale = 0.9 }\n\
@@ -178,7 +179,7 @@ fn flags_are_written_with_the_scene() {
 }
 
 #[test]
-fn scenes_are_written_over_nothing_that_is_read() {
+fn dump_does_not_overwrite_input_files() {
     let folder = model();
     let at = folder.path();
     fs::write(at.join("s.toml"), "version = 1\n[[object]]\nobj = \"models/a.obj\"\n").unwrap();
@@ -199,7 +200,7 @@ fn scenes_are_written_over_nothing_that_is_read() {
     }
     let said = refused(at, &split(&format!("{line} t.toml --stats t.toml")), 2);
     assert!(said.contains("same file"), "{said}");
-    // It is there although the render ends early.
+    // The file exists although the render ends early.
     run(
         at,
         &split("render s.toml -q --size 4x4 --pixel 1,1 --dump-scene p.toml"),
@@ -207,7 +208,7 @@ fn scenes_are_written_over_nothing_that_is_read() {
     assert!(at.join("p.toml").is_file());
 }
 
-/// The text with its settings no longer comments.
+/// The text with its commented settings enabled.
 fn uncommented(text: &str) -> String {
     let line = |line: &str| match line.strip_prefix('#') {
         Some(setting) if !setting.starts_with(' ') => format!("{setting}\n"),
@@ -217,7 +218,7 @@ fn uncommented(text: &str) -> String {
 }
 
 #[test]
-fn init_writes_what_renders_alike() {
+fn init_scene_renders_the_same_bits() {
     let folder = model();
     let at = folder.path();
     fs::create_dir_all(at.join("scenes")).unwrap();
@@ -252,7 +253,7 @@ fn init_writes_what_renders_alike() {
     ] {
         assert!(text.contains(expected), "{expected}: {text}");
     }
-    // All of it uncommented changes nothing either.
+    // With all settings enabled, nothing changes either.
     fs::write(at.join("scenes/all.toml"), uncommented(&text)).unwrap();
     assert!(uncommented(&text).contains("\n[patch.'a\\*b']"), "{text}");
     bits("scenes/all.toml");
@@ -262,7 +263,7 @@ fn init_writes_what_renders_alike() {
     ));
     assert!(!said.contains("no face uses"), "{said}");
 
-    // It replaces nothing unasked, and no other file at all.
+    // It replaces its own file only with `--force`, and other files never.
     let said = refused(at, &split("init models/a.obj -o scenes/a.toml"), 2);
     assert!(
         said.contains("scenes/a.toml already exists") && said.contains("--force"),
@@ -299,7 +300,7 @@ fn init_writes_what_renders_alike() {
     }
 }
 
-/// A camera of flags is that of the scene file that `init` writes.
+/// Camera flags appear in the scene file of `init`.
 #[test]
 fn init_takes_the_camera_flags_of_render() {
     let folder = model();
@@ -334,9 +335,10 @@ fn init_takes_the_camera_flags_of_render() {
     assert!(said.contains("cannot be used with"), "{said}");
 }
 
-/// The scenes of the project have no camera and no light in their OBJ files: what `init` writes of them renders alike.
+/// Project scenes have no camera and no light in their OBJ files. The scene file of `init` renders
+/// the same.
 #[test]
-fn init_knows_the_scenes_of_the_project() {
+fn init_of_project_scenes_renders_the_same() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let folder = folder(&[]);
     let at = folder.path();

@@ -1,9 +1,12 @@
-//! The guide, the README and CONTRIBUTING: links lead somewhere, scene files are read, commands are understood, and short commands run.
+//! The guide, the README and CONTRIBUTING: links resolve, scene files are valid, commands parse,
+//! and short commands run.
 //!
-//! Code blocks of the language `console` hold commands. Blocks of `console` run here, those of `console slow` where `EMBRASURE_GUIDE=all` is set
-//! (`make test-guide`). Blocks of `console other` need files or programs that a test has not: their flags are read, and nothing runs. The commands of a
-//! page run one after another in one folder, in which the project's `scenes` are; renders that name no size are small, except where all blocks run or
-//! pictures are written. With `EMBRASURE_WRITE_DOCS=1` the pictures that they make replace those that the page shows.
+//! Code blocks of the language `console` contain commands. Blocks of `console` run here; blocks of
+//! `console slow` run if `EMBRASURE_GUIDE=all` is set (`make test-guide`). Blocks of `console
+//! other` need files or programs that a test lacks: their flags are parsed, and nothing runs. The
+//! commands of a page run one after another in one folder with the `scenes` of the project. Renders
+//! without a size are small, except if all blocks run or images are written. With
+//! `EMBRASURE_WRITE_DOCS=1` the resulting images replace those of the page.
 
 use crate::support::program::{PROGRAM, words};
 use embrasure::SceneFile;
@@ -15,7 +18,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 use tempfile::TempDir;
 
-/// Bytes of all pictures of the guide, of one of them, and of those that the README shows, at most.
+/// Maximum bytes of all images of the guide, of one of them, and of those in the README.
 const MAX_OF_GUIDE: u64 = 4_500_000;
 const MAX_OF_PICTURE: u64 = 200_000;
 const MAX_OF_README: u64 = 500_000;
@@ -25,7 +28,7 @@ fn root() -> &'static Path {
 }
 
 struct Page {
-    /// From the project's folder, with `/`.
+    /// Path from the folder of the project, with `/`.
     name: String,
     text: String,
 }
@@ -54,7 +57,7 @@ fn files_below(folder: &Path, extension: &str, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// All pages of the book, and the pages beside it.
+/// All pages of the book, and the README and CONTRIBUTING.
 fn pages() -> Vec<Page> {
     let mut paths = Vec::new();
     files_below(&root().join("docs"), "md", &mut paths);
@@ -76,7 +79,7 @@ impl Page {
         format!("{}:{line}", self.name)
     }
 
-    /// The page without its blocks of code, whose lines are empty; and these blocks.
+    /// The page with empty lines in place of its code blocks; and these blocks.
     fn parts(&self) -> (String, Vec<Block>) {
         let (mut prose, mut blocks) = (String::new(), Vec::new());
         let mut open: Option<(String, Block)> = None;
@@ -128,7 +131,7 @@ impl Page {
         links
     }
 
-    /// The names that mdBook gives to the headings.
+    /// Anchors that mdBook makes of the headings.
     fn anchors(&self) -> BTreeSet<String> {
         let (prose, mut seen) = (self.parts().0, HashMap::new());
         let headings = prose.lines().filter(|line| line.starts_with('#'));
@@ -153,7 +156,7 @@ impl Page {
         headings.map(name).map(numbered).collect()
     }
 
-    /// The file that a relative link of this page leads to, from the project's folder.
+    /// Target file of a relative link of this page, from the folder of the project.
     fn resolve(&self, target: &str) -> String {
         let mut path = PathBuf::from(&self.name);
         path.pop();
@@ -168,7 +171,7 @@ impl Page {
     }
 }
 
-/// Text with blanks in place of its spans of code, and the spans.
+/// Text with blanks in place of its code spans, and the spans.
 fn without_code(text: &str) -> (String, Vec<String>) {
     let (mut prose, mut spans, mut rest) = (String::new(), Vec::new(), text);
     while let Some(start) = rest.find('`') {
@@ -191,12 +194,12 @@ fn without_code(text: &str) -> (String, Vec<String>) {
     (prose + rest, spans)
 }
 
-/// Panics with all that was found, so that a page is mended in one go.
+/// Panics with all findings, so that a page can be fixed in one pass.
 fn assert_none(found: Vec<String>) {
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
-/// A page that is in no table of contents is not found, and mdBook does not make it.
+/// mdBook does not build a page that is missing in the table of contents.
 #[test]
 fn every_page_is_in_the_table_of_contents() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
@@ -219,7 +222,8 @@ fn every_page_is_in_the_table_of_contents() {
     assert_eq!(listed, there);
 }
 
-/// Links within the project lead to files and headings that are there. Pages of the book link to the book alone.
+/// Links within the project lead to existing files and headings. Pages of the book link only to the
+/// book.
 #[test]
 fn links_and_references_resolve() {
     let (pages, mut wrong) = (pages(), Vec::new());
@@ -268,7 +272,7 @@ fn links_and_references_resolve() {
     assert_none(wrong);
 }
 
-/// The form of a DOI: `10.`, the number of a registrant, and a name.
+/// Returns true if the text has the form of a DOI: `10.`, the number of a registrant, and a name.
 fn is_doi(text: &str) -> bool {
     let Some((registrant, name)) = text.strip_prefix("10.").and_then(|rest| rest.split_once('/')) else {
         return false;
@@ -285,7 +289,7 @@ fn dois_have_a_form() {
     }
 }
 
-/// Each picture of README and guide has the command that made it on its page, and is small.
+/// Each image of README and guide has its command on the same page, and is small.
 #[test]
 fn pictures_have_their_commands() {
     let (mut wrong, mut of_guide) = (Vec::new(), BTreeSet::new());
@@ -300,7 +304,7 @@ fn pictures_have_their_commands() {
             let name = page.resolve(&link.target);
             let file = name.rsplit('/').next().unwrap();
             let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-            // Loops name their pictures by a variable: `depth-$d.png`.
+            // Loops name their images with a variable: `depth-$d.png`.
             let in_a_loop = stem.rsplit_once('-').map(|(start, _)| format!("{start}-$"));
             // The lab names its curves after the comparison: `-o sets` makes `sets-curves.svg`.
             let of_a_lab = stem.strip_suffix("-curves").map(|prefix| format!("-o {prefix}"));
@@ -349,8 +353,9 @@ fn scene_file_snippets_are_read() {
     assert_none(wrong);
 }
 
-/// What stands before a block whose commands are only to be understood: the program gets `--help` as its last flag, so that it does nothing but read
-/// the others, and what it refuses is written to the file `refused`. Programs that are not this one do nothing.
+/// Shell code before a block whose commands are only parsed. The program gets `--help` as its last
+/// flag, so it only parses the other flags; errors go to the file `refused`. Other programs do
+/// nothing.
 const READ_ONLY: &str = r#"
 mkdir -p textures/wood
 embrasure() { "$PROGRAM" "$@" --help >help 2>said || echo "embrasure $*: $(cat said)" >>refused; echo >>count; }
@@ -359,7 +364,7 @@ cargo() { :; }
 ffmpeg() { :; }
 "#;
 
-/// The program knows the commands and flags of all blocks, and takes their values.
+/// The commands and flags of all blocks exist, with valid values.
 #[test]
 fn commands_are_understood() {
     let (folder, mut wrong, mut count) = (tempfile::tempdir().unwrap(), Vec::new(), 0);
@@ -388,7 +393,7 @@ fn commands_are_understood() {
     assert!(count > 50, "{count} commands");
 }
 
-/// Renders are small that name no size or pixels.
+/// Renders without a size or pixels are small.
 const SMALL: &str = r#"embrasure() {
     case "$*" in
         *--size*|*--scale*|*--crop*|*--pixel*) command embrasure "$@" ;;
@@ -398,7 +403,8 @@ const SMALL: &str = r#"embrasure() {
 }
 "#;
 
-/// The page of all methods: the program understands each command, and each test is there. With `EMBRASURE_GUIDE=all` the commands run.
+/// Page of all methods: each command is valid, and each test exists. With `EMBRASURE_GUIDE=all` the
+/// commands run.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn methods_have_commands_and_tests() {
@@ -445,7 +451,7 @@ fn methods_have_commands_and_tests() {
     assert!(count > 70, "{count} methods");
 }
 
-/// The file of a module of tests/it, whose folders are subjects.
+/// File of a module of tests/it, in the folder of its subject.
 fn file_of(module: &str) -> String {
     let folders = fs::read_dir(root().join("tests/it")).unwrap().flatten();
     let files = folders.map(|folder| format!("tests/it/{}/{module}.rs", folder.file_name().to_string_lossy()));
@@ -455,7 +461,7 @@ fn file_of(module: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Whether commands run that take more than some seconds.
+/// Returns true if commands run that take more than some seconds.
 fn takes_slow() -> bool {
     var_os("EMBRASURE_GUIDE").is_some_and(|value| value == "all")
 }
@@ -470,7 +476,7 @@ fn shell_in(folder: &Path, commands: &str) -> Output {
     shell.output().unwrap()
 }
 
-/// A folder in which the project's scenes are, as in the project's own.
+/// A folder with the scenes of the project.
 fn folder_with_scenes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let scenes = folder.path().join("scenes");
@@ -482,7 +488,7 @@ fn folder_with_scenes() -> TempDir {
     folder
 }
 
-/// The blocks of commands do what they say, page by page. In `make test` renders that name no size are small.
+/// Runs the blocks of commands, page by page. In `make test`, renders without a size are small.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn commands_run() {

@@ -1,4 +1,4 @@
-//! Imports run one way: a module may use only what lies below it (docs/architecture.md).
+//! Imports run one way: a module may use only modules below it (docs/architecture.md).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Item, Macro, Meta, UseTree};
 
-/// The modules of both crates from the ground up; those of one row do not depend on each other.
+/// Modules of both crates from the bottom up; modules of one row do not depend on each other.
 const ROWS: &[&[&str]] = &[
     &["math", "files"],
     &["sampling", "color", "parameter"],
@@ -25,16 +25,16 @@ const ROWS: &[&[&str]] = &[
     &["cli"],
 ];
 
-/// A module or an item by its full name, without `crate`.
+/// Full name of a module or item, without `crate`.
 type Name = Vec<String>;
 
-/// What the files of src import, tests left out.
+/// Imports of the files of src, without tests.
 struct Imports {
-    /// Each module with the names that it mentions, resolved as far as `crate`, `self` and `super` go.
+    /// Names mentioned by each module, with `crate`, `self` and `super` resolved.
     mentions: BTreeMap<Name, Vec<Name>>,
-    /// What `use` brings into each module: the short name and the full one.
+    /// Names that `use` adds to each module: short name and full name.
     aliases: BTreeMap<Name, BTreeMap<String, Name>>,
-    /// Modules that write Debug text, but for failures of the program itself.
+    /// Modules that write Debug text, except in failures of the program itself.
     debug_writers: BTreeSet<Name>,
 }
 
@@ -55,7 +55,8 @@ impl Imports {
                 .iter()
                 .map(|part| part.to_str().unwrap().to_string())
                 .collect();
-            // The renderer is a crate of its own, whose modules the main one has under the same names.
+            // The renderer is a separate crate. The main crate has its modules under the same
+            // names.
             if name.first().is_some_and(|first| first == "core") {
                 name.remove(0);
             }
@@ -90,7 +91,7 @@ impl Imports {
         imports
     }
 
-    /// The module that defines what has this name.
+    /// Module that defines the item `name`.
     fn home(&self, name: &[String], depth: usize) -> Name {
         let mut module = Name::new();
         for (i, part) in name.iter().enumerate() {
@@ -109,7 +110,7 @@ impl Imports {
     }
 }
 
-/// Collects the names in one file that begin with `crate`, `self` or `super`.
+/// Collects the names in one file that start with `crate`, `self` or `super`.
 struct Reader {
     module: Name,
     mentions: Vec<Name>,
@@ -118,7 +119,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// The full name of a path, if it is one of this crate's.
+    /// Full name of a path, if it is in this crate.
     fn resolve(&self, path: &[String]) -> Option<Name> {
         let mut full = match path.first()?.as_str() {
             "crate" => Name::new(),
@@ -136,12 +137,12 @@ impl Reader {
     }
 
     fn mention(&mut self, path: &[String]) {
-        // Methods call their own value `self`.
+        // In methods, `self` is a value.
         let is_value = path == ["self"];
         self.mentions.extend(self.resolve(path).filter(|_| !is_value));
     }
 
-    /// All paths of a `use` tree, with the names that they get.
+    /// All paths of a `use` tree, with their short names.
     fn leaves(tree: &UseTree, prefix: Name, leaves: &mut Vec<(String, Name)>) {
         let with = |part: &syn::Ident| [&prefix[..], &[part.to_string()]].concat();
         match tree {
@@ -162,7 +163,7 @@ impl Reader {
 
 impl<'ast> Visit<'ast> for Reader {
     fn visit_item(&mut self, item: &'ast Item) {
-        // Tests may use what they need.
+        // Tests may import any module.
         if attributes(item).iter().any(is_for_tests) {
             return;
         }
@@ -173,7 +174,7 @@ impl<'ast> Visit<'ast> for Reader {
         let mut leaves = Vec::new();
         Self::leaves(&item.tree, Name::new(), &mut leaves);
         for (short, path) in leaves {
-            // `use part::Item` without a prefix means a module below, or another crate.
+            // `use part::Item` without a prefix is a module below, or another crate.
             let full = self.resolve(&path).unwrap_or([&self.module[..], &path].concat());
             self.mention(&path);
             self.aliases.insert(short, full);
@@ -186,7 +187,7 @@ impl<'ast> Visit<'ast> for Reader {
         visit::visit_path(self, path);
     }
 
-    /// What macros are given is no syntax tree: its paths are looked for in its text.
+    /// Arguments of macros are not a syntax tree: paths are searched in their text.
     fn visit_macro(&mut self, call: &'ast Macro) {
         visit::visit_macro(self, call);
         let text = call.tokens.to_string().replace(' ', "");
@@ -208,7 +209,7 @@ impl<'ast> Visit<'ast> for Reader {
     }
 }
 
-/// Whether a format string asks for Debug text, such as `{:?}` and `{value:.3?}`.
+/// Returns true if a format string has Debug text, such as `{:?}` and `{value:.3?}`.
 fn has_debug_format(text: &str) -> bool {
     text.match_indices("?}").any(|(end, _)| {
         let format = text[..end].rsplit('{').next().unwrap();
@@ -233,7 +234,7 @@ fn attributes(item: &Item) -> &[Attribute] {
     }
 }
 
-/// `#[cfg(test)]`
+/// Returns true for `#[cfg(test)]`.
 fn is_for_tests(attribute: &Attribute) -> bool {
     match &attribute.meta {
         Meta::List(list) => list.path.is_ident("cfg") && list.tokens.to_string() == "test",
@@ -241,7 +242,7 @@ fn is_for_tests(attribute: &Attribute) -> bool {
     }
 }
 
-/// A file of a module that is declared as `#[cfg(test)] mod tests;`.
+/// Returns true for a file of a module declared as `#[cfg(test)] mod tests;`.
 fn is_test_file(path: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut parts = path.strip_prefix(&root).into_iter().flatten();
@@ -295,11 +296,12 @@ fn imports_behind_tests_are_seen() {
     assert_eq!(names, ["color::srgb", "math::g", "io::i::J", "color::tone::h"]);
 }
 
-/// Modules that lie side by side in one folder do not import each other in a circle, straight or by way of others. A module and its parts may.
+/// Modules of one folder do not import each other in a cycle, directly or indirectly. A module and
+/// its submodules may.
 #[test]
-fn modules_side_by_side_have_no_circles() {
+fn sibling_modules_have_no_import_cycles() {
     let imports = Imports::read();
-    // For each folder the imports between the modules in it
+    // Imports between the modules of each folder
     let mut folders: BTreeMap<Name, BTreeMap<String, BTreeSet<String>>> = BTreeMap::new();
     for (module, mentions) in &imports.mentions {
         for name in mentions {
@@ -323,7 +325,7 @@ fn modules_side_by_side_have_no_circles() {
     );
 }
 
-/// Groups of modules that import each other in a circle, each as its names.
+/// Groups of modules that import each other in a cycle, each as its names.
 fn circles(edges: &BTreeMap<String, BTreeSet<String>>) -> impl Iterator<Item = String> {
     let reached: BTreeMap<&String, BTreeSet<&String>> =
         edges.keys().map(|from| (from, reachable(edges, from))).collect();
@@ -356,7 +358,7 @@ fn circles_are_found() {
     assert!(found(&[("a", "b"), ("b", "c"), ("a", "c")]).is_empty());
 }
 
-/// All modules that `from` imports, straight or by way of others.
+/// All modules that `from` imports, directly or indirectly.
 fn reachable<'a>(edges: &'a BTreeMap<String, BTreeSet<String>>, from: &str) -> BTreeSet<&'a String> {
     let mut reached = BTreeSet::new();
     let mut next: Vec<&String> = edges.get(from).into_iter().flatten().collect();
@@ -368,16 +370,17 @@ fn reachable<'a>(edges: &'a BTreeMap<String, BTreeSet<String>>, from: &str) -> B
     reached
 }
 
-/// Files, hashes and users get no text by which Rust shows values: it changes with the names of types.
+/// Files, hashes and users get no Debug text of Rust: it changes with the names of types.
 #[test]
 fn debug_text_is_for_failures_alone() {
     let writers = Imports::read().debug_writers;
     assert!(writers.is_empty(), "{writers:?}");
 }
 
-/// What renders, for everybody, stands on the library: commands that are no laboratory know nothing below it.
+/// The render commands use the library only: commands outside the laboratory do not import modules
+/// below it.
 #[test]
-fn the_command_line_stands_on_the_library() {
+fn command_line_uses_the_library_only() {
     let imports = Imports::read();
     let allowed = [
         "accel::Auditor",
@@ -418,7 +421,7 @@ fn the_command_line_stands_on_the_library() {
     }
 }
 
-/// The lint `unsafe_code` is denied everywhere, and allowed for Embree's folder alone.
+/// The lint `unsafe_code` is denied everywhere except in the folder of Embree.
 #[test]
 fn unsafe_code_is_allowed_in_one_folder() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -432,7 +435,8 @@ fn unsafe_code_is_allowed_in_one_folder() {
         .filter(|path| fs::read_to_string(path).unwrap().contains("unsafe_code"))
         .collect();
     assert_eq!(allowing, [root.join("src/core/accel/embree/mod.rs")]);
-    // These two have no lints of the workspace: pyo3's macros make unsafe code, and fuzz targets are a workspace of their own.
+    // These two folders are outside the lints of the workspace: the macros of pyo3 make unsafe
+    // code, and fuzz targets are a separate workspace.
     for path in ["python/src", "tests/fuzz"]
         .iter()
         .flat_map(|folder| files(&root.join(folder)))

@@ -1,5 +1,5 @@
-//! The oldest Rust that builds the project is that of Debian 13. Later compilers accept more, and do not say so: clippy knows which functions are too new,
-//! but not which syntax.
+//! The oldest supported Rust is that of Debian 13. Later compilers accept newer syntax without a
+//! warning: clippy finds functions that are too new, but not syntax.
 
 use std::fs;
 use std::path::{Path, PathBuf};

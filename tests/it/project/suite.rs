@@ -6,10 +6,10 @@ use crate::support::{budget, read_rgb, rel_mse, shared};
 use std::ops::Range;
 use std::path::Path;
 
-/// Columns of the suite's pictures.
+/// Width of the images of the suite in pixels.
 const WIDTH: usize = 512;
 
-/// Renders `toml` and reads the picture.
+/// Renders `toml` and reads the image.
 fn render(toml: &Path, spp: u32, flags: &[&str]) -> [Vec<f32>; 3] {
     let folder = folder(&[]);
     let (toml, spp) = (toml.canonicalize().unwrap(), spp.to_string());
@@ -30,18 +30,18 @@ fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], to
     }
 }
 
-/// Fails unless pictures of `toml` with rising numbers of independent samples have the mean of the
-/// reference, of 4096 samples, and converge to it as 1/spp; and unless stratified samples and
-/// shared paths have the same mean and less error, by these factors. Means agree to `tolerance`.
-/// `flags` select what is rendered.
+/// Fails unless renders of `toml` with increasing numbers of independent samples have the mean of
+/// the reference (4096 samples), and converge to it as 1/spp. Stratified samples and path reuse
+/// must have the same mean and less error, by `factors`. Means agree within `tolerance`. `flags`
+/// are added to each render.
 fn assert_converges(toml: &Path, flags: &[&str], reference: &[Vec<f32>; 3], (tolerance, factors): (f64, [f64; 2])) {
     let counts = [8, 32, 128].map(budget);
     let plain = [flags, &["--sampler", "independent", "--reuse", "none"]].concat();
     let images = counts.map(|spp| render(toml, spp, &plain));
     assert_means("most samples", &images[2], reference, tolerance);
 
-    // The error of independent samples falls as 1/spp. The reference has an error of its own, which
-    // is taken out before the slope is fitted in logarithms.
+    // The error of independent samples falls as 1/spp. The error of the reference is subtracted
+    // before the slope is fitted in logarithms.
     let raw = images.map(|image| rel_mse(&image, reference));
     println!("relMSE at {counts:?} spp: {raw:.5?}");
     let floor = raw[2] / (4096.0 / f64::from(counts[2]) + 1.0);
@@ -77,7 +77,7 @@ fn assert_converges(toml: &Path, flags: &[&str], reference: &[Vec<f32>; 3], (tol
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn pictures_of_the_own_cornell_box_converge() {
+fn own_cornell_box_converges() {
     let toml = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
     let flags = ["--size", "128x128", "--denoise=off"];
     let independent = ["--sampler", "independent", "--reuse", "none", "--seed", "1"];
@@ -90,7 +90,8 @@ fn pictures_of_the_own_cornell_box_converge() {
 #[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn cornell_converges_to_the_reference() {
     let folder = shared("suite/cornell");
-    // The rows between the lamp and the front of the floor: the other half tells no more of errors.
+    // Rows between the lamp and the front of the floor: the other half adds no information about
+    // errors.
     const ROWS: Range<usize> = 128..384;
     let crop = format!("0,{},{WIDTH},{}", ROWS.start, ROWS.end);
     let reference = read_rgb(&folder.join("reference.exr"));
@@ -106,12 +107,13 @@ fn cornell_converges_to_the_reference() {
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 #[cfg_attr(all(shared, not(long)), ignore = "long")]
-fn hall_and_sponza_have_the_means_of_their_references() {
+fn hall_and_sponza_have_the_reference_means() {
     for name in ["hall", "sponza"] {
         let folder = shared(&format!("suite/{name}"));
         let reference = read_rgb(&folder.join("reference.exr"));
         let image = render(&folder.join(format!("{name}.toml")), budget(16), &[]);
-        // Fireflies of many small lights: the mean of 16 samples is good to some 0.15 %, of 4 to 0.3 %.
+        // Fireflies of many small lights: the mean of 16 samples has an error of some 0.15 %, of 4
+        // samples 0.3 %.
         assert_means(name, &image, &reference, 0.006);
     }
 }

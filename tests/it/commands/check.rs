@@ -1,4 +1,4 @@
-//! `embrasure check` and `embrasure explain`: what they find, and where.
+//! `embrasure check` and `embrasure explain`: findings and their places.
 
 use crate::support::program::{code, done, folder, json, printed, read_json, run, split, words, write_grey_png};
 use crate::support::shared;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// What `check --json` says of a scene, and its exit code.
+/// Report of `check --json` for a scene, and the exit code.
 fn check(folder: &Path, scene: &str) -> (Value, i32) {
     let out = run(folder, &["check", scene, "--json"]);
     (json(&out), code(&out))
@@ -18,7 +18,7 @@ fn findings(report: &Value) -> &Vec<Value> {
     report["findings"].as_array().unwrap()
 }
 
-/// `severity code file:line:column`, where a line or column that is not known is 0.
+/// `severity code file:line:column`; an unknown line or column is 0.
 fn key(finding: &Value) -> String {
     let number = |key: &str| finding[key].as_u64().unwrap_or(0);
     let text = |key: &str| finding[key].as_str().unwrap().to_string();
@@ -29,14 +29,14 @@ fn key(finding: &Value) -> String {
 const SQUARE: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl m\n";
 const SCENE: &str = "version = 1\n[[object]]\nobj = \"a.obj\"\n";
 
-/// The corners of a cube as lines 1 to 8, from `low` to `high`.
+/// Corners of a cube from `low` to `high`, as eight `v` lines.
 fn corners(low: f32, high: f32) -> String {
     let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|bit| if bit == 0 { low } else { high });
     let line = |[x, y, z]: [f32; 3]| format!("v {x} {y} {z}\n");
     (0..8).map(corner).map(line).collect()
 }
 
-/// Its faces, of the eight positions from `first` on, wound to be seen from outside.
+/// Faces of the cube with eight positions from `first` on, facing outwards.
 fn cube_faces(first: usize) -> Vec<String> {
     let faces = [
         [1, 3, 4, 2],
@@ -50,13 +50,14 @@ fn cube_faces(first: usize) -> Vec<String> {
     faces.map(face).to_vec()
 }
 
-/// A face from its back.
+/// The face with reversed winding.
 fn turned(face: &str) -> String {
     let words: Vec<&str> = face.split_whitespace().rev().collect();
     format!("f {}\n", words[..words.len() - 1].join(" "))
 }
 
-/// The scene of an OBJ and an MTL text must have just these findings besides notes on defaults and on lamps that are rectangles.
+/// Asserts that a scene of an OBJ and an MTL text has exactly these findings, except notes on
+/// defaults and rectangle lights.
 fn assert_found(what: &str, obj: &str, mtl: &str, expected: &[&str]) {
     let folder = folder(&[("a.obj", obj), ("a.mtl", mtl), ("s.toml", SCENE)]);
     let (report, code) = check(folder.path(), "s.toml");
@@ -68,7 +69,7 @@ fn assert_found(what: &str, obj: &str, mtl: &str, expected: &[&str]) {
     assert_eq!(code, i32::from(is_wrong), "{what}");
 }
 
-/// Faces on the back of others are no mistake if the reader moves them apart, or if both look the
+/// Faces on the back of others are not a mistake if the reader separates them, or if both look the
 /// same.
 #[test]
 fn faces_on_the_back_of_others_are_a_note() {
@@ -112,7 +113,7 @@ fn faces_on_the_back_of_others_are_a_note() {
 }
 
 #[test]
-fn each_mistake_of_a_face_is_found_at_its_line() {
+fn face_mistakes_have_their_line() {
     let plain = "newmtl m\nKd 0.5 0.5 0.5\n";
     let cases: &[(&str, &str, &[&str])] = &[
         ("sound", "f 1 2 3 4\n", &[]),
@@ -216,7 +217,7 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
     }
     let far = SQUARE.replace("v 0", "v 1e7").replace("v 1 ", "v 10000001 ") + "f 1 2 3 4\n";
     assert_found("far away", &far, plain, &["warning far-from-origin s.toml:0:0"]);
-    // A render says so too, unless the file is moved.
+    // A render reports it too, unless the file is moved to the origin.
     let folder = folder_of(&far, plain);
     let render = "render a.obj --size 8x8 --spp 1 -q -o x.png --denoise=off";
     let said = |line: &str| words(&done(folder.path(), &split(line)));
@@ -224,7 +225,8 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
     assert!(!said(render).contains("[far-from-origin]"));
 }
 
-/// Far from the origin an instance loses digits on the way into its own space, also in a scene that is as wide as it is far.
+/// Far from the origin, an instance loses digits in the transform to its own space, also in a scene
+/// as wide as the distance.
 #[test]
 fn instances_that_are_far_away_are_found() {
     let scene = |x: &str, size: &str| {
@@ -255,7 +257,7 @@ fn instances_that_are_far_away_are_found() {
 }
 
 #[test]
-fn each_mistake_of_a_material_is_found_at_its_line() {
+fn material_mistakes_have_their_line() {
     let square = format!("{SQUARE}f 1 2 3 4\n");
     let cases: &[(&str, &str, &[&str])] = &[
         (
@@ -345,7 +347,7 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
     }
 }
 
-/// A material of a library that the scene file replaces, or patches, is used where faces name it.
+/// A library material that the scene file replaces or patches is used if faces use its name.
 #[test]
 fn overridden_materials_are_not_unused() {
     let mtl = "newmtl m\nKd 0.5\nnewmtl patched\nKd 0.5\nnewmtl idle\nKd 0.5\n";
@@ -366,7 +368,7 @@ fn overridden_materials_are_not_unused() {
 }
 
 #[test]
-fn textures_need_coordinates_and_their_names() {
+fn texture_case_and_coordinates_are_checked() {
     let folder = folder(&[
         ("a.obj", &format!("{SQUARE}f 1 2 3 4\n")),
         ("a.mtl", "newmtl m\nKd 0.5\nmap_Kd .\\Wall.png\n"),
@@ -391,7 +393,7 @@ fn textures_need_coordinates_and_their_names() {
 }
 
 #[test]
-fn libraries_of_doubtful_names_are_told() {
+fn ambiguous_library_names_are_reported() {
     let plain = "newmtl m\nKd 0.5\n";
     let obj = format!("{SQUARE}f 1 2 3 4\n");
     let folder = folder(&[("a.obj", &obj), ("A.mtl", plain), ("A.MTL", plain)]);
@@ -407,7 +409,7 @@ fn libraries_of_doubtful_names_are_told() {
 }
 
 #[test]
-fn shells_that_refract_or_emit_must_be_sound() {
+fn faulty_glass_and_lamp_meshes_are_reported() {
     let glass = "newmtl m\nNi 1.5\nTf 1 1 1\nillum 7\n";
     let lamp = "newmtl m\nKe 1 1 1\n";
     let matte = "newmtl m\nKd 0.5\n";
@@ -441,7 +443,7 @@ fn shells_that_refract_or_emit_must_be_sound() {
         "{found:?}"
     );
 
-    // A cavity looks inwards, and cubes that meet at equal positions of their own are closed.
+    // A cavity faces inwards. Cubes whose faces have separate but equal positions are closed.
     let inner: String = cube_faces(9).iter().map(|face| turned(face)).collect();
     let hollow = format!("{}{}mtllib a.mtl\nusemtl m\n", corners(0.0, 1.0), corners(0.25, 0.75));
     assert_found(
@@ -464,7 +466,7 @@ fn folder_of(obj: &str, mtl: &str) -> TempDir {
 }
 
 #[test]
-fn a_scene_file_is_read_to_its_end() {
+fn all_mistakes_of_a_scene_file_are_listed() {
     let scene = "version = 1\n[camera]\nposition = [0, 0, 4]\nlook_at = [\n  0, 0, 0]\nfocus = [\n 3,\n 4]\n[image]\nwidth = \"a\"\n\
                  [rendr]\nsamples = 3\n[render]\nintegrator = \"paths\"\n[[object]]\nobj = \"a.obj\"\n[material.unknown]\n\
                  diffuse = [0, 0, 0]\n[[light]]\ntype = \"point\"\n[[light]]\ntype = \"sun\"\n";
@@ -492,7 +494,7 @@ fn a_scene_file_is_read_to_its_end() {
     ];
     assert_eq!(found, expected, "{report:#}");
     assert_eq!(code, 1);
-    // What render says first is among them.
+    // The first error of `render` is one of them.
     let out = run(folder.path(), &["render", "s.toml", "--spp", "1"]);
     assert!(words(&out).contains("s.toml:11:2: unknown key `rendr`"));
 }
@@ -570,7 +572,7 @@ fn many_findings_of_a_kind_are_one() {
 }
 
 #[test]
-fn check_finds_what_render_warns_of() {
+fn check_lists_all_warnings_of_render() {
     let folder = folder(&[
         (
             "a.obj",
@@ -586,7 +588,7 @@ fn check_finds_what_render_warns_of() {
     let (report, _) = check(folder.path(), "a.obj");
     let known = |warning: &str| {
         let said = |f: &Value| warning.contains(f["message"].as_str().unwrap());
-        // Of triangles without area the single faces are told.
+        // Triangles without area are reported face by face.
         findings(&report).iter().any(said) || warning.contains("triangles without area")
     };
     for warning in warnings {
@@ -595,7 +597,7 @@ fn check_finds_what_render_warns_of() {
 }
 
 #[test]
-fn clean_scenes_are_clean() {
+fn clean_scenes_have_no_findings() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     for scene in [
         "cornell-box.toml",
@@ -617,7 +619,7 @@ fn clean_scenes_are_clean() {
 }
 
 #[test]
-fn light_power_is_that_of_a_lambertian_lamp() {
+fn light_power_matches_a_lambertian_lamp() {
     let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), "newmtl m\nKe 3 3 3\n");
     let (report, _) = check(folder.path(), "a.obj");
     let told = findings(&report)
@@ -685,7 +687,7 @@ fn memory_is_forecast() {
     let folder = folder(&[("a.obj", &text), ("s.toml", scene)]);
     let (report, _) = check(folder.path(), "s.toml");
     assert_eq!(report["triangles"], 2 * n * n);
-    // The picture of a bare OBJ is denoised, which takes more.
+    // The image of a bare OBJ is denoised, which needs more memory.
     let (bare, _) = check(folder.path(), "a.obj");
     assert!(bare["memory"]["picture"].as_u64() > report["memory"]["picture"].as_u64());
     assert!(bare["memory"]["peak"].as_u64() > report["memory"]["peak"].as_u64());
@@ -699,7 +701,7 @@ fn memory_is_forecast() {
         report["memory"]["peak"].as_f64().unwrap(),
     );
     println!("forecast {forecast}, measured {peak}");
-    // An estimate, which no allocator changes
+    // An estimate that does not depend on the allocator
     assert!(
         (0.7..1.5).contains(&(forecast / peak)),
         "forecast {forecast}, measured {peak}"
@@ -709,7 +711,7 @@ fn memory_is_forecast() {
 }
 
 #[test]
-fn wrong_usage_and_missing_scenes_have_their_exit_codes() {
+fn usage_and_scene_errors_have_exit_codes() {
     let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), "newmtl m\nKd 0.5\n");
     let code = |args: &[&str]| run(folder.path(), args).status.code().unwrap();
     assert_eq!(code(&["check"]), 2);
@@ -735,7 +737,7 @@ fn wrong_usage_and_missing_scenes_have_their_exit_codes() {
 }
 
 #[test]
-fn explain_tells_lobes_and_renders_a_sphere() {
+fn explain_lists_lobes_and_renders_a_sphere() {
     let mtl = "newmtl x\nKd 1\nnewmtl m\nKd 0.25 0.25 0.25\nKs 0.5 0.5 0.5\nNs 40\nKe 2 2 2\n";
     let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), mtl);
     let out = run(folder.path(), &["explain", "a.obj", "m", "--json"]);
@@ -746,7 +748,8 @@ fn explain_tells_lobes_and_renders_a_sphere() {
     let lobes = facts["lobes"].as_array().unwrap();
     let names: Vec<&str> = lobes.iter().map(|l| l["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["Lambert", "Phong"]);
-    // Chosen by the reflectance; along the normal nearly all of the sharp lobe stays above the horizon.
+    // Lobes are sampled in proportion to reflectance. At normal incidence nearly all of the sharp
+    // lobe is above the horizon.
     for (lobe, chosen, albedo) in [(&lobes[0], 1.0 / 3.0, 0.25), (&lobes[1], 2.0 / 3.0, 0.5)] {
         let probability = lobe["probability"]["normal"].as_f64().unwrap();
         assert!((probability - chosen).abs() < 1e-3, "{lobe}");
@@ -770,16 +773,17 @@ fn explain_tells_lobes_and_renders_a_sphere() {
     }
     let pixels = crate::support::read_rgb(&folder.path().join("x.exr"));
     assert_eq!(pixels[0].len(), 32 * 24);
-    // The sphere shines by itself; the sky is dim.
+    // The sphere emits; the sky is dim.
     assert!(pixels[0][12 * 32 + 16] > 2.0 && pixels[0][16] < 0.5, "{pixels:?}");
     let args = split("explain a.obj m -o y.exr --size 32x24 --spp 4 -q --threads 1");
     done(folder.path(), &args);
     assert_eq!(pixels, crate::support::read_rgb(&folder.path().join("y.exr")));
 }
 
-/// Numbers are short, a roughness is told of lobes that have one, and albedos add up below a coat.
+/// Numbers are short, a roughness is listed for lobes that have one, and albedos below a coat add
+/// up.
 #[test]
-fn explain_tells_numbers_that_people_would_write() {
+fn explain_prints_short_numbers() {
     let mtl = "newmtl x\nKd 1\nnewmtl m\nKd 0.25 0.25 0.25\nKs 0.5 0.5 0.5\nNs 40\n";
     let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), mtl);
     let of = |flags: &str| {
@@ -805,7 +809,7 @@ fn explain_tells_numbers_that_people_would_write() {
         "m.sheen=0.8 m.clearcoat=0.7 m.clearcoat_roughness=0.5",
     ] {
         let (text, facts) = of(flags);
-        // A coat's roughness is not that of the material.
+        // The roughness of a coat is not the roughness of the material.
         let has_roughness = flags.contains("m.roughness");
         assert_eq!(text.contains("\n  roughness "), has_roughness, "{text}");
         for (view, degrees) in [("normal", 0.0), ("60_degrees", 60.0)] {
@@ -822,10 +826,10 @@ fn explain_tells_numbers_that_people_would_write() {
     }
 }
 
-/// A missing file is told once with its uses and the look without it; invisible materials are told;
-/// there is no light in the file; parts of the memory are for `-v`.
+/// A missing file is reported once, with its uses and the replacement. Invisible materials and
+/// missing lights are reported. Parts of the memory are listed with `-v`.
 #[test]
-fn a_person_reads_the_report() {
+fn text_report_groups_findings() {
     let obj = format!("{SQUARE}f 1 2 3 4\nusemtl n\nf 1 2 3 4\nusemtl o\nf 1 2 3 4\nusemtl p\nf 1 2 3 4\n");
     let mtl = "newmtl m\nmap_Kd gone.png\nmap_Bump gone.png\nnewmtl n\nmap_Kd gone.png\nnewmtl o\nKd 1\nd 0\nnewmtl p\nmap_d holes.png\n";
     let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl), ("s.toml", SCENE)]);

@@ -1,4 +1,4 @@
-//! Drives the real program: what it writes, says and returns.
+//! The real program: written files, messages and exit codes.
 
 use crate::support::program::{
     CHANNELS, assert_same_bits, code, command, done, folder, joined, json, lit_floor, printed, read_json, refused, run,
@@ -22,7 +22,7 @@ fn renders_exr_png_and_statistics() {
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
     }
     assert!(read_channel(&exr, "samples").iter().all(|&n| n == 4.0));
-    // The floor is below the lamp, so the picture is not upside down; its normal points up.
+    // The floor is below the lamp, so the image is not upside down; its normal points up.
     assert_eq!(read_channel(&exr, "N.Y")[14 * 40 + 20], 1.0);
     assert!((read_channel(&exr, "albedo.B")[14 * 40 + 20] - 0.3).abs() < 1e-6);
 
@@ -67,7 +67,7 @@ fn renders_exr_png_and_statistics() {
 }
 
 #[test]
-fn metadata_tell_how_the_picture_came_to_be() {
+fn exr_metadata_has_the_settings() {
     use exr::prelude::*;
     let folder = lit_floor();
     done(
@@ -89,7 +89,7 @@ fn metadata_tell_how_the_picture_came_to_be() {
     assert_eq!(text("embrasure.sceneHash").len(), 64);
     assert!(text("embrasure.settings").contains("integrator=path"));
 
-    // A crop shows the pixels of the full picture.
+    // A crop has the pixels of the full image.
     run(
         folder.path(),
         &["render", "s.toml", "--seed", "18446744073709551615", "-o", "full.exr"],
@@ -120,9 +120,9 @@ fn bits_depend_on_the_seed_alone() {
     assert_ne!(read_rgb(&one), read_rgb(&render("seed.exr", &["--seed", "1"])));
 }
 
-/// Stops at the level, says what it got, and has the same bits with any number of threads.
+/// Stops at the noise level, reports the error, and has the same bits with any number of threads.
 #[test]
-fn noise_ends_a_render() {
+fn noise_level_ends_the_render() {
     let folder = lit_floor();
     let render = |name: &str, flags: &[&str]| {
         let args = [&["render", "s.toml", "-o", name, "--stats", "n.json", "--noise"], flags].concat();
@@ -138,7 +138,7 @@ fn noise_ends_a_render() {
     assert!(noise["min_spp"].as_u64().unwrap() >= 128, "{noise}");
     let [one, two] = ["1.exr", "2.exr"].map(|name| folder.path().join(name));
     assert_eq!(read_rgb(&one), read_rgb(&two));
-    // The map: what tiles have left, whose mean square is the picture's error
+    // The `error` channel: errors of tiles. Their mean square is the squared error of the image.
     let map = read_channel(&one, "error");
     let square = map.iter().map(|e| (*e as f64).powi(2)).sum::<f64>() / map.len() as f64;
     assert!((square.sqrt() / error - 1.0).abs() < 1e-4, "{} {error}", square.sqrt());
@@ -146,7 +146,7 @@ fn noise_ends_a_render() {
     let [min, max] = [f32::min, f32::max].map(|f| samples.iter().copied().reduce(f).unwrap());
     assert!(min < max, "every pixel has {min}");
 
-    // Too few samples are said to be so.
+    // Too few samples are reported.
     let (words, noise) = render("few.exr", &["0.0001", "--spp", "192"]);
     assert!(
         words.contains("was not reached with at most 192 samples per pixel"),
@@ -164,7 +164,7 @@ fn a_bare_obj_is_framed_and_lit() {
     let albedo = read_channel(&folder.path().join("b.exr"), "albedo.R");
     let covered = albedo.iter().filter(|&&a| a > 0.0).count();
     assert!(covered > 100, "{covered} of {} pixels show the triangle", albedo.len());
-    // The whole of it is in the picture: nothing touches the border.
+    // The whole object is in the image: nothing touches the border.
     let border = (0..32)
         .map(|x| (x, 0))
         .chain((0..64).map(|y| (0, y)))
@@ -172,7 +172,7 @@ fn a_bare_obj_is_framed_and_lit() {
     assert!(border.into_iter().all(|(x, y)| albedo[y * 32 + x] == 0.0));
 }
 
-/// Every mistake: its arguments, what to change in the scene folder, the exit code, and words of the message.
+/// Mistakes: arguments, change of the scene folder, exit code, and words of the message.
 #[test]
 fn mistakes_are_named_and_leave_no_files() {
     type Change = fn(&Path);
@@ -547,9 +547,10 @@ fn a_missing_library_is_a_warning() {
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
 }
 
-/// Missing files of scene files are reported with their place, and pictures, placements and layers are part of the scene's name.
+/// Missing files of scene files are reported with their place. Images, mappings and layers change
+/// the scene hash.
 #[test]
-fn textures_of_scene_files_are_too() {
+fn scene_file_textures_are_part_of_the_hash() {
     let folder = lit_floor();
     let path = folder.path();
     write_grey_png(&path.join("two.png"), &[0, 255]);
@@ -587,9 +588,9 @@ fn textures_of_scene_files_are_too() {
     assert_eq!(distinct.len(), hashes.len() - 1, "{hashes:?}");
 }
 
-/// Missing files are reported with their line; existing ones are part of the scene's name.
+/// Missing files are reported with their line; existing ones change the scene hash.
 #[test]
-fn textures_are_part_of_the_scene() {
+fn library_textures_are_part_of_the_hash() {
     let folder = lit_floor();
     let path = folder.path();
     let mtl =
@@ -620,7 +621,7 @@ fn textures_are_part_of_the_scene() {
     assert_ne!(hashes[0], hashes[1]);
     assert_eq!(hashes[0], hashes[2]);
 
-    // A picture that is none is a warning too, and says what is wrong with it.
+    // An invalid image is also a warning, with the reason.
     fs::write(path.join("tile.png"), "no picture").unwrap();
     let out = run(path, &["render", "s.toml", "--size", "8x8"]);
     let said = words(&out);
@@ -646,7 +647,7 @@ fn textures_are_part_of_the_scene() {
     }
 }
 
-/// MTL allows a single number for a grey; two numbers are nothing.
+/// MTL allows a single number for a grey; two numbers are invalid.
 #[test]
 fn a_color_may_be_a_single_number() {
     let folder = lit_floor();
@@ -674,13 +675,13 @@ fn a_scene_file_overrides_materials() {
     );
     let out = done(folder.path(), &["render", "s.toml"]);
     assert!(words(&out).contains("no face uses the material `unused`"));
-    // 0.75 + 0.5 is more than arrives: both lobes are scaled.
+    // 0.75 + 0.5 is more than 1: both lobes are scaled.
     assert!(
         words(&out).contains("material `floor` reflects more light than it receives: 1.25 times"),
         "{}",
         words(&out)
     );
-    // The specular lobe is colourless: channels differ by the scaled diffuse one.
+    // The specular lobe is colourless: channels differ by the scaled diffuse lobe.
     let albedo = |channel: &str| read_channel(&folder.path().join("s.exr"), channel)[14 * 40 + 20];
     let difference = albedo("albedo.B") - albedo("albedo.R");
     assert!((difference - (0.75 - 0.25) / 1.25).abs() < 1e-3, "{difference}");
@@ -739,7 +740,7 @@ fn every_integrator_renders() {
         assert_eq!(stats["integrator"], flags.split(' ').nth(1).unwrap());
         assert_eq!(stats["dropped_samples"], 0, "{flags}");
     }
-    // The settings that made a picture stand in it.
+    // The image file has the settings of the render.
     let out = run(folder.path(), &["render", "s.toml", "--direct", "light"]);
     assert_eq!(code(&out), 0);
     let data = fs::read(folder.path().join("s.exr")).unwrap();
@@ -748,17 +749,17 @@ fn every_integrator_renders() {
 }
 
 #[test]
-fn light_that_cannot_be_met_is_said() {
+fn lights_that_no_ray_hits_are_reported() {
     let folder = lit_floor();
     append(
         folder.path(),
         "s.toml",
         "[[light]]\ntype = \"spot\"\nposition = [0, 3, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, 1]\nangle = 40\n",
     );
-    // Beside a lamp, a warning
+    // With a lamp in the scene: a warning
     let out = done(folder.path(), &["render", "s.toml", "--direct", "none"]);
     assert!(words(&out).contains("no ray can hit a spot light"), "{}", words(&out));
-    // Alone, an error
+    // Without other lights: an error
     append(folder.path(), "s.toml", "[material.lamp]\ndiffuse = [0, 0, 0]\n");
     for flags in [["--direct", "none"], ["--integrator", "naive"]] {
         let said = refused(folder.path(), &[&["render", "s.toml"], &flags[..]].concat(), 2);
@@ -786,7 +787,7 @@ fn one_sample_can_be_explained() {
     }
     assert!(!folder.path().join("s.exr").exists());
 
-    // The forecast is that of a render, also with path reuse.
+    // The forecast equals that of a render, also with path reuse.
     for reuse in ["pixels", "none"] {
         let args = ["render", "s.toml", "--reuse", reuse];
         let told = run(folder.path(), &joined(&args, &["--pixel", "20,14"]));
@@ -801,10 +802,10 @@ fn one_sample_can_be_explained() {
     }
 }
 
-/// A reader that stops after the first line is no reason to fail.
+/// A reader that closes the pipe after the first line is not an error.
 #[cfg(unix)]
 #[test]
-fn readers_may_go() {
+fn closed_output_pipe_is_not_an_error() {
     let folder = lit_floor();
     done(folder.path(), &split("render s.toml -q --spp 2 -o a.exr"));
     for command in [
@@ -827,7 +828,7 @@ fn readers_may_go() {
     }
 }
 
-/// Far more threads than processors are refused, in whichever command.
+/// Far more threads than processors are refused, in all commands.
 #[test]
 fn threads_are_counted_by_processors() {
     let folder = lit_floor();
@@ -846,7 +847,7 @@ fn threads_are_counted_by_processors() {
     }
 }
 
-/// `--set` changes any key of a scene file, and what is wrong with it is said of the flag.
+/// `--set` changes any key of a scene file, and errors refer to the flag.
 #[test]
 fn keys_of_a_scene_file_can_be_set() {
     let folder = lit_floor();
@@ -862,7 +863,7 @@ fn keys_of_a_scene_file_can_be_set() {
     let bare =
         "a.obj --set camera.position=[0,1,4] --set camera.look_at=[0,0.3,0] --set image.width=8 --set render.samples=1";
     assert_eq!(size(bare), [8, 512]);
-    // Pictures equal to those by a flag, and as by the file
+    // Images equal those of a flag, and of the file
     let bits = |line: &str| {
         done(at, &split(&format!("render {line} -q -o a.png")));
         fs::read(at.join("a.png")).unwrap()
@@ -905,7 +906,7 @@ fn keys_of_a_scene_file_can_be_set() {
             assert!(said.contains(words), "{line}: {said}");
         }
     }
-    // Places of the file's own mistakes stay.
+    // Errors of the file keep their place.
     append(at, "s.toml", "[render2]\n");
     let said = refused(at, &split("render s.toml --set image.width=9"), 1);
     assert!(said.contains("s.toml:12:2: unknown key `render2`"), "{said}");
@@ -913,9 +914,9 @@ fn keys_of_a_scene_file_can_be_set() {
     assert!(said.contains("--set image.width=no"), "{said}");
 }
 
-/// A value may follow its flag as people write it.
+/// A value may follow its flag after a space or `=`.
 #[test]
-fn values_are_taken_as_people_write_them() {
+fn flag_values_follow_a_space_or_an_equals_sign() {
     let folder = lit_floor();
     for args in ["--denoise gaussian", "--denoise=gaussian", "--spp 128 --noise 50%"] {
         let line = format!("render s.toml -q -o a.exr --stats s.json {args}");
@@ -933,10 +934,10 @@ fn values_are_taken_as_people_write_them() {
     );
 }
 
-/// The renders are written when the reference, which takes long, is given up.
+/// An interrupt during the slow reference still writes the renders.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn the_lab_can_be_interrupted_at_its_reference() {
+fn lab_interrupt_at_reference_writes_renders() {
     let folder = lit_floor();
     let line = "lab s.toml --methods path,bdpt --spp 128 --size 160x96 -o cut";
     let mut child = command(folder.path(), &split(line)).spawn().unwrap();
@@ -957,7 +958,8 @@ fn the_lab_can_be_interrupted_at_its_reference() {
     assert!(folder.path().join("cut.png").exists());
 }
 
-/// An audited render traces packets as any other does: of triangles in one place it sees the same ones.
+/// An audited render traces the same packets as any render: of coincident triangles it hits the
+/// same ones.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn audits_change_no_bit() {
@@ -988,7 +990,7 @@ fn audits_change_no_bit() {
     );
 }
 
-/// A scene whose lengths 32-bit floats cannot hold is refused, with its size and the remedy.
+/// A scene whose lengths exceed the range of 32-bit floats is refused, with its size and help.
 #[test]
 fn sizes_beyond_the_range_are_refused() {
     let obj = |s: &str| format!("v 0 0 0\nv {s} 0 0\nv 0 {s} 0\nf 1 2 3\n");
@@ -1012,7 +1014,7 @@ fn audits_report_and_replay() {
     assert!((19_000..21_000).contains(&rays), "{report}");
     assert_eq!(report["causes"]["unexplained"], 0);
 
-    // A ray that was written down is traced again: straight down onto the floor.
+    // A recorded ray is traced again: straight down onto the floor.
     let bits = |values: [f32; 9]| values.map(|v| format!("{:08x}", v.to_bits()));
     let ray = bits([0.1, 0.5, 0.2, 0.0, -1.0, 0.0, 0.0, f32::INFINITY, 0.0]);
     let replay = serde_json::json!({
@@ -1030,7 +1032,7 @@ fn audits_report_and_replay() {
         (Some(1), Some(0))
     );
 
-    // A share of a render
+    // A fraction of the rays of a render
     let args = ["render", "s.toml", "-q", "--audit-rays", "0.5", "--stats", "s.json"];
     done(folder.path(), &args);
     let stats = read_json(&folder.path().join("s.json"));
@@ -1044,7 +1046,7 @@ fn audits_report_and_replay() {
         .sum();
     assert!((checked as f64 / rays as f64 - 0.5).abs() < 0.05, "{checked} of {rays}");
 
-    // Mistakes
+    // Errors
     for (args, what) in [
         (
             &["audit", "s.toml", "--backend", "brute", "--against", "brute"][..],
@@ -1097,7 +1099,7 @@ fn benches_print_tables_and_json() {
             for kind in ["camera", "first_bounce", "shadow"] {
                 assert!(run["mrays_per_s"][kind].as_f64().unwrap() > 0.0, "{report}");
             }
-            // A render does all that the replay does.
+            // A render includes the work of the replay.
             assert!(run["rays"].as_u64().unwrap() > 40 * 24 && run["replay_s"].as_f64().unwrap() > 0.0);
         }
     }
@@ -1106,7 +1108,7 @@ fn benches_print_tables_and_json() {
 }
 
 #[test]
-fn quiet_is_quiet_and_version_tells_the_backends() {
+fn quiet_is_silent_and_version_has_backends() {
     let folder = lit_floor();
     let out = run(folder.path(), &["render", "s.toml", "-q"]);
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
@@ -1121,7 +1123,7 @@ fn quiet_is_quiet_and_version_tells_the_backends() {
 }
 
 #[test]
-fn info_counts_what_is_there() {
+fn info_counts_triangles_and_lights() {
     let folder = lit_floor();
     let out = run(folder.path(), &["info", "s.toml", "--json"]);
     let info = json(&out);
@@ -1133,7 +1135,7 @@ fn info_counts_what_is_there() {
     done(folder.path(), &["info", "s.toml"]);
 }
 
-/// A process that does not outlive a failed test.
+/// A process that is killed if its test fails.
 struct KilledOnDrop(std::process::Child);
 
 impl Drop for KilledOnDrop {
@@ -1142,11 +1144,11 @@ impl Drop for KilledOnDrop {
     }
 }
 
-/// Memory is refused before it is taken: for the text, for what is in it, and for the render.
+/// Memory is refused before allocation: for the text, for the scene, and for the render.
 #[test]
 fn more_memory_than_allowed_is_refused() {
     let folder = lit_floor();
-    // 20,000 triangles in a text that is much smaller than they are: fans from 100 points of a circle
+    // 20,000 triangles in a much smaller text: fans from 100 points of a circle
     let corner = |i: u32| (f64::from(i) * std::f64::consts::TAU / 250.0).sin_cos();
     let mut text: String = (0..250)
         .map(corner)
@@ -1194,7 +1196,7 @@ fn more_memory_than_allowed_is_refused() {
         let out = run(folder.path(), &joined(&base, &args));
         assert_eq!(code(&out), status, "{args:?}: {}", words(&out));
     }
-    // Where the pixels are too many, a denoiser takes most of their memory.
+    // If the pixels are too many, a denoiser needs most of their memory.
     for (denoise, is_named) in [("--denoise=atrous", true), ("--denoise=off", false)] {
         let flags = "render many.obj --size 8000x4000 --spp 1 -o m.png --max-memory 1G";
         let out = run(folder.path(), &joined(&split(flags), &[denoise]));
@@ -1209,7 +1211,7 @@ fn more_memory_than_allowed_is_refused() {
     }
 }
 
-/// A compact scene takes less memory and shows the same picture.
+/// A compact scene needs less memory and gives the same image.
 #[test]
 fn compact_scenes_look_the_same() {
     let folder = lit_floor();
@@ -1230,7 +1232,8 @@ fn compact_scenes_look_the_same() {
     }
 }
 
-/// A checkpoint of a range of samples is that range: resumed it stays, and merged it is a part.
+/// A checkpoint of a sample range keeps the range: it resumes to the same range, and merges as a
+/// part.
 #[test]
 fn checkpoint_of_a_range_is_resumed_and_merged() {
     let folder = lit_floor();
@@ -1245,16 +1248,17 @@ fn checkpoint_of_a_range_is_resumed_and_merged() {
     assert_same_bits(&path("merged.exr"), &path("whole.exr"));
 }
 
-/// An interrupt ends the render, writes what is there, and says so by the exit code.
+/// An interrupt ends the render, writes the image so far, and has its own exit code.
 #[cfg(unix)]
 #[test]
-fn an_interrupt_writes_what_is_done() {
+fn interrupt_writes_the_image_so_far() {
     let folder = lit_floor();
-    // The limit is for a shell that has told its children to ignore interrupts.
+    // The limit is for a shell whose children ignore interrupts.
     let args = split("render s.toml --spp 100000000 --time-limit 60s --stats x.json");
     let child = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
     let mut child = KilledOnDrop(child);
-    // Long enough for the first pass of 960 pixels on any machine; the render itself would take hours.
+    // Long enough for the first pass of 960 pixels on any machine; the whole render would take
+    // hours.
     wait_for_work(&child.0, std::time::Duration::from_secs(2));
     signal(&child.0, "INT");
     assert_eq!(child.0.wait().unwrap().code(), Some(130));
@@ -1264,9 +1268,10 @@ fn an_interrupt_writes_what_is_done() {
     assert_eq!(stats["complete"], false);
 }
 
-/// A flag that the method does not read is said; keys of a scene file are not, since they may serve any method.
+/// A flag without effect in the integrator is reported. Keys of a scene file are not: they may be
+/// for another integrator.
 #[test]
-fn idle_flags_are_said() {
+fn idle_flags_are_warnings() {
     let folder = lit_floor();
     for (args, idle) in [
         (
@@ -1304,7 +1309,7 @@ fn idle_flags_are_said() {
     let out = done(folder.path(), &split("render s.toml --size 8x8 --spp 1 -q -o a.png"));
     assert_eq!(words(&out), "");
 
-    // Channels have no place in a PNG file alone.
+    // A PNG file cannot have additional channels.
     let channels = "render s.toml --size 8x8 --spp 1 -q --aov P,uv -o a.png";
     let said = words(&done(folder.path(), &split(channels)));
     assert!(
@@ -1315,7 +1320,7 @@ fn idle_flags_are_said() {
     assert_eq!(words(&out), "");
 }
 
-/// The cases of `selftest` have the right answers, by each backend; scripts read which.
+/// The cases of `selftest` pass with each backend, and scripts can read them.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn selftests_pass() {

@@ -1,4 +1,5 @@
-//! Defaults of a render of a bare OBJ: its files, exposure, tone curve and quality; and flags and keys that say it.
+//! Defaults of a render of a bare OBJ: files, exposure, tone curve and quality; and their flags and
+//! keys.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, read_json, refused, run, split, words};
 use crate::support::{read_channel, read_rgb, rel_mse};
@@ -9,7 +10,7 @@ use tempfile::TempDir;
 
 const MTL: &str = "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl wall\nKd 0.7 0.2 0.2\nnewmtl lamp\nKd 0 0 0\nKe 50 50 50\n";
 
-/// A corner of two walls with a small bright lamp in it, as a bare OBJ and as a scene file.
+/// A corner of two walls with a small bright lamp, as a bare OBJ and as a scene file.
 fn scene() -> TempDir {
     folder(&[
         ("a.mtl", MTL),
@@ -26,7 +27,7 @@ fn scene() -> TempDir {
     ])
 }
 
-/// The camera of the scene file, for the bare OBJ.
+/// Camera of the scene file, as flags for the bare OBJ.
 const BARE: &str = "a.obj --position 0,1,4 --look-at 0,0.3,0 --fov 30 --size 40x24";
 
 fn render(at: &Path, line: &str) -> Value {
@@ -57,7 +58,7 @@ fn attribute(path: &Path, name: &str) -> Option<String> {
 }
 
 #[test]
-fn a_bare_obj_becomes_a_png_and_an_exr_that_say_how_they_were_exposed() {
+fn bare_obj_gives_png_and_exr_with_exposure() {
     let folder = scene();
     let at = folder.path();
     let out = done(at, &split(&format!("render {BARE} --stats s.json")));
@@ -87,23 +88,23 @@ fn a_bare_obj_becomes_a_png_and_an_exr_that_say_how_they_were_exposed() {
     assert!(attribute(&at.join("a.exr"), "embrasure.tone").unwrap().contains(&tone));
     assert!(read_channel(&at.join("a.exr"), "raw.G").iter().all(|v| v.is_finite()));
 
-    // Values stay linear and as bright as they are.
+    // Values in the EXR stay linear and unscaled.
     render(at, &format!("{BARE} --exposure 0 --tone srgb --denoise=off -o b.exr"));
     assert!(attribute(&at.join("b.exr"), "embrasure.tone").is_none());
     let raw = ["raw.R", "raw.G", "raw.B"].map(|name| read_channel(&at.join("a.exr"), name));
     assert!(raw == read_rgb(&at.join("b.exr")));
 
-    // A metered exposure may be given as a number: the bytes are the same.
+    // The metered exposure given as a number: the bytes are the same.
     let bytes = fs::read(at.join("a.png")).unwrap();
     render(at, &format!("{BARE} --exposure {stops} -o c.png"));
     assert!(fs::read(at.join("c.png")).unwrap() == bytes);
-    // So they are on one thread, by a second run.
+    // They are also the same with one thread, in a second run.
     render(at, &format!("{BARE} --threads 1 -o d.png"));
     assert!(fs::read(at.join("d.png")).unwrap() == bytes);
 }
 
 #[test]
-fn flags_and_keys_beat_every_guess_by_itself() {
+fn flags_and_keys_override_each_guess() {
     let folder = scene();
     let at = folder.path();
     let text = |line: &str| {
@@ -114,7 +115,7 @@ fn flags_and_keys_beat_every_guess_by_itself() {
     assert!(text("--tone srgb --exposure 0").contains("tone=srgb exposure=0\n"));
     assert!(text("--set image.exposure=-2").contains("tone=agx exposure=-2\n"));
     assert!(text("--set image.tone=reinhard").contains("tone=reinhard exposure="));
-    // Colours of debug views stand for numbers.
+    // Colours of debug views represent numbers.
     assert!(text("--integrator debug").contains("tone=srgb exposure=0\n"));
 
     let stats = render(at, &format!("{BARE} --spp 3 --denoise=off -o x.exr"));
@@ -138,13 +139,13 @@ fn flags_and_keys_beat_every_guess_by_itself() {
 }
 
 #[test]
-fn exposure_is_metered_by_flag_or_key_and_the_same_for_resumed_and_merged_pictures() {
+fn metered_exposure_is_equal_for_resume_and_merge() {
     let folder = scene();
     let at = folder.path();
     let stats = render(at, "s.toml --spp 128 --exposure auto -o whole.png -o whole.exr");
     let stops = &stats["exposure"];
     assert!(stops.as_f64().is_some_and(|stops| stops != 0.0), "{stats}");
-    // The median of the pixels that show a surface is of middle brightness.
+    // The median of the pixels with a surface has a middle brightness.
     let depth = read_channel(&at.join("whole.exr"), "Z");
     let (codes, _) = png_of(&at.join("whole.png"));
     let met = codes.chunks_exact(3).zip(&depth).filter(|(_, z)| **z < 1e10);
@@ -157,7 +158,7 @@ fn exposure_is_metered_by_flag_or_key_and_the_same_for_resumed_and_merged_pictur
         *stops
     );
 
-    // Resumed, and joined of samples and of crops
+    // Resumed, and merged from samples and from crops
     render(at, "s.toml --spp 64 --checkpoint c.exr -o x.exr");
     render(
         at,
@@ -188,10 +189,10 @@ fn exposure_is_metered_by_flag_or_key_and_the_same_for_resumed_and_merged_pictur
     );
 }
 
-/// Parts and checkpoints of a bare OBJ name its exposure, tone curve and denoiser. What `merge` and
-/// `develop` make of them is the picture of a single render, to the byte.
+/// Parts and checkpoints of a bare OBJ contain its exposure, tone curve and denoiser. `merge` and
+/// `develop` turn them into the image of a single render, byte by byte.
 #[test]
-fn parts_of_a_bare_obj_give_the_picture_of_a_single_render() {
+fn merged_parts_of_a_bare_obj_equal_one_render() {
     let folder = scene();
     let at = folder.path();
     let run = |line: &str| done(at, &split(line));
@@ -211,14 +212,14 @@ fn parts_of_a_bare_obj_give_the_picture_of_a_single_render() {
     }
     let finish = format!("{:?}", attribute(&at.join("a.exr"), "embrasure.finish"));
     assert!(finish.contains("tone=agx exposure="), "{finish}");
-    // Flags override it.
+    // Flags override them.
     run("merge -q a.exr b.exr --denoise=off --tone srgb --exposure 0 -o raw.png");
     run("develop -q whole.exr --channel raw --tone srgb --exposure 0 -o raw-whole.png");
     assert!(png_of(&at.join("raw.png")) == png_of(&at.join("raw-whole.png")));
 }
 
 #[test]
-fn what_cannot_be_an_exposure_quality_or_clamp_is_refused_with_what_can() {
+fn invalid_exposure_quality_and_clamp_are_errors() {
     let folder = scene();
     let at = folder.path();
     for (flag, key, value, expected) in [
@@ -268,7 +269,7 @@ fn what_cannot_be_an_exposure_quality_or_clamp_is_refused_with_what_can() {
 }
 
 #[test]
-fn default_names_spare_files_of_the_scene_and_of_others() {
+fn default_output_names_keep_other_files() {
     let folder = scene();
     let at = folder.path();
     let line = format!("render {BARE} --spp 1 --denoise=off");
@@ -285,7 +286,7 @@ fn default_names_spare_files_of_the_scene_and_of_others() {
     assert!(at.join("a.render.png").exists() && !at.join("a.png").exists());
     fs::remove_file(at.join("a.exr")).unwrap();
 
-    // A texture of that name, which this program has rendered; own pictures are replaced.
+    // A texture of that name that this program rendered. Own images are replaced.
     done(at, &split("render s.toml -q --spp 1 -o a.png"));
     let texture = fs::read(at.join("a.png")).unwrap();
     done(at, &split(&format!("{line} -q")));
@@ -311,7 +312,7 @@ fn default_names_spare_files_of_the_scene_and_of_others() {
     let said = refused(at, &split(&format!("{line} -o a.png")), 2);
     assert!(said.contains("would overwrite"), "{said}");
 
-    // Dots of a stem stay; a part of the samples makes none.
+    // Dots of a stem stay. A part of the samples writes no PNG.
     fs::copy(at.join("s.toml"), at.join("x.y.toml")).unwrap();
     done(at, &split("render x.y.toml -q --spp 1"));
     assert!(at.join("x.y.exr").exists() && !at.join("x.exr").exists());
@@ -322,7 +323,7 @@ fn default_names_spare_files_of_the_scene_and_of_others() {
 }
 
 #[test]
-fn quality_sets_samples_and_denoiser_and_is_beaten_by_what_says_more() {
+fn quality_sets_samples_and_denoiser() {
     let folder = scene();
     let at = folder.path();
     let [best, fast] = if cfg!(feature = "oidn") {
@@ -347,14 +348,14 @@ fn quality_sets_samples_and_denoiser_and_is_beaten_by_what_says_more() {
     assert_eq!(of("s.toml --quality draft"), (4, fast.clone()));
     assert_eq!(of("s.toml --quality good"), (16, best.clone()));
     assert_eq!(of("s.toml --quality good --spp 2 --denoise=off"), (2, none));
-    // The scene's own samples beat its quality.
+    // Samples of the scene override its quality.
     assert_eq!(of("s.toml --set render.quality=good"), (4, best.clone()));
     assert_eq!(of("a.obj --set render.quality=draft"), (4, fast.clone()));
     assert_eq!(
         of("a.obj --set render.quality=draft --quality good"),
         (16, best.clone())
     );
-    // The best ends at its noise level, which is unset where samples are given.
+    // Quality `final` ends at its noise level, which is unset if samples are given.
     let line = "s.toml --quality final --size 4x4 --max-depth 0 -o x.exr";
     let stats = render(at, line);
     assert!(stats["noise"]["level"] == 0.01 && stats["spp"] == 2048, "{stats}");
@@ -365,7 +366,7 @@ fn quality_sets_samples_and_denoiser_and_is_beaten_by_what_says_more() {
 }
 
 #[test]
-fn the_clamp_limits_indirect_light_alone_and_is_told() {
+fn clamp_limits_indirect_light_only() {
     let folder = scene();
     let at = folder.path();
     let picture = |name: &str, flags: &str| {
@@ -380,9 +381,9 @@ fn the_clamp_limits_indirect_light_alone_and_is_told() {
         let low = picture("low.exr", &format!("{reuse} --clamp-indirect 0.01"));
         let direct = picture("direct.exr", &format!("{reuse} --max-depth 1"));
         assert!(plain == off);
-        // A limit that nothing reaches changes roundings at most.
+        // A limit above all values changes at most rounding.
         assert!(rel_mse(&high, &plain) < 1e-10);
-        // A low one takes nearly all indirect light, and nothing of the rest.
+        // A low limit removes nearly all indirect light, and nothing else.
         let [plain, low, direct] = [&plain, &low, &direct].map(sum);
         assert!(
             low < 0.97 * plain && low > 0.999 * direct && low < direct + 0.02 * 40.0 * 24.0 * 3.0,
@@ -402,7 +403,7 @@ fn the_clamp_limits_indirect_light_alone_and_is_told() {
     );
     assert!(attribute(&at.join("plain.exr"), "embrasure.bias").is_none());
 
-    // Comparisons say so, and other renders' states do not fit.
+    // Comparisons report the bias, and states of other renders do not fit.
     let out = run(at, &split("compare plain.exr low.exr"));
     assert!(
         printed(&out).contains("low.exr is biased by clamp_indirect=0.01"),
@@ -430,7 +431,7 @@ fn the_clamp_limits_indirect_light_alone_and_is_told() {
     render(at, "s.toml --spp 128 --set render.clamp_indirect=0.5 -o whole.exr");
     assert_same_bits(&at.join("whole.exr"), &at.join("merged.exr"));
     assert!(attribute(&at.join("merged.exr"), "embrasure.bias").is_some());
-    // Methods that do not read it say so.
+    // Integrators without the clamp report it.
     let out = done(
         at,
         &split("render s.toml --spp 1 --integrator direct --clamp-indirect 5 -o x.exr"),
@@ -442,9 +443,9 @@ fn the_clamp_limits_indirect_light_alone_and_is_told() {
     );
 }
 
-/// A black picture says why, and gets no advice to raise the exposure of nothing.
+/// A black image has a reason, and no advice to raise the exposure.
 #[test]
-fn black_pictures_say_why() {
+fn black_image_has_a_reason() {
     let cube = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n";
     let outwards = "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
     let inwards = "f 2 3 4 1\nf 8 7 6 5\nf 5 6 2 1\nf 7 8 4 3\nf 6 7 3 2\nf 4 8 5 1\n";
@@ -496,7 +497,7 @@ fn black_pictures_say_why() {
         assert!(said.contains("`embrasure check s.toml`"), "{name}: {said}");
         assert!(!said.contains("is brighter"), "{name}: {said}");
     }
-    // A little light from elsewhere is no reason to be silent of the lamps.
+    // A little other light does not hide the message about the lamps.
     let faint = "[[light]]\ntype = \"constant\"\nradiance = [1e-6, 1e-6, 1e-6]\n";
     let said = scene("bulb", far, faint);
     assert!(
@@ -512,7 +513,7 @@ fn black_pictures_say_why() {
     );
 }
 
-/// The steps of the summary line add up to the time in all.
+/// The steps of the summary line sum to the total time.
 #[test]
 fn times_of_the_summary_add_up() {
     let folder = scene();

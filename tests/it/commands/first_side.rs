@@ -1,10 +1,10 @@
-//! Up, the front and the frame of the first picture, by what a file says and by shapes.
+//! Up axis, front and frame of the first image, from the content of a file and from shapes.
 
 use super::guess::{Boxes, camera, turned, vector};
 use crate::support::program::folder;
 use std::fmt::Write;
 
-/// Azimuth of the camera from what it looks at, in degrees from +z towards +x, and the words on the
+/// Azimuth of the camera around its target, in degrees from +z towards +x, and the text of the
 /// guess; +y is up.
 fn seen(text: &str) -> (f64, String) {
     let folder = folder(&[("a.obj", text)]);
@@ -19,12 +19,13 @@ fn up(text: &str) -> [f64; 3] {
     vector(&camera(folder.path(), "a.obj")["up"])
 }
 
-/// Degrees between azimuths.
+/// Difference of two azimuths in degrees.
 fn apart(a: f64, b: f64) -> f64 {
     ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs()
 }
 
-/// A solid of revolution around the z axis, squeezed: radius and z of each ring.
+/// A solid of revolution around the z axis, scaled in x and y. `radii` has the radius and z of each
+/// ring.
 fn rings(radii: &[(f32, f32)], [wide, high]: [f32; 2]) -> String {
     const AROUND: usize = 16;
     let mut text = String::new();
@@ -45,7 +46,7 @@ fn rings(radii: &[(f32, f32)], [wide, high]: [f32; 2]) -> String {
     text
 }
 
-/// Seat, back-rest at z = −0.25 and legs.
+/// A chair: seat, back-rest at z = −0.25, and legs.
 fn chair() -> Boxes {
     let mut chair = Boxes::default()
         .add([-0.25, 0.4, -0.25], [0.25, 0.46, 0.25])
@@ -56,7 +57,7 @@ fn chair() -> Boxes {
     chair
 }
 
-/// A figure of boxes whose feet point to +z.
+/// A figure of boxes with feet that point to +z.
 fn figure() -> Boxes {
     let mut figure = Boxes::default()
         .add([-0.25, 0.9, -0.12], [0.25, 1.5, 0.12])
@@ -69,7 +70,7 @@ fn figure() -> Boxes {
     figure
 }
 
-/// The axes that the file declares decide, whatever its shapes say.
+/// Declared axes of the file take precedence over its shapes.
 #[test]
 fn declared_axes_decide() {
     let head = "# CoordSystemRUF: [+X,-Y,+Z]\n";
@@ -80,12 +81,13 @@ fn declared_axes_decide() {
     assert!(apart(azimuth, 180.0) < 60.0, "{azimuth}");
     assert!(words.contains("its front is at azimuth 0° as the file says"), "{words}");
     assert!(words.contains("-y is up as the file says"), "{words}");
-    // A declared front wins over the back-rest.
+    // A declared front takes precedence over the back-rest.
     let text = format!("# CoordSystemRUF: [+X,+Y,+Z]\n{}", chair().text);
     assert!(seen(&text).1.contains("its front is at azimuth 180° as the file says"));
 }
 
-/// A flat sheet with textures of a playing field lies, and one of a poster hangs.
+/// A flat sheet textured as a playing field is horizontal, and one textured as a poster is
+/// vertical.
 #[test]
 fn sheets_of_grass_lie() {
     let sheet = |material: &str| {
@@ -96,10 +98,10 @@ fn sheets_of_grass_lie() {
     assert_eq!(up(&sheet("poster")), [0.0, 1.0, 0.0]);
 }
 
-/// A fish along z lies; a tower of the same shape, which rests on a wide base, stands.
+/// A fish along z is horizontal; a tower of the same shape on a wide base is vertical.
 #[test]
 fn slender_bodies_do_not_stand_on_a_tip() {
-    // Off the middle in height and along z, as fish are.
+    // Off centre in height and along z, as fish are.
     let fish = rings(
         &[
             (0.0, -15.0),
@@ -121,9 +123,9 @@ fn slender_bodies_do_not_stand_on_a_tip() {
     assert_eq!(up(&tower.upended()), [0.0, 0.0, 1.0]);
 }
 
-/// Chairs are seen from the side that one sits down from, people from where their feet point.
+/// The front of a chair is the side of its seat, the front of a person the direction of the feet.
 #[test]
-fn seats_and_feet_tell_the_front() {
+fn seats_and_feet_give_the_front() {
     for model in [chair(), figure()] {
         for (turn, front) in [(0.0, 0.0), (180.0, 180.0), (90.0, 90.0)] {
             let (sin, cos) = f32::to_radians(turn).sin_cos();
@@ -148,7 +150,7 @@ fn programs_have_a_front() {
     assert!(words.contains("; its front is at azimuth 180°;"), "{words}");
 }
 
-/// A ground much wider than the object does not decide how large the object is seen.
+/// A ground much wider than the object does not set the frame.
 #[test]
 fn wide_grounds_do_not_frame_the_object() {
     let mut text = String::new();
@@ -175,10 +177,10 @@ fn wide_grounds_do_not_frame_the_object() {
 
 /// A furnished room without a ceiling is seen over the wall that hides least, from 35° above.
 #[test]
-fn rooms_without_a_ceiling_are_looked_into() {
+fn rooms_without_a_ceiling_are_seen_from_above() {
     let house = Boxes::default()
         .add([-4.0, -0.2, -3.0], [4.0, 0.0, 3.0])
-        // Walls on all sides but −z, where it is low
+        // Walls on all sides, low at −z
         .add([-4.0, 0.0, 2.8], [4.0, 3.0, 3.0])
         .add([-4.0, 0.0, -3.0], [-3.8, 3.0, 3.0])
         .add([3.8, 0.0, -3.0], [4.0, 3.0, 3.0])
@@ -190,13 +192,13 @@ fn rooms_without_a_ceiling_are_looked_into() {
     assert!(words.contains("elevation 35°"), "{words}");
 }
 
-/// The upright axis of a file of this name.
+/// Up axis of a file with the name `name`.
 fn up_of(name: &str, text: &str) -> [f64; 3] {
     let folder = folder(&[(name, text)]);
     vector(&camera(folder.path(), name)["up"])
 }
 
-/// Files of programs that know one upright axis have it, whatever their shapes say.
+/// Files of programs with a fixed up axis have that axis, for any shapes.
 #[test]
 fn programs_with_one_axis_decide() {
     let text = chair().upended();
@@ -209,7 +211,7 @@ fn programs_with_one_axis_decide() {
     }
 }
 
-/// A storey of walls stands on edge in a file of any name, and lies in one of a building.
+/// The walls of a flat building lie horizontally if the file name is that of a building.
 #[test]
 fn flat_buildings_lie() {
     let mut walls = Boxes::default();
@@ -223,8 +225,8 @@ fn flat_buildings_lie() {
     assert_eq!(up_of("floor_2.obj", &walls.text), [0.0, 0.0, 1.0]);
 }
 
-/// A few flat triangles far around all others do not frame the scene, though they share corners with
-/// it.
+/// A few flat triangles far around all others do not set the frame, although they share corners
+/// with the scene.
 #[test]
 fn far_grounds_do_not_frame_the_scene() {
     let town = |river: bool| {
@@ -251,7 +253,7 @@ fn far_grounds_do_not_frame_the_scene() {
 
 /// Eyes are at the front, and a tail is at the back.
 #[test]
-fn names_tell_the_front() {
+fn part_names_give_the_front() {
     for (name, z, front) in [
         ("Eyes", 1.0, 0.0),
         ("Eyes", -1.1, 180.0),
@@ -270,7 +272,7 @@ fn names_tell_the_front() {
     }
 }
 
-/// An animal on four legs looks to where its head is.
+/// The front of an animal on four legs is the side of its head.
 #[test]
 fn high_heads_are_in_front() {
     for (sign, front) in [(1.0, 0.0), (-1.0, 180.0)] {
@@ -293,9 +295,9 @@ fn high_heads_are_in_front() {
     }
 }
 
-/// A car along x is not seen as if a door were its front.
+/// The front of a car along x is not its door.
 #[test]
-fn long_sides_are_no_fronts() {
+fn long_side_is_not_the_front() {
     let mut car = Boxes::default()
         .add([-2.0, 0.3, -0.8], [2.0, 0.8, 0.8])
         .add([-0.4, 0.8, -0.7], [1.6, 1.4, 0.7]);

@@ -1,4 +1,4 @@
-//! Guesses of the program for missing settings: the camera of a bare OBJ, and the flags and keys that say it.
+//! Guesses of missing settings: the camera of a bare OBJ, and its flags and keys.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, split, words};
 use crate::support::{read_channel, read_rgb, rel_mse};
@@ -6,7 +6,8 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Boxes from corner to corner as an OBJ; `inwards` ones face inwards, without the sides that `open` names by the index of the axis.
+/// Boxes from corner to corner as an OBJ. A `room` faces inwards, without the sides in `open`, such
+/// as "+z".
 #[derive(Default)]
 pub(super) struct Boxes {
     pub(super) text: String,
@@ -53,7 +54,7 @@ impl Boxes {
     }
 }
 
-/// The OBJ `text` with its vertices turned.
+/// The OBJ `text` with transformed vertices.
 pub(super) fn turned(text: &str, turn: impl Fn([f32; 3]) -> [f32; 3]) -> String {
     let line = |line: &str| match line.strip_prefix("v ") {
         Some(v) => {
@@ -98,7 +99,8 @@ pub(super) fn vector(value: &Value) -> [f64; 3] {
     [0, 1, 2].map(|i| value[i].as_f64().unwrap())
 }
 
-/// Horizontal direction from what is looked at to the camera, in degrees from +z towards +x, and elevation; +y is up.
+/// Horizontal direction from the target to the camera, in degrees from +z towards +x, and
+/// elevation; +y is up.
 fn angles(camera: &Value) -> (f64, f64) {
     let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
     let way = [0, 1, 2].map(|i| eye[i] - target[i]);
@@ -107,7 +109,7 @@ fn angles(camera: &Value) -> (f64, f64) {
 }
 
 #[test]
-fn objects_are_seen_from_their_front_and_above() {
+fn camera_is_in_front_and_above_the_object() {
     let folder = folder(&[("statue.obj", &statue().text)]);
     let camera = camera(folder.path(), "statue.obj");
     let (azimuth, elevation) = angles(&camera);
@@ -118,7 +120,7 @@ fn objects_are_seen_from_their_front_and_above() {
 }
 
 #[test]
-fn what_stands_on_z_is_upright() {
+fn object_with_z_up_is_upright() {
     let folder = folder(&[("statue.obj", &statue().upended())]);
     let camera = camera(folder.path(), "statue.obj");
     assert_eq!(vector(&camera["up"]), [0.0, 0.0, 1.0]);
@@ -127,8 +129,8 @@ fn what_stands_on_z_is_upright() {
     assert!(camera["guess"].as_str().unwrap().contains("+z is up"));
 }
 
-/// A cube around the z axis, from `low` to `low + 1` in height, whose walls have textures with v
-/// along z, and whose top and bottom have the materials `top` and `bottom`.
+/// A cube around the z axis, from `low` to `low + 1` in height. Its walls have textures with v
+/// along z; top and bottom have the materials `top` and `bottom`.
 fn cube(low: f32, walls: [[f32; 2]; 4], top: &str, bottom: &str) -> [(&'static str, String); 2] {
     let mut text = "mtllib cube.mtl\n".to_string();
     for i in 0..8 {
@@ -169,7 +171,7 @@ fn origin_textures_and_names_raise_an_axis() {
     }
 }
 
-/// A plate that faces +x is seen from its face, though azimuth 0 is the usual front.
+/// A plate that faces +x is seen from its face, although azimuth 0 is the usual front.
 #[test]
 fn plates_are_not_seen_from_their_edges() {
     let phone = Boxes::default()
@@ -180,7 +182,7 @@ fn plates_are_not_seen_from_their_edges() {
     assert!((45.0..135.0).contains(&azimuth.abs()), "{azimuth}");
 }
 
-/// An upright axis, and the turn of a model with +y up that gives it this axis.
+/// An up axis, and the transform of a model with +y up to this axis.
 type Turn = ([f64; 3], fn([f32; 3]) -> [f32; 3]);
 
 const TURNS: [Turn; 4] = [
@@ -190,7 +192,7 @@ const TURNS: [Turn; 4] = [
     ([0.0, 0.0, -1.0], |[x, y, z]| [x, z, -y]),
 ];
 
-/// A room is upright in each of four positions; a statue on a plinth with either usual axis up.
+/// A room is upright in each of four orientations; a statue on a plinth with +y or +z up.
 #[test]
 fn rooms_and_objects_are_upright() {
     for (name, text, turns) in [("room", room(&[]), &TURNS[..]), ("statue", statue().text, &TURNS[..2])] {
@@ -205,7 +207,7 @@ fn rooms_and_objects_are_upright() {
     }
 }
 
-/// A mug of revolution around the y axis, open at the top, with a handle; its middle is the origin.
+/// A mug around the y axis, open at the top, with a handle; its centre is the origin.
 fn mug() -> String {
     const SIDES: usize = 24;
     let profile = [
@@ -236,7 +238,7 @@ fn mug() -> String {
     handle.add([1.0, -0.6, -0.1], [1.6, 0.6, 0.1]).text
 }
 
-/// A mug stands on its axis with the opening above, whichever axis that is.
+/// A mug stands on its axis with the opening up, for any axis.
 #[test]
 fn bodies_of_revolution_stand_on_their_axis() {
     for (up, turn) in TURNS {
@@ -246,7 +248,7 @@ fn bodies_of_revolution_stand_on_their_axis() {
     }
 }
 
-/// A cube is upright as other files of its folder are, if the same program wrote them.
+/// A cube has the up axis of other files in its folder by the same program.
 #[test]
 fn other_files_of_the_folder_raise_an_axis() {
     let blank = [[0.5, 0.5]; 4];
@@ -282,7 +284,7 @@ fn other_files_of_the_folder_raise_an_axis() {
     }
 }
 
-/// A vehicle shows its side, though its front is seen too.
+/// A vehicle shows its side as well as its front.
 #[test]
 fn long_objects_show_their_sides() {
     let car = Boxes::default()
@@ -295,7 +297,7 @@ fn long_objects_show_their_sides() {
     assert!((42.0..70.0).contains(&azimuth.abs()), "{azimuth}");
 }
 
-/// A field whose plane is that of x and y lies on the ground, and is seen from high above.
+/// A field in the plane of x and y is horizontal, and seen from high above.
 #[test]
 fn a_flat_field_lies() {
     let field = "v -40 -26 0\nv 40 -26 0\nv 40 26 0\nv -40 26 0\nf 1 2 3 4\n";
@@ -308,7 +310,7 @@ fn a_flat_field_lies() {
     assert!((elevation - 40.0).abs() < 1.0, "{elevation}");
 }
 
-/// A brick with a cavity is an object, though a camera would fit in.
+/// A brick with a cavity is an object, although a camera would fit inside.
 #[test]
 fn hollow_objects_are_seen_from_outside() {
     let brick = Boxes::default()
@@ -325,7 +327,7 @@ fn hollow_objects_are_seen_from_outside() {
     );
 }
 
-/// A stair in the metres of a national grid keeps its steps: its picture is that of the stair at
+/// A stair in metres of a national grid keeps its steps: its image equals the image of the stair at
 /// the origin with +z up, by guesses and by flags, and `info` has its place.
 #[test]
 fn files_far_from_the_origin_are_moved() {
@@ -384,7 +386,7 @@ fn files_far_from_the_origin_are_moved() {
     let info = json(&done(at, &split("info far.obj --json")));
     assert_eq!(vector(&info["origin"]), place);
     assert_eq!(vector(&info["bounds"][1]), [512_301.0, 5_412_303.0, 431.5]);
-    // Positions in a picture are relative to the origin that the file names.
+    // Positions in an image are relative to the origin in the file.
     picture("far.obj --aov P --denoise=off");
     let bytes = std::fs::read(at.join("x.exr")).unwrap();
     let holds = |text: &[u8]| bytes.windows(text.len()).any(|part| part == text);
@@ -413,14 +415,14 @@ fn files_far_from_the_origin_are_moved() {
     assert!(text.contains("origin = \"512300,5412300,430\""), "{text}");
     done(at, &split("render d.toml -q -o b.exr"));
     assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
-    // Without it the steps are lost, with a warning.
+    // Without the origin, the steps are lost, with a warning.
     let said = picture("far.obj --origin off").1;
     assert!(said.contains("far-from-origin"), "{said}");
 }
 
-/// The camera of a file of two places is that of the one with most faces, and so is its ground.
+/// For a file with two places, camera and ground follow the place with most faces.
 #[test]
-fn few_faces_far_away_are_left_out_of_the_view() {
+fn few_distant_faces_do_not_set_the_camera() {
     let near = || {
         (0..5).fold(Boxes::default(), |boxes, i| {
             let x = 1.5 * i as f32;
@@ -450,10 +452,11 @@ fn few_faces_far_away_are_left_out_of_the_view() {
     assert!(error < 0.01, "{error}");
 }
 
-/// What flags say of the light is meant for the guessed camera, and for what is up in the scene: the model on +y and the one on +z give one picture.
+/// Light flags are relative to the guessed camera and the up axis of the scene: the model with +y
+/// up and the model with +z up give one image.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn light_of_flags_stands_as_the_scene_does() {
+fn light_flags_use_the_guessed_up_axis() {
     let folder = folder(&[("y.obj", &statue().text), ("z.obj", &statue().upended())]);
     let at = folder.path();
     done(at, &split("render y.obj --size 32x16 --spp 1 -q -o map.exr"));
@@ -476,7 +479,7 @@ fn light_of_flags_stands_as_the_scene_does() {
         });
         let error = rel_mse(&z, &y);
         assert!(error < 0.01, "{flags}: {error}");
-        // The scene that is written is the one that was rendered.
+        // The dumped scene is the rendered scene.
         done(at, &split("render z.toml --reuse none --denoise=off -q -o again.exr"));
         assert_same_bits(&at.join("z.exr"), &at.join("again.exr"));
         let dump = std::fs::read_to_string(at.join("z.toml")).unwrap();
@@ -495,7 +498,8 @@ fn light_of_flags_stands_as_the_scene_does() {
         done(at, &split(&line));
         std::fs::read_to_string(at.join("d.toml")).unwrap()
     };
-    // A guessed camera may roll by its `up`, and one that is given in full has only that: up in the scene is the axis next to it.
+    // The `up` of a guessed camera may roll; up in the scene is the nearest axis. So it is for a
+    // fully given camera.
     for camera in ["--up 0.1,0,1", "--position 0,-9,2 --look-at 0,0,1 --up 0,0,1"] {
         let scene = dump(&format!("z.obj {camera} --env map.exr --sun 20,30 --ground"));
         assert!(scene.contains("rotate = [90.0, 0.0, 0.0]"), "{scene}");
@@ -504,7 +508,7 @@ fn light_of_flags_stands_as_the_scene_does() {
     // Keys of the ground are kept.
     let scene = dump("z.obj --env white --ground --set ground.albedo=0.2");
     assert!(scene.contains("albedo = [0.2, 0.2, 0.2]"), "{scene}");
-    // A ground takes few finite lights, and an interior has its own floor.
+    // A ground supports few finite lights, and an interior has its own floor.
     std::fs::write(at.join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
     let lamp = format!("mtllib lamp.mtl\nusemtl lamp\n{}", statue().text);
     std::fs::write(at.join("lamp.obj"), lamp).unwrap();
@@ -526,7 +530,7 @@ fn rooms_are_seen_from_inside_and_level() {
     assert!(guess.contains("+y is up (--up 0,0,1 changes that)"), "{guess}");
 }
 
-/// No camera of a list stands where one has to crawl.
+/// No listed camera is at crawling height.
 #[test]
 fn views_of_a_room_are_at_eye_height() {
     let text = Boxes::default()
@@ -560,7 +564,8 @@ fn rooms_without_a_wall_are_looked_into() {
     }
 }
 
-/// Lines of a render of `scene` in `folder` that say what was guessed of camera and light; its pictures are `x.exr` and `x.png`.
+/// Lines of a render of `scene` in `folder` about the guessed camera and light. Writes `x.exr` and
+/// `x.png`.
 fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {
     let args = [
         &[
@@ -578,9 +583,9 @@ fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {
     said.lines().filter(is_guess).map(String::from).collect()
 }
 
-/// Equal words and bits on another run, with another number of threads, and from another folder.
+/// Equal words and bits in another run, with other thread counts, and from another folder.
 #[test]
-fn guessed_pictures_are_the_same_everywhere() {
+fn threads_and_folders_change_no_guess() {
     let files = [("statue.obj", statue().text), ("room.obj", room(&[]))];
     let [here, there] = [(); 2].map(|()| folder(&files.each_ref().map(|(name, text)| (*name, text.as_str()))));
     for (scene, _) in &files {
@@ -604,9 +609,9 @@ fn guessed_pictures_are_the_same_everywhere() {
     }
 }
 
-/// A round mesh without normals is told of, with the flag that rounds it.
+/// A round mesh without normals causes a note with the smoothing flag.
 #[test]
-fn facets_are_told() {
+fn facets_cause_a_note_with_a_flag() {
     // A tube of 300 sides
     let mut tube = String::new();
     for i in 0..300 {
@@ -630,7 +635,7 @@ fn facets_are_told() {
     assert!(!said("statue.obj").contains(line));
 }
 
-/// All backends choose the same camera and light for scenes as they are found.
+/// All backends choose the same camera and light for real scenes.
 #[test]
 #[cfg(all(feature = "embree", feature = "obvhs"))]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
@@ -656,10 +661,10 @@ fn backends_guess_the_same_of_real_scenes() {
     }
 }
 
-/// Thread counts and backends choose the same camera, whose flags give the same picture.
+/// Thread counts and backends choose the same camera, and its flags give the same image.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn guesses_are_always_the_same() {
+fn threads_and_backends_change_no_guess() {
     let folder = folder(&[("statue.obj", &statue().text), ("room.obj", &room(&[]))]);
     for scene in ["statue.obj", "room.obj"] {
         let render = |more: &[&str]| {
@@ -673,7 +678,7 @@ fn guesses_are_always_the_same() {
         let flags = flags.unwrap();
         assert_eq!(render(&["--threads", "1"]).0.unwrap(), flags);
         assert_eq!(render(&["--backend", "brute"]).0.unwrap(), flags);
-        // Numbers are as exact as they are printed.
+        // Printed numbers are exact.
         let said: Vec<&str> = flags.split(' ').collect();
         let hash = |args: &[&str]| {
             let args = [
@@ -692,7 +697,7 @@ fn guesses_are_always_the_same() {
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn views_orbits_and_single_flags_turn_the_guess() {
+fn camera_flags_modify_the_guess() {
     let folder = folder(&[("statue.obj", &statue().text)]);
     let folder = folder.path();
     let of = |args: &[&str]| {
@@ -733,17 +738,17 @@ fn views_orbits_and_single_flags_turn_the_guess() {
         let found = along(&args);
         assert!(near(found, expected), "{args:?}: {found:.3?}");
     }
-    // At a distance that is given, cameras of all azimuths turn around one point.
+    // At a given distance, cameras of all azimuths orbit one point.
     let (eye, pivot, _) = of(&["--orbit", "0,0,10"]);
     assert!((eye[2] - pivot[2] - 10.0).abs() < 1e-2);
     for azimuth in [40, 75, 170] {
         assert_eq!(of(&["--orbit", &format!("{azimuth},20,10")]).1, pivot);
     }
-    // Up alone turns the guessed camera.
+    // `--up` alone rotates the guessed camera.
     let (eye, target, up) = of(&["--up", "0,0,1"]);
     assert_eq!(up.unwrap(), [0.0, 0.0, 1.0]);
     assert!(eye[2] > target[2]);
-    // A position alone looks at the middle, a target alone is looked at from the guessed side.
+    // A position alone faces the middle; a target alone is seen from the guessed side.
     let (eye, target, _) = of(&["--position", "0,1,9"]);
     assert_eq!(eye, [0.0, 1.0, 9.0]);
     assert!(
@@ -757,7 +762,7 @@ fn views_orbits_and_single_flags_turn_the_guess() {
 }
 
 #[test]
-fn single_keys_of_the_camera_are_enough() {
+fn camera_keys_modify_the_guess() {
     let scene = |camera: &str| format!("version = 1\n[camera]\n{camera}\n[[object]]\nobj = \"statue.obj\"\n");
     let folder = folder(&[("statue.obj", &statue().text)]);
     let info = |keys: &str| {
@@ -770,7 +775,7 @@ fn single_keys_of_the_camera_are_enough() {
     assert!((angles(&info("orbit = [45, 10]")).0 - 45.0).abs() < 0.1);
     assert_eq!(vector(&info("position = [0, 1, 9]")["position"]), [0.0, 1.0, 9.0]);
 
-    // Wrong ones
+    // Invalid keys
     for (keys, expected) in [
         (
             "view = \"side\"",
@@ -792,7 +797,7 @@ fn single_keys_of_the_camera_are_enough() {
 }
 
 #[test]
-fn wrong_flags_name_the_right_ones() {
+fn invalid_camera_flags_are_errors() {
     let folder = folder(&[("statue.obj", &statue().text)]);
     let wrong = |args: &[&str]| refused(folder.path(), &[&["render", "statue.obj"], args].concat(), 2);
     assert!(wrong(&["--view", "side"]).contains("front, back, left, right, top, iso, inside"));
@@ -803,7 +808,7 @@ fn wrong_flags_name_the_right_ones() {
     assert!(wrong(&["--focus-at", "1,1", "--focus-distance", "2"]).contains("cannot be used with"));
 }
 
-/// The focus at a pixel is the depth of what is seen there.
+/// The focus at a pixel is the depth of the surface there.
 #[test]
 fn focus_at_a_pixel() {
     let wall = Boxes::default().add([-9.0, -9.0, -5.0], [9.0, 9.0, -4.0]).text;
@@ -823,7 +828,7 @@ fn focus_at_a_pixel() {
     let expected = "--focus-at 9,6\n  help: choose a point inside the image, from 0,0 to 8,8";
     assert!(said.contains(expected), "{said}");
 
-    // The distance is printed, and so is the camera by `-v`.
+    // The distance is printed, and with `-v` the camera too.
     let lens = "--position 0,0,0 --look-at 0,0,-1 --lens-radius 0.1 --size 8x8 --spp 1 -o x.exr --stats s.json";
     let said = |flags: &str| words(&done(folder.path(), &split(&format!("render wall.obj {lens} {flags}"))));
     let at_pixel = said("--focus-at 1,6 -v");
@@ -845,7 +850,7 @@ fn focus_at_a_pixel() {
     );
 }
 
-/// What `info` tells of a bare OBJ is what `render` renders.
+/// `info` of a bare OBJ has the light of `render`.
 #[test]
 fn info_has_the_guessed_light() {
     let folder = folder(&[
@@ -870,7 +875,7 @@ fn info_has_the_guessed_light() {
         let text = printed(&done(folder, &["info", scene]));
         assert!(text.contains(&format!("guessed: {light}\n")), "{text}");
     }
-    // Light that is said is not guessed.
+    // Given light is not guessed.
     let info = json(&done(folder, &split("info statue.obj --json --env white")));
     assert_eq!(
         (&info["light_guess"], &info["lights"]["constant"]),
@@ -889,7 +894,7 @@ fn views_are_listed_and_drawn() {
         let sheet = std::fs::read(folder.path().join("sheet.png")).unwrap();
         assert!(sheet.starts_with(b"\x89PNG"));
         std::fs::remove_file(folder.path().join("sheet.png")).unwrap();
-        // Each line can be pasted; those of the second scene have the same flags.
+        // Each line can be pasted; the second scene has the same flags.
         let pasted = if scene == "statue.obj" { usize::MAX } else { 2 };
         for line in listed.lines().take(pasted) {
             let flags: Vec<&str> = line.split_whitespace().skip(1).collect();
@@ -909,7 +914,7 @@ fn views_are_listed_and_drawn() {
     assert!(refused(folder.path(), &["views", "room.obj", "-o", "room.obj"], 2).contains("would overwrite"));
 }
 
-/// What a render says of the light that it guessed.
+/// Message of a render about its guessed light.
 fn light(folder: &Path, args: &[&str]) -> Option<String> {
     let said = words(&done(
         folder,
@@ -920,7 +925,7 @@ fn light(folder: &Path, args: &[&str]) -> Option<String> {
 }
 
 #[test]
-fn light_is_guessed_if_nothing_lights_the_scene() {
+fn light_is_guessed_for_unlit_scenes() {
     // A room with a window in its wall at x = 2: the wall is four slabs around it.
     let slabs = [
         ([2.0, 0.0, -3.0], [2.1, 2.6, -1.0]),
@@ -934,7 +939,7 @@ fn light_is_guessed_if_nothing_lights_the_scene() {
             .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6]),
         |boxes, (min, max)| boxes.add(*min, *max),
     );
-    // What emits somewhere, and rooms with a lamp below the ceiling and in a cupboard
+    // An object with a lamp, and rooms with a lamp below the ceiling and in a cupboard
     let lamp = |boxes: Boxes, min, max| {
         let plain = boxes.text.len();
         let text = boxes.add(min, max).text;
@@ -974,17 +979,17 @@ fn light_is_guessed_if_nothing_lights_the_scene() {
     assert!(of(&["statue.obj", "--no-ground"]).unwrap().starts_with("a studio ("));
     assert!(of(&["closed.obj"]).unwrap().starts_with("a lamp below the ceiling"));
     assert!(of(&["windowed.obj"]).unwrap().starts_with("sky and sun"));
-    // Lamps that light little are no reason to leave the rest dark.
+    // Lamps with little light do not leave the rest dark.
     assert!(of(&["eye.obj"]).unwrap().starts_with("a studio, and a ground"));
     assert!(of(&["dark.obj"]).unwrap().starts_with("a lamp below the ceiling"));
     assert!(of(&["glow.obj"]).unwrap().starts_with("sky and sun"));
-    // A method without support for a ground gets none.
+    // An integrator without support for a ground gets none.
     assert!(
         of(&["statue.obj", "--integrator", "bdpt"])
             .unwrap()
             .starts_with("a studio (")
     );
-    // Nothing is guessed where something is said.
+    // Nothing is guessed if a light is given.
     for args in [
         &["lit.obj"][..],
         &["statue.obj", "--env", "white"],
@@ -997,7 +1002,7 @@ fn light_is_guessed_if_nothing_lights_the_scene() {
     }
 }
 
-/// The scene that is written has what was guessed, and renders the same bits.
+/// The dumped scene has the guesses, and renders the same bits.
 #[test]
 fn guesses_are_written_with_the_scene() {
     let folder = folder(&[("statue.obj", &statue().upended()), ("closed.obj", &room(&[]))]);

@@ -1,4 +1,4 @@
-//! Cameras inside: which scenes are interiors, `--view inside`, `--stand`, the plan of `views`, and
+//! Cameras inside: detection of interiors, `--view inside`, `--stand`, the plan of `views`, and
 //! warnings about cameras behind walls.
 
 use super::guess::{Boxes, camera, room, turned, vector};
@@ -32,14 +32,14 @@ fn on_a_lawn(scene: Boxes) -> String {
     scene.add([-40.0, -0.2, -40.0], [40.0, 0.0, 40.0]).text
 }
 
-/// The lines of a small render that say what was guessed, with the words of warnings.
+/// Messages of a small render: guesses and warnings.
 fn said(folder: &Path, args: &str) -> String {
     let args = split(args);
     let small = ["--size", "8x8", "--spp", "1", "-o", "x.png"];
     words(&done(folder, &[&["render"][..], &args, &small].concat()))
 }
 
-/// Position of the camera that a render says.
+/// Position of the camera in the messages.
 fn position(words: &str) -> [f64; 3] {
     numbers(words, "--position ")
 }
@@ -59,7 +59,7 @@ fn assert_near(found: [f64; 3], expected: [f64; 3]) {
 }
 
 #[test]
-fn rooms_of_a_house_are_seen_from_inside_if_asked() {
+fn view_inside_shows_a_room_of_the_house() {
     let folder = folder(&[("house.obj", &house().text), ("lawn.obj", &on_a_lawn(house()))]);
     for scene in ["house.obj", "lawn.obj"] {
         let at = folder.path();
@@ -72,14 +72,14 @@ fn rooms_of_a_house_are_seen_from_inside_if_asked() {
         );
         assert!(words.contains("an interior, from inside"), "{words}");
         assert!(words.contains("sky and sun through the openings"), "{words}");
-        // The place by its numbers has this light too.
+        // A camera at this position by numbers has the same light.
         let words = said(at, &format!("{scene} --position {x},{y},{z} --look-at 0,1,0"));
         assert!(words.contains("sky and sun through the openings"), "{words}");
     }
 }
 
 #[test]
-fn view_inside_of_nothing_is_refused_with_the_reason() {
+fn view_inside_without_a_room_is_an_error() {
     let sheet = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
     let cube = Boxes::default().add([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]).text;
     let folder = folder(&[("sheet.obj", sheet), ("cube.obj", &cube)]);
@@ -92,7 +92,7 @@ fn view_inside_of_nothing_is_refused_with_the_reason() {
             format!("error: camera view inside: there is nothing to stand in: {reason}\n  help: leave --view out");
         assert!(words.starts_with(&expected), "{words}");
     }
-    // Scene files are blamed at the key.
+    // Errors of scene files refer to the key.
     let toml = "version = 1\n[[object]]\nobj = \"cube.obj\"\n[camera]\nview = \"inside\"\n";
     std::fs::write(folder.path().join("s.toml"), toml).unwrap();
     let words = refused(folder.path(), &["render", "s.toml"], 1);
@@ -100,7 +100,7 @@ fn view_inside_of_nothing_is_refused_with_the_reason() {
 }
 
 #[test]
-fn rooms_on_a_ground_and_with_outliers_are_interiors() {
+fn rooms_with_ground_or_outliers_are_interiors() {
     let with = |more: &str| {
         let mut text = room(&[]);
         let corners = text.lines().filter(|line| line.starts_with("v ")).count();
@@ -158,7 +158,7 @@ fn pipe() -> String {
 }
 
 #[test]
-fn places_without_a_wide_floor_are_no_interiors() {
+fn narrow_floors_make_no_interior() {
     let shaft = Boxes::default().room([-0.1, 0.0, -0.1], [0.1, 5.0, 0.1], &[]).text;
     let bottomless = Boxes::default().room([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0], &["-y"]).text;
     let inwards = pipe();
@@ -175,7 +175,7 @@ fn places_without_a_wide_floor_are_no_interiors() {
     }
 }
 
-/// Doubled faces show fronts on both sides, which is no sign of a room.
+/// Doubled faces have fronts on both sides, which does not indicate a room.
 #[test]
 fn doubled_faces_make_no_interior() {
     let doubled = |scene: Boxes| {
@@ -201,7 +201,7 @@ fn doubled_faces_make_no_interior() {
 }
 
 #[test]
-fn a_standing_camera_has_its_eyes_above_the_floor() {
+fn stand_puts_the_camera_at_eye_height() {
     let metres = room(&[]);
     let scaled = |scale: f32| turned(&metres, |p| p.map(|x| x * scale));
     let files = [
@@ -221,7 +221,7 @@ fn a_standing_camera_has_its_eyes_above_the_floor() {
             "(1.6 m; the unit is the metre",
         ),
         ("m.obj --stand 0.5,1.5,0.9", [0.5, 0.9, 1.5], "eyes 0.9 above it"),
-        // Behind a box of the height of a table the floor counts.
+        // Behind a box of table height, the height is above the floor.
         ("m.obj --stand 0,-1.1", [0.0, 1.6, -1.1], "metre"),
         (
             "cm.obj --stand 50,150",
@@ -244,7 +244,7 @@ fn a_standing_camera_has_its_eyes_above_the_floor() {
             "{words}"
         );
     }
-    // It looks the long way, or where it is told to.
+    // It faces the long way, or along the flags.
     let at = folder.path();
     let target = |args: &str| numbers(&said(at, &format!("m.obj --stand 0.5,2 {args}")), "--look-at ");
     let [_, y, z] = target("");
@@ -258,7 +258,7 @@ fn a_standing_camera_has_its_eyes_above_the_floor() {
 }
 
 #[test]
-fn storeys_and_far_places_are_stood_in() {
+fn stand_works_on_storeys_and_far_away() {
     let house = Boxes::default()
         .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])
         .room([-4.0, 3.0, -3.0], [4.0, 5.7, 3.0], &[])
@@ -272,7 +272,7 @@ fn storeys_and_far_places_are_stood_in() {
         }
         None => format!("{line}\n"),
     });
-    // The axes change places, and so do the sides of faces.
+    // The axes are swapped, so the winding of faces is reversed.
     let far: String = far
         .map(|line| match line.strip_prefix("f ") {
             Some(face) => {
@@ -303,7 +303,7 @@ fn places_without_a_floor_are_refused() {
         "{words}"
     );
     assert!(words.contains("x from -2 to 2, z from -3 to 3"), "{words}");
-    // Below the eaves of a room there is no floor. The roof is none.
+    // Below the eaves of a room there is no floor. The roof is not a floor.
     let eaves = Boxes::default()
         .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])
         .add([-4.4, 2.7, -3.4], [4.4, 3.0, 3.4])
@@ -343,7 +343,7 @@ fn places_without_a_floor_are_refused() {
 }
 
 #[test]
-fn scene_files_stand_too() {
+fn stand_is_a_key_of_scene_files() {
     let scene = |camera: &str| format!("version = 1\n[[object]]\nobj = \"room.obj\"\n[camera]\n{camera}\n");
     let folder = folder(&[
         ("room.obj", &room(&[])),
@@ -405,7 +405,7 @@ fn views_of_an_interior_have_a_plan() {
 }
 
 #[test]
-fn cameras_behind_walls_and_near_them_are_told() {
+fn cameras_behind_walls_cause_warnings() {
     let folder = folder(&[("room.obj", &room(&[]))]);
     let at = folder.path();
     let warned = |camera: &str| said(at, &format!("room.obj {camera}"));
@@ -423,7 +423,7 @@ fn cameras_behind_walls_and_near_them_are_told() {
     }
     let words = warned("--position 0,1.5,2.5 --look-at 0,1,0");
     assert!(!words.contains("warning"), "{words}");
-    // Check tells the same of a scene file.
+    // `check` gives the same warning for a scene file.
     let toml = "version = 1\n[[object]]\nobj = \"room.obj\"\n[camera]\nposition = [0, 1.5, 6]\nlook_at = [0, 1, 0]\n";
     std::fs::write(at.join("s.toml"), toml).unwrap();
     let report: Value = json(&done(at, &["check", "s.toml", "--json"]));

@@ -1,4 +1,4 @@
-//! `embrasure lab`: what it compares, the files that it writes, and its page in a browser.
+//! `embrasure lab`: comparisons, written files, and its page in a browser.
 
 use crate::support::program::{
     code, command, done, joined, lit_floor, printed, refused, run, signal, split, wait_for_work, words,
@@ -17,7 +17,7 @@ fn replace(folder: &Path, from: &str, to: &str) {
     fs::write(folder.join("s.toml"), old.replace(from, to)).unwrap();
 }
 
-/// Rows of a CSV file of the lab: name, and numbers as they are written.
+/// Rows of a CSV file of the lab: name, and numbers as text.
 fn rows(path: &Path) -> Vec<(String, Vec<String>)> {
     let text = fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
@@ -32,7 +32,7 @@ fn rows(path: &Path) -> Vec<(String, Vec<String>)> {
     lines.map(row).collect()
 }
 
-/// The data of a page.
+/// Data of a page.
 fn data(path: &Path) -> Value {
     let page = fs::read_to_string(path).unwrap();
     let (_, rest) = page
@@ -69,7 +69,7 @@ fn the_lab_compares_the_ladder() {
             .unwrap()
             .starts_with(b"\x89PNG")
     );
-    // Equal time, against a reference that is there
+    // Equal time, against an existing reference
     let reference = ["render", "s.toml", "--spp", "64", "-o", "r.exr"];
     done(folder.path(), &reference);
     // Integrators by their names
@@ -80,7 +80,8 @@ fn the_lab_compares_the_ladder() {
     let table = fs::read_to_string(folder.path().join("methods.csv")).unwrap();
     let rows: Vec<&str> = table.lines().map(|line| line.split(',').next().unwrap()).collect();
     assert_eq!(rows, ["estimator", "\"path\"", "\"bdpt\"", "\"light\""]);
-    // Blanks are no part of a name; the last that has no bias makes the reference, and is named.
+    // Names may be padded with blanks. The last unbiased estimator makes the reference, and is
+    // printed.
     let out = done(
         folder.path(),
         &["lab", "s.toml", "--methods", "bdpt, sppm", "--spp", "1", "-o", "judged"],
@@ -105,23 +106,25 @@ fn the_lab_compares_the_ladder() {
     assert!(said.contains("40x24"), "{said}");
 }
 
-/// A scene may be deeper than trees of rays can be: that is refused before the first ray, with the numbers.
+/// Ray trees of a deep scene may be too large: that is refused before the first ray, with the
+/// numbers.
 #[test]
-fn the_lab_refuses_trees_without_an_end() {
+fn trees_with_too_many_rays_are_refused() {
     let folder = lit_floor();
     replace(folder.path(), "samples = 4", "samples = 4\nmax_depth = 64");
     let line = "lab s.toml --methods path,distributed:tree_depth=64 --spp 4 -q";
     let said = refused(folder.path(), &split(line), 2);
     assert!(said.contains("--tree-depth") && said.contains("3.4e38 rays"), "{said}");
     done(folder.path(), &joined(&split(line), &["--max-depth", "2"]));
-    // A depth of paths is no depth of trees.
+    // The depth of paths is not the depth of trees.
     done(
         folder.path(),
         &split("lab s.toml --methods path,distributed --spp 4 -q"),
     );
 }
 
-/// Points of a curve are rows of the CSV file, in the page, and in the plot; slopes are those of a fit to these rows.
+/// Points of a curve are rows of the CSV file, also in the page and the plot; slopes are fits to
+/// these rows.
 #[test]
 fn curves_have_the_figures_of_the_table() {
     let folder = lit_floor();
@@ -202,9 +205,10 @@ fn curves_have_the_figures_of_the_table() {
     }
 }
 
-/// A snapshot has the bits of a render of as many samples, whether it ends between passes or not, and for samplers that know their number.
+/// A snapshot has the bits of a render with the same number of samples, within or between passes,
+/// also for samplers that depend on the number.
 #[test]
-fn snapshots_are_renders() {
+fn snapshots_equal_renders() {
     let folder = lit_floor();
     for (sampler, spp) in [("sobol", "100"), ("orthogonal", "16")] {
         let line = format!("render s.toml -q --seed 5 --spp 512 --integrator bdpt -o r-{sampler}.exr");
@@ -239,7 +243,8 @@ fn kept_rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
     errors.iter().sum::<f64>() / errors.len() as f64
 }
 
-/// What differs between methods may be anything that `[render]` sets: lights' sampling too, for which the scene is made anew, and denoisers.
+/// Methods may differ in any key of `[render]`: also in light sampling, which rebuilds the scene,
+/// and in denoisers.
 #[test]
 fn methods_may_differ_in_any_setting() {
     let folder = lit_floor();
@@ -248,7 +253,7 @@ fn methods_may_differ_in_any_setting() {
     let rows = rows(&folder.path().join("m.csv"));
     let error: Vec<f64> = rows.iter().map(|(_, numbers)| numbers[2].parse().unwrap()).collect();
     assert_eq!(error.len(), 5);
-    // All of them are other pictures.
+    // All images differ.
     assert!((0..5).all(|i| (0..i).all(|j| error[i] != error[j])), "{error:?}");
     for (methods, expected) in [
         ("path:smapler=sobol", "did you mean sampler?"),
@@ -259,18 +264,18 @@ fn methods_may_differ_in_any_setting() {
         let said = refused(folder.path(), &["lab", "s.toml", "--methods", methods], 2);
         assert!(said.contains(expected), "{methods}: {said}");
     }
-    // Pictures of all methods have to be in memory.
+    // Images of all methods must fit into memory.
     let line = "lab s.toml --size 400x400 --spp 1000000 --max-memory 150M";
     let said = refused(folder.path(), &split(line), 1);
     assert!(
         said.contains("the pictures of all estimators take about 170.9 MB"),
         "{said}"
     );
-    // A key that the method does not read is a warning.
+    // A key without effect in the method is a warning.
     let line = "lab s.toml -q --spp 1 -o n --methods path,naive:light_samples=4";
     let said = words(&done(folder.path(), &split(line)));
     assert!(said.contains("naive does not use light_samples"), "{said}");
-    // Cameras are those of render.
+    // Camera flags are those of render.
     let differs = |more: &str| {
         done(
             folder.path(),
@@ -281,9 +286,9 @@ fn methods_may_differ_in_any_setting() {
     assert!(differs("") != differs("--orbit 20,40 --fov 30"));
 }
 
-/// No estimator is shown without a sample in each pixel, and it is told if that takes longer than it may.
+/// Each estimator has at least one sample per pixel, and a longer time for it is reported.
 #[test]
-fn too_little_time_is_told() {
+fn too_short_time_is_reported() {
     let folder = lit_floor();
     let line = "lab s.toml -q --size 640x400 --methods path --time 0.001s,30m -o t";
     let child = command(folder.path(), &split(line)).spawn().unwrap();
@@ -297,10 +302,10 @@ fn too_little_time_is_told() {
     assert!(!said.contains("1800"), "{said}");
 }
 
-/// An interrupt ends any method within a second, and the estimators that were complete are written, without errors.
+/// An interrupt ends any method within a second. Complete estimators are written, without errors.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn an_interrupt_writes_what_there_is() {
+fn interrupt_writes_complete_estimators() {
     for methods in [
         "path,bdpt",
         "distributed:branching=16,path",
@@ -320,7 +325,7 @@ fn an_interrupt_writes_what_there_is() {
         let seconds = start.elapsed().as_secs_f64();
         let out = child.wait_with_output().unwrap();
         assert_eq!(code(&out), 130, "{methods}: {}", words(&out));
-        // It should take less than a second; a loaded machine is given more.
+        // It should take less than a second; a loaded machine gets more.
         assert!(seconds < 20.0, "{methods}: {seconds} s");
         let said = words(&out);
         let name = methods.split(',').next().unwrap();
@@ -340,10 +345,10 @@ fn an_interrupt_writes_what_there_is() {
     }
 }
 
-/// The page needs nothing besides itself.
+/// The page needs no other files.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn the_page_stands_alone() {
+fn page_needs_no_other_files() {
     let folder = lit_floor();
     let line = "lab s.toml -q --methods path,naive --time 0.05s,0.1s --html page.html -o p";
     done(folder.path(), &split(line));
@@ -359,7 +364,7 @@ fn the_page_stands_alone() {
     ] {
         assert!(!page.contains(needle), "{needle}");
     }
-    // Nothing but the namespace of SVG and references to papers is an address.
+    // The only addresses are the namespace of SVG and references to papers.
     let addresses = page
         .split("http")
         .skip(1)
@@ -420,7 +425,8 @@ fn names_are_text_in_the_page() {
     );
 }
 
-/// A browser shows all pictures of the page without an error of the script; radio buttons and slider choose what is shown.
+/// A browser shows all images of the page without a script error; radio buttons and slider select
+/// the images.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -430,7 +436,7 @@ fn a_browser_shows_the_page() {
         folder.path(),
         &split("lab s.toml -q --methods path,naive --spp 1,16 --html page.html -o p"),
     );
-    // The script that follows acts as a reader would, and notes what it sees.
+    // This script acts as a reader, and records the results.
     let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
     let acts = "<script>
         const seen = [];
@@ -477,7 +483,7 @@ fn a_browser_shows_the_page() {
             .unwrap_or_else(|| panic!("no {name}: {log}"));
         rest.split('"').next().unwrap().replace("&quot;", "\"")
     };
-    // All pictures were decoded: two of estimators, and the reference.
+    // All images were decoded: two of estimators, and the reference.
     assert_eq!(attribute("data-pictures"), "3");
     let seen: Value = serde_json::from_str(&attribute("data-seen")).unwrap();
     let starts = |view: &Value, text: &str| view.as_str().unwrap().starts_with(text);

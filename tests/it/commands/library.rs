@@ -1,4 +1,4 @@
-//! The library does what the command line does.
+//! The library gives the same results as the command line.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, read_json, split};
 use crate::support::write_png;
@@ -21,7 +21,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tempfile::TempDir;
 
-/// A box corner with a smooth edge, whose material leaves its reading to a dialect.
+/// A box corner with a smooth edge; the reading of its material depends on the dialect.
 fn scene() -> TempDir {
     folder(&[
         ("a.mtl", "newmtl a\nKd 0.6 0.5 0.4\nKs 0.3 0.3 0.3\nNs 40\nTr 0\n"),
@@ -45,7 +45,7 @@ fn session(path: &Path, change: impl FnOnce(&mut Settings)) -> Result<Session, E
     Session::load(&file, settings, &())
 }
 
-/// Stops after so many samples.
+/// Observer that stops after a number of samples.
 struct Patience(AtomicU64);
 
 impl Observer for Patience {
@@ -60,7 +60,7 @@ impl Observer for Patience {
     }
 }
 
-/// The parts of the work of loading, in their order.
+/// Steps of loading, in their order.
 #[derive(Default)]
 struct Work(Mutex<Vec<String>>);
 
@@ -73,9 +73,9 @@ impl LoadObserver for Work {
     fn advance(&self, _: u64) {}
 }
 
-/// A scene that gets a guessed light is built again, but its files are read once.
+/// A scene with a guessed light is built twice, but its files are read once.
 #[test]
-fn files_of_a_scene_with_guessed_light_are_read_once() {
+fn guessed_light_reads_files_once() {
     let folder = scene();
     let at = |name: &str| folder.path().join(name);
     write_png(&at("t.png"), 2, &[[200, 90, 30], [30, 90, 200], [0; 3], [255; 3]]);
@@ -100,7 +100,7 @@ fn files_of_a_scene_with_guessed_light_are_read_once() {
     assert!(lit.light_guess().unwrap().starts_with("a studio"));
     let once = ["a.obj", "reading textures", "building the scene", "building the scene"];
     assert_eq!(work, once);
-    // It is the scene that its own file says.
+    // It equals the scene of its own file.
     let text = lit.lit_file().unwrap().to_toml(&at("lit.toml")).unwrap();
     std::fs::write(at("lit.toml"), text).unwrap();
     let (again, work) = load("lit.toml", false);
@@ -118,7 +118,7 @@ fn files_of_a_scene_with_guessed_light_are_read_once() {
 }
 
 #[test]
-fn pictures_are_those_of_the_command_line() {
+fn library_gives_the_bits_of_the_program() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     done(
@@ -145,7 +145,7 @@ fn pictures_are_those_of_the_command_line() {
     assert_same_bits(&path("program.exr"), &path("library.exr"));
 }
 
-/// Ambient occlusion, written as a program over the library would.
+/// Ambient occlusion, written like a program that uses the library.
 struct Openness;
 
 impl SampleTracer for Openness {
@@ -161,9 +161,10 @@ impl SampleTracer for Openness {
     }
 }
 
-/// An integrator of another crate has the bits of the same one of this crate: the picture, its channels and its variance.
+/// An integrator of another crate has the bits of the same integrator of this crate: image,
+/// channels and variance.
 #[test]
-fn integrators_can_be_brought() {
+fn external_integrator_has_the_same_bits() {
     let folder = scene();
     let session = session(&folder.path().join("s.toml"), |settings| {
         settings.integrator.integrator = Some(IntegratorKind::AmbientOcclusion);
@@ -173,7 +174,7 @@ fn integrators_can_be_brought() {
     let renderer = session.renderer().unwrap();
     let (mut own, mut brought) = (renderer.start(), renderer.start());
     assert_eq!(renderer.render(&mut own, &()), Outcome::Complete);
-    // Also where it is stopped and resumed
+    // Also if it is stopped and resumed
     let patience = Patience(AtomicU64::new(20_000));
     assert_eq!(
         renderer.render_with(&mut brought, &Openness, &patience),
@@ -190,9 +191,9 @@ fn integrators_can_be_brought() {
     );
 }
 
-/// A render that is stopped again and again, kept, and resumed by the program
+/// A render that is stopped many times, checkpointed, and resumed by the program
 #[test]
-fn renders_are_gone_on_with() {
+fn stopped_render_resumes_to_the_same_bits() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     let session = session(&path("s.toml"), |settings| settings.threads = 2).unwrap();
@@ -211,7 +212,7 @@ fn renders_are_gone_on_with() {
     assert_eq!(sums(&whole.film), sums(&state.film));
     assert_eq!(state.statistics.samples, 128 * 24 * 16);
 
-    // By the program, and of another picture
+    // By the program, and for another image
     let usual = split("render s.toml -q --checkpoint c.exr --resume -o program.exr");
     done(folder.path(), &joined(&usual, &[]));
     done(folder.path(), &split("render s.toml -q -o one.exr"));
@@ -226,7 +227,7 @@ fn renders_are_gone_on_with() {
 }
 
 #[test]
-fn settings_that_cannot_be_are_refused_before_any_work() {
+fn invalid_settings_are_errors_before_rendering() {
     let folder = scene();
     let refused = |change: fn(&mut Settings), words: &[&str]| {
         let error = session(&folder.path().join("s.toml"), change)
@@ -261,7 +262,7 @@ fn settings_that_cannot_be_are_refused_before_any_work() {
     }
 }
 
-/// Radiance of a sky that nothing is in the way of
+/// Radiance of an unoccluded sky
 #[test]
 fn scenes_need_no_file() {
     let mut builder = SceneBuilder::new();
@@ -288,9 +289,9 @@ fn scenes_need_no_file() {
     }
 }
 
-/// A render that was stopped before its first sample has no picture to write.
+/// A render stopped before its first sample has no image to write.
 #[test]
-fn a_picture_of_no_sample_is_not_written() {
+fn render_without_samples_writes_no_image() {
     let folder = scene();
     let path = folder.path().join("keep.png");
     std::fs::write(&path, "good").unwrap();
@@ -324,9 +325,9 @@ fn a_picture_of_no_sample_is_not_written() {
     assert!(!state.is_empty() && write(&state).is_empty());
 }
 
-/// Sums of another build are of other bits, perhaps: they are neither resumed nor joined with those of this one.
+/// Sums of another build may have other bits: they are neither resumed nor merged.
 #[test]
-fn builds_are_told_apart() {
+fn sums_of_another_build_are_refused() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     let session = session(&path("s.toml"), |_| {}).unwrap();

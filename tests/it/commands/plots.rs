@@ -1,4 +1,5 @@
-//! What can be seen of samplers, lobes and surfaces: `embrasure points`, `embrasure explain` and the debug views.
+//! Plots of samplers, lobes and surfaces: `embrasure points`, `embrasure explain` and the debug
+//! views.
 
 use crate::support::program::{done, folder, json, printed, refused, run, split};
 use crate::support::read_rgb;
@@ -6,7 +7,7 @@ use embrasure::sampler::SamplerKind;
 use std::fs;
 use std::path::Path;
 
-/// Asserts that a picture is well-formed as far as elements go, and has no number that is none.
+/// Asserts that the elements of an SVG image are well-formed, and that it has no invalid number.
 fn assert_svg(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap();
     assert!(
@@ -56,7 +57,7 @@ fn points_of_all_samplers_are_shown() {
         assert_eq!(facts["convergence"].as_array().unwrap().len(), 4);
         assert_svg(&folder.path().join("p.svg"));
     }
-    // Halves of the sphere are all of it.
+    // Both halves of the sphere are the whole sphere.
     let facts = json(&run(folder.path(), &split("points fibonacci -n 128 --json")));
     let count = |name: &str| {
         let projections = facts["projections"].as_array().unwrap().iter();
@@ -74,7 +75,7 @@ fn points_of_all_samplers_are_shown() {
 }
 
 #[test]
-fn points_are_refused_in_words() {
+fn invalid_points_arguments_are_errors() {
     let folder = folder(&[]);
     let said = refused(folder.path(), &["points", "sobel"], 2);
     assert!(said.contains("did you mean sobol?"), "{said}");
@@ -89,7 +90,7 @@ const TRIANGLES: &str =
     "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl glazed\nf 1 2 3\nusemtl glass\nf 1 2 3\nusemtl plain\nf 1 2 3\n";
 
 #[test]
-fn lobes_are_plotted_and_told_in_numbers() {
+fn lobes_are_plotted_and_printed() {
     let folder = folder(&[("a.mtl", MATERIALS), ("a.obj", TRIANGLES)]);
     for (name, is_delta) in [("glazed", false), ("glass", true), ("plain", false)] {
         let out = run(
@@ -106,7 +107,7 @@ fn lobes_are_plotted_and_told_in_numbers() {
             assert_eq!([numbers("f_cos"), numbers("pdf")], [361; 2]);
             assert_eq!(numbers("directions") > 0, is_delta);
         }
-        // Energy is kept at all angles, and numbers of lobes are numbers.
+        // Energy is conserved at all angles, and values of lobes are numbers.
         for entry in facts["albedo_by_angle"].as_array().unwrap() {
             let albedo = entry["albedo"].as_array().unwrap();
             assert!(
@@ -138,14 +139,14 @@ fn lobes_are_plotted_and_told_in_numbers() {
     );
 }
 
-/// A square that fills the picture, with texture coordinates from 0 to 2, and half of it turned away.
+/// A square that fills the image, with texture coordinates from 0 to 2; one half faces away.
 const SQUARE: &str = "mtllib a.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 2 0\nvt 2 2\nvt 0 2\nusemtl plain\nf 1/1 2/2 3/3\nf 1/1 4/4 3/3\n";
 const SCENE: &str = "version = 1\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\nvertical_fov = 90\n[image]\nwidth = 32\nheight = 32\n\
                      [render]\nsamples = 16\nintegrator = 'debug'\n[[object]]\nobj = 'a.obj'\n[[light]]\ntype = 'point'\nposition = [0, 0, 0.5]\nintensity = [1, 1, 1]\n\
                      [[light]]\ntype = 'point'\nposition = [0, 0, -0.5]\nintensity = [1, 1, 1]\n";
 
 #[test]
-fn debug_views_show_what_they_say() {
+fn debug_views_show_their_quantity() {
     let folder = folder(&[("a.mtl", MATERIALS), ("a.obj", SQUARE), ("s.toml", SCENE)]);
     let view = |name: &str| {
         done(
@@ -164,7 +165,7 @@ fn debug_views_show_what_they_say() {
         let found = [0, 1, 2].map(|c| uv[c][at(column, row)]);
         assert!((0..3).all(|c| near(found[c], expected[c])), "{found:?} {expected:?}");
     }
-    // The lower right half is met from its front, the other from behind.
+    // The lower right half is hit on its front, the other half on its back.
     let facing = view("facing");
     assert!(facing[2][at(28, 20)] > facing[0][at(28, 20)] && facing[0][at(4, 10)] > facing[2][at(4, 10)]);
     let wireframe = view("wireframe");
@@ -175,7 +176,7 @@ fn debug_views_show_what_they_say() {
     assert_eq!(material[0][at(3, 4)], material[0][at(28, 20)]);
     let ids = view("ids");
     assert_ne!(ids[0][at(4, 10)], ids[0][at(28, 20)]);
-    // One of both lights shines on the side that is seen: ln 2 / ln 3 of magma, against one ray of it where nothing is met.
+    // One of the two lights shines on the visible side: ln 2 / ln 3 of magma. A miss costs one ray.
     let lights = view("light-count");
     assert!(
         lights[0][at(9, 9)] > 0.3 && near(lights[0][at(9, 9)], lights[0][at(20, 25)]),

@@ -1,4 +1,5 @@
-//! The farm's scripts, with a program and a scheduler that only write down what they are told; `make test-farm` runs them with real ones.
+//! Scripts of the render farm, with a stand-in program and scheduler that only log their arguments;
+//! `make test-farm` runs them with real ones.
 #![cfg(unix)]
 
 mod support;
@@ -9,7 +10,8 @@ use std::process::{Command, Output, Stdio};
 use support::program::{folder, printed, words};
 use tempfile::TempDir;
 
-/// What a farm's script sees: `bin` with stand-ins, which log their arguments, and a scene in a folder with a space.
+/// Environment of a farm script: `bin` with stand-ins that log their arguments, and a scene in a
+/// folder with a space.
 struct Farm {
     folder: TempDir,
 }
@@ -25,7 +27,7 @@ impl Farm {
             "sbatch",
             "printf '[%s]' \"$@\" >>sbatch.log; echo >>sbatch.log; echo $((99 + $(wc -l <sbatch.log)))",
         );
-        // Says what the test wrote: parts in the queue, the merge in the queue, the state of a job.
+        // Prints files of the test: parts in the queue, the merge in the queue, the state of a job.
         farm.program(
             "squeue",
             "case \"$*\" in *%F_%K) cat queued ;; *%i) cat merges ;; *) cat state ;; esac 2>/dev/null || true",
@@ -91,7 +93,7 @@ const RENDER: [&str; 9] = [
     "--size=32x32",
 ];
 
-/// Ranges follow each other from 0 to the end, are cut where a pass begins, and differ by a pass at most.
+/// Ranges are contiguous from 0 to the end, start at passes, and differ by at most one pass.
 #[test]
 fn samples_are_cut_evenly() {
     let script = "source scripts/farm/plan
@@ -128,7 +130,7 @@ fn samples_are_cut_evenly() {
 }
 
 #[test]
-fn slurm_gets_what_is_missing() {
+fn slurm_gets_the_missing_parts() {
     let farm = Farm::new();
     farm.program("embrasure", "exit 0");
     let submit = |args: &[&str]| {
@@ -141,7 +143,7 @@ fn slurm_gets_what_is_missing() {
     let work = farm.path("a b.exr.farm").canonicalize();
     assert!(work.is_err());
 
-    // All of it, with its merge
+    // All parts, with the merge
     let (_, jobs) = submit(&[&["--sbatch=--time=1:00:00", "--cpus", "2"], RENDER.as_slice()].concat());
     let work = farm.path("a b.exr.farm").canonicalize().unwrap();
     let work = work.to_str().unwrap();
@@ -165,7 +167,8 @@ fn slurm_gets_what_is_missing() {
         assert!(jobs[1].contains(word), "no {word} in {}", jobs[1]);
     }
 
-    // Parts 0 and 2 are whole, 1 is in the queue, 3 failed: it is tried anew, and the merge waits for 1 and 3.
+    // Parts 0 and 2 are complete, 1 is in the queue, 3 failed: it is submitted again, and the merge
+    // waits for 1 and 3.
     let again = [&["--cpus", "2"], RENDER.as_slice()].concat();
     for name in ["0.done", "2.done", "3.failures"] {
         farm.write(&format!("a b.exr.farm/parts/{name}"), "");
@@ -179,11 +182,11 @@ fn slurm_gets_what_is_missing() {
     assert!(farm.read("scancel.log").contains("-merge"), "the old merge stays");
     assert!(!farm.path("a b.exr.farm/parts/3.failures").exists());
 
-    // All that is missing is in the queue, the merge too.
+    // All missing parts are in the queue, and the merge too.
     farm.write("queued", "100_1\n102_3\n");
     assert!(submit(&again).1.is_empty());
 
-    // All parts are whole: the merge is left; then nothing is.
+    // All parts are complete: only the merge is left; then nothing is.
     farm.write("queued", "");
     farm.write("merges", "");
     for name in ["1.done", "3.done"] {
@@ -199,7 +202,7 @@ fn slurm_gets_what_is_missing() {
     let (said, jobs) = submit(&again);
     assert!(jobs.is_empty() && said.contains("nothing is left to do"), "{said}");
 
-    // The folder is for this render alone.
+    // The folder belongs to this render only.
     let other = again
         .iter()
         .map(|a| if *a == "1000" { "2000" } else { a })
@@ -218,9 +221,9 @@ fn slurm_gets_what_is_missing() {
     }
 }
 
-/// A part that fails is tried again, one that is told to end is not, and its program hears of it once.
+/// A failed part is tried again, a terminated part is not, and its program gets the signal once.
 #[test]
-fn a_part_is_tried_again() {
+fn failed_part_is_tried_again() {
     let farm = Farm::new();
     farm.program("embrasure", "exit 0");
     assert!(farm.run("slurm", &RENDER).status.success());
@@ -239,7 +242,7 @@ fn a_part_is_tried_again() {
     let whole = |index: &str| farm.path(&format!("a b.exr.farm/parts/{index}.done")).exists();
     let calls = "printf '[%s]' \"$@\" >>calls; echo >>calls";
 
-    // The second attempt is good.
+    // The second attempt succeeds.
     farm.program(
         "embrasure",
         &format!("{calls}; [ $(wc -l <calls) = 2 ] || kill -KILL $$"),
@@ -255,14 +258,14 @@ fn a_part_is_tried_again() {
     ] {
         assert!(said.contains(word), "no {word} in {said}");
     }
-    // None is: the first one and three more.
+    // No attempt succeeds: the first one and three more.
     farm.program("embrasure", &format!("{calls}; exit 1"));
     assert_eq!((run("2", false), whole("2")), ((Some(1), 4), false));
-    // Wrong usage stays wrong.
+    // A usage error is not retried.
     farm.program("embrasure", &format!("{calls}; exit 2"));
     assert_eq!(run("3", false), (Some(2), 1));
 
-    // Slurm gives it another run, and another place, unless the job is to end.
+    // Slurm requeues the job on another node, unless the job is to end.
     for (code, state, requeued) in [(1, "RUNNING", true), (130, "RUNNING", true), (130, "COMPLETING", false)] {
         let _ = fs::remove_file(farm.path("scontrol.log"));
         farm.write("state", state);
@@ -272,7 +275,7 @@ fn a_part_is_tried_again() {
     }
     assert_eq!(farm.read("a b.exr.farm/parts/0.failures").lines().count(), 1);
 
-    // A signal to the script reaches the program once, which ends in its own time.
+    // A signal to the script reaches the program once; the program then ends by itself.
     farm.write("state", "COMPLETING");
     farm.program(
         "embrasure",
@@ -322,7 +325,8 @@ fn a_merge_takes_all_parts_in_order() {
     );
 }
 
-/// The specification is XML whose commands are those lines that bash runs a part and the merge by.
+/// The specification is XML. Its commands are the lines that bash runs for a part and for the
+/// merge.
 #[test]
 fn an_opencue_job_has_the_same_parts() {
     let farm = Farm::new();

@@ -1,9 +1,11 @@
-//! A watchdog over random products of scenes, materials, flags and integrators, through the real program.
+//! Renders of random products of scenes, materials, flags and integrators, with the real program.
 //!
-//! Run k makes a small scene of its own from the number k, and renders it. It must end, with an exit code that the program promises, without a
-//! panic, and leave no NaN or infinity in a picture, and no negative light except by a filter with negative lobes, by a
-//! debug view, or on a ground that catches shadows. `EMBRASURE_RANDOM_RENDERS=A..B` runs others than the usual ones (`make random-renders`),
-//! and one alone is `A..A+1`; `EMBRASURE_KEEP=DIR` keeps the files of runs that fail; `EMBRASURE_PROGRAM=FILE` tests another build.
+//! Run k makes a small scene from the number k, and renders it. It must end with a documented exit
+//! code and without a panic. No image may contain NaN or infinity. Negative light is allowed only
+//! with a filter with negative lobes, a debug view, or a shadow-catching ground.
+//! `EMBRASURE_RANDOM_RENDERS=A..B` selects other runs (`make random-renders`); a single run is
+//! `A..A+1`. `EMBRASURE_KEEP=DIR` keeps the files of failed runs; `EMBRASURE_PROGRAM=FILE` tests
+//! another build.
 
 mod support;
 
@@ -20,7 +22,8 @@ use support::program::{INTEGRATORS, PROGRAM, read_json, refused, write_grey_png}
 
 /// Runs of `make test`.
 const USUAL: Range<u64> = 0..if cfg!(long) { 100 } else { 30 };
-/// A run that takes longer hangs. All are limited to `LIMIT` seconds of rendering; a busy machine needs more for the rest.
+/// Time after which a run counts as hanging. All runs are limited to `LIMIT` of rendering; a busy
+/// machine needs more for the rest.
 const PATIENCE: Duration = Duration::from_secs(90);
 const LIMIT: &str = "3s";
 
@@ -48,12 +51,12 @@ impl Random {
         items[self.below(items.len())]
     }
 
-    /// In [0, 1).
+    /// Uniform in [0, 1).
     fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// In [-1, 1).
+    /// Uniform in [-1, 1).
     fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
@@ -62,7 +65,7 @@ impl Random {
         [(); 3].map(|()| scale * self.signed())
     }
 
-    /// A reflectance, an awkward one now and then.
+    /// A reflectance, sometimes 0 or 1.
     fn colour(&mut self) -> String {
         let value = match self.below(8) {
             0 => [0.0; 3],
@@ -75,7 +78,7 @@ impl Random {
 
 const MATERIALS: usize = 5;
 
-/// Backends that this build has, brute force only where there is no other.
+/// Backends of this build; brute force only if there is no other.
 fn backends() -> &'static [&'static str] {
     match (cfg!(feature = "embree"), cfg!(feature = "obvhs")) {
         (true, true) => &["embree", "obvhs"],
@@ -120,8 +123,8 @@ fn library(random: &mut Random) -> String {
     text
 }
 
-/// Triangles of `scale`: a soup, cards about a crown with normals that point away from it, a closed box seen from within, needles and slivers,
-/// panels one behind the other.
+/// Triangles of size `scale`: a soup, cards around a crown with normals that point away from it, a
+/// closed box seen from inside, needles and slivers, panels behind each other.
 fn mesh(random: &mut Random, scale: f64) -> String {
     let mut text = String::from("mtllib s.mtl\n");
     let mut vertices = 0;
@@ -188,7 +191,7 @@ fn mesh(random: &mut Random, scale: f64) -> String {
     text
 }
 
-/// A scene file over the mesh: camera, copies, motion, lights.
+/// A scene file for the mesh: camera, copies, motion, lights.
 fn scene(random: &mut Random, scale: f64) -> String {
     let mut text = String::from("version = 1\n");
     if !random.one_in(4) {
@@ -243,7 +246,7 @@ fn scene(random: &mut Random, scale: f64) -> String {
     text
 }
 
-/// Arguments of `render`, each flag with values that its help names.
+/// Arguments of `render`; values are those in the help of the flag.
 fn flags(random: &mut Random) -> Vec<String> {
     let mut flags = vec![];
     let mut flag = |name: &str, value: String| flags.push(format!("--{name}={value}"));
@@ -381,7 +384,7 @@ fn flags(random: &mut Random) -> Vec<String> {
     flags
 }
 
-/// Renders the product `k`: its exit code, or what is wrong with it.
+/// Renders the product `k`: the exit code, or the fault.
 fn fault(k: u64, folder: &Path) -> Result<i32, String> {
     let random = &mut Random(k);
     let scale = 10f64.powi([0, 0, 0, -3, 3, 6, -6][random.below(7)]);
@@ -399,9 +402,9 @@ fn fault(k: u64, folder: &Path) -> Result<i32, String> {
     outcome(folder, &args.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// Runs the program: its exit code, or what is wrong with that or with the picture `x.exr`.
+/// Runs the program: the exit code, or the fault of the exit code or of the image `x.exr`.
 fn outcome(folder: &Path, args: &[&str]) -> Result<i32, String> {
-    // Its words go to files: a full pipe would be a hang of the test's own.
+    // Output goes to files: a full pipe would hang the test.
     let program = std::env::var_os("EMBRASURE_PROGRAM").unwrap_or_else(|| PROGRAM.into());
     let mut command = Command::new(program);
     command.current_dir(folder).args(args).stdin(Stdio::null());
@@ -437,7 +440,7 @@ fn outcome(folder: &Path, args: &[&str]) -> Result<i32, String> {
     }
 }
 
-/// The first NaN of a picture, or infinity of a channel that has none.
+/// First NaN of an image, or first infinity in a channel that may have none.
 fn unsound(path: &Path) -> Option<String> {
     let image = match read_all_flat_layers_from_file(path) {
         Ok(image) => image,
@@ -445,7 +448,7 @@ fn unsound(path: &Path) -> Option<String> {
     };
     for layer in image.layer_data {
         for channel in layer.channel_data.list {
-            // Where nothing is seen, and where few samples tell no variance
+            // Infinite for misses, and if few samples give no variance
             let name = channel.name.to_string();
             let may_be_infinite = name == "Z" || name == "error" || name.starts_with("variance.");
             let is_sound = |x: f32| x.is_finite() || (may_be_infinite && x == f32::INFINITY);
@@ -462,14 +465,14 @@ fn unsound(path: &Path) -> Option<String> {
     None
 }
 
-/// Returns true if light below 0 is documented for this command: by the filter, a debug view, or the ground that
-/// `words` of the program name.
+/// Returns true if negative light is documented for this command: with the filter, a debug view, or
+/// the ground in `words` of the program.
 fn explains_negative_light(args: &[&str], words: &str) -> bool {
     let by_flag = |arg: &&str| *arg == "--filter=mitchell" || arg.starts_with("--debug-view");
     args.iter().any(by_flag) || words.contains("catches shadows")
 }
 
-/// The first channel of the picture that is negative somewhere.
+/// First light channel of the image with a negative value.
 fn negative(path: &Path) -> Option<String> {
     let image = read_all_flat_layers_from_file(path).ok()?;
     let mut channels = image.layer_data.into_iter().flat_map(|layer| layer.channel_data.list);
@@ -481,7 +484,7 @@ fn negative(path: &Path) -> Option<String> {
     })
 }
 
-/// The runs that `text` names as `A..B`.
+/// Parses a range of runs `A..B`.
 fn range(text: &str) -> Option<Range<u64>> {
     let (start, end) = text.split_once("..")?;
     Some(start.parse().ok()?..end.parse().ok()?)
@@ -531,7 +534,7 @@ fn random_products_end_well() {
         faults.len(),
         faults.join("\n")
     );
-    // Products that are refused test little.
+    // Refused products test little.
     println!("{rendered} of {count} runs rendered");
     assert!(
         count < 100 || 2 * rendered > count,
@@ -539,7 +542,8 @@ fn random_products_end_well() {
     );
 }
 
-/// Cards with holes and normals that have nothing to do with them passed rays to each other for ever, in every integrator.
+/// Regression: cards with holes and unrelated normals passed rays to each other without end, in
+/// every integrator.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn foliage_ends_by_every_integrator() {
@@ -563,9 +567,10 @@ fn foliage_ends_by_every_integrator() {
     }
 }
 
-/// The test's own judgement: a command that does not exist is a fault, and so is a picture with a NaN.
+/// Checks of this test itself: a command that does not exist is a fault, and so is an image with a
+/// NaN.
 #[test]
-fn faults_are_seen() {
+fn faults_of_images_are_detected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("nan.exr");
     exr::prelude::write_rgb_file(&path, 2, 1, |x, _| {

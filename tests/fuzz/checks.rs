@@ -1,5 +1,6 @@
-//! What must hold whatever bytes a file has: it is read or refused, without a panic; what is read is sound and can be
-//! rendered; what is refused is named with a line that is there. The fuzz targets and `tests/it/files/fuzz_corpus.rs` share this.
+//! Checks that hold for any bytes of a file. It is read or refused, without a panic. A read file is
+//! valid and can be rendered. The error of a refused file has a line that exists. The fuzz targets
+//! and `tests/it/files/fuzz_corpus.rs` share these checks.
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
@@ -21,17 +22,17 @@ use embrasure::texture::{Channel, Texture, Wrap};
 use std::fs;
 use std::path::Path;
 
-/// A kind of file that is read.
+/// A kind of input file.
 pub struct Door {
     /// Name of its fuzz target and of its folders.
     pub name: &'static str,
-    /// Puts into a folder what files of this kind may name.
+    /// Writes files that this kind may refer to.
     pub furnish: fn(&Path),
-    /// Reads the bytes as a file in that folder; panics where something does not hold.
+    /// Reads the bytes as a file in that folder; panics if a check fails.
     pub check: fn(&Path, &[u8]),
 }
 
-/// All of them.
+/// All kinds of input files.
 pub const DOORS: [Door; 6] = [
     Door {
         name: "obj",
@@ -65,7 +66,7 @@ pub const DOORS: [Door; 6] = [
     },
 ];
 
-/// Triangles that rays are still shot at, one by one.
+/// Maximum number of triangles of a scene that is rendered by brute force.
 const MAX_RENDERED: u64 = 300;
 
 // ---- The doors ----------------------------------------------------------------------------------
@@ -80,7 +81,7 @@ fn check_obj(folder: &Path, bytes: &[u8]) {
             return;
         };
         if let Some(expected) = count_triangles(bytes) {
-            // Faces without a vertex are left out.
+            // Faces with a wrong vertex are skipped.
             let is_whole = loaded.warnings.iter().all(|warning| warning.kind != "wrong-statement");
             let found = triangles(&loaded);
             assert!(
@@ -94,7 +95,7 @@ fn check_obj(folder: &Path, bytes: &[u8]) {
 
 fn check_mtl(folder: &Path, bytes: &[u8]) {
     write(&folder.join("t.mtl"), bytes);
-    // As its comments and habits say, and in one more dialect, which changes with the file.
+    // In the detected dialect, and in one other, which depends on the length of the file
     let others = &MtlDialect::NAMES[1..];
     for (_, dialect) in [MtlDialect::NAMES[0], others[bytes.len() % others.len()]] {
         let mut file = SceneFile::of_obj(folder.join("t.obj"));
@@ -119,8 +120,8 @@ fn check_scene_file(folder: &Path, bytes: &[u8]) {
     }
 }
 
-/// Pictures of all formats have one name: they are known by their first bytes, and TGA, which has none, by the name. The
-/// last byte, which decoders do not look at, says what the picture is for.
+/// Images of all formats have one name: the format is detected by its first bytes, and TGA, which
+/// has none, by the name. The last byte, which decoders ignore, selects the kind of texture.
 fn check_texture(folder: &Path, bytes: &[u8]) {
     let path = folder.join("t.tga");
     write(&path, bytes);
@@ -148,7 +149,7 @@ fn check_environment(folder: &Path, bytes: &[u8]) {
     }
 }
 
-/// What the program itself has written: checkpoints, parts, and pictures to compare.
+/// Files written by the program: checkpoints, parts, and images to compare.
 fn check_rendering(folder: &Path, bytes: &[u8]) {
     let path = folder.join("t.exr");
     write(&path, bytes);
@@ -192,7 +193,7 @@ fn furnish_mtl(folder: &Path) {
     furnish_pictures(folder);
 }
 
-/// For OBJ files, which are called `t.obj`, too.
+/// Also for OBJ files, whose name is `t.obj`.
 fn furnish_scene(folder: &Path) {
     write(&folder.join("a.obj"), OBJ.as_bytes());
     write(&folder.join("b.obj"), OBJ.replace("1 0 0", "1 0.5 0").as_bytes());
@@ -226,7 +227,7 @@ fn write(path: &Path, bytes: &[u8]) {
 
 // ---- What must hold -----------------------------------------------------------------------------
 
-/// Reads and builds the scene; `None` if it is refused, for a good reason.
+/// Reads and builds the scene; `None` if it is refused with a valid error.
 fn check_load(file: &SceneFile, folder: &Path) -> Option<Loaded> {
     match load_scene(file, SceneBuilder::new()) {
         Ok(loaded) => {
@@ -271,7 +272,7 @@ fn check_error(error: &FileError, folder: &Path) {
     check_place(&error.to_string(), folder);
 }
 
-/// Whether the line and the column exist that words like `FILE:3:5: message` name.
+/// Asserts that the line and the column of words like `FILE:3:5: message` exist.
 fn check_place(words: &str, folder: &Path) {
     let Some(inside) = words.strip_prefix(folder.to_str().expect("a folder in UTF-8")) else {
         return;
@@ -280,7 +281,7 @@ fn check_place(words: &str, folder: &Path) {
     let name = parts.next().unwrap_or("");
     let path = folder.join(name);
     let text = match name.ends_with(".toml") {
-        // Scene files are UTF-8 alone.
+        // Scene files are UTF-8 only.
         true => fs::read(&path)
             .ok()
             .map(|bytes| String::from_utf8_lossy(&bytes).into_owned()),
@@ -305,7 +306,7 @@ fn check_place(words: &str, folder: &Path) {
 fn check_texels(texture: &Texture, file_bytes: usize) {
     let (width, height) = texture.size();
     assert!(width > 0 && height > 0);
-    // A byte of a file has 1032 pixels at most; four floats each, and the coarser levels.
+    // A byte of a file gives at most 1032 pixels: four floats each, and the mip levels.
     assert!(
         texture.bytes() <= 32 * 1032 * file_bytes,
         "{} bytes for {file_bytes}",
@@ -320,7 +321,8 @@ fn check_texels(texture: &Texture, file_bytes: usize) {
     }
 }
 
-/// A few paths: what comes of the largest numbers may be dropped, but never a pixel that is none.
+/// Traces a few paths. Samples of extreme values may be dropped, but no pixel may be NaN or
+/// infinite.
 fn check_render(scene: &Scene, camera: &CameraOptions) {
     if scene.placed_triangle_count() > MAX_RENDERED {
         return;
@@ -385,7 +387,7 @@ fn motion(camera: &CameraOptions, parameters: &CameraParameters) -> CameraMotion
     }
 }
 
-/// Triangles of a scene, those without area too.
+/// Triangles of a scene, including those without area.
 fn triangles(loaded: &Loaded) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
@@ -396,10 +398,10 @@ fn triangles(loaded: &Loaded) -> u64 {
         + skipped("triangles that repeat others at the same place, skipped: ")
 }
 
-/// The sum of all faces' corners less 2, by the words of the statements; `None` where words are parted by what is a
-/// blank in Unicode alone.
+/// Sum of corners − 2 over all faces, by the words of the statements. `None` if words are separated
+/// by Unicode blanks.
 fn count_triangles(bytes: &[u8]) -> Option<u64> {
-    // Texts in UTF-16 are for the reader alone.
+    // Only the reader decodes UTF-16.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.iter().take(4).any(|&b| b == 0) {
         return None;
     }
@@ -427,7 +429,7 @@ fn count_triangles(bytes: &[u8]) -> Option<u64> {
     Some(total + triangles_of(&statement))
 }
 
-/// Those of a statement by its words.
+/// Number of triangles of a statement.
 fn triangles_of(statement: &[&str]) -> u64 {
     match statement {
         ["f" | "fo", corners @ ..] => (corners.len() as u64).saturating_sub(2),

@@ -1,4 +1,4 @@
-//! What the fuzz targets share: one thread, and a folder for files.
+//! Shared code of the fuzz targets: one thread, and a folder for files.
 
 mod checks;
 
@@ -8,11 +8,12 @@ use tempfile::TempDir;
 
 static FOLDER: OnceLock<TempDir> = OnceLock::new();
 
-/// Makes this thread the one that does all work, so that none waits for another.
+/// Makes this thread the only worker, so that no thread waits for another.
 pub fn init() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
     pool.build_global().expect("the first pool");
-    // libFuzzer's hook ends the process at any panic; those that the reader catches are none of ours.
+    // libFuzzer's hook ends the process at any panic; panics that the reader catches are not
+    // faults.
     let fatal = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         if !embrasure::files::is_guarded() {

@@ -1,4 +1,5 @@
-//! Renders that are stopped, killed, cut into parts and joined: the bits are those of one render, and nothing that was written is lost.
+//! Renders that are stopped, killed, split into parts and merged: the bits are those of one render,
+//! and written data is never lost.
 
 use crate::support::program::{
     assert_same_bits, code, command, done, folder, joined, limited, read_json, refused, run, signal, split,
@@ -13,11 +14,12 @@ use tempfile::TempDir;
 
 const SPP: u32 = 320;
 
-/// The scene's lamp as a group, beside a sky in none.
+/// The lamp of the scene as a group, and a sky in no group.
 const LIGHT_GROUPS: &str = "[[light_group]]\nname = \"lamps\"\nmaterials = [\"lamp\"]\n\
                             [[light]]\ntype = \"constant\"\nradiance = [0.2, 0.3, 0.4]\n";
 
-/// A folder with a small scene, `s.toml`: a lit floor, a Phong panel, and nothing behind them.
+/// A folder with a small scene, `s.toml`: a lit floor and a Phong panel, and nothing in the
+/// background.
 fn scene() -> TempDir {
     folder(&[
         (
@@ -37,14 +39,14 @@ fn scene() -> TempDir {
     ])
 }
 
-/// Asserts that two pictures in `folder` have the same bits.
+/// Asserts that two images in `folder` have the same bits.
 fn assert_same(folder: &TempDir, one: &str, other: &str) {
     assert_same_bits(&folder.path().join(one), &folder.path().join(other));
 }
 
-/// Threads, interruptions and parts make no difference, nor does the order in which parts are joined.
+/// Threads, interruptions and parts change no bit, nor does the order in which parts are merged.
 #[test]
-fn bits_are_those_of_one_render() {
+fn threads_stops_and_parts_change_no_bit() {
     let folder = scene();
     let file = folder.path().join("s.toml");
     let text = fs::read_to_string(&file).unwrap() + LIGHT_GROUPS;
@@ -70,7 +72,7 @@ fn bits_are_those_of_one_render() {
                     args.extend(["--samples", &range]);
                 }
                 if interrupted {
-                    // Ever longer, so that it ends
+                    // Increasing limits, so that it ends
                     let mut limit = 0.01;
                     while run_for(folder.path(), &args, limit) {
                         limit *= 1.5;
@@ -97,7 +99,7 @@ fn bits_are_those_of_one_render() {
     assert!(interruptions > 10, "{interruptions}");
 }
 
-/// Renders on for some seconds; whether anything is left to do.
+/// Resumes the render with a time limit in seconds. Returns true if it is incomplete.
 fn run_for(folder: &Path, args: &[&str], seconds: f64) -> bool {
     limited(folder, &joined(args, &["--resume", "--stats", "stats.json"]), seconds);
     let stats = read_json(&folder.join("stats.json"));
@@ -105,9 +107,10 @@ fn run_for(folder: &Path, args: &[&str], seconds: f64) -> bool {
     stats["complete"] == false
 }
 
-/// A crop has the pixels of the whole picture, and crops give it when they are joined; with sample ranges too.
+/// A crop has the pixels of the whole image. Merged crops give the whole image, also with sample
+/// ranges.
 #[test]
-fn crops_and_ranges_are_joined() {
+fn crops_and_ranges_are_merged() {
     let folder = scene();
     let usual = split("render s.toml -q --spp 128");
     let render = |more: &[&str]| done(folder.path(), &joined(&usual, more));
@@ -143,7 +146,7 @@ fn crops_and_ranges_are_joined() {
     let said = merge(&["one.exr"]);
     assert!(said.contains("but not its sums"), "{said}");
     assert!(!folder.path().join("no.exr").exists());
-    // What there is, if that is wanted
+    // Existing parts only, if requested
     done(
         folder.path(),
         &split("merge -q --allow-gaps -o some.exr left.exr first.exr"),
@@ -154,9 +157,9 @@ fn crops_and_ranges_are_joined() {
     assert_eq!((count(128.0), count(64.0), count(0.0)), (17 * 29, 27 * 17, 27 * 12));
 }
 
-/// Parts of parts: many may be joined by steps.
+/// Many parts may be merged step by step.
 #[test]
-fn parts_are_joined_by_steps() {
+fn parts_are_merged_step_by_step() {
     let folder = scene();
     let usual = split("render s.toml -q --spp 256");
     let render = |more: &[&str]| done(folder.path(), &joined(&usual, more));
@@ -174,7 +177,7 @@ fn parts_are_joined_by_steps() {
     merged(&["d.exr", "c.exr", "--checkpoint", "cd.exr"]);
     merged(&["cd.exr", "ab.exr", "-o", "all.exr"]);
     assert_same(&folder, "all.exr", "one.exr");
-    // A hole is one all the same, and a picture needs them all.
+    // A gap is still an error, and an image needs all parts.
     let said = refused(folder.path(), &["merge", "a.exr", "c.exr", "--checkpoint", "no.exr"], 1);
     assert!(said.contains("samples 64..128"), "{said}");
     let said = refused(folder.path(), &["merge", "cd.exr", "-o", "no.exr"], 1);
@@ -182,7 +185,7 @@ fn parts_are_joined_by_steps() {
 }
 
 #[test]
-fn strangers_are_not_joined_nor_gone_on_with() {
+fn parts_of_other_renders_are_refused() {
     let folder = scene();
     fs::write(
         folder.path().join("other.toml"),
@@ -245,9 +248,10 @@ fn strangers_are_not_joined_nor_gone_on_with() {
     assert_eq!(fs::read(folder.path().join("c.exr")).unwrap(), before);
 }
 
-/// More samples later give what all of them at once would have: also where the first render ended within a block.
+/// More samples later give the same bits as all samples at once, also if the first render ended
+/// within a block.
 #[test]
-fn more_samples_later() {
+fn later_samples_give_the_same_bits() {
     let folder = scene();
     let render = |more: &[&str]| done(folder.path(), &[&["render", "s.toml", "-q"], more].concat());
     for (few, many) in [("3", "40"), ("100", "201"), ("64", "128")] {
@@ -275,9 +279,10 @@ fn more_samples_later() {
     }
 }
 
-/// A render to a noise level decides by rounds; one that was stopped within them decides alike.
+/// A render to a noise level decides at the end of rounds; after an interruption it decides the
+/// same.
 #[test]
-fn noise_is_gone_on_with() {
+fn noise_level_resumes_to_the_same_bits() {
     let folder = scene();
     let usual: &[&str] = &["render", "s.toml", "-q", "--noise", "0.004", "--spp", "8192"];
     done(folder.path(), &joined(usual, &["-o", "once.exr"]));
@@ -298,11 +303,11 @@ fn noise_is_gone_on_with() {
     assert_same(&folder, "later.exr", "once.exr");
 }
 
-/// Killed at any moment, also while it writes: the next run goes on, and ends in the same bits.
+/// A render killed at any moment, also during a write, resumes to the same bits.
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn kills_cost_nothing_that_was_kept() {
+fn killed_renders_resume_to_the_same_bits() {
     let kills = if cfg!(any(feature = "embree", feature = "obvhs")) {
         50
     } else {
@@ -317,11 +322,11 @@ fn kills_cost_nothing_that_was_kept() {
     let (mut killed, mut runs) = (0, 0);
     while killed < kills {
         let mut child = command(folder.path(), &args).spawn().unwrap();
-        // Somewhere in the first half of what a render takes on this machine, at odd moments
+        // At irregular moments in the first half of the time of a render on this machine
         std::thread::sleep(whole * (2 + 37 * runs % 97) / 200);
         child.kill().unwrap();
         let status = child.wait().unwrap();
-        // Whatever is there is whole.
+        // Existing files are complete.
         if folder.path().join("c.exr").exists() {
             let look = ["merge", "-q", "--allow-gaps", "c.exr", "-o", "look.exr"];
             done(folder.path(), &look);
@@ -329,7 +334,8 @@ fn kills_cost_nothing_that_was_kept() {
         if status.code().is_none() {
             killed += 1;
         } else {
-            // One that came to its end in spite of the kills has the bits, and the next starts anew.
+            // A render that completed in spite of the kills has the same bits, and the next one
+            // starts from zero.
             assert!(status.success(), "{status}");
             assert_same(&folder, "later.exr", "one.exr");
             fs::remove_file(folder.path().join("c.exr")).unwrap();
@@ -341,10 +347,10 @@ fn kills_cost_nothing_that_was_kept() {
     assert_same(&folder, "later.exr", "one.exr");
 }
 
-/// A termination signal is an interrupt: what is done is written, and resumed.
+/// A termination signal is an interrupt: the samples so far are written, and resumed.
 #[cfg(unix)]
 #[test]
-fn signals_are_gone_on_from() {
+fn terminated_renders_resume_to_the_same_bits() {
     let folder = scene();
     done(folder.path(), &split("render s.toml -q --spp 2048 -o one.exr"));
     let args = split("render s.toml -q --spp 2048 --checkpoint c.exr -o later.exr");
@@ -352,7 +358,7 @@ fn signals_are_gone_on_from() {
     wait_for_work(&child, Duration::from_millis(300));
     signal(&child, "TERM");
     let out = child.wait_with_output().unwrap();
-    // A machine that is quick enough has finished, and one that is slow has not begun.
+    // A fast machine has finished, and a slow one has not started.
     if out.status.code() == Some(130) && folder.path().join("c.exr").exists() {
         assert!(words(&out).contains("interrupted"), "{}", words(&out));
     }
@@ -360,7 +366,8 @@ fn signals_are_gone_on_from() {
     assert_same(&folder, "later.exr", "one.exr");
 }
 
-/// What the program was started to ignore it ignores: `nohup` and `trap '' INT` hold. What it was not still ends it.
+/// Signals ignored at start stay ignored: `nohup` and `trap '' INT` work. Other signals still end
+/// the program.
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -379,13 +386,13 @@ fn ignored_signals_stay_ignored() {
         wait_for_work(&child, Duration::from_millis(1000));
         let ended = child.try_wait().unwrap();
         assert!(ended.is_none(), "{ignored}: {ended:?}");
-        // Another one is an interrupt.
+        // Another signal is an interrupt.
         signal(&child, if ignored == "TERM" { "INT" } else { "TERM" });
         assert_eq!(child.wait().unwrap().code(), Some(130), "{ignored}");
     }
 }
 
-/// A closed room that absorbs nothing, of one material; its lamp is small.
+/// A closed room of one material without absorption; its lamp is small.
 fn furnace(material: &str) -> TempDir {
     let mtl = format!("newmtl wall\n{material}\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n");
     folder(&[
@@ -407,10 +414,11 @@ fn furnace(material: &str) -> TempDir {
 /// All values of `--integrator`.
 const INTEGRATORS: &str = "path naive one-sample area whitted distributed direct ao debug light bdpt pssmlt sppm photon-map vcm mlt irradiance-cache";
 
-/// A single sample may be seconds of work, and a path without roulette need not end: the time limit ends both.
+/// A single sample may take seconds, and a path without roulette may be endless: the time limit
+/// ends both.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn every_method_ends_by_its_time_limit() {
+fn every_integrator_ends_by_its_time_limit() {
     let white = furnace("Kd 1 1 1");
     let endless = "--max-depth none --roulette-depth 4000000000";
     let mut methods: Vec<String> = split(INTEGRATORS).into_iter().map(String::from).collect();
@@ -437,11 +445,11 @@ fn every_method_ends_by_its_time_limit() {
     }
 }
 
-/// An interrupt ends every method, and what it has rendered is written.
+/// An interrupt ends every integrator, and the samples so far are written.
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn every_method_ends_by_an_interrupt() {
+fn every_integrator_ends_by_an_interrupt() {
     let white = furnace("Kd 0.8 0.8 0.8");
     for method in split(INTEGRATORS) {
         let line =
@@ -463,7 +471,8 @@ fn every_method_ends_by_an_interrupt() {
     }
 }
 
-/// Between mirrors that absorb nothing a branch has no end of its own: there is one all the same, and the stack is deep enough for it.
+/// Between mirrors without absorption a branch has no natural end: the program limits it, and the
+/// stack suffices.
 #[test]
 fn branches_between_mirrors_end() {
     let mirrors = furnace("Kd 0 0 0\nKs 1 1 1\nillum 3");
@@ -482,7 +491,8 @@ fn branches_between_mirrors_end() {
     );
 }
 
-/// Commands that have nothing to keep end at once, with the code of an interrupt: while they measure, too.
+/// Commands without images end at once, with the exit code of an interrupt, also during
+/// measurements.
 #[cfg(unix)]
 #[test]
 fn commands_without_pictures_end_at_once() {
@@ -501,7 +511,7 @@ fn commands_without_pictures_end_at_once() {
     }
 }
 
-/// Cut short at every KiB, and with a bit that has flipped: refused in words, and the file stays.
+/// Truncated at every KiB, and with a flipped bit: the error has words, and the file stays.
 #[test]
 fn damaged_checkpoints_are_refused() {
     let folder = scene();
@@ -523,7 +533,8 @@ fn damaged_checkpoints_are_refused() {
         bytes[at] ^= 1 << (i % 8);
         fs::write(&path, &bytes).unwrap();
         let out = run(folder.path(), &args);
-        // Some bytes mean nothing to a render, such as those of the picture so far; no other change goes unseen.
+        // Some bytes have no effect on a render, such as those of the image so far. Other changes
+        // are detected.
         match out.status.code() {
             Some(0) => assert_same(&folder, "o.exr", "sound.exr"),
             Some(1) => assert!(words(&out).contains("c.exr"), "{}", words(&out)),
@@ -532,11 +543,11 @@ fn damaged_checkpoints_are_refused() {
     }
 }
 
-/// Where nothing can be written any more, the render says so, goes on, and tries again.
+/// If outputs can no longer be written, the render reports it, continues, and tries again.
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn outputs_that_vanish_are_told() {
+fn unwritable_outputs_are_reported() {
     let folder = scene();
     let out = folder.path().join("out");
     fs::create_dir(&out).unwrap();
@@ -580,7 +591,7 @@ fn usage_of_parts_is_checked() {
         let said = refused(folder.path(), &[&["render", "s.toml"], args].concat(), 2);
         assert!(said.contains(word), "{args:?}: {said}");
     }
-    // The last part may end where the picture does.
+    // The last part may end at the end of the image.
     let usual = ["render", "s.toml", "-q", "--spp", "100"];
     for more in [
         &["--samples", "64..100", "-o", "b.exr"][..],
@@ -593,8 +604,8 @@ fn usage_of_parts_is_checked() {
     assert_same(&folder, "all.exr", "one.exr");
 }
 
-/// A disk that fills up costs neither the checkpoint before nor the picture on another one.
-/// Needs root. In a container root may lack the right to mount; the test then ends at once.
+/// A full disk loses neither the previous checkpoint nor the image on another disk.
+/// Needs root. In a container root may lack the right to mount; then the test ends at once.
 #[cfg(target_os = "linux")]
 #[test]
 #[cfg_attr(not(root), ignore = "needs root")]
@@ -613,7 +624,7 @@ fn full_disks_lose_nothing() {
         let args = [&args[..], &["-o", "disk/o.exr", "-o", "kept.exr"]].concat();
         done(folder.path(), &joined(&args, &["-q", "--spp", "64"]));
         let before = fs::read(disk.join("c.exr")).unwrap();
-        // Room for what is there, not for another one beside it
+        // Space for the existing file, but not for a second one
         fs::write(disk.join("rest"), vec![0; 1 << 20]).unwrap_err();
         let said = refused(folder.path(), &joined(&args, &["--resume", "--spp", "1024"]), 1);
         assert!(
@@ -624,12 +635,12 @@ fn full_disks_lose_nothing() {
         assert_eq!(fs::read(disk.join("c.exr")).unwrap(), before);
         let samples = read_channel(&folder.path().join("kept.exr"), "samples");
         assert!(samples.iter().all(|&n| n == 1024.0));
-        // With room again, it goes on.
+        // With free space again, the render resumes.
         fs::remove_file(disk.join("rest")).unwrap();
         done(folder.path(), &joined(&args, &["-q", "--resume", "--spp", "1024"]));
         assert_same(&folder, "disk/o.exr", "kept.exr");
 
-        // A disk that only lets itself be read is found before any work.
+        // A read-only disk is reported before any work.
         let remount = ["-o", "remount,ro", "disk"];
         let remounted = Command::new("mount").current_dir(folder.path()).args(remount).status();
         assert!(remounted.is_ok_and(|status| status.success()));

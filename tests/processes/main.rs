@@ -1,5 +1,6 @@
-//! Tests that start the program, and signal, kill or starve it at chosen moments. They are a test program of their own, so that no render of another
-//! test takes the processors while they measure time.
+//! Tests that start the program, and signal, kill or starve it at chosen moments. This is a
+//! separate test program, so that renders of other tests do not use the processors during time
+//! measurements.
 
 #[path = "../support/mod.rs"]
 mod support;

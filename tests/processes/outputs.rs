@@ -1,4 +1,5 @@
-//! What the program writes: nothing that was whole is lost, nothing that is read is written over, and what goes wrong is told.
+//! Written files: complete files are never lost, input files are not overwritten, and errors are
+//! reported.
 #![cfg(unix)]
 
 use crate::support::program::{
@@ -12,7 +13,8 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A folder with a small scene that reads a file of each kind: `s.toml`, `a.obj`, `a.mtl`, `t.png`, `sky.exr`, `places.txt`.
+/// A folder with a small scene that reads a file of each kind: `s.toml`, `a.obj`, `a.mtl`, `t.png`,
+/// `sky.exr`, `places.txt`.
 fn scene() -> TempDir {
     let folder = folder(&[
         ("a.mtl", "newmtl floor\nKd 0.5 0.4 0.3\nmap_Kd t.png\n"),
@@ -42,9 +44,10 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     files
 }
 
-/// Names beyond Latin-1, within it, and beyond 16 bits, wherever an EXR file holds names.
+/// Names beyond Latin-1, in Latin-1, and beyond 16 bits, in all places of an EXR file that have
+/// names.
 #[test]
-fn pictures_hold_names_of_all_scripts() {
+fn exr_files_store_names_of_all_scripts() {
     use exr::prelude::*;
     let names = ["木", "Küche", "дом", "лампа 🦀"];
     let mtl = names
@@ -83,9 +86,9 @@ fn pictures_hold_names_of_all_scripts() {
     }
 }
 
-/// Everything that is read stays as it is, by whichever name it is given as an output; no ray is traced for it.
+/// Input files stay unchanged under any name given as an output, and no ray is traced.
 #[test]
-fn outputs_never_overwrite_what_is_read() {
+fn outputs_never_overwrite_input_files() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     symlink("a.obj", path("link.exr")).unwrap();
@@ -131,7 +134,7 @@ fn outputs_never_overwrite_what_is_read() {
         "lab s.toml --reference t.png -o t",
     ] {
         let said = words(&run(folder.path(), &split(line)));
-        // Audits need two backends, and the builds of some tests have one.
+        // Audits need two backends; some builds have one.
         let is_refused = said.contains("would overwrite") || (line.starts_with("audit") && said.contains("help:"));
         assert!(is_refused, "{line}: {said}");
         assert!(contents(folder.path()) == before, "{line} has changed a file");
@@ -159,9 +162,9 @@ fn outputs_never_overwrite_each_other() {
     assert!(!path("a.exr").exists() && !path("new.exr").exists());
 }
 
-/// Names that nothing can be written to are refused before the scene is read: it is not even there.
+/// Names that cannot be written are refused before the scene is read; here it does not exist.
 #[test]
-fn names_that_cannot_be_written_are_refused_first() {
+fn unwritable_names_are_refused_first() {
     let folder = scene();
     fs::create_dir(folder.path().join("folder.exr")).unwrap();
     symlink("loop.exr", folder.path().join("loop.exr")).unwrap();
@@ -189,7 +192,7 @@ fn names_that_cannot_be_written_are_refused_first() {
 }
 
 #[test]
-fn links_are_followed_to_files_that_are_not_there_yet() {
+fn links_to_missing_files_are_followed() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     symlink("real.exr", path("link.exr")).unwrap();
@@ -200,7 +203,8 @@ fn links_are_followed_to_files_that_are_not_there_yet() {
     }
 }
 
-/// One render writes a checkpoint: a second one is refused while the first lives, however it was killed then.
+/// One render writes a checkpoint. A second one is refused while the first runs, but not after it
+/// was killed.
 #[test]
 fn a_checkpoint_has_one_writer() {
     let folder = scene();
@@ -220,7 +224,7 @@ fn a_checkpoint_has_one_writer() {
     let merged = run(folder.path(), &split("merge c.exr --allow-gaps --checkpoint d.exr"));
     assert_eq!(code(&merged), 0, "{}", words(&merged));
 
-    // The kill has left what it has left, and the next run takes it over.
+    // The next run removes the leftovers of the killed one.
     let args = joined(&args, &["--time-limit", "0.01s"]);
     done(folder.path(), &args);
     let left: Vec<_> = contents(folder.path())
@@ -230,10 +234,10 @@ fn a_checkpoint_has_one_writer() {
     assert!(left.is_empty(), "{left:?}");
 }
 
-/// A disk that is full is heard of, a reader that has read enough is no failure.
+/// A full disk is an error; a closed pipe is not.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn errors_of_the_standard_output_are_heard() {
+fn errors_of_standard_output_are_reported() {
     let folder = scene();
     done(folder.path(), &split("render s.toml -q -o a.exr"));
     let lines = [
@@ -264,7 +268,7 @@ fn errors_of_the_standard_output_are_heard() {
                 words(&out)
             );
         }
-        // A pipe of which the other end is gone
+        // A pipe whose other end is closed
         let mut reader = Command::new("true").stdin(Stdio::piped()).spawn().unwrap();
         let writer = reader.stdin.take().unwrap();
         reader.wait().unwrap();
@@ -277,9 +281,9 @@ fn errors_of_the_standard_output_are_heard() {
     }
 }
 
-/// Where the standard error cannot be written, a render is done all the same.
+/// If standard error cannot be written, the render still completes.
 #[test]
-fn a_full_standard_error_ends_nothing() {
+fn full_standard_error_does_not_stop_a_render() {
     let folder = scene();
     if !Path::new("/dev/full").exists() {
         return;
@@ -298,7 +302,7 @@ fn a_full_standard_error_ends_nothing() {
 }
 
 #[test]
-fn statistics_go_to_the_standard_output_too() {
+fn statistics_can_go_to_standard_output() {
     let folder = scene();
     let out = done(folder.path(), &split("render s.toml --stats - -o x.exr"));
     let stats = json(&out);
@@ -311,9 +315,10 @@ fn statistics_go_to_the_standard_output_too() {
     );
 }
 
-/// Names of files, materials and objects that would move a terminal's cursor, colour it, or name its window
+/// Names of files, materials and objects with terminal escapes that would move the cursor, set
+/// colours, or set the window title
 #[test]
-fn names_do_not_speak_to_the_terminal() {
+fn names_send_no_escapes_to_the_terminal() {
     let evil = "\u{1b}[31mred\u{7f}\u{9b}2J\u{1b}]0;title\u{7}";
     let folder = folder(&[
         (
@@ -380,10 +385,10 @@ fn names_do_not_speak_to_the_terminal() {
     }
 }
 
-/// A picture that cannot be written costs that file alone: the others are there, and what was rendered is saved.
+/// An image that cannot be written affects no other file, and its sums are saved.
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs LD_PRELOAD")]
-fn what_cannot_be_written_costs_nothing_else() {
+fn unwritable_image_affects_no_other_file() {
     let folder = scene();
     fs::write(folder.path().join("x.rescue.exr"), "mine").unwrap();
     let line = "render s.toml -q --threads 1 -o x.exr -o x.png --stats x.json";
@@ -401,13 +406,13 @@ fn what_cannot_be_written_costs_nothing_else() {
     assert_eq!(read_json(&path("x.json"))["complete"], true);
     assert_eq!(fs::read(path("x.rescue.exr")).unwrap(), b"mine");
 
-    // The rescued sums are all: the picture is made of them.
+    // The rescued sums are complete: they give the image.
     done(
         faulty.folder.path(),
         &split("render s.toml -q --checkpoint x.rescue-2.exr --resume -o y.exr"),
     );
     assert_same_bits(&path("y.exr"), &faulty.right[0].1);
-    // Where a checkpoint has them, they need no rescue.
+    // If a checkpoint has the sums, they are not rescued.
     let line = "render s.toml -q --threads 1 --checkpoint c.exr -o z.exr";
     let faulty = Faulty::new(scene(), line, &["z.exr"]);
     faulty.restore();
@@ -416,24 +421,24 @@ fn what_cannot_be_written_costs_nothing_else() {
     assert!(!faulty.folder.path().join("z.exr").exists() && faulty.folder.path().join("c.exr").exists());
 }
 
-/// The calls of the system that can be made to fail.
+/// System calls that can be made to fail.
 const CALLS: [&str; 6] = ["open", "read", "write", "fsync", "rename", "mmap"];
 
-/// A command in a folder of files, of which some calls fail.
+/// A command in a folder of files, with failing system calls.
 struct Faulty {
     folder: TempDir,
-    /// The library that makes calls fail.
+    /// Library that makes calls fail.
     library: PathBuf,
     args: Vec<&'static str>,
-    /// Outputs, as a run without faults writes them.
+    /// Outputs of a run without faults.
     right: Vec<(&'static str, PathBuf)>,
-    /// All files, as they are before each run.
+    /// All files before each run.
     before: Vec<(PathBuf, Vec<u8>)>,
     right_folder: TempDir,
 }
 
 impl Faulty {
-    /// In `folder`, where `line` writes `outputs`.
+    /// Runs `line` in `folder`, which writes `outputs`.
     fn new(folder: TempDir, line: &'static str, outputs: &[&'static str]) -> Self {
         let right_folder = tempfile::tempdir().unwrap();
         let library = right_folder.path().join("inject.so");
@@ -444,7 +449,7 @@ impl Faulty {
             .arg(&library)
             .arg(source)
             .arg("-ldl");
-        // Rust itself links by `cc`.
+        // Rust itself links with `cc`.
         let out = compiler.output().unwrap();
         assert!(out.status.success(), "{}", words(&out));
         let before = contents(folder.path());
@@ -466,7 +471,7 @@ impl Faulty {
         }
     }
 
-    /// The files as they were before the first run, and no others.
+    /// Restores the files before the first run, and deletes all others.
     fn restore(&self) {
         for (path, _) in contents(self.folder.path()) {
             fs::remove_file(path).unwrap();
@@ -476,7 +481,7 @@ impl Faulty {
         }
     }
 
-    /// Runs with the `nth` call failing; `None` where there is no such call.
+    /// Runs with a failure of call number `nth`. Returns `None` if there is no such call.
     fn run(&self, call: &str, nth: u32) -> Option<Output> {
         let mark = self.right_folder.path().join("mark");
         let _ = fs::remove_file(&mark);
@@ -500,12 +505,12 @@ impl Faulty {
         mark.exists().then_some(out)
     }
 
-    /// Whether an output is as a run without faults writes it.
+    /// Returns true if an output equals that of a run without faults.
     fn is_right(&self, name: &str, right: &Path) -> bool {
         let path = self.folder.path().join(name);
         match name.rsplit_once('.') {
             Some((_, "exr")) => {
-                // It tells how long the render took.
+                // Only the render time differs.
                 assert_same_bits(&path, right);
                 true
             }
@@ -517,7 +522,8 @@ impl Faulty {
         }
     }
 
-    /// Fails each call of each kind in turn: no false success, no half file, nothing lost, no panic, no hang.
+    /// Lets each call of each kind fail in turn: no false success, no partial file, no loss, no
+    /// panic, no hang.
     fn check(&self) {
         for call in CALLS {
             let mut failed = 0;
@@ -542,7 +548,7 @@ impl Faulty {
                     );
                     has_floats |= is_right && name.ends_with(".exr");
                 }
-                // The files that were read exist, and nothing is left over but what had to be rescued.
+                // Input files exist, and only rescued files are left over.
                 for (path, content) in &self.before {
                     let is_output = self.right.iter().any(|(name, _)| path.ends_with(name));
                     assert!(
@@ -559,7 +565,7 @@ impl Faulty {
                     assert!(is_known, "{what}: {name} is left over");
                 }
             }
-            // Some calls are not missed, such as those that look for what killed runs have left.
+            // Failures of some calls have no effect, such as the search for files of killed runs.
             assert!(failed > 0 || call == "mmap", "no failing {call} made the run fail");
         }
     }
@@ -586,11 +592,11 @@ fn checkpoints_survive_faults_of_the_system() {
     Faulty::new(folder, line, &["c.exr", "x.png"]).check();
 }
 
-/// A file system that fails to answer must not pass for one without the file: an older checkpoint was
-/// replaced then.
+/// Regression: if the file system fails to answer, the file must not count as missing; an older
+/// checkpoint was replaced.
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs LD_PRELOAD")]
-fn checkpoint_that_cannot_be_looked_for_is_kept() {
+fn checkpoint_is_kept_if_its_search_fails() {
     let folder = scene();
     let line = "render s.toml -q --threads 1 --spp 3 --checkpoint c.exr -o x.png";
     let faulty = Faulty::new(folder, line, &["c.exr", "x.png"]);
@@ -612,7 +618,7 @@ fn checkpoint_that_cannot_be_looked_for_is_kept() {
 
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs LD_PRELOAD")]
-fn merges_and_comparisons_survive_faults_of_the_system() {
+fn merges_and_compares_survive_system_faults() {
     let folder = scene();
     for (range, name) in [("0..64", "1.exr"), ("64..128", "2.exr")] {
         done(

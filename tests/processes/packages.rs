@@ -1,4 +1,4 @@
-//! The program away from where it was built: installed below a prefix, moved, and as a Python wheel.
+//! The program outside its build folder: installed below a prefix, moved, and as a Python wheel.
 #![cfg(all(feature = "embree", target_os = "linux"))]
 
 use crate::support::program::{PROGRAM, folder, printed};
@@ -22,7 +22,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The lines of `--version` that say where libraries were found.
+/// Paths of libraries that `--version` prints.
 fn libraries(program: &Path) -> Vec<String> {
     let out = Command::new(program).arg("--version").output().unwrap();
     assert!(out.status.success(), "{}", program.display());
@@ -35,11 +35,11 @@ fn libraries(program: &Path) -> Vec<String> {
 }
 
 #[test]
-fn installed_programs_can_be_moved_and_removed() {
+fn installed_program_can_be_moved_and_removed() {
     let folder = folder(&[("a.txt", "")]);
     let [first, second] = ["first", "second place"].map(|name| folder.path().join(name));
     script("install", &[Path::new("--self-contained"), Path::new(PROGRAM), &first]);
-    // Made to run on other machines, it has each library that these may lack.
+    // A self-contained program has each library that other machines may lack.
     let brought = libraries(&first.join("bin/embrasure"));
     assert_eq!(brought.len(), libraries(Path::new(PROGRAM)).len(), "{brought:?}");
     let place = fs::canonicalize(&first).unwrap();
@@ -57,7 +57,7 @@ fn installed_programs_can_be_moved_and_removed() {
     }
     fs::rename(&first, &second).unwrap();
 
-    // Libraries of the project, if there are any, go along; those of the system stay.
+    // Project libraries, if any, are moved along; system libraries stay.
     let is_own = |path: &String| !["/usr/", "/lib"].iter().any(|system| path.starts_with(system));
     let own: Vec<String> = libraries(Path::new(PROGRAM)).into_iter().filter(is_own).collect();
     let found: Vec<String> = libraries(&second.join("bin/embrasure"))
@@ -85,11 +85,11 @@ fn installed_programs_can_be_moved_and_removed() {
 #[test]
 #[cfg_attr(not(python), ignore = "needs python3 and readelf")]
 #[cfg_attr(all(python, not(long)), ignore = "long")]
-fn wheels_hold_what_they_record() {
+fn wheel_content_matches_its_record() {
     let folder = folder(&[("a.txt", "")]);
     let prefix = folder.path().join("prefix");
     script("install", &[Path::new(PROGRAM), &prefix]);
-    // The program stands for the extension module, which these tests have not.
+    // The program replaces the extension module, which these tests lack.
     let modules = folder.path().join("modules");
     script("python-package", &[Path::new(PROGRAM), &modules]);
     let package = modules.join("embrasure");

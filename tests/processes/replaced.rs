@@ -1,4 +1,4 @@
-//! Files that outputs replace: their permissions, other names and locks, and names that others have taken.
+//! Files replaced by outputs: their permissions, hard links and locks, and names taken by others.
 #![cfg(unix)]
 
 use crate::support::program::{command, done, lit_floor, refused, run, signal, split, words};
@@ -16,7 +16,7 @@ fn mode(path: &Path) -> u32 {
     fs::metadata(path).unwrap().permissions().mode() & 0o777
 }
 
-/// Runs, and fails if it does not end.
+/// Runs the program, and fails if it does not end.
 fn run_to_end(folder: &Path, line: &str) -> Output {
     let mut child = command(folder, &split(line)).spawn().unwrap();
     let start = Instant::now();
@@ -48,7 +48,7 @@ fn replaced_files_keep_their_permissions() {
 }
 
 #[test]
-fn other_names_of_a_replaced_file_are_told() {
+fn hard_links_of_a_replaced_file_are_reported() {
     let folder = lit_floor();
     fs::write(folder.path().join("x.png"), "old").unwrap();
     fs::hard_link(folder.path().join("x.png"), folder.path().join("y.png")).unwrap();
@@ -62,7 +62,7 @@ fn other_names_of_a_replaced_file_are_told() {
     assert!(!said.contains("hard links"), "{said}");
 }
 
-/// A pipe under a name that begins like those of temporary files, in place of the lock, and as an input.
+/// A pipe with the name of a temporary file, of the lock, and of an input.
 #[test]
 fn pipes_are_not_waited_for() {
     let folder = lit_floor();
@@ -93,11 +93,11 @@ fn pipes_are_not_waited_for() {
     }
 }
 
-/// A link that another user has put into a folder like `/tmp` leads to a file of the user. Only root can make such a
-/// link for the test.
+/// A link of another user in a folder like `/tmp` that leads to a file of the user. The test needs
+/// root to make such a link.
 #[test]
 #[cfg_attr(not(root), ignore = "needs root")]
-fn strangers_links_in_sticky_folders_are_not_followed() {
+fn links_of_others_in_sticky_folders_are_refused() {
     let folder = lit_floor();
     let path = |name: &str| folder.path().join(name);
     fs::create_dir(path("tmp")).unwrap();
@@ -105,7 +105,7 @@ fn strangers_links_in_sticky_folders_are_not_followed() {
     fs::write(path("notes"), "notes").unwrap();
     symlink("../notes", path("tmp/x.png")).unwrap();
     symlink("..", path("tmp/sub")).unwrap();
-    // Root of a container may not have this user.
+    // In a container, root may lack this user.
     if lchown(path("tmp/x.png"), Some(65534), None).is_err() {
         return;
     }
@@ -149,13 +149,13 @@ fn locked_checkpoint_is_not_replaced() {
     for (line, said) in said {
         assert!(said.contains(&owner) && said.contains("help:"), "{line}: {said}");
     }
-    // It is the checkpoint still, and free.
+    // It is still a checkpoint, and no longer locked.
     done(folder.path(), &split("render s.toml -q --spp 1 -o z.exr"));
     done(folder.path(), &split("merge c.exr --allow-gaps -q -o merged.exr"));
     done(folder.path(), &split("render s.toml -q -o c.exr"));
 }
 
-/// A render has begun before another one makes its output a checkpoint.
+/// A render starts before another one makes its output a checkpoint.
 #[test]
 fn checkpoint_of_a_later_render_is_not_replaced() {
     let folder = lit_floor();

@@ -1,4 +1,4 @@
-//! What shells see of the program: completions, manual pages, colours, signals.
+//! The program in shells: completions, manual pages, colours, signals.
 
 use crate::support::program::{PROGRAM, command, folder, printed, refused, words};
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
-/// Variables that decide about colours, which the machine may have set.
+/// Environment variables that control colours; the machine may have set them.
 const COLOUR: [&str; 5] = ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "TERM", "CI"];
 
 fn embrasure(args: &[&str]) -> Output {
@@ -17,7 +17,7 @@ fn embrasure(args: &[&str]) -> Output {
     command.output().unwrap()
 }
 
-/// Whether a program is on this machine; if not, says what is left out.
+/// Returns true if a program is on this machine; otherwise prints a message about the skipped test.
 fn there_is(program: &str) -> bool {
     let found = Command::new("sh")
         .args(["-c", "command -v \"$1\"", "sh", program])
@@ -29,12 +29,12 @@ fn there_is(program: &str) -> bool {
     found.status.success()
 }
 
-/// The commands, by the program's help.
+/// The commands listed in the help.
 fn commands() -> Vec<String> {
     let help = printed(&embrasure(&["--help"]));
     let (_, list) = help.split_once("Every day:\n").expect("a list of commands");
     let names = list.lines().take_while(|line| *line != "Options:");
-    // Descriptions that go on in the next line are further to the right.
+    // Continuation lines of descriptions have a larger indent.
     let names = names.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     names
         .filter_map(|line| line.split_whitespace().next().map(str::to_string))
@@ -56,7 +56,7 @@ fn every_help_has_examples() {
     }
 }
 
-/// Bash itself completes; the other shells read their scripts where they are installed.
+/// Bash completes itself; the other shells read their scripts if they are installed.
 #[test]
 fn shells_complete() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,13 +169,14 @@ fn triangle() -> TempDir {
     folder(&[("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")])
 }
 
-/// Colours are for terminals that have them, unless the user says otherwise; NO_COLOR has the last word.
+/// Colours are for terminals that support them, unless the user sets otherwise. NO_COLOR takes
+/// precedence.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn colours_are_for_terminals() {
     let folder = triangle();
     let render = "render t.obj --size 64x64 --spp 64 --threads 1";
-    // An error of this program, one of clap, help, a render with its bar
+    // An error of this program, an error of clap, help, a render with its progress bar
     let cases = ["render gone.obj", "bogus", "--help", render];
     let run = |on_terminal: bool, args: &str, variables: &[(&str, &str)]| {
         let line = format!("'{PROGRAM}' {args}");
@@ -191,7 +192,7 @@ fn colours_are_for_terminals() {
         let out = command.envs(variables.iter().copied()).output().unwrap();
         printed(&out) + &words(&out)
     };
-    // Escapes that choose a look, which end in m; the bar has others, which move the cursor.
+    // Escapes for colours end in m. Those of the progress bar move the cursor.
     let coloured = |said: &str| {
         said.split("\x1b[").skip(1).any(|rest| {
             let end = rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';');
@@ -226,7 +227,8 @@ fn colours_are_for_terminals() {
     }
 }
 
-/// Schedulers signal a job's script and the program, and the script passes it on: two signals at once are one. A later one is meant.
+/// Schedulers signal the script of a job and the program, and the script forwards the signal: two
+/// simultaneous signals count as one. A later one counts separately.
 #[cfg(unix)]
 #[test]
 fn signals_at_once_are_one() {
@@ -237,7 +239,7 @@ fn signals_at_once_are_one() {
             .split(' ')
             .collect();
         let child = command(folder.path(), &args).spawn().unwrap();
-        // Once there is a picture it renders.
+        // It renders once the image exists.
         for _ in 0..1500 {
             if folder.path().join("t.exr").exists() {
                 break;

@@ -1,7 +1,7 @@
-//! `render --tev`: a stand-in for the viewer takes what is sent, and rebuilds the picture from it.
+//! `render --tev`: a stand-in for the viewer receives the packets, and rebuilds the image.
 //!
-//! The protocol as tev's README and `IpcPacket` have it: packets of [length in bytes, itself included: u32][kind: u8][payload], little-endian,
-//! strings ended by a zero.
+//! Protocol by tev's README and `IpcPacket`: packets of [length in bytes including itself:
+//! u32][kind: u8][payload], little-endian, strings ended by a zero.
 
 use crate::support::program::{CHANNELS, code, folder, run, words};
 use crate::support::read_channel;
@@ -28,7 +28,7 @@ fn render(folder: &Path, address: &str, args: &str) -> Output {
     run(folder, &args.concat())
 }
 
-/// A stand-in that treats its first client as `serve` says, and its address.
+/// Starts a stand-in that handles its first client with `serve`; returns its address and thread.
 fn viewer<T: Send + 'static>(serve: impl FnOnce(TcpStream) -> T + Send + 'static) -> (String, thread::JoinHandle<T>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
@@ -67,11 +67,11 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What a viewer knows of its image.
+/// The image as the viewer has it.
 struct Shown {
     name: String,
     size: [usize; 2],
-    /// Values as bits, and how often each has been set.
+    /// Values as bits, and the number of times that each was set.
     channels: BTreeMap<String, Vec<(u32, u32)>>,
 }
 
@@ -117,7 +117,7 @@ impl Shown {
     }
 }
 
-/// Picture after the client has gone, and the lengths of all packets.
+/// Image after the client has disconnected, and the lengths of all packets.
 fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
     let mut bytes = Vec::new();
     client.read_to_end(&mut bytes).unwrap();
@@ -135,7 +135,7 @@ fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
     (shown, lengths)
 }
 
-/// The crop has the bits of the file at the end, and was shown before.
+/// The crop has the bits of the file at the end, and was displayed before.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn the_viewer_has_the_picture() {
@@ -179,9 +179,9 @@ fn the_viewer_has_the_picture() {
     assert!(f32::from_bits(middle) > 0.0, "{middle}");
 }
 
-/// One that closes while it is sent to costs a warning, and not the render.
+/// A viewer that closes during transfer causes a warning, and the render continues.
 #[test]
-fn a_viewer_that_goes_away_is_told_once() {
+fn lost_viewer_is_reported_once() {
     let folder = folder(&[]);
     let (address, served) = viewer(|mut client| client.read_exact(&mut [0; 1000]).unwrap());
     let args = "--size 400x260 --spp 65536 --time-limit 2.3s -o a.exr --stats s.json";
@@ -201,7 +201,7 @@ fn a_viewer_that_goes_away_is_told_once() {
 }
 
 #[test]
-fn a_viewer_that_is_not_there_is_told_before_any_work() {
+fn missing_viewer_is_an_error_before_rendering() {
     let folder = folder(&[]);
     let address = TcpListener::bind("127.0.0.1:0")
         .unwrap()
@@ -226,16 +226,16 @@ fn a_viewer_that_is_not_there_is_told_before_any_work() {
     }
 }
 
-/// One that never reads is given up once the system takes no more for it.
+/// A viewer that never reads is dropped once the system buffers are full.
 #[test]
-fn a_viewer_that_never_reads_blocks_nothing() {
+fn viewer_that_never_reads_does_not_block() {
     let folder = folder(&[]);
     let (over, wait) = mpsc::channel::<()>();
     let (address, served) = viewer(move |client| {
         let _ = wait.recv();
         drop(client);
     });
-    // 27 MB of channels: more than systems keep for a connection
+    // 27 MB of channels: more than systems buffer for a connection
     let out = render(folder.path(), &address, "--size 800x600 --spp 1 -o a.png");
     drop(over);
     served.join().unwrap();
@@ -249,9 +249,10 @@ fn a_viewer_that_never_reads_blocks_nothing() {
     assert!(folder.path().join("a.png").exists());
 }
 
-/// One that reads a byte now and then always has something left to read: it holds up neither the render nor its end.
+/// A viewer that reads a byte now and then never finishes: it delays neither the render nor its
+/// end.
 #[test]
-fn a_viewer_that_trickles_blocks_nothing() {
+fn viewer_that_reads_slowly_does_not_block() {
     let folder = folder(&[]);
     let (address, _) = viewer(|mut client| {
         while client.read(&mut [0; 64]).is_ok_and(|read| read > 0) {

@@ -1,4 +1,5 @@
-//! The page of `embrasure view` in headless Chromium. Without Chromium the tests are ignored, unless EMBRASURE_REQUIRE_CHROMIUM is set.
+//! The page of `embrasure view` in headless Chromium. Without Chromium the tests are ignored,
+//! unless EMBRASURE_REQUIRE_CHROMIUM is set.
 
 use super::chromium::{Browser, COMPLETE, click_on, set};
 use super::link::slow_link;
@@ -9,13 +10,13 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
-/// The pixels of the picture as they are shown, as numbers.
+/// Expression for the displayed pixels of the image, as numbers.
 const CODES: &str = "[...document.getElementById('picture').getContext('2d').getImageData(0, 0, embrasure.picture.canvas.width, embrasure.picture.canvas.height).data]";
 const CAMERA: &str = "JSON.stringify(embrasure.camera.now)";
 
 const FLAGS: &str = "cornell-box.toml --size 128x128 --spp 16";
 
-/// Names from files are text in the page, whatever they hold.
+/// Names from files are text in the page, for any content.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -69,7 +70,8 @@ fn names_with_markup_are_text_in_the_page() {
     assert_ne!(browser.value(&tab, "document.title"), "1");
 }
 
-/// What people do: look, orbit, walk, undo, inspect, change looks and materials, keep the camera; with a second page, and to the end of the render.
+/// Actions of a user: view, orbit, walk, undo, inspect, change display and materials, save the
+/// camera; also with a second page, and until the end of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -84,7 +86,7 @@ fn the_page_shows_and_steers_a_render() {
         "cornell-box.toml"
     );
 
-    // The page shows light as the program does.
+    // The page displays light like the program.
     let codes = browser.value(&tab, CODES);
     let (_, png) = viewer.get("picture.png?exposure=0&tone=srgb");
     let expected = image::load_from_memory(&png).unwrap().to_rgb8();
@@ -108,14 +110,14 @@ fn the_page_shows_and_steers_a_render() {
     }
     browser.value(&tab, "document.getElementById('tone').value = 'srgb', document.getElementById('tone').dispatchEvent(new Event('change'))");
 
-    // Exposure changes what is shown and costs no render.
+    // Exposure changes only the display, and restarts nothing.
     let dark = browser.value(&tab, CODES);
     browser.value(&tab, "document.getElementById('exposure').value = 1, document.getElementById('exposure').dispatchEvent(new Event('input'))");
     assert_ne!(browser.value(&tab, CODES), dark);
     assert_eq!(browser.value(&tab, COMPLETE), true);
     browser.value(&tab, "document.getElementById('exposure').value = 0, document.getElementById('exposure').dispatchEvent(new Event('input'))");
 
-    // Orbit by the mouse, walk by keys, and back
+    // Orbit with the mouse, walk with keys, and undo
     let home = browser.value(&tab, CAMERA);
     let (middle, size) = browser.picture(&tab);
     browser.drag(&tab, middle, [middle[0] + 0.1 * size[0], middle[1]]);
@@ -137,7 +139,7 @@ fn the_page_shows_and_steers_a_render() {
     done(folder.path(), &split(&format!("render {FLAGS} -q -o r.exr")));
     assert_same_bits(&folder.path().join("r.exr"), &saved);
 
-    // A click selects what is there and opens its material; paths are drawn in their tab alone.
+    // A click selects the object and opens its material; paths are drawn only in their tab.
     let floor = [middle[0], middle[1] + 0.45 * size[1]];
     browser.click(&tab, floor);
     browser.wait(
@@ -184,7 +186,7 @@ fn the_page_shows_and_steers_a_render() {
     let facts = browser.value(&tab, "embrasure.inspector.first.material");
     assert!(facts.as_str().is_some_and(|name| !name.is_empty()), "{facts}");
 
-    // Two pages: the other one follows.
+    // Two pages: the second one follows.
     let other = browser.open(&viewer.link(), [1024, 768]);
     browser.wait(&other, COMPLETE);
     // Pages behind others are not drawn, and send no moves.
@@ -208,7 +210,7 @@ fn the_page_shows_and_steers_a_render() {
     let number: f32 = written.split([',', ']']).nth(2).unwrap().trim().parse().unwrap();
     assert_eq!(number, z, "{written}");
 
-    // A material is changed by its control.
+    // A control changes a material.
     browser.wait(&tab, COMPLETE);
     let before = browser.value(&tab, CODES);
     let change = "(() => { const text = document.querySelector('[data-key=\"diffuse\"]').nextElementSibling; text.value = '0.1, 0.8, 0.1'; text.dispatchEvent(new Event('change')); })()";
@@ -221,7 +223,7 @@ fn the_page_shows_and_steers_a_render() {
     let wait = format!("{COMPLETE} && JSON.stringify({CODES}) !== {:?}", before.to_string());
     browser.wait(&tab, &wait);
 
-    // Keys that the material does not have are there, too, but none that name files.
+    // Keys that the material lacks have controls too, except keys of files.
     let change = "(() => { const text = document.querySelector('details [data-key=\"emission\"]').nextElementSibling; text.value = '0.1'; text.dispatchEvent(new Event('change')); })()";
     browser.value(&tab, change);
     browser.wait(
@@ -258,7 +260,7 @@ fn the_page_shows_and_steers_a_render() {
         &format!("{COMPLETE} && embrasure.picture.frame.channel === 'picture'"),
     );
 
-    // An edited file is loaded again, a wrong one is told with its place.
+    // An edited file is reloaded; an error in it is reported with its place.
     let obj = folder.path().join("cornell-box.obj");
     let text = fs::read_to_string(&obj).unwrap();
     fs::write(&obj, format!("{text}\nv 1e11 0 0\nf 1 2 -1\n")).unwrap();
@@ -273,14 +275,14 @@ fn the_page_shows_and_steers_a_render() {
     );
     browser.wait(&tab, COMPLETE);
 
-    // The end of the render is told.
+    // The page shows the end of the render.
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
     drop(viewer);
     browser.wait(&tab, "!document.getElementById('lost').hidden");
     browser.wait(&other, "!document.getElementById('lost').hidden");
 }
 
-/// A page elsewhere cannot reach the render, and neither can one with another token.
+/// A page of another origin cannot reach the render, and neither can a page with another token.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -305,7 +307,7 @@ fn pages_elsewhere_are_refused() {
     );
 }
 
-/// All controls have names for those who do not see them.
+/// All controls have accessible names.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -355,7 +357,7 @@ fn controls_have_names() {
     );
 }
 
-/// A page behind a slow link unpacks what it gets to the light of the render.
+/// Over a slow link, the page unpacks images to the light of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -374,7 +376,7 @@ fn the_page_unpacks_pictures() {
     let halves = halves.as_array().unwrap().iter().map(|bits| bits.as_u64().unwrap());
     assert!(halves.eq(expected.iter().map(|half| u64::from(half.to_bits()))));
 
-    // A picture that cannot be unpacked is told, and later ones are shown.
+    // An image that cannot be unpacked is reported, and later images are shown.
     let breaks = "window.whole = DecompressionStream, window.DecompressionStream = class { constructor() { throw new Error('broken') } }";
     browser.value(&tab, &format!("{breaks}, 0"));
     click_on(&mut browser, &tab, "restart");
@@ -389,7 +391,8 @@ fn the_page_unpacks_pictures() {
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
 
-/// Light groups are relit in the page, without a render; lights of the scene file have controls, and what is changed is saved.
+/// The page relights light groups without a render. Lights of the scene file have controls, and
+/// changes are saved.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -433,7 +436,7 @@ fn lights_are_changed_in_the_page() {
             "{both:?} {alone:?}"
         );
     }
-    // A stop is a factor of two, a colour one for each channel.
+    // A stop is a factor of two, a colour a factor for each channel.
     set(&mut browser, &tab, "[aria-label=\"light1, stops\"]", "{ value: '1' }");
     set(
         &mut browser,
@@ -478,7 +481,7 @@ fn lights_are_changed_in_the_page() {
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
 
-/// The picture stands beside another channel, a file, and another method with its errors.
+/// The image beside another channel, a file, and another method with its errors.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -498,7 +501,7 @@ fn pictures_stand_side_by_side() {
         "embrasure.picture.other?.channel === 'N' && !document.getElementById('second').hidden",
     );
     assert_eq!(browser.value(&tab, "embrasure.picture.frame.channel"), "picture");
-    // The divider is dragged.
+    // Drag the divider
     let at = browser.value(
         &tab,
         "(({x, y, height}) => [x + 1, y + height / 2])(document.getElementById('divider').getBoundingClientRect())",
@@ -526,7 +529,7 @@ fn pictures_stand_side_by_side() {
     let far = expected.as_raw().iter().zip(codes.as_array().unwrap());
     assert_eq!(far.filter(|(code, shown)| **shown != u64::from(**code)).count(), 0);
 
-    // A method beside the picture
+    // A method beside the image
     set(&mut browser, &tab, "#compare-with", "{ value: 'path+reuse=none' }");
     click_on(&mut browser, &tab, "compare");
     browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
@@ -550,7 +553,7 @@ fn pictures_stand_side_by_side() {
         "embrasure.picture.beside === '' && document.getElementById('second').hidden",
     );
 
-    // The samples that made a pixel bright
+    // The brightest samples of a pixel
     browser.wait(&tab, COMPLETE);
     click_on(&mut browser, &tab, "find-brightest");
     browser.wait(&tab, "document.querySelectorAll('#brightest button').length === 8");
@@ -559,7 +562,7 @@ fn pictures_stand_side_by_side() {
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
 
-/// A finger orbits, two fingers move nearer, and a tap selects.
+/// One finger orbits, two fingers zoom, and a tap selects.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -616,7 +619,7 @@ fn fingers_steer_the_camera() {
     touch(&mut browser, "touchStart", &[middle]);
     touch(&mut browser, "touchEnd", &[]);
     browser.wait(&tab, "!document.getElementById('selected').hidden");
-    // A picture that is larger than its place is moved by two fingers, and the camera is not.
+    // If the image is larger than its area, two fingers move the image and not the camera.
     set(&mut browser, &tab, "#zoom", "{ value: '16' }");
     let camera = browser.value(&tab, CAMERA);
     touch(&mut browser, "touchStart", &[left(40.0), right(40.0)]);

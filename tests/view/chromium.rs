@@ -1,4 +1,4 @@
-//! Headless Chromium, which the Chrome DevTools Protocol drives over a WebSocket.
+//! Headless Chromium, controlled by the Chrome DevTools Protocol over a WebSocket.
 
 use super::viewer::PATIENCE;
 use crate::support::chromium;
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket, connect};
 
-/// An expression of pages: true if all 16 samples of the picture itself are shown.
+/// Page expression: true if all 16 samples of the image are shown.
 pub const COMPLETE: &str =
     "document.documentElement.dataset.phase === 'complete' && document.documentElement.dataset.samples === '16'";
 
@@ -55,7 +55,7 @@ impl Browser {
         let address = lines
             .find_map(|line| Some(line.ok()?.strip_prefix("DevTools listening on ")?.to_string()))
             .expect("Chromium does not say where it listens");
-        // What it says later is read, so that it is never held up.
+        // Later output is read, so that the browser never blocks.
         thread::spawn(move || lines.for_each(drop));
         let (socket, _) = connect(address.trim()).unwrap();
         if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
@@ -88,7 +88,7 @@ impl Browser {
         }
     }
 
-    /// A page that has loaded `link`, of this size.
+    /// Opens a page of this size and loads `link`.
     pub fn open(&mut self, link: &str, [width, height]: [u32; 2]) -> Tab {
         let target = self.call(None, "Target.createTarget", json!({ "url": "about:blank" }));
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
@@ -96,7 +96,7 @@ impl Browser {
         let tab = Tab(session.as_str().unwrap().into());
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.call(Some(&tab.0), "Emulation.setDeviceMetricsOverride", size);
-        // Errors of scripts are told to the tests.
+        // Script errors are recorded for the tests.
         let note = "window.faults = []; addEventListener('error', e => faults.push(e.message)); addEventListener('unhandledrejection', e => faults.push(String(e.reason)));";
         self.call(Some(&tab.0), "Page.enable", json!({}));
         self.call(
@@ -108,7 +108,7 @@ impl Browser {
         tab
     }
 
-    /// What an expression gives on a page.
+    /// Value of an expression on a page.
     pub fn value(&mut self, tab: &Tab, expression: &str) -> Value {
         let what = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
         let found = self.call(Some(&tab.0), "Runtime.evaluate", what);
@@ -159,7 +159,7 @@ impl Browser {
         }
     }
 
-    /// The middle of the picture in the window, and its size there.
+    /// Centre of the image in the window, and its size there.
     pub fn picture(&mut self, tab: &Tab) -> ([f64; 2], [f64; 2]) {
         let r = self.value(tab, "(({x, y, width, height}) => [x, y, width, height])(document.getElementById('picture').getBoundingClientRect())");
         let n = [0, 1, 2, 3].map(|i| r[i].as_f64().unwrap());
@@ -177,7 +177,7 @@ impl Drop for Browser {
 /// A page of the browser.
 pub struct Tab(pub String);
 
-/// Sets a control, as a user does.
+/// Sets a control in the same way as a user.
 pub fn set(browser: &mut Browser, tab: &Tab, selector: &str, property: &str) {
     let set = format!(
         "(() => {{ const control = document.querySelector({selector:?}); Object.assign(control, {property}); control.dispatchEvent(new Event('input')); control.dispatchEvent(new Event('change')); }})()"

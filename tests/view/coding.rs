@@ -1,10 +1,11 @@
-//! What the page does with packed pictures (`page/coding.js`), written anew from its description in `src/core/io/packed.rs`.
+//! Unpacking of images as in the page (`page/coding.js`), written independently from its
+//! description in `src/core/io/packed.rs`.
 
 use flate2::read::DeflateDecoder;
 use serde_json::Value;
 use std::io::Read;
 
-/// The 16-bit floats of a picture, whose header is `header`, as they were before they were packed.
+/// Unpacked 16-bit floats of an image with the header `header`.
 pub fn pixels(header: &Value, bytes: &[u8]) -> Vec<u8> {
     let Some(packed) = header.get("packed") else {
         return bytes.to_vec();

@@ -4,7 +4,8 @@ use super::Viewer;
 use crate::support::program::{assert_same_bits, code, done, lit_floor, run, split, words};
 use std::fs;
 
-/// Both sides come to their end, take about the same time meanwhile, and have the light of renders of their own; errors against a reference fall.
+/// Both sides complete, take about the same time until then, and have the light of separate
+/// renders. Errors against a reference fall.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn two_settings_are_compared() {
@@ -27,10 +28,11 @@ fn two_settings_are_compared() {
     let both = |said: &serde_json::Value| said["second"].is_object();
     let early = page.message_where("errors", both);
     let [one, other] = ["first", "second"].map(|side| early[side]["seconds"].as_f64().unwrap());
-    // No more than a slice apart, or what a busy machine makes of one
+    // At most a slice apart; on a busy machine slices are longer
     assert!((one - other).abs() < 2.0, "{early}");
     assert_eq!(early["first"]["settings"], "path");
-    // The channel is requested only here: the last picture of a fast render may arrive before the errors, and `message_where` drops pictures.
+    // The channel is requested only here: the last image of a fast render may arrive before the
+    // errors, and `message_where` drops images.
     page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
     let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 256.0);
     page.wait_for_all();
@@ -46,7 +48,7 @@ fn two_settings_are_compared() {
     assert!(late["between"].as_f64().unwrap() > 0.0, "{late}");
     page.wait_for_all();
 
-    // Both are what `render` makes of these settings.
+    // Both equal `render` with these settings.
     fs::write(folder.join("v.exr"), viewer.get("picture.exr").1).unwrap();
     done(folder, &split(&format!("render {flags} -q -o r.exr")));
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
@@ -56,7 +58,7 @@ fn two_settings_are_compared() {
     );
     assert!(second.halves().eq(super::halves_of(&folder.join("r.exr"))));
 
-    // A moved camera is that of both.
+    // A moved camera applies to both.
     let mut camera = state["camera"].clone();
     camera["position"][0] = 0.5.into();
     page.look(&camera);
@@ -72,14 +74,14 @@ fn two_settings_are_compared() {
     page.wait_for_all();
 }
 
-/// A method of another kind, for which the scene is made in another way.
+/// A method of another kind, which needs another scene.
 #[test]
 fn photons_are_compared() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &split("s.toml --spp 16 --compare path,sppm+photons=500"));
     let mut page = viewer.page();
     page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
-    // A page that changes its channel is sent the samples so far as a final picture.
+    // If a page changes its channel, it gets the samples so far as a final image.
     let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 16.0);
     done(
         folder.path(),
@@ -88,9 +90,9 @@ fn photons_are_compared() {
     assert!(second.halves().eq(super::halves_of(&folder.path().join("r.exr"))));
 }
 
-/// What cannot be compared is said before anything is served.
+/// Invalid comparisons are errors before the server starts.
 #[test]
-fn wrong_comparisons_are_refused() {
+fn invalid_comparisons_are_errors() {
     let folder = lit_floor();
     for (line, part) in [
         ("view s.toml --no-open --compare path", "in place of two"),

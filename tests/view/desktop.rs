@@ -1,4 +1,4 @@
-//! How the viewer opens a browser, and goes on without one.
+//! The viewer opens a browser, and works without one.
 
 use crate::support::program::{PROGRAM, lit_floor, signal};
 use std::fs;
@@ -10,10 +10,10 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A folder with a program xdg-open that keeps its arguments, and the file that these name.
+/// Script `xdg-open` that saves its arguments, and the file in the first argument.
 const OPEN: &str = "#!/bin/sh\nfolder=${0%/*}\nstat -c %a \"$1\" > $folder/mode\ncp \"$1\" $folder/page.html\nprintf '%s ' \"$@\" > $folder/all\nmv $folder/all $folder/arguments\n";
 
-/// A viewer on a desktop, or without one, and the link that it prints.
+/// Starts a viewer with or without a desktop; returns it with its printed link.
 fn start(folder: &Path, display: Option<&str>) -> (Child, String) {
     let open = folder.join("xdg-open");
     fs::write(&open, OPEN).unwrap();
@@ -51,7 +51,7 @@ fn address(link: &str) -> &str {
 }
 
 #[test]
-fn without_a_display_it_prints_the_link_and_goes_on() {
+fn viewer_without_a_display_prints_the_link() {
     let folder = lit_floor();
     let (mut child, link) = start(folder.path(), None);
     let path = link.split_once(address(&link)).unwrap().1;
@@ -68,9 +68,10 @@ fn without_a_display_it_prints_the_link_and_goes_on() {
     end(child, &link);
 }
 
-/// All users of a machine can read the arguments of a program, so the link is in a file that its owner alone can read.
+/// All users of a machine can read the arguments of a program, so the link is in a file that only
+/// its owner can read.
 #[test]
-fn no_argument_of_the_browser_has_the_token() {
+fn token_is_not_in_arguments_of_the_browser() {
     let folder = lit_floor();
     let (child, link) = start(folder.path(), Some(":99"));
     let arguments = folder.path().join("arguments");

@@ -1,4 +1,5 @@
-//! The first minute with a bare OBJ: pixels at once, the exposure of `render`, objects that are selected by a click, and views as pictures.
+//! First minute with a bare OBJ: pixels at once, the exposure of `render`, selection by click, and
+//! views as images.
 
 use super::chromium::{Browser, click_on};
 use super::viewer::{Page, Viewer, cornell_box};
@@ -13,7 +14,7 @@ use tempfile::TempDir;
 use tungstenite::Message;
 
 const FLAGS: &str = "pawns.obj --size 96x72 --spp 16";
-/// An expression of pages: true if the picture of all samples is shown, without its noise.
+/// Page expression: true if the denoised image of all samples is shown.
 const DENOISED: &str = "document.documentElement.dataset.phase === 'complete' && document.documentElement.dataset.samples === '16' && document.documentElement.dataset.denoised === 'true' && embrasure.picture.frame.final";
 
 /// A copy of the pawns, a bare OBJ.
@@ -26,7 +27,7 @@ fn pawns() -> TempDir {
     folder
 }
 
-/// An OBJ of so many squares.
+/// OBJ text of `count` squares.
 fn squares(count: usize) -> String {
     let mut text = String::new();
     for i in 0..count {
@@ -36,7 +37,7 @@ fn squares(count: usize) -> String {
     text
 }
 
-/// All headers of pictures up to the first that `is_last`.
+/// Headers of all images up to the first for which `is_last` returns true.
 fn headers_until(page: &mut Page, is_last: impl Fn(&Value) -> bool) -> Vec<Value> {
     let (start, mut headers) = (Instant::now(), Vec::new());
     while start.elapsed() < PATIENCE {
@@ -52,7 +53,8 @@ fn headers_until(page: &mut Page, is_last: impl Fn(&Value) -> bool) -> Vec<Value
     panic!("no such picture: {headers:?}");
 }
 
-/// A page has pixels before the denoiser is done, from a smaller picture first, and denoised ones later.
+/// A page gets pixels before the denoiser is done, first of a smaller image, and denoised ones
+/// later.
 #[test]
 fn pixels_come_before_the_denoiser() {
     let folder = pawns();
@@ -69,18 +71,19 @@ fn pixels_come_before_the_denoiser() {
     let noisy = of_channel.iter().position(|h| h["denoised"] == false).unwrap();
     let clean = of_channel.iter().position(|h| h["denoised"] == true).unwrap();
     assert!(noisy < clean, "{of_channel:?}");
-    // Noise does not come back once it is gone.
+    // Noise does not return.
     let after = of_channel[clean..].iter().filter(|h| h["denoised"] == false);
     assert_eq!(after.count(), 0, "{of_channel:?}");
-    // A page that comes later has a picture without noise, too.
+    // A page opened later gets a denoised image too.
     let mut late = viewer.page();
     late.send(r#"{"do":"channel","name":"denoised"}"#);
     late.frame_where(|h| h["denoised"] == true && h["final"] == true);
 }
 
-/// The link is there before the scene is: the page says what is read and how far that is. A file that cannot be read ends the viewer with the reason.
+/// The link works before the scene is loaded: the page shows the loading step and its progress. An
+/// unreadable file ends the viewer with the reason.
 #[test]
-fn loading_is_told() {
+fn loading_progress_is_shown() {
     let folder = folder(&[("a.obj", &squares(300_000))]);
     let start = Instant::now();
     let mut viewer = Viewer::start(folder.path(), &split("a.obj --size 64x48 --spp 1"));
@@ -103,7 +106,7 @@ fn loading_is_told() {
     assert!(does("finding camera and light") && does("building"), "{told:?}");
     let shares = told.iter().map(|status| status["share"].as_f64().unwrap());
     assert!(shares.clone().all(|share| (0.0..=1.0).contains(&share)), "{told:?}");
-    // Nothing is loading for pages that come later.
+    // For pages opened later, nothing is loading.
     page.message_where("status", |status| status["phase"] == "complete");
     let status = viewer.page().message("status");
     assert_ne!(status["phase"], "loading");
@@ -117,7 +120,7 @@ fn loading_is_told() {
     assert_eq!(viewer.child.wait().unwrap().code(), Some(1));
 }
 
-/// An interrupt ends the viewer while it reads the scene.
+/// An interrupt ends the viewer during loading.
 #[test]
 fn interrupt_ends_the_loading() {
     let folder = folder(&[("a.obj", &squares(600_000))]);
@@ -127,7 +130,8 @@ fn interrupt_ends_the_loading() {
     assert!(time < Duration::from_secs(10), "{time:?}");
 }
 
-/// The picture of a bare OBJ on the page has the codes of the PNG that `render` writes: exposure, tone curve and denoiser are the same.
+/// The image of a bare OBJ on the page has the codes of the PNG of `render`: exposure, tone curve
+/// and denoiser are equal.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -142,7 +146,7 @@ fn the_page_shows_the_png_of_render() {
     let mut browser = Browser::start();
     let tab = browser.open(&viewer.link(), [1280, 800]);
     browser.wait(&tab, DENOISED);
-    // Where all samples are there, the exposure is that of the final picture.
+    // With all samples, the exposure is that of the final image.
     let exposure = browser.value(&tab, "embrasure.picture.look.exposure").as_f64().unwrap();
     assert!(exposure != 0.0, "the studio has an exposure");
     let codes = browser.value(
@@ -156,7 +160,7 @@ fn the_page_shows_the_png_of_render() {
         0,
         "pixels that the page shows otherwise at {exposure} stops"
     );
-    // Metering by hand and back
+    // Metering by the user, and back
     browser.value(&tab, "document.querySelector('[data-tab=\"look\"]').click()");
     assert_eq!(
         browser.value(&tab, "document.getElementById('exposure-of-render').innerText"),
@@ -171,10 +175,10 @@ fn the_page_shows_the_png_of_render() {
     );
 }
 
-/// A background has the same codes on the page as in the PNG file, whatever exposure and curve do.
+/// A background has the same codes on the page as in the PNG file, for any exposure and tone curve.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
-fn backgrounds_of_the_page_are_those_of_the_png() {
+fn page_backgrounds_match_the_png() {
     for background in ["#ffc356", "transparent"] {
         let flags = format!("{FLAGS} --tone agx --denoise=off --background {background}");
         let flags = split(&flags);
@@ -201,7 +205,7 @@ fn backgrounds_of_the_page_are_those_of_the_png() {
             .iter()
             .map(|code| code.as_i64().unwrap())
             .collect();
-        // Canvases keep colours times alpha.
+        // Canvases store premultiplied colours.
         let premultiplied = |rgba: &[i64]| [0, 1, 2].map(|c| rgba[c] * rgba[3] / 255);
         let far = codes
             .chunks_exact(4)
@@ -215,7 +219,7 @@ fn backgrounds_of_the_page_are_those_of_the_png() {
     }
 }
 
-/// A pixel has an object, a material and an outline; the background has none of them.
+/// A pixel has an object, a material and an outline; the background has none.
 #[test]
 fn pixels_are_picked() {
     let folder = cornell_box();
@@ -235,7 +239,7 @@ fn pixels_are_picked() {
     let cells = runs.iter().map(|run| run.as_u64().unwrap());
     assert_eq!(found["outline"]["size"], json!([128, 128]));
     assert_eq!(cells.clone().sum::<u64>(), 128 * 128);
-    // The picked cell is one of the outline.
+    // The picked cell belongs to the outline.
     let (at, mut end) = (122 * 128 + 64, 0);
     let run = cells.clone().position(|run| {
         end += run;
@@ -261,7 +265,7 @@ fn pixels_are_picked() {
     );
 }
 
-/// The views of `embrasure views` come with pictures, and the render beside them has the same bits.
+/// The views of `embrasure views` have images, and the render beside them keeps its bits.
 #[test]
 fn views_are_pictures() {
     let folder = pawns();
@@ -305,7 +309,7 @@ fn views_are_pictures() {
     crate::support::program::assert_same_bits(&folder.path().join("r.exr"), &saved);
 }
 
-/// Pictures of views leave the picture as it is: its noise does not come back.
+/// Images of views do not bring noise back into the image.
 #[test]
 fn views_do_not_bring_noise_back() {
     let folder = pawns();
@@ -328,7 +332,7 @@ fn views_do_not_bring_noise_back() {
     assert!(found["material"].is_string(), "{found}");
 }
 
-/// Textures of materials are served small, and nothing else by their name.
+/// Textures of materials are served as thumbnails, and other files are not.
 #[test]
 fn textures_are_thumbnails() {
     let folder = folder(&[
@@ -369,7 +373,8 @@ fn textures_are_thumbnails() {
     assert_eq!(viewer.get("texture.png").0, 404);
 }
 
-/// Mouse and keys are shown over the first picture, go with the first action, and do not come back in this browser.
+/// Mouse and key hints are shown over the first image. The first action hides them, and this
+/// browser does not show them again.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -391,11 +396,12 @@ fn hints_are_shown_once() {
     assert_eq!(browser.value(&again, shown), true);
 }
 
-/// What a button lacks stands on it and in its title; fields have names, keys and sliders; presets of the render become balls.
+/// A disabled button has its reason in its text and title; fields have names, keys and sliders;
+/// presets of the program have preview balls.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
-fn controls_explain_themselves() {
+fn disabled_controls_have_a_reason() {
     let folder = pawns();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
     let mut browser = Browser::start();
@@ -406,7 +412,7 @@ fn controls_explain_themselves() {
     let save = browser.value(&tab, "document.getElementById('save-camera').textContent");
     assert!(save.as_str().unwrap().contains("embrasure init"), "{save}");
 
-    // Every key that the render tells has a name that is not the key.
+    // Each key from the program has a readable name.
     let unnamed = "import('./names.js').then(({ isNamed }) => [...document.querySelectorAll('#material-keys code, #parameters code')].map((c) => c.textContent).filter((key) => !isNamed(key)))";
     browser.value(
         &tab,
@@ -424,7 +430,7 @@ fn controls_explain_themselves() {
         let inputs = format!("[...{field}.querySelectorAll('input')].map((input) => input.type)");
         assert_eq!(browser.value(&tab, &inputs), json!(["range", "number"]), "{key}");
     }
-    // A slider sends what its number shows.
+    // A slider sends the displayed number.
     browser.value(
         &tab,
         "document.querySelector('[data-tab=\"materials\"]').click(), embrasure.materials.choose('red')",
@@ -443,7 +449,7 @@ fn controls_explain_themselves() {
         "document.getElementById('save-materials').textContent.includes('bare OBJ')",
     );
 
-    // Whatever presets the render tells
+    // Presets as sent by the program
     let presets = "[{ name: 'gold', keys: { model: 'mirror', eta: [0.143, 0.375, 1.442], k: [3.983, 2.386, 1.603] } }, { name: 'frosted-glass' }, { name: 'plastic', about: 'glossy blue plastic', keys: { diffuse: '#2f6fb4', metallic: 0 } }]";
     browser.value(
         &tab,

@@ -1,4 +1,4 @@
-//! Lights and materials that pages change, and the light groups that they change by themselves.
+//! Lights and materials changed by pages, and light groups, which pages change without a render.
 
 use super::{Page, Viewer};
 use crate::support::program::{assert_same_bits, done, lit_floor, split};
@@ -28,9 +28,10 @@ fn is_whole(header: &Value) -> bool {
     header["preview"] == false && header["samples"] == 4.0
 }
 
-/// A page that shows light groups gets each by itself; they add up to the picture, and the picture is that of a render that tells the same groups apart.
+/// A page with light groups gets each group separately. Their sum is the image, and the image
+/// equals a render with the same groups.
 #[test]
-fn light_groups_add_up() {
+fn light_groups_sum_to_the_image() {
     let folder = two_lights();
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let mut page = viewer.page();
@@ -55,7 +56,7 @@ fn light_groups_add_up() {
             );
         }
     }
-    // Each group gives some light.
+    // Each group has some light.
     for k in 0..3 {
         assert!(
             values[k * count..(k + 1) * count].iter().sum::<f32>() > 0.0,
@@ -81,7 +82,7 @@ fn light_groups_add_up() {
     done(folder.path(), &args);
     assert_same_bits(&folder.path().join("r.exr"), &path);
 
-    // Without them the picture is as before.
+    // Without groups the image is as before.
     page.send(r#"{"do":"channel","name":"picture"}"#);
     page.message("note");
     page.wait_for_all();
@@ -89,7 +90,8 @@ fn light_groups_add_up() {
     assert_same_bits(&folder.path().join("r.exr"), &saved(&viewer, folder.path()));
 }
 
-/// A light is changed as `--set` changes it, with the acceleration structure that is there, and saved in the scene file with materials.
+/// A light is changed like with `--set`, keeps the acceleration structure, and is saved in the
+/// scene file with materials.
 #[test]
 fn lights_are_changed_and_saved() {
     let folder = two_lights();
@@ -148,7 +150,8 @@ fn lights_are_changed_and_saved() {
     assert_same_bits(&folder.path().join("r.exr"), &changed);
 }
 
-/// A page must not choose which files are read: keys that name files are refused, also if other fields of a command hide them.
+/// A page must not choose which files are read. Keys of files are refused, also if other fields of
+/// a command hide them.
 #[test]
 fn keys_of_files_are_refused() {
     let folder = two_lights();
@@ -173,7 +176,7 @@ fn keys_of_files_are_refused() {
     }
     page.send(&serde_json::json!({ "do": "light", "index": 1, "key": "image", "value": file }).to_string());
     page.message("error");
-    // No name of a material is read as a key: it is a material that is not there.
+    // A material name is not parsed as a key: it is a missing material.
     let name = format!("floor.diffuse_map={file} #");
     page.send(&serde_json::json!({ "do": "material", "name": name, "key": "opacity", "value": "1" }).to_string());
     page.message("note");
@@ -183,15 +186,16 @@ fn keys_of_files_are_refused() {
     assert_same_bits(&path, &saved(&viewer, folder.path()));
 }
 
-/// Lights of flags stand beside those of the file, or in their place: a page is told of the lights of the file, and changes these.
+/// Lights of flags are added to those of the file, or replace them. A page has the lights of the
+/// file, and changes only these.
 #[test]
-fn lights_of_flags_are_not_those_of_the_file() {
+fn page_changes_only_lights_of_the_file() {
     let folder = two_lights();
     let path = folder.path().join("s.toml");
     let text = fs::read_to_string(&path).unwrap();
     let point = text.find("[[light]]\ntype = \"point\"").unwrap();
     let constant = text.find("[[light]]\ntype = \"constant\"").unwrap();
-    // The environment first, so that the point light has another index without it
+    // The environment first, so the point light has another index without it
     let swapped = [&text[..point], &text[constant..], &text[point..constant]].concat();
     fs::write(&path, swapped).unwrap();
     let flags = ["s.toml", "--env", "0.05,0.1,0.2", "--sun", "30,40,2"];
@@ -219,7 +223,7 @@ fn lights_of_flags_are_not_those_of_the_file() {
         ));
         page.message("error");
     }
-    // Groups are made of the lights of the file, too.
+    // Groups also contain lights of the file only.
     page.send(r#"{"do":"channel","name":"lights"}"#);
     let groups = page.frame_where(|h| h["channel"] == "lights" && is_whole(h) && h["groups"][0].is_string());
     let names: Vec<&str> = groups.header["groups"]
@@ -239,9 +243,9 @@ fn lights_of_flags_are_not_those_of_the_file() {
     assert!(text.contains("radiance = [0.1, 0.2, 0.4]"), "{text}");
 }
 
-/// Meshes that are others need a structure of their own.
+/// Changed meshes need a new acceleration structure.
 #[test]
-fn changed_meshes_are_built_anew() {
+fn changed_meshes_get_a_new_structure() {
     let folder = two_lights();
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let mut page = viewer.page();
@@ -256,7 +260,8 @@ fn changed_meshes_are_built_anew() {
     assert_same_bits(&folder.path().join("r.exr"), &saved(&viewer, folder.path()));
 }
 
-/// The brightest samples of a pixel are those of `--pixel --sample`, by what they add.
+/// The brightest samples of a pixel are samples of `--pixel --sample`, sorted by their
+/// contribution.
 #[test]
 fn brightest_samples_are_found() {
     let folder = two_lights();

@@ -1,4 +1,4 @@
-//! A link that is as slow as is wanted, such as an ssh tunnel has it.
+//! A slow link, like an ssh tunnel.
 
 use super::viewer::Viewer;
 use std::io::{Read, Write};
@@ -6,10 +6,11 @@ use std::net::{Shutdown, TcpListener, TcpStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// 10 Mbit/s.
+/// Rate in bytes per second: 10 Mbit/s.
 pub const SLOW: f64 = 1.25e6;
 
-/// The address of a way to the server of `viewer` on which answers take `rate` bytes a second. It is open until the program ends.
+/// Address of a proxy to the server of `viewer`. Answers take `rate` bytes per second. It is open
+/// until the test program ends.
 pub fn slow_link(viewer: &Viewer, rate: f64) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
@@ -28,7 +29,7 @@ pub fn slow_link(viewer: &Viewer, rate: f64) -> String {
     address
 }
 
-/// Passes bytes on, at a rate.
+/// Forwards bytes at a rate.
 fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
     let mut buffer = [0; 4096];
     let (mut start, mut passed) = (Instant::now(), 0.0);
@@ -37,7 +38,7 @@ fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
         if late > 0.0 {
             thread::sleep(Duration::from_secs_f64(late));
         } else {
-            // What was not used is lost.
+            // Unused rate is lost.
             (start, passed) = (Instant::now(), 0.0);
         }
         passed += n as f64;

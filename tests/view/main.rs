@@ -1,5 +1,6 @@
-//! Tests of `embrasure view`: its server as a program meets it (`protocol`), and its page in a browser (`browser`). They are a test program of their own, since they
-//! start browsers, and `make test-view` is not to wait for other tests to be compiled.
+//! Tests of `embrasure view`: its server (`protocol`), and its page in a browser (`browser`). This
+//! is a separate test program because it starts browsers, and `make test-view` should not wait for
+//! the compilation of other tests.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! The server of `embrasure view` without a browser: pictures, bits, refusals, files, ends.
+//! The server of `embrasure view` without a browser: images, bits, refusals, files, shutdown.
 
 use super::{PATIENCE, Page, Viewer};
 use crate::support::program::{assert_same_bits, code, done, folder, json, lit_floor, run, split, words};
@@ -12,17 +12,18 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tungstenite::Message;
 
-/// Maximum time to end: writing to a page is given up after 20 s (`src/view/server.rs`).
+/// Maximum time of a shutdown: writing to a page times out after 20 s (`src/view/server.rs`).
 const END: Duration = Duration::from_secs(15);
 
-/// The picture that a viewer saves, as a file.
+/// Saves the image of a viewer as a file.
 fn save(viewer: &Viewer, path: &Path) {
     let (status, bytes) = viewer.get("picture.exr");
     assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
     fs::write(path, bytes).unwrap();
 }
 
-/// The picture of N samples is that of `render --spp N`, also after the camera went away and came back, and after samples were added.
+/// The image of N samples equals `render --spp N`, also after the camera moved away and back, and
+/// after samples were added.
 #[test]
 fn pictures_have_the_bits_of_a_render() {
     let folder = lit_floor();
@@ -51,7 +52,7 @@ fn pictures_have_the_bits_of_a_render() {
         assert_same_bits(&rendered, &folder.join("v.exr"));
     }
 
-    // Samples that were there already count
+    // Existing samples count
     let viewer = Viewer::start(folder, &split("s.toml --spp 20"));
     let mut page = viewer.page();
     page.wait_for_all();
@@ -61,7 +62,7 @@ fn pictures_have_the_bits_of_a_render() {
     done(folder, &split("render s.toml -q --spp 64 -o r.exr"));
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
 
-    // Another method and another size
+    // Another integrator and another size
     page.send(r#"{"do":"set","key":"integrator","value":"naive"}"#);
     page.send(r#"{"do":"set","key":"max_depth","value":"3"}"#);
     page.send(r#"{"do":"set","key":"width","value":"30"}"#);
@@ -74,7 +75,7 @@ fn pictures_have_the_bits_of_a_render() {
     );
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
 
-    // Another way to sample lights, which needs no other scene
+    // Other light sampling, which needs no new scene
     let flags = "s.toml --spp 16 --light-selection all";
     let viewer = Viewer::start(folder, &split(flags));
     let mut page = viewer.page();
@@ -87,9 +88,9 @@ fn pictures_have_the_bits_of_a_render() {
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
 }
 
-/// Pictures for pages have the light of the render, as 16-bit floats.
+/// Images for pages have the light of the render, as 16-bit floats.
 #[test]
-fn pages_are_shown_the_light_of_the_render() {
+fn pages_get_the_light_of_the_render() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let mut page = viewer.page();
@@ -113,9 +114,10 @@ fn pages_are_shown_the_light_of_the_render() {
     assert!(status == 200 && png.starts_with(b"\x89PNG"));
 }
 
-/// `--aov` adds channels to the picture that is saved, as `render` has them; ids are rendered for pages that show them, and no longer then.
+/// `--aov` adds channels to the saved image, as in `render`. Ids are rendered for pages that show
+/// them, and only while they do.
 #[test]
-fn further_channels_are_those_of_a_render() {
+fn additional_channels_equal_a_render() {
     let folder = lit_floor();
     let path = folder.path();
     let viewer = Viewer::start(path, &split("s.toml --aov P,uv,direct"));
@@ -156,7 +158,7 @@ fn further_channels_are_those_of_a_render() {
     );
 }
 
-/// Without the link, and from other pages, nothing is to be had.
+/// Requests without the link, and from other pages, are refused.
 #[test]
 fn strangers_are_refused() {
     let folder = lit_floor();
@@ -206,7 +208,7 @@ fn strangers_are_refused() {
     assert_eq!(viewer.get("main.js").0, 200);
 }
 
-/// Connections that never show the token cannot keep a page from the server: the oldest of them are closed.
+/// Connections without the token cannot block a page: the oldest of them are closed.
 #[test]
 fn half_open_connections_block_no_page() {
     let folder = lit_floor();
@@ -226,20 +228,20 @@ fn half_open_connections_block_no_page() {
     let read = idle[0].read_to_end(&mut Vec::new());
     let is_open = read.is_err_and(|error| [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()));
     assert!(!is_open, "the oldest connection is open");
-    // Pages that were open stay so.
+    // Open pages stay open.
     for page in [&mut page, &mut other] {
         page.send(r#"{"do":"restart"}"#);
         page.wait_for_all();
     }
-    // Connections with the token have a limit of their own.
+    // Connections with the token have a separate limit.
     let pages: Vec<Page> = (0..30).map(|_| viewer.page()).collect();
     assert!(Page::open(&viewer).is_err());
     drop((pages, idle));
 }
 
-/// The link has the port that was found.
+/// The link has the port that was chosen.
 #[test]
-fn port_0_is_a_free_one() {
+fn port_0_selects_a_free_port() {
     let folder = lit_floor();
     let viewers = [0, 1].map(|_| Viewer::start(folder.path(), &split("s.toml --port 0")));
     let [one, other] = viewers.each_ref().map(|viewer| viewer.address.clone());
@@ -247,9 +249,9 @@ fn port_0_is_a_free_one() {
     assert_eq!(viewers[0].get("").0, 200);
 }
 
-/// Ten thousand invalid messages: each is answered or its page closed, and the render goes on.
+/// Ten thousand invalid messages: each is answered or its page closed, and the render continues.
 #[test]
-fn nonsense_is_survived() {
+fn invalid_messages_are_survived() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let (mut sent, mut seed) = (0, 1_u64);
@@ -272,7 +274,7 @@ fn nonsense_is_survived() {
             }
             sent += 1;
         }
-        // Bytes that are no frames at all
+        // Bytes that are not frames
         let stream = page.socket.get_mut();
         let _ = std::io::Write::write_all(stream, &seed.to_le_bytes().repeat(20));
         pages += 1;
@@ -283,7 +285,7 @@ fn nonsense_is_survived() {
     page.wait_for_all();
 }
 
-/// A page gets the numbers of a pixel that `render --pixel --json` prints.
+/// A page gets the values of a pixel that `render --pixel --json` prints.
 #[test]
 fn pixels_are_inspected() {
     let folder = lit_floor();
@@ -305,9 +307,9 @@ fn pixels_are_inspected() {
     );
 }
 
-/// What one page does, the other one is told; both see the same picture.
+/// Actions of one page are sent to the other; both show the same image.
 #[test]
-fn two_pages_look_at_one_render() {
+fn two_pages_share_one_render() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let (mut one, mut other) = (viewer.page(), viewer.page());
@@ -316,11 +318,11 @@ fn two_pages_look_at_one_render() {
     camera["position"][1] = 2.5.into();
     one.look(&camera);
     assert_eq!(other.message("camera")["camera"], camera);
-    // A picture of the first camera may still be under way to one of them.
+    // An image of the first camera may still be in transit to one of them.
     let is_whole = |header: &Value| header["moves"] != 0 && header["preview"] == false && header["samples"] == 4.0;
     let [a, b] = [&mut one, &mut other].map(|page: &mut Page| page.frame_where(is_whole));
     assert_eq!(a.pixels, b.pixels);
-    // What cannot be is told to the page that asked, and nothing changes.
+    // Invalid commands are errors for the page that sent them, and change nothing.
     camera["vertical_fov"] = 200.0.into();
     camera["do"] = "camera".into();
     one.send(&camera.to_string());
@@ -332,7 +334,7 @@ fn two_pages_look_at_one_render() {
     other.wait_for_all();
 }
 
-/// A changed file is loaded again; one that is wrong is told with its place, and the old picture stays.
+/// A changed file is reloaded; an error in it is reported with its place, and the old image stays.
 #[test]
 fn files_are_watched() {
     let folder = lit_floor();
@@ -362,7 +364,7 @@ fn files_are_watched() {
     assert_ne!(rgb(&before), crate::support::read_rgb(&folder.path().join("v.exr")));
 }
 
-/// A material is changed as `--material` changes it, and changed back.
+/// A material is changed like with `--material`, and changed back.
 #[test]
 fn materials_are_changed() {
     let folder = lit_floor();
@@ -408,7 +410,7 @@ fn materials_are_changed() {
     assert_same_bits(&folder.path().join("r.exr"), &folder.path().join("v.exr"));
 }
 
-/// The camera is written into the scene file, which then renders what the page shows.
+/// The camera is saved in the scene file, which then renders the displayed image.
 #[test]
 fn cameras_are_saved() {
     let folder = lit_floor();
@@ -436,7 +438,7 @@ fn cameras_are_saved() {
     assert!(cameras.len() > 3, "{views}");
     drop(viewer);
 
-    // A bare OBJ has no place for it.
+    // A bare OBJ cannot store it.
     let viewer = Viewer::start(folder.path(), &["a.obj", "--size", "20x20", "--spp", "1"]);
     let mut page = viewer.page();
     page.send(r#"{"do":"save-camera"}"#);
@@ -448,10 +450,11 @@ fn cameras_are_saved() {
     );
 }
 
-/// An interrupt ends it at once, and the last page that closes does so where that is asked for; nothing listens then.
+/// An interrupt ends the viewer at once. With `--exit-when-closed` the last closed page ends it
+/// too. Then the port is closed.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn it_ends_when_it_should() {
+fn interrupt_or_closed_page_ends_the_viewer() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &split("s.toml --spp 100000"));
     let address = viewer.address.clone();
@@ -462,7 +465,7 @@ fn it_ends_when_it_should() {
     assert!(time < END, "{time:?}");
     assert!(TcpStream::connect(&address).is_err());
 
-    // A page that is loaded again is closed for a moment.
+    // A reloaded page is closed for a moment.
     let mut viewer = Viewer::start(folder.path(), &split("s.toml --exit-when-closed"));
     let close = |mut page: Page| {
         page.message("status");
@@ -478,10 +481,10 @@ fn it_ends_when_it_should() {
     assert_eq!(viewer.child.wait().unwrap().code(), Some(0));
 }
 
-/// Connections that ask for nothing, and pages that read nothing, do not hold up the end.
+/// Idle connections, and pages that do not read, do not delay the shutdown.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn an_end_waits_for_no_page() {
+fn idle_pages_do_not_delay_the_shutdown() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &split("s.toml --size 1500x1500 --spp 1"));
     let _idle = TcpStream::connect(&viewer.address).unwrap();
@@ -489,16 +492,16 @@ fn an_end_waits_for_no_page() {
     let mut deaf = viewer.page();
     deaf.send(r#"{"do":"channel","name":"picture","second":"variance"}"#);
     reader.wait_for_all();
-    // The picture is on its way to the page that does not read it.
+    // The image is in transit to the page that does not read.
     thread::sleep(Duration::from_millis(500));
     let (code_of, time) = viewer.interrupt();
     assert_eq!(code_of, Some(130));
     assert!(time < END, "{time:?}");
 }
 
-/// Wrong usage is said before anything is served.
+/// Usage errors are reported before the server starts.
 #[test]
-fn wrong_flags_are_refused() {
+fn invalid_view_flags_are_errors() {
     let folder = folder(&[]);
     let refused = |line: &str, part: &str| {
         let out = run(folder.path(), &split(line));

@@ -1,4 +1,4 @@
-//! What the viewer saves in the scene file, and changes of files by others meanwhile.
+//! Saving to the scene file, and simultaneous changes of files by other programs.
 
 use super::{PATIENCE, Page, Viewer};
 use crate::support::program::{assert_same_bits, done, lit_floor, split};
@@ -15,7 +15,7 @@ fn material(name: &str, key: &str, value: &str) -> Value {
     json!({ "do": "material", "name": name, "key": key, "value": value })
 }
 
-/// Sends commands in one packet, so that the viewer reads most of them as one batch.
+/// Sends commands in one packet, so the viewer reads most of them as one batch.
 fn send_at_once(page: &mut Page, commands: &[Value]) {
     for command in commands {
         page.socket.write(Message::text(command.to_string())).unwrap();
@@ -23,7 +23,7 @@ fn send_at_once(page: &mut Page, commands: &[Value]) {
     page.socket.flush().unwrap();
 }
 
-/// The answer of a save: a note or an error that says whether it was saved.
+/// Answer to a save: a note or an error with the word "saved".
 fn answer(page: &mut Page) -> String {
     let start = Instant::now();
     loop {
@@ -46,7 +46,7 @@ fn scene_text(folder: &Path) -> String {
     fs::read_to_string(folder.join("s.toml")).unwrap()
 }
 
-/// Asserts that the page shows what `render` makes of the files.
+/// Asserts that the page shows the same image as `render` of the files.
 fn assert_shows_files(viewer: &Viewer, page: &mut Page, folder: &Path) {
     page.wait_for_all();
     fs::write(folder.join("v.exr"), viewer.get("picture.exr").1).unwrap();
@@ -89,8 +89,8 @@ fn unloaded_edit_is_not_saved() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// The flag hides the error of the file from the viewer. A save does not write a scene that `render` refuses, unless
-/// the scene needed the flag before.
+/// The flag hides the error of the file from the viewer. A save does not write a scene that
+/// `render` refuses, unless the scene needed the flag before.
 #[test]
 fn saved_scene_is_checked_as_render_reads_it() {
     let folder = lit_floor();
@@ -108,7 +108,7 @@ fn saved_scene_is_checked_as_render_reads_it() {
     let viewer = Viewer::start(folder.path(), &flags);
     let mut page = viewer.page();
     page.wait_for_all();
-    // A key of spot lights alone
+    // A key of spot lights only
     page.send(r#"{"do":"light","index":0,"key":"angle","value":"20"}"#);
     page.message("note");
     page.send(r#"{"do":"save-changes"}"#);
@@ -134,9 +134,9 @@ fn saved_scene_is_checked_as_render_reads_it() {
     }
 }
 
-/// Two viewers that save at once keep both changes.
+/// Two viewers that save at the same time keep both changes.
 #[test]
-fn viewers_that_save_at_once_keep_all_changes() {
+fn simultaneous_saves_keep_all_changes() {
     let folder = lit_floor();
     let viewers = [0, 1].map(|_| Viewer::start(folder.path(), &["s.toml"]));
     let mut pages = viewers.each_ref().map(Viewer::page);
@@ -160,7 +160,8 @@ fn viewers_that_save_at_once_keep_all_changes() {
     }
 }
 
-/// A change by an editor that the viewer has not noticed is kept, and a file that an editor has left broken stays.
+/// A change by an editor that the viewer has not noticed is kept, and a broken file of an editor
+/// stays.
 #[test]
 fn save_keeps_changes_of_an_editor() {
     let folder = lit_floor();
@@ -188,7 +189,7 @@ fn save_keeps_changes_of_an_editor() {
     assert_eq!(scene_text(folder.path()), broken);
 }
 
-/// Files that an editor saves right before and right after the viewer's own save are loaded.
+/// Files saved by an editor directly before and after a save of the viewer are loaded.
 #[test]
 fn changes_beside_a_save_are_loaded() {
     let folder = lit_floor();
@@ -209,7 +210,8 @@ fn changes_beside_a_save_are_loaded() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// A file that changes while the scene is loaded is loaded again. Triangles without area make the loading long.
+/// A file that changes during loading is loaded again. Triangles without area make the loading
+/// slow.
 #[test]
 fn changes_while_the_scene_loads_are_loaded() {
     let folder = lit_floor();
@@ -223,7 +225,7 @@ fn changes_while_the_scene_loads_are_loaded() {
     page.wait_for_all();
     fs::write(&obj, fs::read_to_string(&obj).unwrap() + "# changed\n").unwrap();
     page.message_where("status", |status| status["phase"] == "loading");
-    // Read before this or after it
+    // The file may be read before or after this
     std::thread::sleep(std::time::Duration::from_millis(100));
     fs::write(&mtl, library.replace("0.5 0.4 0.3", "0.05 0.4 0.3")).unwrap();
     for _ in 0..2 {
@@ -232,7 +234,8 @@ fn changes_while_the_scene_loads_are_loaded() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// A saved scene file keeps its permissions, byte-order mark and line breaks; other names of it are told of.
+/// A saved scene file keeps its permissions, byte-order mark and line breaks; hard links are
+/// reported.
 #[cfg(unix)]
 #[test]
 fn saved_scene_keeps_permissions_and_line_breaks() {
@@ -261,7 +264,7 @@ fn saved_scene_keeps_permissions_and_line_breaks() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// A pipe in place of the scene file is refused, and the viewer goes on.
+/// A pipe in place of the scene file is refused, and the viewer continues.
 #[cfg(unix)]
 #[test]
 fn pipe_as_scene_file_is_refused() {
@@ -288,7 +291,7 @@ fn pipe_as_scene_file_is_refused() {
 /// The link stays a link.
 #[cfg(unix)]
 #[test]
-fn scene_that_is_a_link_is_saved_where_it_leads() {
+fn save_of_a_linked_scene_keeps_the_link() {
     let folder: TempDir = lit_floor();
     let path = |name: &str| folder.path().join(name);
     std::os::unix::fs::symlink("s.toml", path("link.toml")).unwrap();

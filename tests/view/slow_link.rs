@@ -5,7 +5,8 @@ use super::{Page, Viewer};
 use crate::support::program::{done, lit_floor, split};
 use std::time::Instant;
 
-/// Over a slow link pictures are compressed: they come often while the camera moves, and the complete picture has the light of the render without loss.
+/// Over a slow link images are compressed: they are frequent while the camera moves, and the
+/// complete image has the light of the render without loss.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn slow_links_are_served() {
@@ -14,7 +15,7 @@ fn slow_links_are_served() {
     let mut page = Page::open_at(&viewer, &slow_link(&viewer, SLOW)).unwrap();
     let home = page.message("state")["camera"].clone();
     let is_rounded = |header: &serde_json::Value| header["packed"]["rounding"] == 4;
-    // Of a fast render the complete picture may come without a preview.
+    // In a fast render the complete image may come without a preview.
     let is_of_move = |header: &serde_json::Value| header["preview"] == true || header["final"] == true;
     let moved = |page: &mut Page, x: f64| {
         let mut camera = home.clone();
@@ -23,7 +24,8 @@ fn slow_links_are_served() {
         page.send(&camera.to_string());
         page.frame_where(is_of_move)
     };
-    // The first pictures measure the link. A fast render may be complete before: moves make more of them.
+    // The first images measure the link. A fast render may be complete before that; moves make more
+    // images.
     let measuring = (1..=60).find(|step| is_rounded(&moved(&mut page, f64::from(*step) / 60.0).header));
     let (start, timed) = (Instant::now(), 30);
     for step in 1..=timed {
@@ -34,7 +36,7 @@ fn slow_links_are_served() {
     assert!(rate > 2.0, "{rate} pictures a second");
 
     page.look(&home);
-    // The complete picture of an earlier move may still be on its way.
+    // The complete image of an earlier move may still be in transit.
     let moves = measuring.expect("no picture was rounded") + timed + 1;
     let whole = page.frame_where(|h| h["moves"] == moves && h["final"] == true && h["samples"] == 8.0);
     assert_eq!(whole.header["packed"]["rounding"], 0);
@@ -45,7 +47,7 @@ fn slow_links_are_served() {
     );
     assert!(whole.halves().eq(super::halves_of(&folder.path().join("r.exr"))));
 
-    // Another page, on a fast link, is not held up by it.
+    // The slow page does not delay another page on a fast link.
     let mut fast = viewer.page();
     fast.send(r#"{"do":"restart"}"#);
     fast.frame_where(|h| h["final"] == true && h["samples"] == 8.0);

@@ -1,4 +1,4 @@
-//! A viewer that runs, and a page without a browser.
+//! A running viewer, and a page without a browser.
 
 use super::coding;
 use crate::support::program::{PROGRAM, signal};
@@ -15,10 +15,10 @@ use tempfile::TempDir;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-/// How long anything may take; test machines are busy.
+/// Timeout of any step; test machines are busy.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A viewer that runs until the value goes.
+/// A viewer that runs until the value is dropped.
 pub struct Viewer {
     pub child: Child,
     /// Address and port.
@@ -54,11 +54,11 @@ impl Viewer {
         format!("http://{}/{}/", self.address, self.token)
     }
 
-    /// Sends a request as it stands, and gives the status and the body of the answer.
+    /// Sends a raw request; returns the status and the body of the answer.
     pub fn request(&self, text: &str) -> (u16, Vec<u8>) {
         let mut stream = TcpStream::connect(&self.address).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        // A server may refuse before it has read all.
+        // A server may refuse before it has read the whole request.
         let _ = stream.write_all(text.as_bytes());
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
@@ -84,7 +84,7 @@ impl Viewer {
         Page::open(self).unwrap()
     }
 
-    /// Ends it by an interrupt, and gives its exit code and how long that took.
+    /// Interrupts the viewer; returns its exit code and the time it took.
     pub fn interrupt(mut self) -> (Option<i32>, Duration) {
         let start = Instant::now();
         signal(&self.child, "INT");
@@ -105,12 +105,12 @@ pub struct Page {
     pub socket: WebSocket<TcpStream>,
 }
 
-/// A picture that a page was sent.
+/// An image sent to a page.
 pub struct Frame {
     pub header: Value,
-    /// 16-bit floats.
+    /// Samples as 16-bit floats.
     pub pixels: Vec<u8>,
-    /// Length of the message.
+    /// Length of the message in bytes.
     pub bytes: usize,
 }
 
@@ -119,7 +119,7 @@ impl Page {
         Self::open_at(viewer, &viewer.address)
     }
 
-    /// A page that reaches the server by another address.
+    /// Opens a page at another address of the server.
     pub fn open_at(viewer: &Viewer, at: &str) -> Result<Self, String> {
         let stream = TcpStream::connect(at).map_err(|e| e.to_string())?;
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -139,12 +139,12 @@ impl Page {
         self.socket.read().unwrap()
     }
 
-    /// The next message of this type.
+    /// Next message of this type.
     pub fn message(&mut self, kind: &str) -> Value {
         self.message_where(kind, |_| true)
     }
 
-    /// The next message of this type that `is_it`.
+    /// Next message of this type for which `is_it` returns true.
     pub fn message_where(&mut self, kind: &str, is_it: impl Fn(&Value) -> bool) -> Value {
         let start = Instant::now();
         loop {
@@ -166,7 +166,7 @@ impl Page {
         }
     }
 
-    /// The next picture that `is_it`.
+    /// Next image for which `is_it` returns true.
     pub fn frame_where(&mut self, is_it: impl Fn(&Value) -> bool) -> Frame {
         let start = Instant::now();
         loop {
@@ -185,12 +185,12 @@ impl Page {
         self.send(&format!(r#"{{"do":"shown","frame":{}}}"#, frame.header["frame"]));
     }
 
-    /// Waits until all samples are there.
+    /// Waits until all samples are rendered.
     pub fn wait_for_all(&mut self) -> Value {
         self.message_where("status", |status| status["phase"] == "complete")
     }
 
-    /// Looks through a camera, and waits until a picture of it is shown.
+    /// Sets the camera, and waits until it is confirmed.
     pub fn look(&mut self, camera: &Value) {
         let mut command = camera.clone();
         command["do"] = "camera".into();
@@ -215,7 +215,7 @@ impl Frame {
     }
 }
 
-/// Red, green and blue of each pixel of an EXR file, as pages get them.
+/// Red, green and blue of each pixel of an EXR file, as sent to pages.
 pub fn halves_of(path: &Path) -> Vec<f16> {
     let [r, g, b] = read_rgb(path);
     let pixels = r.iter().zip(&g).zip(&b);
@@ -232,7 +232,7 @@ pub fn cornell_box() -> TempDir {
     folder
 }
 
-/// The Cornell box with a point light, for which its scene file has controls.
+/// The Cornell box with a point light in its scene file, so the page has controls for it.
 pub fn two_lamps() -> TempDir {
     let folder = cornell_box();
     let path = folder.path().join("cornell-box.toml");

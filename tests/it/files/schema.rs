@@ -645,8 +645,7 @@ fn the_schema_and_the_program_agree() {
     }
     let (before, rest) = SCENE.split_at(SCENE.find("[[light]]").unwrap());
     let after = &rest[rest.find("[ground]").unwrap()..];
-    // A sky also shines below the ground, which the ground section refuses; so the ground is left
-    // out.
+    // The ground is left out, because it refuses some of these lights.
     let after = &after[after.find("[[light_group]]").unwrap()..];
     for section in SECTIONS {
         check(&format!("{before}{section}\n{after}"), section);

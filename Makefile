@@ -1,16 +1,16 @@
-# The commands of this project; `make` alone lists them.
+# Commands of this project; `make` alone lists them.
 
-# Where rustup puts cargo: a shell opened before rustup ran does not have it in PATH yet.
+# The folder where rustup installs cargo: a shell opened before rustup ran does not have it in PATH.
 export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 
 CARGO  ?= cargo
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 
-# Features that this machine can have. `make demo` and `make test` share them and one profile, so the
-# renderer is compiled once. The obvhs crate needs Rust 1.88, denoising needs Open Image Denoise (which
-# `make setup` gets), and the Python tests need packages from pip. If one of them is missing, its tests
-# are skipped with a message. That is a failure if EMBRASURE_REQUIRE_OBVHS, EMBRASURE_REQUIRE_OIDN or
-# EMBRASURE_REQUIRE_PYTHON is set, as in CI.
+# Features available on this machine. `make demo` and `make test` share the features and one
+# profile, so the renderer is compiled once. The obvhs crate needs Rust 1.88, denoising needs Open
+# Image Denoise (which `make setup` gets), and the Python tests need packages from pip. If one of
+# them is missing, its tests are skipped with a message. With EMBRASURE_REQUIRE_OBVHS,
+# EMBRASURE_REQUIRE_OIDN or EMBRASURE_REQUIRE_PYTHON, as in CI, that is a failure.
 HAS_OBVHS  := rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
 HAS_OIDN   := scripts/setup has-oidn
 HAS_PYTHON := scripts/setup-python
@@ -23,15 +23,15 @@ with_obvhs  = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 # Unit tests of the renderer. They are short, so they are compiled with little optimisation.
 UNITS   = -p embrasure-core -p embrasure-embree-sys --lib --locked --features "embrasure-core/embree embrasure-core/tobj $(call features,embrasure-core)"
 OPT_1   = --config profile.$(1).package.embrasure-core.opt-level=1
-# Builds without C libraries. Of tests/it they run the modules that trace rays by the own backend or
-# name it. Lobes, textures, files and sampling are the same code in all builds. The packages of the C
-# libraries are named, although they build nothing here: bindgen turns on features of procedural
-# macros, and without them all users of these macros would be compiled again.
+# Builds without C libraries. They run only the modules of tests/it that trace rays with the own
+# backend or use its name. Lobes, textures, files and sampling are the same code in all builds. The
+# packages of the C libraries are listed, although they build nothing here: bindgen enables features
+# of procedural macros, and without them all users of these macros would be compiled again.
 NO_C        = -p embrasure -p embrasure-embree-sys $(if $(call optional,oidn,HAS_OIDN,x),-p embrasure-oidn) --locked --no-default-features
 FLAGS_obvhs = $(NO_C) $(call OPT_1,dev) --config profile.dev.package.embrasure.opt-level=0 --features "embrasure/cli embrasure/obvhs"
 IT_obvhs   := backends:: check::memory_is_forecast closed_forms:: command_line:: motion:: surfaces::
 
-# One step at a time, also under `make -j`: cargo itself uses all the cores.
+# One step at a time, also with `make -j`: cargo itself uses all cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
 .PHONY: help setup demo lint test test-all test-long test-obvhs test-farm test-view screenshots python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb package clean
@@ -49,7 +49,7 @@ demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr 
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --quality good --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 	@echo 'Look at out/cornell-box.png. Next: $(TARGET)/release/embrasure render YOUR.obj -o YOUR.png'
 
-# Two tests more than processors, since some wait for files, signals and connections
+# Two more tests than processors, because some tests wait for files, signals and connections
 THREADS := $(or $(RUST_TEST_THREADS),$(shell expr 2 + $$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN || echo 2)))
 test: export RUST_TEST_THREADS = $(THREADS)
 test: setup ## run the quick tests; some minutes
@@ -65,8 +65,8 @@ lint: setup ## check formatting, words, the public interface, clippy and rustdoc
 	$(CARGO) clippy $(NO_C) --features embrasure/cli --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --exclude embrasure-python --no-deps --document-private-items $(FEATURES)
 
-# The profile dev checks overflows and debug assertions. It optimises tests a little, which saves time
-# if all of them run.
+# The profile dev checks overflows and debug assertions. It optimises tests a little, which saves
+# time if all of them run.
 CHECKED      = --workspace --exclude embrasure-benches --exclude embrasure-core --exclude embrasure-oidn $(FEATURES)
 
 test-all: setup ## run all tests with checks of overflow, also of the Python module and the page, and those of a build without Embree; half an hour
@@ -135,7 +135,8 @@ uninstall: ## remove what `make install` put below PREFIX
 	scripts/install --remove $(PREFIX)
 
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
-# The processor that `dist`, `wheel` and `deb` build for, by the name that `uname -m` has for it; docs/guide/how-to/install.md has what another one needs.
+# Target processor of `dist`, `wheel` and `deb`, as printed by `uname -m`;
+# docs/guide/how-to/install.md lists the needs of other processors.
 ARCH    ?= $(shell uname -m)
 TRIPLE  := $(ARCH)-unknown-linux-gnu
 CROSS   := $(filter-out $(shell uname -m),$(ARCH))
@@ -143,7 +144,7 @@ DIST    := embrasure-$(VERSION)-$(ARCH)-linux
 LINKER   = CARGO_TARGET_$(shell echo $(TRIPLE) | tr a-z- A-Z_)_LINKER=$(ARCH)-linux-gnu-gcc
 BUILD    = EMBRASURE_MOVABLE=1 $(if $(CROSS),$(LINKER)) $(CARGO) build --profile dist --locked $(if $(CROSS),--target $(TRIPLE))
 BUILT   := $(TARGET)/$(if $(CROSS),$(TRIPLE)/)dist
-# scripts/setup gets Open Image Denoise for this machine's processor alone.
+# scripts/setup gets Open Image Denoise only for the processor of this machine.
 HAS_SHIPPED_OIDN := $(if $(CROSS),$(if $(OIDN_DIR),true,false),$(HAS_OIDN))
 SHIPPED  = $(call optional,oidn,HAS_SHIPPED_OIDN,embrasure) $(call optional,obvhs,HAS_OBVHS,embrasure)
 # Licences of the crates

@@ -1,5 +1,6 @@
-"""Writes the OBJ files of the gallery's own scenes, and their picture of wood, to `scenes`. It needs Python alone: `python3 scripts/models`.
-Arguments name the scenes to write, such as still-life; all, if there are none. Materials (MTL) and cameras (TOML) are written by hand."""
+"""Writes the OBJ files of our own scenes of the gallery, and their wood texture, to `scenes`. It
+needs only Python: `python3 scripts/models`. Arguments are scenes to write, such as still-life; the
+default is all scenes. Materials (MTL) and cameras (TOML) are written by hand."""
 import importlib
 import sys
 from pathlib import Path

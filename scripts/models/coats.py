@@ -1,4 +1,4 @@
-"""Seven balls of one shape in a studio: what coats do to paint, metal and cloth."""
+"""Seven balls of one shape in a studio: coats on paint, metal and cloth."""
 from math import cos, pi, sin
 
 from mesh import Mesh

@@ -16,7 +16,7 @@ def lamp(mesh):
         mesh.tube([add(elbow, (0, 0, z)), add(head, (0, 0, z))], 0.005, 10)
     for joint in (add(foot, (0, 0.012, 0)), elbow, head):
         mesh.tube([add(joint, (0, 0, -0.024)), add(joint, (0, 0, 0.024))], 0.014, 16)
-    # The shade is turned so that it opens towards the book.
+    # The shade is rotated so that it opens towards the book.
     axis = unit((0.28, -1.0, 0.22))
     side = unit((-axis[1], axis[0], 0))
     third = (side[1] * axis[2] - side[2] * axis[1], side[2] * axis[0] - side[0] * axis[2], side[0] * axis[1] - side[1] * axis[0])
@@ -65,7 +65,7 @@ def book(mesh):
                 return height(ts[k]) * (1 - f) + height(ts[k + 1]) * f + 0.0003
             row = [(sign * half * t, rise(t)) for t in sorted({*stops, *(t for t in ts if stops[0] < t < stops[-1])})]
             row.sort()
-            # Words are of several lengths, with gaps between them.
+            # Words have different lengths, with gaps between them.
             for k, ((a, b), (c, d)) in enumerate(zip(row, row[1:])):
                 mesh.polygon([(a, b, z + 0.0022), (c - 0.0016, d, z + 0.0022), (c - 0.0016, d, z), (a, b, z)])
     mesh.place = lambda p: p
@@ -91,7 +91,7 @@ def things(mesh):
     mesh.tube([(0.19, 0.004, 0.19), (0.34, 0.004, 0.1)], 0.0038, 6)
     mesh.part("cedar")
     mesh.tube([(0.19, 0.004, 0.19), (0.175, 0.004, 0.199)], [0.0036, 0.0009], 6)
-    # A stack of books at the back, and a glass ball that holds the papers.
+    # A stack of books at the back, and a glass ball on the papers.
     for i, (paint, wide, high, deep, turn) in enumerate([("navy", 0.24, 0.035, 0.17, 4), ("ochre", 0.21, 0.026, 0.16, -6), ("cover", 0.2, 0.03, 0.145, 9)]):
         y = (0, 0.035, 0.061)[i]
         mesh.place = lambda p: add(turned(p, turn), (0.14, y, -0.3))
@@ -112,7 +112,7 @@ def room(mesh):
     for i in range(5):
         z = -0.5 + 0.2 * i
         mesh.box((-1.2, -0.03, z), (1.2, 0, z + 0.1985), uv=0.8)
-    # The wall has a window, whose frame and panes stand in it.
+    # The wall has a window with frame and panes.
     left, right, low, high, z = -0.02, 0.62, 0.16, 1.1, -0.62
     mesh.part("wall")
     for a, b, c, d in ((-3, left, -1, 2), (right, 3, -1, 2), (left, right, -1, low), (left, right, high, 2)):

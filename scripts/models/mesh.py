@@ -1,5 +1,5 @@
-"""Meshes of quads and triangles with a material for each part, written as OBJ. Units are metres, y is up. Edges are smoothed by the scene file
-(`smooth` of `[render]`), so that the files have no normals."""
+"""Meshes of quads and triangles with a material for each part, written as OBJ. Units are metres, y
+is up. The files have no normals: the scene file smooths edges (`smooth` of `[render]`)."""
 from math import cos, hypot, pi, sin, sqrt
 
 
@@ -17,13 +17,13 @@ def unit(a):
 
 
 def turned(point, degrees):
-    """A point turned about +y, counter-clockwise seen from above."""
+    """Point rotated about +y, counter-clockwise seen from above."""
     c, s = cos(degrees * pi / 180), sin(degrees * pi / 180)
     return (c * point[0] + s * point[2], point[1], -s * point[0] + c * point[2])
 
 
 def curve(points, steps):
-    """A Catmull-Rom spline through points, `steps` pieces between two of them."""
+    """Catmull-Rom spline through points, with `steps` segments between two of them."""
     ends = [points[0]] + list(points) + [points[-1]]
     result = []
     for a, b, c, d in zip(ends, ends[1:], ends[2:], ends[3:]):
@@ -40,7 +40,7 @@ class Mesh:
         self.points, self.numbers, self.uvs, self.parts = [], {}, [], []
         self.names = []
         self.place = lambda p: p
-        # The sRGB colour of a point before it is placed, for meshes with colours of vertices
+        # sRGB colour of a point before its placement, for meshes with vertex colours
         self.color, self.colors = None, []
 
     def part(self, material, name=None):
@@ -49,7 +49,7 @@ class Mesh:
         self.names.append(name)
 
     def point(self, p):
-        """The number of a point, counted from 1. Points within 0.1 mm are one."""
+        """Number of a point, counted from 1. Points within 0.1 mm are merged."""
         color = self.color and self.color(p)
         p = tuple(round(x, 4) + 0.0 for x in self.place(tuple(p)))
         number = self.numbers.setdefault(p, len(self.points) + 1)
@@ -62,7 +62,7 @@ class Mesh:
         self.parts[-1][1].append((corners, uvs))
 
     def polygon(self, points, uvs=None):
-        """A flat face, counter-clockwise seen from its front."""
+        """Adds a flat face, counter-clockwise seen from its front."""
         numbers = None
         if uvs:
             self.uvs += uvs
@@ -70,7 +70,8 @@ class Mesh:
         self.face([self.point(p) for p in points], numbers)
 
     def box(self, low, high, uv=None):
-        """A box between two corners. With `uv`, metres in a picture, faces have texture coordinates whose u runs along the box's longest side."""
+        """Adds a box between two corners. With `uv`, the size of the texture in metres, faces get
+        texture coordinates with u along the longest side of the box."""
         (a, b, c), (d, e, f) = low, high
         long = max(range(3), key=lambda k: high[k] - low[k])
         for face in ([(a, b, f), (d, b, f), (d, e, f), (a, e, f)], [(d, b, c), (a, b, c), (a, e, c), (d, e, c)],
@@ -84,8 +85,8 @@ class Mesh:
             self.polygon(face, uvs)
 
     def grid(self, rows, closed=False):
-        """A surface through rows of as many points each. Its front is to the left of a row when one moves along it with the next row above.
-        Rows of a single point are poles."""
+        """Adds a surface through rows of equally many points. Its front is to the left of the
+        direction of a row, with the next row above. Rows of a single point are poles."""
         numbers = [[self.point(p) for p in row] for row in rows]
         for low, high in zip(numbers, numbers[1:]):
             count = max(len(low), len(high))
@@ -95,7 +96,8 @@ class Mesh:
                 self.face([c for n, c in enumerate(corners) if c not in corners[:n]])
 
     def lathe(self, profile, count, at=(0, 0, 0), squeeze=None):
-        """Turns a profile of (radius, height) about +y. It faces outwards where the profile goes up. `squeeze(angle)` scales radii."""
+        """Revolves a profile of (radius, height) about +y. The surface faces outwards where the
+        profile goes up. `squeeze(angle)` scales radii."""
         rows = []
         for radius, height in profile:
             row = []
@@ -111,7 +113,7 @@ class Mesh:
         self.lathe([(radius * sin(pi * i / half) if 0 < i < half else 0, -radius * cos(pi * i / half)) for i in range(half + 1)], count, at)
 
     def tube(self, path, radius, count=10, closed=False):
-        """A round tube along points, with flat ends; `radius` is a number or one for each point."""
+        """Adds a round tube along points, with flat ends; `radius` is a number or a list, one per point."""
         radii = radius if isinstance(radius, list) else [radius] * len(path)
         rows, side = [], None
         for i, p in enumerate(path):
@@ -149,7 +151,8 @@ class Mesh:
 
 
 def rounded(low, high, radius, steps=3):
-    """Profile of a round slab with a rounded rim: from the axis at the bottom, around, to the axis at the top; `low` and `high` are (radius, height)."""
+    """Profile of a round slab with a rounded rim: from the axis at the bottom, around the rim, to the
+    axis at the top; `low` and `high` are (radius, height)."""
     (a, bottom), (b, top) = low, high
     arc = lambda x, y, first: [(x + radius * sin(first + 0.5 * pi * i / steps), y - radius * cos(first + 0.5 * pi * i / steps)) for i in range(steps + 1)]
     return [(0, bottom)] + arc(a - radius, bottom + radius, 0) + arc(b - radius, top - radius, 0.5 * pi) + [(0, top)]

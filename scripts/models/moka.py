@@ -8,7 +8,7 @@ SIDES = 8
 
 
 def facet(angle):
-    """The radius of a regular octagon with rounded corners, against that of its corners."""
+    """Radius of a regular octagon with rounded corners, relative to the radius of its corners."""
     part = (angle + pi / SIDES) % (2 * pi / SIDES) - pi / SIDES
     return min(cos(pi / SIDES) / cos(part), 0.985)
 

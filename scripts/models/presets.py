@@ -1,4 +1,4 @@
-"""A ball of each preset, in the order of the guide's table: three rows, the first behind."""
+"""A ball of each preset, in the order of the table of the guide: three rows, the first at the back."""
 from math import cos, pi, sin
 
 from mesh import Mesh

@@ -1,10 +1,10 @@
-"""Two apples with a colour at each vertex, as a scan has them, and no library of materials."""
+"""Two apples with vertex colours, like a scan, and no material library."""
 from math import atan2, cos, hypot, pi, sin
 
 from mesh import Mesh, curve, turned
 
 TITLE = "Scan: apples with a colour at each vertex (sRGB)."
-# Radius and height of the outline, from the dent below to the dent above
+# Radius and height of the outline, from the lower dent to the upper dent
 OUTLINE = [(0.0, 0.06), (0.12, 0.01), (0.3, 0.06), (0.46, 0.32), (0.5, 0.58), (0.42, 0.83), (0.24, 0.93), (0.08, 0.87), (0.0, 0.8)]
 SIDES = 56
 
@@ -15,12 +15,12 @@ def between(a, b, share):
 
 
 def streaks(angle, height):
-    """A smooth number around 0 that varies along a parallel more than along a meridian."""
+    """Smooth noise around 0 that varies more along a parallel than along a meridian."""
     return (sin(9 * angle + 2 * height) + sin(23 * angle + 1) + sin(5 * angle - 3 * height + 2)) / 3
 
 
 def skin(redness):
-    """Colours of an apple: yellow below, red above and on its sunny side, green in the upper dent."""
+    """Colour of an apple: yellow below, red above and on its sunny side, green in the upper dent."""
     def color(point):
         x, height, z = point
         angle, radius = atan2(x, z), hypot(x, z)

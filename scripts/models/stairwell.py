@@ -11,7 +11,7 @@ HALF = 9.0
 
 
 def at(angle, radius, height):
-    """Degrees from -z towards +x, where the camera looks."""
+    """Point at `angle` degrees from -z, the view direction, towards +x."""
     return (radius * sin(angle * pi / 180), height, -radius * cos(angle * pi / 180))
 
 

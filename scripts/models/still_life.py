@@ -7,7 +7,7 @@ TITLE = "Still life: glass, copper, brass, fruit and glazed clay on a table."
 
 
 def fruit(mesh, profile, at, tilt, turn, count, wobble):
-    """A lathed fruit, tilted by degrees about x and turned about y, with a stalk."""
+    """A lathed fruit with a stalk, tilted about x and rotated about y, in degrees."""
     c, s = cos(tilt * pi / 180), sin(tilt * pi / 180)
     mesh.place = lambda p: add(turned((p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]), turn), at)
     mesh.lathe(profile, count, squeeze=lambda a: 1 + wobble * sin(3 * a + 1) + 0.5 * wobble * sin(5 * a))

@@ -1,5 +1,6 @@
-// Fails one call of the system: the FAULT_NTH of those named FAULT_CALL on files below FAULT_FOLDER, with EIO. FAULT_MARK is made when that happens.
-// For LD_PRELOAD under Linux; tests/processes/outputs.rs builds it.
+// Makes one system call fail with EIO: number FAULT_NTH of the calls FAULT_CALL on files below
+// FAULT_FOLDER. Creates the file FAULT_MARK at that moment. For LD_PRELOAD on Linux;
+// tests/processes/outputs.rs builds it.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -26,7 +27,7 @@ __attribute__((constructor)) static void start(void) {
     nth = n ? atoi(n) : 0;
 }
 
-// Relative names count: the program is started in the folder.
+// Relative names match: the program is started in the folder.
 static int path_counts(const char *path) {
     return path[0] != '/' || strncmp(path, folder, strlen(folder)) == 0;
 }
@@ -40,7 +41,7 @@ static int file_counts(int fd) {
     return path[0] == '/' && path_counts(path);
 }
 
-// Whether this call is to fail.
+// Returns 1 if this call must fail.
 static int fails(const char *name, const char *path, int fd) {
     if (!call || !folder || !mark || strcmp(call, name) != 0) return 0;
     if (path ? !path_counts(path) : !file_counts(fd)) return 0;

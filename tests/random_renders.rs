@@ -246,7 +246,7 @@ fn scene(random: &mut Random, scale: f64) -> String {
     text
 }
 
-/// Arguments of `render`; values are those in the help of the flag.
+/// Arguments of `render`; values come from the help of the flag.
 fn flags(random: &mut Random) -> Vec<String> {
     let mut flags = vec![];
     let mut flag = |name: &str, value: String| flags.push(format!("--{name}={value}"));

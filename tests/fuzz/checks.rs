@@ -69,7 +69,7 @@ pub const DOORS: [Door; 6] = [
 /// Maximum number of triangles of a scene that is rendered by brute force.
 const MAX_RENDERED: u64 = 300;
 
-// ---- The doors ----------------------------------------------------------------------------------
+// ---- Kinds of files -----------------------------------------------------------------------------
 
 fn check_obj(folder: &Path, bytes: &[u8]) {
     let path = folder.join("t.obj");
@@ -181,7 +181,7 @@ fn check_rendering(folder: &Path, bytes: &[u8]) {
     }
 }
 
-// ---- What files may name ------------------------------------------------------------------------
+// ---- Other files --------------------------------------------------------------------------------
 
 /// A tetrahedron whose faces have four materials.
 const OBJ: &str = "mtllib t.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 3/3 2/2\n\
@@ -225,7 +225,7 @@ fn write(path: &Path, bytes: &[u8]) {
     fs::write(path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
 }
 
-// ---- What must hold -----------------------------------------------------------------------------
+// ---- Checks -------------------------------------------------------------------------------------
 
 /// Reads and builds the scene; `None` if it is refused with a valid error.
 fn check_load(file: &SceneFile, folder: &Path) -> Option<Loaded> {

@@ -392,7 +392,7 @@ fn unwritable_image_affects_no_other_file() {
     let folder = scene();
     fs::write(folder.path().join("x.rescue.exr"), "mine").unwrap();
     let line = "render s.toml -q --threads 1 -o x.exr -o x.png --stats x.json";
-    let faulty = Faulty::new(folder, line, &["x.exr", "x.png"]);
+    let faulty = FaultyCommand::new(folder, line, &["x.exr", "x.png"]);
     faulty.restore();
     let out = faulty.run("rename", 1).unwrap();
     assert_eq!(code(&out), 1);
@@ -414,7 +414,7 @@ fn unwritable_image_affects_no_other_file() {
     assert_same_bits(&path("y.exr"), &faulty.right[0].1);
     // If a checkpoint has the sums, they are not rescued.
     let line = "render s.toml -q --threads 1 --checkpoint c.exr -o z.exr";
-    let faulty = Faulty::new(scene(), line, &["z.exr"]);
+    let faulty = FaultyCommand::new(scene(), line, &["z.exr"]);
     faulty.restore();
     let out = faulty.run("rename", 2).unwrap();
     assert!(code(&out) == 1 && !words(&out).contains("rescue"), "{}", words(&out));
@@ -425,7 +425,7 @@ fn unwritable_image_affects_no_other_file() {
 const CALLS: [&str; 6] = ["open", "read", "write", "fsync", "rename", "mmap"];
 
 /// A command in a folder of files, with failing system calls.
-struct Faulty {
+struct FaultyCommand {
     folder: TempDir,
     /// Library that makes calls fail.
     library: PathBuf,
@@ -437,7 +437,7 @@ struct Faulty {
     right_folder: TempDir,
 }
 
-impl Faulty {
+impl FaultyCommand {
     /// Runs `line` in `folder`, which writes `outputs`.
     fn new(folder: TempDir, line: &'static str, outputs: &[&'static str]) -> Self {
         let right_folder = tempfile::tempdir().unwrap();
@@ -577,7 +577,7 @@ fn renders_survive_faults_of_the_system() {
     let folder = scene();
     fs::write(folder.path().join("x.exr"), "an older picture").unwrap();
     let line = "render s.toml -q --threads 1 -o x.exr -o x.png --stats x.json";
-    Faulty::new(folder, line, &["x.exr", "x.png", "x.json"]).check();
+    FaultyCommand::new(folder, line, &["x.exr", "x.png", "x.json"]).check();
 }
 
 #[test]
@@ -589,7 +589,7 @@ fn checkpoints_survive_faults_of_the_system() {
         &split("render s.toml -q --spp 2 --checkpoint c.exr -o old.png"),
     );
     let line = "render s.toml -q --threads 1 --spp 3 --checkpoint c.exr --resume -o x.png";
-    Faulty::new(folder, line, &["c.exr", "x.png"]).check();
+    FaultyCommand::new(folder, line, &["c.exr", "x.png"]).check();
 }
 
 /// Regression: if the file system fails to answer, the file must not count as missing; an older
@@ -599,7 +599,7 @@ fn checkpoints_survive_faults_of_the_system() {
 fn checkpoint_is_kept_if_its_search_fails() {
     let folder = scene();
     let line = "render s.toml -q --threads 1 --spp 3 --checkpoint c.exr -o x.png";
-    let faulty = Faulty::new(folder, line, &["c.exr", "x.png"]);
+    let faulty = FaultyCommand::new(folder, line, &["c.exr", "x.png"]);
     let checkpoint = faulty.folder.path().join("c.exr");
     let kept = fs::read(&checkpoint).unwrap();
     let mut failed = 0;
@@ -627,11 +627,11 @@ fn merges_and_compares_survive_system_faults() {
         );
     }
     let line = "merge 1.exr 2.exr -q --threads 1 -o x.exr -o x.png --checkpoint c.exr";
-    let merge = Faulty::new(folder, line, &["x.exr", "x.png", "c.exr"]);
+    let merge = FaultyCommand::new(folder, line, &["x.exr", "x.png", "c.exr"]);
     merge.check();
     merge.restore();
     done(merge.folder.path(), &split("merge 1.exr 2.exr -q -o x.exr"));
-    let Faulty { folder, .. } = merge;
-    let compare = Faulty::new(folder, "compare x.exr x.exr -o d.png", &["d.png"]);
+    let FaultyCommand { folder, .. } = merge;
+    let compare = FaultyCommand::new(folder, "compare x.exr x.exr -o d.png", &["d.png"]);
     compare.check();
 }

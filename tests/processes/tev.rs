@@ -68,14 +68,14 @@ impl<'a> Fields<'a> {
 }
 
 /// The image as the viewer has it.
-struct Shown {
+struct ViewerImage {
     name: String,
     size: [usize; 2],
     /// Values as bits, and the number of times that each was set.
     channels: BTreeMap<String, Vec<(u32, u32)>>,
 }
 
-impl Shown {
+impl ViewerImage {
     fn create(mut packet: Fields) -> Self {
         assert_eq!(packet.bytes(2), [CREATE_IMAGE, 1]);
         let name = packet.string();
@@ -118,7 +118,7 @@ impl Shown {
 }
 
 /// Image after the client has disconnected, and the lengths of all packets.
-fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
+fn watch(mut client: TcpStream) -> (ViewerImage, Vec<usize>) {
     let mut bytes = Vec::new();
     client.read_to_end(&mut bytes).unwrap();
     let mut stream = Fields(&bytes);
@@ -126,7 +126,7 @@ fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
         let length = (!stream.0.is_empty()).then(|| stream.u32() as usize)?;
         Some(Fields(stream.bytes(length - 4)))
     };
-    let mut shown = Shown::create(next().unwrap());
+    let mut shown = ViewerImage::create(next().unwrap());
     let mut lengths = Vec::new();
     while let Some(packet) = next() {
         lengths.push(packet.0.len() + 4);

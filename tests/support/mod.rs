@@ -56,21 +56,21 @@ fn share() -> u32 {
 
 /// The backend that this program was built with, or the oracle.
 #[cfg(feature = "embree")]
-type Built<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
+type BuildBackend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
-type Built<'a> = embrasure::accel::bvh::BvhAccel;
+type BuildBackend<'a> = embrasure::accel::bvh::BvhAccel;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
-type Built<'a> = embrasure::accel::brute::BruteForce<'a>;
+type BuildBackend<'a> = embrasure::accel::brute::BruteForce<'a>;
 
 /// A backend behind dynamic dispatch, for which the renderer has compiled all integrators.
 pub type Backend<'a> = &'a dyn Accel;
 
 /// The acceleration structure of `scene`.
-pub fn backend(scene: &Scene) -> Built<'_> {
+pub fn backend(scene: &Scene) -> BuildBackend<'_> {
     #[cfg(feature = "embree")]
-    return Built::new(scene, 2).expect("Embree");
+    return BuildBackend::new(scene, 2).expect("Embree");
     #[cfg(not(feature = "embree"))]
-    return Built::new(scene);
+    return BuildBackend::new(scene);
 }
 
 /// A scene with a choice of its lights.

@@ -787,7 +787,7 @@ fn one_sample_can_be_explained() {
     }
     assert!(!folder.path().join("s.exr").exists());
 
-    // The forecast equals that of a render, also with path reuse.
+    // The forecast equals the forecast of a render, also with path reuse.
     for reuse in ["pixels", "none"] {
         let args = ["render", "s.toml", "--reuse", reuse];
         let told = run(folder.path(), &joined(&args, &["--pixel", "20,14"]));
@@ -863,7 +863,7 @@ fn keys_of_a_scene_file_can_be_set() {
     let bare =
         "a.obj --set camera.position=[0,1,4] --set camera.look_at=[0,0.3,0] --set image.width=8 --set render.samples=1";
     assert_eq!(size(bare), [8, 512]);
-    // Images equal those of a flag, and of the file
+    // Images are equal by `--set`, by a flag, and by the file
     let bits = |line: &str| {
         done(at, &split(&format!("render {line} -q -o a.png")));
         fs::read(at.join("a.png")).unwrap()

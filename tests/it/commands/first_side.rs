@@ -211,7 +211,7 @@ fn programs_with_one_axis_decide() {
     }
 }
 
-/// The walls of a flat building lie horizontally if the file name is that of a building.
+/// The walls of a flat building lie horizontally if the file has the name of a building.
 #[test]
 fn flat_buildings_lie() {
     let mut walls = Boxes::default();

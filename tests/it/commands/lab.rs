@@ -275,7 +275,7 @@ fn methods_may_differ_in_any_setting() {
     let line = "lab s.toml -q --spp 1 -o n --methods path,naive:light_samples=4";
     let said = words(&done(folder.path(), &split(line)));
     assert!(said.contains("naive does not use light_samples"), "{said}");
-    // Camera flags are those of render.
+    // Camera flags are the same as in `render`.
     let differs = |more: &str| {
         done(
             folder.path(),

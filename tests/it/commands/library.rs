@@ -46,9 +46,9 @@ fn session(path: &Path, change: impl FnOnce(&mut Settings)) -> Result<Session, E
 }
 
 /// Observer that stops after a number of samples.
-struct Patience(AtomicU64);
+struct StopAfter(AtomicU64);
 
-impl Observer for Patience {
+impl Observer for StopAfter {
     fn progress(&self, samples: u64) {
         let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| {
             Some(n.saturating_sub(samples))
@@ -100,7 +100,7 @@ fn guessed_light_reads_files_once() {
     assert!(lit.light_guess().unwrap().starts_with("a studio"));
     let once = ["a.obj", "reading textures", "building the scene", "building the scene"];
     assert_eq!(work, once);
-    // It equals the scene of its own file.
+    // It equals the scene loaded from its own file.
     let text = lit.lit_file().unwrap().to_toml(&at("lit.toml")).unwrap();
     std::fs::write(at("lit.toml"), text).unwrap();
     let (again, work) = load("lit.toml", false);
@@ -175,7 +175,7 @@ fn external_integrator_has_the_same_bits() {
     let (mut own, mut brought) = (renderer.start(), renderer.start());
     assert_eq!(renderer.render(&mut own, &()), Outcome::Complete);
     // Also if it is stopped and resumed
-    let patience = Patience(AtomicU64::new(20_000));
+    let patience = StopAfter(AtomicU64::new(20_000));
     assert_eq!(
         renderer.render_with(&mut brought, &Openness, &patience),
         Outcome::Stopped
@@ -202,7 +202,7 @@ fn stopped_render_resumes_to_the_same_bits() {
     renderer.render(&mut whole, &());
     let mut stops = 0;
     let checkpoint = Output::prepare(path("c.exr")).unwrap();
-    while renderer.render(&mut state, &Patience(AtomicU64::new(2000))) == Outcome::Stopped {
+    while renderer.render(&mut state, &StopAfter(AtomicU64::new(2000))) == Outcome::Stopped {
         stops += 1;
         state.keep(&checkpoint, &renderer.metadata(&state, false)).unwrap();
         state = renderer.resume(read_checkpoint(path("c.exr")).unwrap()).unwrap();
@@ -302,7 +302,7 @@ fn render_without_samples_writes_no_image() {
     let renderer = session.renderer().unwrap();
     let mut state = renderer.start();
     assert_eq!(
-        renderer.render(&mut state, &Patience(AtomicU64::new(0))),
+        renderer.render(&mut state, &StopAfter(AtomicU64::new(0))),
         Outcome::Stopped
     );
     assert!(state.is_empty());

@@ -269,9 +269,9 @@ fn group_means_equal_renders_of_single_groups() {
 
 /// Integrator that gives 1 and 2 from two lights, with sample weight 0.5. Every third sample of the
 /// first light is NaN.
-struct Broken<'a>(&'a Scene);
+struct NanIntegrator<'a>(&'a Scene);
 
-impl Integrator for Broken<'_> {
+impl Integrator for NanIntegrator<'_> {
     fn sample<S: Sampler>(&self, key: SampleKey, _: &mut S, out: &mut impl Sink) {
         out.weight(0.5);
         for (id, value) in [(0, if key.sample % 3 == 0 { f32::NAN } else { 1.0 }), (1, 2.0)] {
@@ -290,7 +290,7 @@ fn nan_sample_is_black_in_all_groups() {
     }
     let scene = b.build().unwrap().0;
     let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION)).with_parts(2);
-    render(&Broken(&scene), &Sobol::new(0), &mut film, 6, &());
+    render(&NanIntegrator(&scene), &Sobol::new(0), &mut film, 6, &());
     let four_of_six = |value: f64| [0, 1, 2].map(|_| vec![0.5 * value * 4.0 / 6.0; 21 * 18]);
     for (mean, value) in [
         (means(&film, Some(0)), 1.0),

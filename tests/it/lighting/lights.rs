@@ -1,4 +1,4 @@
-//! Lights: samples against densities, and light selection against closed forms and other
+//! Lights: samples against densities; irradiance and images against closed forms and other
 //! estimators.
 
 use crate::chi_square::{chi_square, sidak};

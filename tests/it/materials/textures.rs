@@ -108,7 +108,7 @@ fn dds_file(size: [u32; 2], flags: u32, name: &[u8; 4], masks: [u32; 5], data: &
 }
 
 /// Content of an image file.
-struct Sort {
+struct ImageContent {
     channels: usize,
     is_linear: bool,
     /// Maximum error of samples, relative to 1.
@@ -116,14 +116,14 @@ struct Sort {
 }
 
 /// The image in files of every format and layout.
-fn files(folder: &TempDir) -> Vec<(PathBuf, Sort)> {
+fn files(folder: &TempDir) -> Vec<(PathBuf, ImageContent)> {
     let mut all = Vec::new();
     let mut add = |name: &str, channels, is_linear, tolerance, bytes: &[u8]| {
         let path = folder.path().join(name);
         if !bytes.is_empty() {
             std::fs::write(&path, bytes).unwrap();
         }
-        let sort = Sort {
+        let sort = ImageContent {
             channels,
             is_linear,
             tolerance,

@@ -125,8 +125,8 @@ fn channels_are_listed_and_shown() {
         let (_, _, codes) = png_of(&at.join("x.png"));
         <[u8; 3]>::try_from(&codes[3 * (y * 40 + x)..][..3]).unwrap()
     };
-    // The normal of the floor points up, its albedo is that of its material, and beside it there is
-    // nothing.
+    // The normal of the floor points up, its albedo equals its material, and the space
+    // beside it is empty.
     assert_eq!(pixel("N", 20, 14), [128, 255, 128]);
     assert_eq!(
         pixel("albedo", 20, 14),

@@ -284,7 +284,7 @@ fn the_furnace_is_one() {
 /// Asks for a stop at every few calls.
 struct Impatient(AtomicU64);
 
-impl Observer for Impatient {
+impl Observer for FrequentStop {
     fn progress(&self, _: u64) {}
 
     fn should_stop(&self) -> bool {
@@ -317,7 +317,7 @@ fn a_filling_goes_on_where_it_was() {
         let mut stops = 0;
         let mut all = Vec::new();
         for threads in [1, 3] {
-            for observer in [Impatient(AtomicU64::new(0)), Impatient(AtomicU64::new(3))] {
+            for observer in [FrequentStop(AtomicU64::new(0)), FrequentStop(AtomicU64::new(3))] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let irradiance = Irradiance::new(RESOLUTION, 7);
                 while pool.install(|| irradiance.fill(&maker, 0.3, &observer)).0 == Outcome::Stopped {

@@ -110,7 +110,7 @@ fn shells_complete() {
 }
 
 #[test]
-fn manual_pages_are_whole() {
+fn manual_pages_are_complete() {
     let folder = tempfile::tempdir().unwrap();
     let out = embrasure(&["man", "-o", folder.path().to_str().unwrap()]);
     assert!(out.status.success(), "{}", words(&out));

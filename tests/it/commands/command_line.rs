@@ -104,7 +104,7 @@ fn exr_metadata_has_the_settings() {
 }
 
 #[test]
-fn bits_depend_on_the_seed_alone() {
+fn bits_depend_only_on_the_seed() {
     let folder = lit_floor();
     let render = |name: &str, flags: &[&str]| {
         done(

@@ -552,7 +552,7 @@ fn views_of_a_room_are_at_eye_height() {
 }
 
 #[test]
-fn rooms_without_a_wall_are_looked_into() {
+fn rooms_without_a_wall_are_seen_through_it() {
     for (side, azimuth) in [("+z", 0.0), ("-z", 180.0), ("+x", 90.0), ("-x", -90.0)] {
         let folder = folder(&[("room.obj", &room(&[side]))]);
         let camera = camera(folder.path(), "room.obj");

@@ -93,7 +93,7 @@ fn for_each_context(check: impl Fn(&str, &dyn Fn(u32) -> Option<LightSample>, &d
 /// In each cell and for each normal, samples follow the density, which integrates to 1.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn directions_by_visibility_follow_their_densities() {
+fn visibility_directions_follow_their_density() {
     let samples = crate::support::budget(200_000);
     let level = sidak(0.01, 9);
     for_each_context(|what, sample, pdf| {

@@ -195,7 +195,7 @@ fn bounces_are_differences_of_depths() {
 
 /// In a closed room that emits 1 everywhere and has reflectance ρ, k bounces give ρᵏ.
 #[test]
-fn bounces_of_a_furnace_are_powers_of_its_albedo() {
+fn furnace_bounces_are_powers_of_its_albedo() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     write("a.mtl", "newmtl a\nKd 0.5 0.25 0.8\nKe 1 1 1\n");

@@ -372,7 +372,7 @@ fn reachable<'a>(edges: &'a BTreeMap<String, BTreeSet<String>>, from: &str) -> B
 
 /// Files, hashes and users get no Debug text of Rust: it changes with the names of types.
 #[test]
-fn debug_text_is_for_failures_alone() {
+fn debug_text_is_only_in_failures() {
     let writers = Imports::read().debug_writers;
     assert!(writers.is_empty(), "{writers:?}");
 }

@@ -1,4 +1,4 @@
-//! Renders that are stopped, killed, split into parts and merged: the bits are those of one render,
+//! Renders that are stopped, killed, split into parts and merged have the bits of one render,
 //! and written data is never lost.
 
 use crate::support::program::{
@@ -533,7 +533,7 @@ fn damaged_checkpoints_are_refused() {
         bytes[at] ^= 1 << (i % 8);
         fs::write(&path, &bytes).unwrap();
         let out = run(folder.path(), &args);
-        // Some bytes have no effect on a render, such as those of the image so far. Other changes
+        // Some bytes have no effect on a render, such as bytes of the image so far. Other changes
         // are detected.
         match out.status.code() {
             Some(0) => assert_same(&folder, "o.exr", "sound.exr"),

@@ -505,7 +505,7 @@ impl FaultyCommand {
         mark.exists().then_some(out)
     }
 
-    /// Returns true if an output equals that of a run without faults.
+    /// Returns true if an output equals the output of a run without faults.
     fn is_right(&self, name: &str, right: &Path) -> bool {
         let path = self.folder.path().join(name);
         match name.rsplit_once('.') {

@@ -146,7 +146,7 @@ fn the_page_shows_the_png_of_render() {
     let mut browser = Browser::start();
     let tab = browser.open(&viewer.link(), [1280, 800]);
     browser.wait(&tab, DENOISED);
-    // With all samples, the exposure equals that of the final image.
+    // With all samples, the exposure equals the exposure of the final image.
     let exposure = browser.value(&tab, "embrasure.picture.look.exposure").as_f64().unwrap();
     assert!(exposure != 0.0, "the studio has an exposure");
     let codes = browser.value(

@@ -126,7 +126,7 @@ fn bias_percentages_match_the_values() {
     assert!(found["relative_bias"][1].is_null(), "{found:#}");
 }
 
-/// Fails if seeds of these integrators differ, or if half of the light is no difference.
+/// Asserts that seeds of these integrators do not differ, and that half of the light differs.
 fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
     let folder = scenes();
     let folder = folder.path();

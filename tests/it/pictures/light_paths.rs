@@ -151,7 +151,7 @@ fn parts_sum_to_the_image_bit_by_bit() {
                     }
                 }
             }
-            // All parts have light, except those that one scattering cannot reach.
+            // All parts have light, except parts that one scattering cannot reach.
             for (i, layer) in layers.iter().enumerate() {
                 let sum: f64 = means(&film, Some(groups + i)).iter().sum();
                 let is_far = layer.contains("indirect") || ["bounce.2", "bounce.3", "bounce.rest"].contains(layer);
@@ -286,7 +286,7 @@ fn parts_have_equal_means_by_all_integrators() {
     }
 }
 
-/// Compares the means of `wanted` of all integrators with those of path tracing.
+/// Compares the means of `wanted` of all integrators with the means of path tracing.
 fn compare_methods(scene: &Path, wanted: &[PathPart]) {
     const SEEDS: u64 = 24;
     let of = |method: (IntegratorKind, bool), seed: u64| -> Vec<f64> {

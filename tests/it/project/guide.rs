@@ -6,7 +6,7 @@
 //! other` need files or programs that a test lacks: their flags are parsed, and nothing runs. The
 //! commands of a page run one after another in one folder with the `scenes` of the project. Renders
 //! without a size are small, except if all blocks run or images are written. With
-//! `EMBRASURE_WRITE_DOCS=1` the resulting images replace those of the page.
+//! `EMBRASURE_WRITE_DOCS=1` the resulting images replace the images of the page.
 
 use crate::support::program::{PROGRAM, words};
 use embrasure::SceneFile;
@@ -18,7 +18,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 use tempfile::TempDir;
 
-/// Maximum bytes of all images of the guide, of one of them, and of those in the README.
+/// Maximum bytes of all images of the guide, of one image, and of the images in the README.
 const MAX_OF_GUIDE: u64 = 4_500_000;
 const MAX_OF_PICTURE: u64 = 200_000;
 const MAX_OF_README: u64 = 500_000;

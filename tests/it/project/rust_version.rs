@@ -1,5 +1,5 @@
-//! The oldest supported Rust is that of Debian 13. Later compilers accept newer syntax without a
-//! warning: clippy finds functions that are too new, but not syntax.
+//! The oldest supported Rust is the version of Debian 13. Later compilers accept newer syntax
+//! without a warning: clippy finds functions that are too new, but not syntax.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -8,42 +8,43 @@ use std::f64::consts::PI;
 
 /// Bins in θ and φ over the whole sphere.
 const BINS: [usize; 2] = [40, 80];
-/// Bins that expect fewer are pooled.
+/// Bins with a smaller expectation are pooled.
 const MIN_EXPECTED: f64 = 5.0;
 
-/// What came out.
+/// Result of the test.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
     /// Probability of a fit this bad or worse, if the density is right.
     pub p_value: f64,
     /// ∫ pdf over the sphere.
     pub integral: f64,
-    /// Share of samples that had a direction.
+    /// Fraction of samples that have a direction.
     pub share: f64,
 }
 
-/// Draws `n` directions, `None` where the sampler gives none, and compares with `pdf`, per solid angle;
-/// `edges` says that it jumps elsewhere than at the horizon.
+/// Draws `n` samples and compares their directions with `pdf`, a density per solid angle. `sample`
+/// returns `None` if it has no direction. `edges` is true if the density also jumps elsewhere than
+/// at the horizon.
 pub fn chi_square(
     n: u32,
     mut sample: impl FnMut(u32) -> Option<Vec3>,
     pdf: impl Fn(Vec3) -> f64,
     edges: bool,
 ) -> Outcome {
-    // Observed; the last bin is for samples without a direction.
+    // Observed counts; the last bin is for samples without a direction.
     let mut observed = vec![0.0; BINS[0] * BINS[1] + 1];
     for i in 0..n {
         observed[sample(i).map_or(BINS[0] * BINS[1], bin)] += 1.0;
     }
 
-    // Expected
+    // Expected counts
     let density = |theta: f64, phi: f64| {
         let (sin, cos) = theta.sin_cos();
         let w = Vec3::new((sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32);
         pdf(w) * sin
     };
     let step = [PI / BINS[0] as f64, 2.0 * PI / BINS[1] as f64];
-    // A thirtieth of a sample
+    // 3 % of one sample
     let tolerance = 0.03 / n as f64;
     let mut expected = Vec::with_capacity(observed.len());
     for t in 0..BINS[0] {
@@ -98,7 +99,8 @@ fn integrate(
     tolerance: f64,
     depth: u32,
 ) -> f64 {
-    // A density with edges is cut three times before the comparison, because they may lie between the nodes.
+    // A density with edges is split three times before the comparison: an edge may lie between the
+    // nodes.
     let min_depth = if edges { 3 } else { 0 };
     let (ht, hp) = (0.5 * dt, 0.5 * dp);
     let cells = [
@@ -119,7 +121,7 @@ fn integrate(
         .sum()
 }
 
-/// Pools bins of small expectation, smallest first, and asks the χ² distribution.
+/// Pools bins of small expectation, smallest first, and returns the p-value of the χ² distribution.
 fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..expected.len()).collect();
     order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));
@@ -135,7 +137,7 @@ fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
             (pooled_observed, pooled_expected) = (0.0, 0.0);
         }
     }
-    // Samples where hardly any could be
+    // Samples in bins that expect hardly any
     if pooled_observed > 10.0 * MIN_EXPECTED {
         return 0.0;
     }

@@ -1,4 +1,4 @@
-//! What several test programs need: scenes made in code, renders of them, images read back, the shared folder.
+//! Helpers of several test programs: scenes made in code, renders, readers of images, shared files.
 
 #![allow(dead_code, missing_docs)] // Each test program uses a part of it.
 
@@ -33,19 +33,20 @@ pub fn agree_within_rounding(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(is_near)
 }
 
-/// Samples, iterations or rays of a statistical test, of `n`: all of them in `make test-long`,
-/// which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an eighth in `make test`.
-/// A bound in standard errors holds for each; [`slack`] is the factor of one that was set for all.
+/// Part of `n` samples, iterations or rays that a statistical test takes: all in `make test-long`,
+/// which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, an eighth in `make test`. A
+/// bound in standard errors holds for each part. Multiply a bound that was set for all samples by
+/// [`slack`].
 pub fn budget(n: u32) -> u32 {
     n / share()
 }
 
-/// Standard errors of a test by its [`budget`], over those by all of its samples.
+/// Standard error with the samples of [`budget`], relative to the error with all samples.
 pub fn slack() -> f64 {
     f64::from(share()).sqrt()
 }
 
-/// All samples over those that are taken.
+/// Number of all samples divided by the number taken.
 fn share() -> u32 {
     match std::env::var_os("EMBRASURE_ALL_SAMPLES") {
         Some(_) => 1,
@@ -54,7 +55,7 @@ fn share() -> u32 {
     }
 }
 
-/// The backend that this program was built with, or the oracle.
+/// Backend of this build, or the brute-force oracle.
 #[cfg(feature = "embree")]
 type BuildBackend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
@@ -62,7 +63,7 @@ type BuildBackend<'a> = embrasure::accel::bvh::BvhAccel;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
 type BuildBackend<'a> = embrasure::accel::brute::BruteForce<'a>;
 
-/// A backend behind dynamic dispatch, for which the renderer has compiled all integrators.
+/// A backend behind dynamic dispatch. The renderer has compiled all integrators for it.
 pub type Backend<'a> = &'a dyn Accel;
 
 /// The acceleration structure of `scene`.
@@ -101,7 +102,7 @@ impl<'a> From<(&'a Scene, LightChoice)> for Lit<'a> {
     }
 }
 
-/// Shows a scene to `look`, as `camera` sees it.
+/// Calls `look` with `scene` and a camera of `camera`.
 pub fn with_world<'a, T>(
     scene: impl Into<Lit<'a>>,
     camera: CameraParameters,
@@ -111,7 +112,7 @@ pub fn with_world<'a, T>(
     with_camera(scene, Camera::new(camera, resolution).unwrap(), look)
 }
 
-/// Shows a scene to `look`, as `camera` sees it.
+/// Calls `look` with `scene` and `camera`.
 pub fn with_camera<'a, T>(scene: impl Into<Lit<'a>>, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
     let Lit { scene, choice } = scene.into();
     let accel = backend(scene);
@@ -120,7 +121,7 @@ pub fn with_camera<'a, T>(scene: impl Into<Lit<'a>>, camera: Camera, look: impl 
     look(World::new(scene, &accel, &selection, &camera, &Filter::BOX))
 }
 
-/// The path tracer without shared paths and with one light sample. A test changes what it needs.
+/// Path tracer without path reuse and with one light sample. Tests change its fields.
 pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator<A> {
     PathIntegrator {
         world,
@@ -168,7 +169,7 @@ pub fn render_film<'a>(
     })
 }
 
-/// The scene in a file, either kind.
+/// Loads the scene of a TOML or OBJ file.
 pub fn load(path: &Path) -> Scene {
     let file = match path.extension().is_some_and(|e| e == "toml") {
         true => SceneFile::load(path).unwrap(),
@@ -177,12 +178,12 @@ pub fn load(path: &Path) -> Scene {
     load_scene(&file, SceneBuilder::new()).unwrap().scene
 }
 
-/// One of the project's own scenes.
+/// Loads a scene of the project by its file name.
 pub fn own(name: &str) -> Scene {
     load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name))
 }
 
-/// What chains compare light with, made as a render makes it.
+/// Importance image for Metropolis chains, made in the same way as in a render.
 pub fn rough_picture(world: World<Backend>, max_depth: u32) -> ImportanceImage {
     let maker = ImportanceImageMaker {
         world,
@@ -193,12 +194,12 @@ pub fn rough_picture(world: World<Backend>, max_depth: u32) -> ImportanceImage {
     importance_image(&maker, &Independent::new(0x7e57), &()).unwrap().0
 }
 
-/// Independent random numbers.
+/// Sampler of independent random numbers.
 pub fn independent(seed: u64) -> RenderSampler {
     RenderSampler::Plain(SamplerKind::Independent.with_seed(seed, 0))
 }
 
-/// Points of Sobol's sequence.
+/// Sampler of the Sobol sequence.
 pub fn sobol(seed: u64) -> RenderSampler {
     RenderSampler::Plain(SamplerKind::Sobol.with_seed(seed, 0))
 }
@@ -215,7 +216,7 @@ pub fn film_by(sampler: &RenderSampler, integrator: &dyn CompiledIntegrator, res
     film
 }
 
-/// Renders by an integrator that makes iterations, and separates its strategies if the world says so.
+/// Renders with an integrator of iterations. Separates the light by strategy if the world does.
 pub fn film_of_iterations(
     integrator: &(impl CompiledIntegrator + IterationIntegrator),
     resolution: UVec2,
@@ -227,7 +228,7 @@ pub fn film_of_iterations(
     film
 }
 
-/// Adds the samples or iterations to `film` that it lacks of those before `end`.
+/// Renders the missing samples or iterations of `film` up to `end`.
 pub fn render_into(
     film: &mut Film,
     integrator: &dyn CompiledIntegrator,
@@ -239,7 +240,7 @@ pub fn render_into(
     statistics
 }
 
-/// A pinhole at `position`.
+/// Pinhole camera; `vertical_fov` in degrees.
 pub fn pinhole(position: Vec3, look_at: Vec3, vertical_fov: f32) -> CameraParameters {
     let along_y = (look_at - position).cross(Vec3::Y).length() < 1e-3;
     CameraParameters {
@@ -261,13 +262,13 @@ pub fn material(diffuse: f32, emission: f32) -> Material {
     }
 }
 
-/// Adds triangles of one material.
+/// Adds a mesh of one material.
 pub fn add(builder: &mut SceneBuilder, mesh: Mesh, material: Material) {
     let id = builder.add_material(material).unwrap();
     builder.add_mesh(mesh, id).unwrap();
 }
 
-/// A convex polygon as a fan, counter-clockwise seen from the front.
+/// Convex polygon as a fan. Corners are counter-clockwise seen from the front.
 pub fn polygon(corners: &[Vec3]) -> Mesh {
     Mesh {
         positions: corners.to_vec(),
@@ -276,7 +277,7 @@ pub fn polygon(corners: &[Vec3]) -> Mesh {
     }
 }
 
-/// A square of the plane z = `z`, `half` to all sides of the axis, its front towards +z.
+/// Square in the plane z = `z`, centred on the z axis, of half width `half`, facing +z.
 pub fn panel(z: f32, half: f32) -> Mesh {
     let corner = |x: f32, y: f32| Vec3::new(half * x, half * y, z);
     polygon(&[
@@ -287,10 +288,10 @@ pub fn panel(z: f32, half: f32) -> Mesh {
     ])
 }
 
-/// A floor that gets the light of a lamp by a mirror alone, seen from above. The mirror hangs
-/// level; its normals are tilted by so many degrees.
+/// Floor lit only through a mirror, and a camera above it. The mirror is level; its normals are
+/// tilted by `tilt` degrees.
 pub fn floor_lit_by_a_mirror(tilt: f32) -> (Scene, CameraParameters) {
-    // A square, and whether its front is up
+    // Square that faces up if `is_up`, down if not
     let square = |[x, y]: [f32; 2], half: f32, is_up: bool| {
         let corner = |u: f32, v: f32| Vec3::new(x + half * u, y, half * v);
         let mut corners = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(u, v)| corner(u, v));
@@ -317,8 +318,8 @@ pub fn floor_lit_by_a_mirror(tilt: f32) -> (Scene, CameraParameters) {
     (b.build().unwrap().0, camera)
 }
 
-/// The box from −1 to 1, seen from within: its walls are flat, and have a normal map that tilts all normals by 45°, here one way and there another. A
-/// lamp hangs below its ceiling.
+/// Box [-1, 1]³ seen from inside, with a lamp below its ceiling. The walls are flat. Their normal
+/// map tilts normals by 45°, in four directions.
 pub fn tilted_room() -> (Scene, CameraParameters) {
     let mut b = SceneBuilder::new();
     let (t, n) = (0.5f32.sqrt(), 0.5 + 0.5 * 0.5f32.sqrt());
@@ -355,12 +356,12 @@ pub fn tilted_room() -> (Scene, CameraParameters) {
     (b.build().unwrap().0, camera)
 }
 
-/// Looks along −z at the whole of `panel(0, 1)`, whose edges are the image's.
+/// Camera that views `panel(0, 1)` along −z; the panel fills the image.
 pub fn from_front() -> CameraParameters {
     pinhole(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, 2.0 * 0.1f32.atan().to_degrees())
 }
 
-/// The box [-1, 1]³ whose faces look inwards.
+/// Box [-1, 1]³ whose faces point inwards.
 pub fn room() -> Mesh {
     let positions = (0..8).map(|i| Vec3::new(sign(i), sign(i >> 1), sign(i >> 2))).collect();
     let quads = [
@@ -386,7 +387,7 @@ fn sign(bit: usize) -> f32 {
     if bit & 1 == 1 { 1.0 } else { -1.0 }
 }
 
-/// A sphere of triangles: an octahedron, `levels` times subdivided, its front outside.
+/// Triangulated sphere: an octahedron subdivided `levels` times, facing outwards.
 pub fn sphere(radius: f32, center: Vec3, levels: u32) -> Mesh {
     let octants = (0..8usize).map(|i| {
         let [x, y, z] = [Vec3::X * sign(i), Vec3::Y * sign(i >> 1), Vec3::Z * sign(i >> 2)];
@@ -418,19 +419,21 @@ pub fn z_scores(film: &Film, expected: f64) -> Vec<f64> {
         [0, 1, 2].map(|c| {
             let (error, variance) = (a.mean(c) - expected, a.variance_of_mean(c));
             assert!(error.is_finite() && variance >= 0.0, "{error} ± √{variance}");
-            // A pixel without variance must be right as it is.
+            // A pixel without variance must be exact.
             if error == 0.0 { 0.0 } else { error / variance.sqrt() }
         })
     });
     z.collect()
 }
 
-/// Fails unless the z-scores look like those of a right estimator, hardly any beyond 3.5, and the mean is right to 0.1 %, or to three
-/// standard errors where that is more: a factor that is wrong by twice as much is found nearly always.
+/// Fails unless at most 0.4 % of the z-scores are beyond 3.5 and the mean is within 0.1 % of
+/// `expected`, or within three standard errors if that is more. A factor wrong by twice as much is
+/// nearly always found.
 pub fn assert_unbiased(what: &str, film: &Film, expected: f64) {
     let z = z_scores(film, expected);
     let beyond = z.iter().filter(|z| z.abs() > 3.5).count() as f64 / z.len() as f64;
-    // P(|z| > 3.5) is 0.0005 for a normal variable; means of a few hundred skewed samples have heavier tails.
+    // P(|z| > 3.5) is 0.0005 for a normal variable. Means of a few hundred skewed samples have
+    // heavier tails.
     assert!(
         beyond <= 0.004,
         "{what}: {:.2} % of the pixels are beyond 3.5 σ",
@@ -456,7 +459,7 @@ pub fn film_error(film: &Film, c: usize) -> f64 {
     v.iter().sum::<f64>().sqrt() / v.len() as f64
 }
 
-/// Writes an RGB picture of 8 bits, `width` texels wide.
+/// Writes an 8-bit RGB PNG, `width` texels wide.
 pub fn write_png(path: &Path, width: u32, texels: &[[u8; 3]]) {
     let file = std::fs::File::create(path).unwrap();
     let mut encoder = png::Encoder::new(file, width, texels.len() as u32 / width);
@@ -477,7 +480,8 @@ pub fn read_channel(path: &Path, name: &str) -> Vec<f32> {
         .collect()
 }
 
-/// A reader of mattes: the picture of the share that `name` covers, by the file's own manifest.
+/// Coverage of `name` in each pixel, read from the Cryptomatte layer `layer` with the manifest of
+/// the file.
 pub fn matte(path: &Path, layer: &str, name: &str) -> Vec<f32> {
     use exr::prelude::*;
     let file = read_first_flat_layer_from_file(path).unwrap();
@@ -511,7 +515,7 @@ pub fn read_rgb(path: &Path) -> [Vec<f32>; 3] {
     ["R", "G", "B"].map(|name| read_channel(path, name))
 }
 
-/// The suite's error measure.
+/// Error measure of the suite.
 pub fn rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
     let joined = |image: &[Vec<f32>; 3]| RgbImage {
         width: image[0].len(),
@@ -521,15 +525,16 @@ pub fn rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
     Errors::new(&joined(image), &joined(reference)).unwrap().rel_mse
 }
 
-/// A file or folder below `../shared`: scenes outside the project. Tests that call this say
-/// `#[cfg_attr(not(shared), ignore = "needs ../shared")]`; build.rs sets that configuration.
+/// Path of a file or folder below `../shared`: scenes outside the project. Tests that call this
+/// have `#[cfg_attr(not(shared), ignore = "needs ../shared")]`; build.rs sets that configuration.
 pub fn shared(relative: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(relative);
     assert!(path.exists(), "{} is required here and missing", path.display());
     path
 }
 
-/// A browser. Tests that call this say `#[cfg_attr(not(chromium), ignore = "needs chromium")]`; build.rs sets that configuration.
+/// Path of the browser. Tests that call this have `#[cfg_attr(not(chromium), ignore = "needs
+/// chromium")]`; build.rs sets that configuration.
 pub fn chromium() -> &'static Path {
     let Some(program) = option_env!("EMBRASURE_CHROMIUM") else {
         panic!(
@@ -539,7 +544,7 @@ pub fn chromium() -> &'static Path {
     Path::new(program)
 }
 
-/// A box whose faces look outwards.
+/// Box whose faces point outwards.
 pub fn slab(center: Vec3, half: Vec3) -> Mesh {
     let mut mesh = room();
     mesh.positions.iter_mut().for_each(|p| *p = center + half * *p);
@@ -547,7 +552,8 @@ pub fn slab(center: Vec3, half: Vec3) -> Mesh {
     mesh
 }
 
-/// Glass of an index of 1.5 that passes `transmission`, of each face of a body or of a sheet.
+/// Glass of refractive index 1.5 with `transmission` at each face of a body, or of a thin
+/// dielectric if `thin`.
 pub fn glass(transmission: [f32; 3], thin: bool) -> Material {
     Material {
         transmission: transmission.into(),
@@ -556,7 +562,7 @@ pub fn glass(transmission: [f32; 3], thin: bool) -> Material {
     }
 }
 
-/// A room lit by a lamp behind a coloured pane, for more to be added.
+/// Builder of a room lit by a lamp behind a coloured pane. Tests add objects.
 pub fn room_below_a_pane() -> SceneBuilder {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
@@ -573,7 +579,8 @@ pub fn room_below_a_pane() -> SceneBuilder {
     b
 }
 
-/// A room lit by a lamp behind a coloured pane, with thin glass, a veil, a mirror and a block: light passes some of them on all ways.
+/// Room lit by a lamp behind a coloured pane, with thin glass, a filter, a mirror and a block.
+/// Light passes some of them by every kind of path.
 pub fn glazed_room() -> Scene {
     use embrasure::material::Gloss;
     let mut b = room_below_a_pane();
@@ -600,12 +607,12 @@ pub fn glazed_room() -> Scene {
     scene
 }
 
-/// Inside [`glazed_room`], towards its sheets.
+/// Camera inside [`glazed_room`] that faces its sheets.
 pub fn in_glazed_room() -> CameraParameters {
     pinhole(Vec3::new(0.0, 0.0, 0.95), Vec3::new(0.1, -0.1, -1.0), 80.0)
 }
 
-/// A room with a wide lamp, whose objects have every kind of lobe.
+/// Room with a wide lamp and objects with every kind of lobe.
 pub fn lobes_room() -> Scene {
     use embrasure::bsdf::Fresnel;
     use embrasure::material::Gloss;

@@ -1,4 +1,4 @@
-//! The real program: how tests start it, and what they look at of the files that it leaves.
+//! Helpers that start the real program and read the files that it writes.
 
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use serde_json::Value;
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_embrasure");
 
-/// All integrators, by the names that users type.
+/// Names of all integrators on the command line.
 pub const INTEGRATORS: &[&str] = &[
     "path",
     "naive",
@@ -35,7 +35,7 @@ pub const INTEGRATORS: &[&str] = &[
     "irradiance-cache",
 ];
 
-/// The channels of a picture for which no others were asked.
+/// Channels of an EXR image by default.
 pub const CHANNELS: [&str; 15] = [
     "R",
     "G",
@@ -54,7 +54,7 @@ pub const CHANNELS: [&str; 15] = [
     "samples",
 ];
 
-/// A folder with these files, which goes with the value.
+/// Temporary folder with `files`. Dropping the value deletes it.
 pub fn folder(files: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
@@ -63,7 +63,7 @@ pub fn folder(files: &[(&str, &str)]) -> TempDir {
     folder
 }
 
-/// A folder with a small scene: a lit floor, `s.toml`, `a.obj`, `a.mtl`.
+/// Temporary folder with a small scene: a lit floor in `s.toml`, `a.obj`, `a.mtl`.
 pub fn lit_floor() -> TempDir {
     folder(&[
         (
@@ -83,7 +83,7 @@ pub fn lit_floor() -> TempDir {
     ])
 }
 
-/// The program in `folder`, with nothing to read, and its words kept.
+/// Command that runs the program in `folder` without input, with its output captured.
 pub fn command(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(PROGRAM);
     command.current_dir(folder).args(args);
@@ -94,29 +94,30 @@ pub fn command(folder: &Path, args: &[&str]) -> Command {
     command
 }
 
-/// Arguments, none of which has a space in it.
+/// Splits arguments at spaces.
 pub fn split(line: &str) -> Vec<&str> {
     line.split_whitespace().collect()
 }
 
-/// Some arguments and more of them.
+/// Concatenates two lists of arguments.
 pub fn joined<'a>(some: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
     [some, more].concat()
 }
 
-/// Runs it to its end.
+/// Runs the program and waits for its end.
 pub fn run(folder: &Path, args: &[&str]) -> Output {
     command(folder, args).output().unwrap()
 }
 
-/// Runs, and asserts that it went well.
+/// Runs the program and asserts that it succeeds.
 pub fn done(folder: &Path, args: &[&str]) -> Output {
     let out = run(folder, args);
     assert_eq!(code(&out), 0, "{args:?}: {}", words(&out));
     out
 }
 
-/// Runs with a time limit, which may come before the first sample: asserts that nothing else went wrong.
+/// Runs with a time limit in seconds, which may end before the first sample. Asserts that no other
+/// error occurs.
 pub fn limited(folder: &Path, args: &[&str], limit: f64) -> Output {
     let limit = format!("{limit}s");
     let args = joined(args, &["--time-limit", &limit]);
@@ -126,45 +127,47 @@ pub fn limited(folder: &Path, args: &[&str], limit: f64) -> Output {
     out
 }
 
-/// Runs, asserts that it ends with this code, and gives what it said.
+/// Runs the program, asserts that the exit code is `expected`, and returns its messages.
 pub fn refused(folder: &Path, args: &[&str], expected: i32) -> String {
     let out = run(folder, args);
     assert_eq!(code(&out), expected, "{args:?}: {}", words(&out));
     words(&out)
 }
 
-/// The exit code.
+/// Exit code.
 pub fn code(output: &Output) -> i32 {
     output.status.code().expect("the program was killed")
 }
 
-/// What it said: errors, warnings and progress.
+/// Standard error: errors, warnings and progress.
 pub fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// What it printed.
+/// Standard output.
 pub fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// What it printed as JSON.
+/// Standard output, parsed as JSON.
 pub fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", words(output)))
 }
 
-/// A file of JSON, such as `--stats` writes.
+/// Parsed JSON file, for example of `--stats`.
 pub fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// Sends a process a signal, by the shell's own `kill`: the program of that name is not on every machine.
+/// Sends a signal to a process with the `kill` of the shell; not every machine has a `kill`
+/// program.
 pub fn signal(child: &Child, name: &str) {
     let kill = format!("kill -{name} {}", child.id());
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
 }
 
-/// Waits until `child` has used this much processor time: on a loaded machine, too, it is at work then.
+/// Waits until `child` has used `work` of processor time: then it is at work, also on a loaded
+/// machine.
 #[cfg(target_os = "linux")]
 pub fn wait_for_work(child: &Child, work: Duration) {
     let start = Instant::now();
@@ -174,19 +177,19 @@ pub fn wait_for_work(child: &Child, work: Duration) {
     }
 }
 
-/// Waits for a second, in which a program usually begins its work.
+/// Waits for one second. By then the program is usually at work.
 #[cfg(not(target_os = "linux"))]
 pub fn wait_for_work(_: &Child, _: Duration) {
     thread::sleep(Duration::from_secs(1));
 }
 
-/// Processor time of `child` since its start; after its end as much as can be.
+/// Processor time of `child` since its start; `Duration::MAX` if it has ended.
 #[cfg(target_os = "linux")]
 fn processor_time(child: &Child) -> Duration {
-    /// Ticks a second (`man 5 proc`).
+    /// Ticks per second (`man 5 proc`).
     const TICKS: u64 = 100;
     let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
-    // The name, in parentheses, may have blanks. State is the first field behind it.
+    // The name is in parentheses and may contain blanks. State is the first field behind it.
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
     if fields[0] == "Z" {
         return Duration::MAX;
@@ -195,14 +198,14 @@ fn processor_time(child: &Child) -> Duration {
     Duration::from_millis(1000 * ticks / TICKS)
 }
 
-/// A greyscale PNG file of one row.
+/// Writes a greyscale PNG of one row.
 pub fn write_grey_png(path: &Path, codes: &[u8]) {
     let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), codes.len() as u32, 1);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.write_header().unwrap().write_image_data(codes).unwrap();
 }
 
-/// A channel of an EXR file: where its pixels lie, and their bits row by row.
+/// Channel of an EXR file: position and size of its window, and bits of its pixels, row by row.
 #[derive(PartialEq, Eq)]
 struct Channel {
     min: [i32; 2],
@@ -210,7 +213,7 @@ struct Channel {
     bits: Vec<u32>,
 }
 
-/// All channels, by layer and name.
+/// All channels of an EXR file, by layer and name.
 fn channels(path: &Path) -> BTreeMap<(usize, String), Channel> {
     let image = read_all_flat_layers_from_file(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let mut channels = BTreeMap::new();
@@ -229,7 +232,7 @@ fn channels(path: &Path) -> BTreeMap<(usize, String), Channel> {
     channels
 }
 
-/// Asserts that two EXR files have the same channels, and every bit of them.
+/// Asserts that two EXR files have the same channels with identical bits.
 pub fn assert_same_bits(one: &Path, other: &Path) {
     let [a, b] = [one, other].map(channels);
     let what = format!("{} and {}", one.display(), other.display());

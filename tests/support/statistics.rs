@@ -1,23 +1,24 @@
 //! Comparison of means, with one rate of false alarms.
 //!
-//! All tests together compare fewer than 10,000 pairs of means. Each comparison fails by chance with a
-//! probability of [`FALSE_ALARM`], so by the union bound at most one run of all tests in 10,000 does.
-//! Seeds are fixed: a test gives the same result in each run until the code draws other numbers.
+//! All tests together compare fewer than 10,000 pairs of means. Each comparison fails by chance
+//! with a probability of [`FALSE_ALARM`]. By the union bound at most one run of all tests in 10,000
+//! fails by chance. Seeds are fixed: a test gives the same result in each run until the code draws
+//! other numbers.
 //!
 //! The statistic is Welch's t: the difference of two means over its standard error. Its degrees of
-//! freedom are those of Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's' problem
-//! when several different population variances are involved", Biometrika 34).
+//! freedom are those of Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's'
+//! problem when several different population variances are involved", Biometrika 34).
 
 use embrasure::film::{Accumulator, Film};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 use std::fmt;
 
-/// Probability of a false alarm of one comparison: 10⁻⁴ for a run over its 10⁴ comparisons. A normal
-/// variable has |z| > 5.73 so often, Student's t with 30 degrees of freedom |t| > 7.6.
+/// Probability of a false alarm of one comparison: 10⁻⁴ for a run over its 10⁴ comparisons. |z| of
+/// a normal variable exceeds 5.73 with this probability, and |t| with 30 degrees of freedom 7.6.
 pub const FALSE_ALARM: f64 = 1e-8;
 
-/// Relative difference that roundings of `f32` samples explain, also if a mean has no noise.
+/// Relative difference that is explained by rounding of `f32` samples, even if a mean has no noise.
 const ROUNDING: f64 = 1e-6;
 
 /// A mean with its variance.
@@ -26,7 +27,8 @@ pub struct Mean {
     pub value: f64,
     /// Variance of the mean.
     pub variance: f64,
-    /// Degrees of freedom of the variance; infinite for means of so many values that it is known.
+    /// Degrees of freedom of the variance; infinite if the variance is known, for means of many
+    /// values.
     pub degrees: f64,
 }
 
@@ -37,12 +39,12 @@ impl fmt::Display for Mean {
 }
 
 impl Mean {
-    /// A value that is known, from a closed form.
+    /// Exact value of a closed form.
     pub fn exact(value: f64) -> Self {
         Self::new(value, 0.0)
     }
 
-    /// A mean of many values, with its standard error.
+    /// Mean of many values with standard error `error`.
     pub fn new(value: f64, error: f64) -> Self {
         Self {
             value,
@@ -68,13 +70,13 @@ impl Mean {
         Self::new(sums.mean(c), sums.variance_of_mean(c).sqrt())
     }
 
-    /// Mean of each value over independent renders of different seeds.
+    /// Mean of each value over independent renders with different seeds.
     pub fn of_each(renders: &[Vec<f64>]) -> Vec<Self> {
         let of = |i: usize| Self::of(&renders.iter().map(|values| values[i]).collect::<Vec<_>>());
         (0..renders[0].len()).map(of).collect()
     }
 
-    /// Count of independent events of which so many are expected (Poisson).
+    /// Count of independent events with expectation `expected` (Poisson).
     pub fn of_events(count: usize, expected: f64) -> Self {
         Self::new(count as f64, expected.sqrt())
     }
@@ -89,8 +91,8 @@ impl Mean {
         self.variance.sqrt()
     }
 
-    /// Difference to another mean beyond rounding, in standard errors of the difference, and its degrees
-    /// of freedom.
+    /// Difference from another mean beyond rounding, in standard errors of the difference, and its
+    /// degrees of freedom.
     pub fn t(self, other: Self) -> (f64, f64) {
         let rounding = ROUNDING * self.value.abs().max(other.value.abs());
         let difference = self.value - other.value;
@@ -106,7 +108,7 @@ impl Mean {
         )
     }
 
-    /// This mean, nearer to `other` by `allowed` at most.
+    /// This mean, moved towards `other` by at most `allowed`.
     fn towards(self, other: Self, allowed: f64) -> Self {
         let difference = self.value - other.value;
         Self {
@@ -126,13 +128,13 @@ impl Mean {
     }
 }
 
-/// Fails if two means differ by more than chance explains.
+/// Fails if two means differ by more than chance.
 #[track_caller]
 pub fn assert_same_mean(what: impl fmt::Display, a: Mean, b: Mean) {
     assert_means_within(what, a, b, 0.0);
 }
 
-/// Fails if two means differ by more than chance and a systematic difference of `allowed` explain.
+/// Fails if two means differ by more than chance and a systematic difference of `allowed`.
 #[track_caller]
 pub fn assert_means_within(what: impl fmt::Display, a: Mean, b: Mean, allowed: f64) {
     let rest = a.towards(b, allowed);
@@ -141,8 +143,8 @@ pub fn assert_means_within(what: impl fmt::Display, a: Mean, b: Mean, allowed: f
     assert!(rest.p(b) >= FALSE_ALARM, "{what}: {a} and {b} differ: t = {t:+.2}");
 }
 
-/// Fails if one of many pairs of means, as those of pixels, differs by more than chance and a systematic
-/// difference of `allowed` explain. All pairs together count as one comparison (Bonferroni).
+/// Fails if one of many pairs of means, for example of pixels, differs by more than chance and a
+/// systematic difference of `allowed`. All pairs together count as one comparison (Bonferroni).
 #[track_caller]
 pub fn assert_all_means_within(what: impl fmt::Display, pairs: &[(Mean, Mean)], allowed: impl Fn(Mean) -> f64) {
     let p = |&(a, b): &(Mean, Mean)| a.towards(b, allowed(b)).p(b);
@@ -161,7 +163,7 @@ pub fn assert_all_means_within(what: impl fmt::Display, pairs: &[(Mean, Mean)], 
 }
 
 #[test]
-fn means_that_differ_by_more_than_chance_are_told_apart() {
+fn significant_differences_have_tabulated_p_values() {
     let (a, b) = (Mean::new(1.0, 0.03), Mean::new(1.0 + 5.0 * 0.05, 0.04));
     assert!((a.t(b).0 + 5.0).abs() < 1e-4 && a.t(b).1 == f64::INFINITY);
     // Tables of the normal distribution

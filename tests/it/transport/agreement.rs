@@ -1,4 +1,4 @@
-//! Every unbiased estimator against the default one, pixel by pixel.
+//! Each unbiased estimator against the default one, pixel by pixel.
 #![cfg(feature = "embree")]
 
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -13,15 +13,16 @@ use embrasure::math::{UVec2, Vec3};
 use embrasure::sampler::{CubePoints, Fibonacci, Perturbation, PerturbedQmc, RenderSampler, SamplerKind};
 use embrasure::scene::{Scene, SceneBuilder};
 
-/// Few pixels and many samples: means are then near to normal, and the test is sharp.
+/// Few pixels and many samples: the means are nearly normal, so the test is sharp.
 const RESOLUTION: UVec2 = UVec2::splat(8);
 const MAX_DEPTH: u32 = 6;
-/// Estimators that meet lights by chance need so many times the samples until their means are near to normal, where lamps are small.
+/// Factor on the samples of estimators that hit small lamps by chance: fewer samples would leave
+/// their means far from normal.
 const BLIND: u32 = 32;
 
 type Render = Box<dyn Fn(World<Backend>, u32) -> Film>;
 
-/// A way to estimate the same picture, and how many samples it takes.
+/// An estimator of the image, with its number of samples.
 struct Estimator {
     name: String,
     spp: u32,
@@ -49,16 +50,17 @@ fn path_with(name: &str, spp: u32, strategy: Strategy, roulette: Roulette, light
     }
 }
 
-/// All of them, for `spp` samples of the better ones, and `blind` times as many of those that meet lights by chance.
+/// All estimators: `spp` samples for the better ones, and `blind` × `spp` for those that hit lamps
+/// by chance.
 fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
-    // As few as the others have would leave their means too far from normal.
+    // With fewer samples their means would be far from normal.
     let rare = slack().ceil() as u32 * blind * spp;
     let mut all = Vec::new();
     for (d, directions) in [
         ("uniform", Directions::Uniform),
         ("cosine", Directions::Cosine),
         ("bsdf", Directions::Bsdf),
-        // Of independent numbers, as they all are here
+        // From independent random numbers, as in all these estimators
         ("perturbed qmc", Directions::PerturbedQmc),
         ("perturbed qmc uniform", Directions::PerturbedQmcUniform),
     ] {
@@ -68,7 +70,8 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
             ("mis balance", DirectLight::Mis, Heuristic::Balance, spp),
             ("mis power", DirectLight::Mis, Heuristic::Power, spp),
         ] {
-            // Where lamps are small this takes most of the time, and says no more of how directions are drawn than where they are wide.
+            // With small lamps this takes most of the time. It tests direction sampling no better
+            // than wide lamps.
             if l == "none" && blind == BLIND && !["uniform", "bsdf"].contains(&d) {
                 continue;
             }
@@ -100,7 +103,7 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
             1,
         ));
     }
-    // Where lamps are small, too few paths count them for a z-test.
+    // With small lamps, too few paths hit them for a z-test.
     if blind < BLIND {
         all.push(Estimator {
             name: "coin and absorption at every hit, naive".into(),
@@ -150,7 +153,7 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
     });
     all.push(Estimator {
         name: "distributed".into(),
-        // Each has 2⁶ paths: so few are as good as the path tracer's.
+        // Each sample has 2⁶ paths, so a quarter of the samples equals the path tracer.
         spp: spp / 4,
         render: Box::new(|world, spp| {
             let integrator = DistributedIntegrator {
@@ -178,14 +181,16 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
     all
 }
 
-/// Fails unless at least 99.75 % of the channels of both pictures, and their means, differ by no more than noise allows.
+/// Fails unless at least 99.75 % of the channels, and the means, of both images differ by no more
+/// than noise.
 ///
-/// With all samples the standard error of a difference of means is 0.04 % at best, 2 % for half of the
-/// comparisons and 4 % at worst, and twice that with a quarter of them. A factor is found if it is wrong
-/// by six standard errors. Smaller ones are found by `bsdf.rs`, `lights.rs` and `closed_forms.rs`.
+/// With all samples the standard error of a difference of means is between 0.04 % and 4 %, and 2 %
+/// for half of the comparisons; with a quarter of the samples it is twice that. A factor is found
+/// if it is wrong by six standard errors. Smaller ones are found by `bsdf.rs`, `lights.rs` and
+/// `closed_forms.rs`.
 fn assert_agree(what: &str, a: &Film, b: &Film) {
-    // Šidák: all of N channels stay below the threshold with a probability of 99 % where N is 192 and |z| < 4.1; what is
-    // left of skewed distributions takes a little more, and by a quarter of the samples one channel.
+    // Šidák: all N = 192 channels stay below |z| < 4.1 with a probability of 99 %. Skewed
+    // distributions need a little more, and with a quarter of the samples one more channel.
     const THRESHOLD: f64 = 4.5;
     let pixels = |film: &Film| -> Vec<_> { film.pixels().map(|(_, s)| *s).collect() };
     let (a, b) = (pixels(a), pixels(b));
@@ -199,7 +204,8 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
         let means: Vec<f64> = b.iter().map(|s| s.mean(c)).collect();
         for (i, (a, b)) in a.iter().zip(&b).enumerate() {
             let (difference, v) = (a.mean(c) - b.mean(c), variances[i]);
-            // A pixel that has missed what is rare and bright does not know its variance. Its neighbours do.
+            // The variance of a pixel is too small if it missed rare bright samples. Its neighbours
+            // supply it.
             let near = v.max(means[i].powi(2) * relative_variance_about(i, &variances, &means));
             beyond += usize::from(difference.abs() > THRESHOLD * near.sqrt() + 1e-6);
             sum += difference;
@@ -223,7 +229,7 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
     );
 }
 
-/// Mean of variance over squared mean of the pixel `i` and its neighbours, without black ones.
+/// Mean of variance / mean² over pixel `i` and its neighbours, without black pixels.
 fn relative_variance_about(i: usize, variances: &[f64], means: &[f64]) -> f64 {
     let width = RESOLUTION.x as usize;
     let is_near = |j: usize| (i % width).abs_diff(j % width) <= 1 && (i / width).abs_diff(j / width) <= 1;
@@ -234,7 +240,7 @@ fn relative_variance_about(i: usize, variances: &[f64], means: &[f64]) -> f64 {
     near.iter().sum::<f64>() / near.len().max(1) as f64
 }
 
-/// Compares all [`estimators`] but those whose names end in one of `skip`.
+/// Compares all [`estimators`] except estimators whose names end in an entry of `skip`.
 fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, samples: (u32, u32), skip: &[&str]) {
     with_world(scene, camera, RESOLUTION, |world| {
         all_agree_in(what, world, samples, skip)
@@ -259,12 +265,12 @@ fn all_agree_in(what: &str, world: World<Backend>, (spp, blind): (u32, u32), ski
 fn estimators_agree_on_our_scenes() {
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     all_agree("cornell-box", &own("cornell-box.toml"), cornell, (512, BLIND), &[]);
-    // Every ray meets light in the closed box and in the furnace.
-    // Where a lamp meets other surfaces, the inverse square of the distance has no variance, and no z-test.
+    // Every ray hits a light in the closed box and in the furnace. If a lamp touches other
+    // surfaces, the inverse squared distance has no finite variance, and z-tests fail.
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     all_agree("closed-box", &own("closed-box.toml"), inside, (512, 8), &["light"]);
     let furnace = pinhole(Vec3::new(0.0, 0.5, 4.0), Vec3::ZERO, 40.0);
-    // A thin lens, and a point light, which cannot be met.
+    // A thin lens and a point light, which no ray can hit
     let lens = CameraParameters {
         lens_radius: 0.18,
         focus_distance: 7.45,
@@ -280,24 +286,27 @@ fn estimators_agree_on_our_scenes() {
     all_agree("furnace", &own("furnace.toml"), furnace, (512, 8), &[]);
 }
 
-/// Every lobe in one room: a Phong floor, a Blinn block, glass, a metal and a veil, under a lamp that is large enough to be met.
+/// One room with every lobe: a Phong floor, a Blinn block, glass, a metal and a filter, under a
+/// large lamp that paths hit.
 #[test]
 fn estimators_agree_on_every_lobe() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     all_agree("lobes", &lobes_room(), inside, (1024, BLIND / 2), &[]);
 }
 
-/// Panes, thin glass and a veil between lights, surfaces and the camera: shadow rays and scattered rays pass them alike.
+/// Panes, thin glass and a filter between lights, surfaces and the camera: shadow rays and
+/// scattered rays have the same transmittance.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_through_glass() {
     all_agree("glass", &glazed_room(), in_glazed_room(), (1024, BLIND / 2), &[]);
 }
 
-/// Points uniform over the area of surfaces, where no two surfaces touch: there the geometry term is bounded, and z-tests hold. The floor lies in an
-/// instance, one body is a mirror, and one lets half of the light pass.
+/// Points uniform over the area of surfaces. No two surfaces touch, so the geometry term is bounded
+/// and z-tests hold. The floor is in an instance. One body is a mirror, and one transmits half of
+/// the light.
 #[test]
-fn vertices_by_area_agree_where_surfaces_are_apart() {
+fn area_integrator_agrees_on_separate_surfaces() {
     let mut b = SceneBuilder::new();
     let square = |y: f32, half: f32| {
         polygon(&[
@@ -335,7 +344,7 @@ fn vertices_by_area_agree_where_surfaces_are_apart() {
     });
 }
 
-/// Veach's plates: the combination of both strategies is nowhere much worse than the better of them.
+/// Veach's plates: nowhere is MIS much worse than the better strategy.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn mis_is_as_good_as_the_better_strategy() {
@@ -361,12 +370,13 @@ fn mis_is_as_good_as_the_better_strategy() {
     assert!(mis < 1.1 * none.min(light), "none {none}, light {light}, mis {mis}");
 }
 
-/// Samplers whose samples of a pixel depend on each other: no variance over samples tells their error, but that over seeds does.
+/// Samplers with dependent samples within a pixel. The variance over samples does not measure their
+/// error; the variance over seeds does.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dependent_samples_have_the_same_means() {
     const SEEDS: u64 = 48;
-    // A block of every sampler, and parts of others
+    // One block of every sampler, and parts of other blocks
     const SPP: u32 = 80;
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
@@ -438,7 +448,7 @@ fn dependent_samples_have_the_same_means() {
     }
 }
 
-/// The boxes of McGuire's archive: Phong, mirrors and glass.
+/// Boxes of McGuire's archive: Phong, mirrors and glass.
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 #[cfg_attr(all(shared, not(long)), ignore = "long")]
@@ -447,8 +457,9 @@ fn estimators_agree_on_mcguires_boxes() {
     for (name, height) in [("Original", 1.0), ("Glossy", 0.8), ("Mirror", 1.0), ("Sphere", 0.8)] {
         let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
         let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
-        // Other directions than the BSDF's meet these small lamps so seldom, unless lights are sampled, that no sample variance tells the error:
-        // with 32,768 samples pixels are beyond the threshold for many seeds, to either side.
+        // Without light samples, directions that do not follow the BSDF hit these small lamps too
+        // rarely for a sample variance. With 32,768 samples, pixels exceed the threshold in both
+        // directions for many seeds.
         let skip = [
             "naive",
             "uniform, none",

@@ -1,9 +1,9 @@
 //! Shading normals far from the facets: normal maps, bump maps, coarse smooth balls, normals on the
 //! wrong side. Random scenes of all materials, every integrator against `naive`, both backends.
 //!
-//! `naive` has neither light samples nor connections nor weights, so it is right if rays start where
-//! they should. A white surface in a white sky checks that ([`white_waves_in_a_white_sky_are_white`],
-//! [`balls_that_touch_in_a_white_sky_are_white`]).
+//! `naive` has no light samples, connections or weights, so it is right if ray origins are right. A
+//! white surface in a white sky checks that ([`white_waves_in_a_white_sky_are_white`],
+//! [`touching_balls_in_a_white_sky_are_white`]).
 #![cfg(feature = "embree")]
 
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -19,18 +19,18 @@ use std::fmt::Write as _;
 use std::fs;
 
 const SIZE: u32 = 16;
-/// Width of a block of pixels.
+/// Width of a block in pixels.
 const BLOCK: u32 = 4;
-/// Films of each integrator, by seeds of their own: block means of different films are independent.
+/// Films of each integrator, with different seeds: block means of different films are independent.
 const FILMS: u64 = 16;
 const MAX_DEPTH: u32 = 6;
-/// Maximum |t| of a difference of two means. With 30 degrees of freedom P(|t| > 6.5) is 3.4e-7: over
-/// the 2,000 differences of a run, one false alarm in 1,500 runs.
+/// Maximum |t| of a difference of two means. With 30 degrees of freedom P(|t| > 6.5) is 3.4e-7:
+/// over the 2,000 differences of a run, one false alarm in 1,500 runs.
 pub(super) const MAX_T: f64 = 6.5;
-/// Part of a mean by which photon methods may differ: their radius blurs edges.
+/// Relative difference allowed for photon methods: their radius blurs edges.
 const BLUR: f64 = 0.04;
 
-/// A generator for scenes: SplitMix64.
+/// Random generator for scenes: SplitMix64.
 struct Numbers(u64);
 
 impl Numbers {
@@ -64,7 +64,7 @@ const MATERIALS: [&str; 10] = [
     "diffuse = 0.4\nspecular = 0.5\nmodel = \"mirror\"",
 ];
 
-/// A PNG of 8 × 8 random normals whose slopes are up to `slope`, or of random heights.
+/// PNG texels: 8 × 8 random normals with slopes up to `slope`, or random heights if `None`.
 fn map(numbers: &mut Numbers, slope: Option<f32>) -> Vec<[u8; 3]> {
     let byte = |x: f32| (255.0 * (0.5 + 0.5 * x)).round() as u8;
     let texel = |numbers: &mut Numbers| match slope {
@@ -77,8 +77,8 @@ fn map(numbers: &mut Numbers, slope: Option<f32>) -> Vec<[u8; 3]> {
     (0..64).map(|_| texel(numbers)).collect()
 }
 
-/// A floor, a coarse smooth ball on it, a thin board, and a lamp above. The sky shines from below too:
-/// what leaks through the floor is seen.
+/// A floor, a coarse smooth ball on it, a thin board, and a lamp above. The sky also shines from
+/// below, so a leak through the floor is visible.
 fn random_scene(seed: u64) -> (String, Scene, CameraParameters) {
     let mut numbers = Numbers(seed);
     let folder = tempfile::tempdir().unwrap();
@@ -158,7 +158,7 @@ fn ball(obj: &mut String, center: Vec3, radius: f32, sign: f32) {
     }
 }
 
-/// Means of blocks of pixels, the whole film's last, for each film.
+/// Means of blocks of pixels, then of the whole film, for each film.
 type Blocks = Vec<Vec<f64>>;
 
 fn blocks(render: impl Fn(u64) -> Film) -> Blocks {
@@ -175,18 +175,19 @@ fn blocks(render: impl Fn(u64) -> Film) -> Blocks {
     (0..FILMS).map(|seed| of_film(render(seed))).collect()
 }
 
-/// How two integrators may differ.
+/// Allowed difference between two integrators.
 #[derive(Clone, Copy, PartialEq)]
 enum Allowed {
-    /// By noise.
+    /// Noise.
     Noise,
-    /// By noise and the blur of photons.
+    /// Noise and the blur of photons.
     Blur,
-    /// The second may be darker by any amount: it lacks light from beyond the horizon of a facet.
+    /// The second integrator may be darker by any amount: it lacks light from beyond the horizon of
+    /// a facet.
     Darkness,
 }
 
-/// Largest |t| of block means, of the differences that are not allowed.
+/// Largest |t| over block means, of differences that are not allowed.
 fn largest_t(reference: &Blocks, other: &Blocks, allowed: Allowed) -> f64 {
     let t = |(expected, got): (Mean, Mean)| {
         let difference = match allowed {
@@ -299,7 +300,7 @@ pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters
 
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn integrators_agree_in_random_scenes_with_bent_normals() {
+fn integrators_agree_on_random_bent_normals() {
     let cases = if slack() > 1.0 { 12 } else { 200 };
     let (mut wrong, mut largest) = (String::new(), 0.0f64);
     for seed in 0..cases {
@@ -323,7 +324,7 @@ fn integrators_agree_in_random_scenes_with_bent_normals() {
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-/// Waves in both directions, of slopes up to `slope`.
+/// Texels of waves in both directions, with slopes up to `slope`.
 fn waves(slope: f32) -> Vec<[u8; 3]> {
     let n = 16;
     let rise = |i: u32| slope * (std::f32::consts::TAU * i as f32 / n as f32).cos();
@@ -332,9 +333,8 @@ fn waves(slope: f32) -> Vec<[u8; 3]> {
     (0..n * n).map(|i| texel(i).to_array().map(byte)).collect()
 }
 
-/// The white `scene` is in a white sky: nothing absorbs light, and each
-/// pixel is 1. Fails if the mean by an integrator is not, or that of a block; integrators `skipped`
-/// may differ.
+/// The white `scene` is in a white sky: nothing absorbs light, and each pixel is 1. Fails if the
+/// mean, or the mean of a block, differs from 1. Integrators in `skipped` may differ.
 fn assert_white(what: &str, scene: &Scene, camera: CameraParameters, skipped: &[&str]) {
     let size = UVec2::splat(SIZE);
     with_world(scene, camera, size, |world| {
@@ -398,9 +398,9 @@ fn white_waves_in_a_white_sky_are_white() {
 }
 
 /// A ray that leaves a facet beyond its horizon starts at the height of the curved surface, but not
-/// within the other ball.
+/// inside the other ball.
 #[test]
-fn balls_that_touch_in_a_white_sky_are_white() {
+fn touching_balls_in_a_white_sky_are_white() {
     let mut obj = String::new();
     ball(&mut obj, Vec3::ZERO, 1.0, 1.0);
     ball(&mut obj, Vec3::new(0.5, 1.2, 0.8), 0.6, 1.0);
@@ -410,15 +410,15 @@ fn balls_that_touch_in_a_white_sky_are_white() {
     fs::write(folder.path().join("scene.toml"), toml).unwrap();
     let scene = load(&folder.path().join("scene.toml"));
     let camera = pinhole(Vec3::new(1.5, 1.5, 2.5), Vec3::new(0.35, 0.8, 0.5), 30.0);
-    // Facets that meet at 45° are different surfaces to photons.
+    // To photons, facets at an angle of 45° are different surfaces.
     assert_white("balls", &scene, camera, &["sppm"]);
 }
 
-/// A lamp and a board are below a floor with steep waves: no integrator may bring their light to the
-/// camera above. `sppm` stores photons from the second scattering on, so its photons need the board to
-/// reach the floor.
+/// A lamp and a board are below a floor with steep waves: no light may reach the camera above.
+/// `sppm` stores photons from the second scattering on, so its photons need the board to reach the
+/// floor.
 #[test]
-fn light_from_below_a_bent_floor_does_not_leak() {
+fn light_below_a_bent_floor_does_not_leak() {
     let folder = tempfile::tempdir().unwrap();
     write_png(&folder.path().join("waves.png"), 16, &waves(4.0));
     let obj = "v -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nvt 0 0\nvt 3 0\nvt 3 3\nvt 0 3\nusemtl m\nf 1/1 2/2 3/3 4/4\n\
@@ -483,11 +483,11 @@ fn light_from_below_a_bent_floor_does_not_leak() {
     });
 }
 
-/// A mirror with tilted normals throws the light of a lamp to the floor. Paths from the light
+/// A mirror with tilted normals reflects the light of a lamp onto the floor. Paths from the light
 /// multiply it by the adjoint factor of the mirror, which is 0.64 straight above the middle of the
 /// lamp.
 #[test]
-fn light_by_a_bent_mirror_agrees_with_camera_paths() {
+fn light_paths_agree_at_a_bent_mirror() {
     let (scene, camera) = floor_lit_by_a_mirror(25.0);
     let size = UVec2::splat(SIZE);
     with_world(&scene, camera, size, |world| {

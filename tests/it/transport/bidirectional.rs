@@ -1,4 +1,5 @@
-//! Light tracing and bidirectional path tracing: every strategy by itself, all of them together, closed forms, and bits.
+//! Light tracing and bidirectional path tracing: each strategy separately, all strategies together,
+//! closed forms, and bits.
 
 use crate::support::statistics::{Mean, assert_all_means_within, assert_same_mean};
 use crate::support::*;
@@ -15,7 +16,7 @@ use embrasure::method::CompiledIntegrator;
 use embrasure::scene::{Scene, SceneBuilder};
 
 const RESOLUTION: UVec2 = UVec2::splat(16);
-/// Renders of a kind, which tell its error.
+/// Renders of each kind; their spread gives the error.
 const SEEDS: u64 = 16;
 
 pub(crate) fn bidirectional<A>(world: World<A>, max_depth: u32) -> BidirectionalIntegrator<A> {
@@ -35,7 +36,7 @@ pub(crate) fn light_tracer<A>(world: World<A>, max_depth: u32) -> LightIntegrato
     }
 }
 
-/// Means of the quarters of a picture, the whole of it, and their channels, by the value of a pixel.
+/// Means of the four quarters and of the whole image, for each channel.
 fn regions(film: &Film, value: impl Fn(UVec2, usize) -> f64) -> Vec<f64> {
     let half = film.resolution() / 2;
     let mut means = vec![0.0; 15];
@@ -54,7 +55,7 @@ fn picture(film: &Film) -> Vec<f64> {
     regions(film, |pixel, c| film.sums(pixel).unwrap().mean(c))
 }
 
-/// What part `part` of the light gives.
+/// Means of part `part` of the light.
 fn part(film: &Film, part: usize) -> Vec<f64> {
     let iterations = film.sums(UVec2::ZERO).unwrap().samples();
     regions(film, |pixel, c| {
@@ -62,7 +63,8 @@ fn part(film: &Film, part: usize) -> Vec<f64> {
     })
 }
 
-/// Fails if means over renders differ. Returns the standard error of the whole picture's difference.
+/// Fails if means over renders differ. Returns the standard error of the difference of the whole
+/// image.
 fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let pairs: Vec<_> = Mean::of_each(a).into_iter().zip(Mean::of_each(b)).collect();
     assert_all_means_within(what, &pairs, |_| 1e-7);
@@ -70,7 +72,7 @@ fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     a.error().hypot(b.error())
 }
 
-/// Asserts equal means, relative to the whole picture.
+/// Asserts equal means, relative to the mean of the whole image.
 pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let whole = Mean::of_each(b)[b[0].len() - 2].value;
     let relative = |renders: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -79,19 +81,20 @@ pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f
     assert_same_means_to(what, &relative(a), &relative(b))
 }
 
-/// By several seeds.
+/// Images of [`SEEDS`] renders.
 pub(crate) fn renders(of: impl Fn(u64) -> Film) -> Vec<Vec<f64>> {
     (0..SEEDS).map(|seed| picture(&of(seed))).collect()
 }
 
-/// A room whose walls do not touch, so that no two points of it are arbitrarily near to each other; its ceiling glows in the middle.
+/// A room whose walls do not touch, so no two points are arbitrarily near. The middle of the
+/// ceiling emits.
 fn open_box() -> (Scene, CameraParameters) {
     let mut b = SceneBuilder::new();
     let wall = |color: [f32; 3]| Material {
         diffuse: Spectrum::from(color),
         ..material(0.0, 0.0)
     };
-    // The wall z = -1 of a cube, its front inside, turned about all axes
+    // The wall z = -1 of a cube facing inwards, rotated to the other walls
     let (s, z) = (0.8, -1.0);
     let back = [
         Vec3::new(-s, -s, z),
@@ -114,10 +117,10 @@ fn open_box() -> (Scene, CameraParameters) {
     (b.build().unwrap().0, camera)
 }
 
-/// For paths of one to five segments, each strategy that can make them, weighed by nothing, gives the picture of the paths of that length: a density that
-/// is wrong anywhere shows here (Veach 1997, figure 10.3).
+/// For paths of one to five segments, each strategy that can sample them, without MIS weights,
+/// gives the image of paths of that length. A wrong density shows here (Veach 1997, figure 10.3).
 #[test]
-fn every_strategy_alone_gives_the_light_of_its_length() {
+fn each_bdpt_strategy_alone_is_unbiased() {
     const MAX_DEPTH: u32 = 4;
     let (scene, camera) = open_box();
     with_world(&scene, camera, RESOLUTION, |world| {
@@ -134,7 +137,8 @@ fn every_strategy_alone_gives_the_light_of_its_length() {
         let mut index = 0;
         let mut so_far = vec![vec![0.0; 15]; films.len()];
         for depth in 0..=MAX_DEPTH {
-            // All of one length, weighed, are what the path tracer finds up to that length, together with those of all shorter ones.
+            // The weighted strategies of all lengths up to this one sum to the light that the path
+            // tracer finds up to this length.
             let n = depth as usize + 2;
             let mut weighed = vec![vec![0.0; 15]; films.len()];
             for (weighed, film) in weighed.iter_mut().zip(&films) {
@@ -149,7 +153,8 @@ fn every_strategy_alone_gives_the_light_of_its_length() {
             let error = assert_same_means(&format!("up to {n} vertices"), &so_far, &expected);
             assert!(error < 0.006, "{error}");
 
-            // Each by itself is what they are together: differences within each render, since they share their subpaths.
+            // Each strategy without weights gives the same as the weighted sum. Differences are
+            // taken within each render because strategies share subpaths.
             for t in 1..=n {
                 let strategy = format!("(s, t) = ({}, {t})", n - t);
                 let none = vec![vec![0.0; 15]; films.len()];
@@ -166,7 +171,7 @@ fn every_strategy_alone_gives_the_light_of_its_length() {
             }
             index += n;
         }
-        // All together are the picture.
+        // All strategies together are the image.
         for (film, so_far) in films.iter().zip(&so_far) {
             for (sum, value) in so_far.iter().zip(picture(film)) {
                 assert!((sum - value).abs() < 1e-4 * value.abs(), "{sum} {value}");
@@ -175,8 +180,9 @@ fn every_strategy_alone_gives_the_light_of_its_length() {
     });
 }
 
-/// A corner with a lamp and a sky; matte, glossy and rough surfaces, rough glass, a hole, normals that are not those of the facets. Either with glass and a
-/// mirror, or with a point of light and parallel light, whose light in mirrors and glass paths from the camera never find.
+/// A corner with a lamp and a sky: matte, glossy and rough surfaces, rough glass, an opacity below
+/// 1, smooth normals. Either with glass and a mirror, or with a point light and a directional
+/// light. Paths from the camera never find the light of those two in mirrors and glass.
 fn stage(has_mirrors: bool) -> Scene {
     let mut b = SceneBuilder::new();
     let quad = |at: [[f32; 3]; 4]| polygon(&at.map(Vec3::from));
@@ -257,7 +263,8 @@ fn stage_camera() -> CameraParameters {
     }
 }
 
-/// All kinds of lights and surfaces through a lens: the mean is that of the path tracer, however lights are chosen and strategies are weighed.
+/// All kinds of lights and surfaces through a lens: the mean equals the path tracer for
+/// every light selection and heuristic.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn bidirectional_paths_agree_with_paths() {
@@ -287,9 +294,10 @@ fn bidirectional_paths_agree_with_paths() {
     }
 }
 
-/// Normals that are bent far away: what a camera's path finds where it meets the very facet that it has left is in the weights of all strategies.
+/// Strongly bent normals. A camera path may hit the facet that it has left; the weights of all
+/// strategies include its light.
 #[test]
-fn bent_normals_are_the_same_from_both_ends() {
+fn bidirectional_paths_agree_on_bent_normals() {
     let (scene, camera) = tilted_room();
     with_world(&scene, camera, RESOLUTION, |world| {
         let expected = renders(|seed| film_of(&path_tracer(world, Some(4)), RESOLUTION, budget(256), seed));
@@ -299,7 +307,7 @@ fn bent_normals_are_the_same_from_both_ends() {
     });
 }
 
-/// Means of the light tracer are those of paths, where no mirror or glass is seen first.
+/// Means of the light tracer equal the path tracer if the camera sees no mirror or glass directly.
 #[test]
 fn light_tracing_agrees_with_paths() {
     let (scene, camera) = open_box();
@@ -318,7 +326,7 @@ fn light_tracing_agrees_with_paths() {
     }
 }
 
-/// Connections pass thin glass and veils, also those to the lens.
+/// Connections, also those to the lens, pass thin glass and filters.
 #[test]
 fn light_tracing_passes_glass() {
     let mut b = room_below_a_pane();
@@ -338,7 +346,7 @@ fn light_tracing_passes_glass() {
     });
 }
 
-/// A filter wider than a pixel gives splats the weights that it gives samples.
+/// Splats have the same filter weights as samples, also if the filter is wider than a pixel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn filters_weigh_splats() {
@@ -371,7 +379,7 @@ fn filters_weigh_splats() {
     }
 }
 
-/// Fails if the mean of a picture is not what it should be, or is not known to 0.5 %.
+/// Fails if the mean of the image is not `expected`, or its standard error exceeds 0.5 %.
 fn assert_known(
     what: &str,
     iterations: u32,
@@ -396,7 +404,8 @@ fn assert_known(
     );
 }
 
-/// A room that glows and reflects, a white object in a furnace, a point of light in a sphere: flux is kept, so the mean is known.
+/// A room that emits and reflects, a white object in a furnace, a point light in a sphere: flux is
+/// conserved, so the mean is known.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn closed_forms_hold() {
@@ -411,7 +420,8 @@ fn closed_forms_hold() {
         assert_known("furnace, light", 2048, &light_tracer(world, 20), 1.0);
     });
 
-    // Of the flux 4πI that meets an area A, a share ρ goes on: E = 4πI / (A (1 − ρ)) everywhere, as every point of a sphere sees all others alike.
+    // Of the flux 4πI that hits an area A, a fraction ρ is reflected: E = 4πI / (A (1 − ρ))
+    // everywhere, because every point of a sphere sees all others in the same way.
     let (rho, intensity) = (0.6, 2.0);
     let mut ball = sphere(1.0, Vec3::ZERO, 4);
     for triangle in &mut ball.triangles {

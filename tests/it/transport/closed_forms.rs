@@ -1,4 +1,4 @@
-//! Renders against answers known on paper.
+//! Renders against closed forms.
 
 use crate::support::statistics::{Mean, assert_means_within};
 use crate::support::*;
@@ -39,16 +39,16 @@ fn closed_box_shows_the_geometric_series() {
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn roulette_keeps_the_mean_of_long_paths() {
-    // e / (1 - ρ) = 10: nearly all of it comes from paths that roulette has had its say on.
+    // e / (1 - ρ) = 10: nearly all of it comes from paths after roulette starts.
     let scene = glowing_room(0.9, 1.0);
     let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
     let film = render_film(&scene, camera, [24, 24], budget(2048), None);
     assert_unbiased("ρ = 0.9", &film, 10.0);
 }
 
-/// The radiance in a closed room does not ask when roulette begins.
+/// The radiance in a closed room does not depend on the roulette depth.
 #[test]
-fn roulette_from_the_first_scattering_keeps_the_mean() {
+fn roulette_at_depth_0_keeps_the_mean() {
     let scene = glowing_room(0.5, 1.0);
     let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
     let resolution = UVec2::splat(96);
@@ -63,8 +63,9 @@ fn roulette_from_the_first_scattering_keeps_the_mean() {
     assert_unbiased("roulette from 0", &film, 2.0);
 }
 
-/// A path that survives each scattering with probability p carries Σ (ρ/p)ᵏ up to the scattering N that ends it, with P(N ≥ k) = pᵏ. In a room whose walls
-/// emit 1 the second moment is so (1 + ρ) / ((1 − ρ²/p) (1 − ρ)), and the mean 1 / (1 − ρ).
+/// A path that survives each scattering with probability p carries Σ (ρ/p)ᵏ up to the scattering N
+/// that ends it, with P(N ≥ k) = pᵏ. If the walls of a room emit 1, the second moment is (1 + ρ) /
+/// ((1 − ρ²/p) (1 − ρ)), and the mean 1 / (1 − ρ).
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn constant_survival_has_its_variance() {
@@ -99,9 +100,10 @@ fn constant_survival_has_its_variance() {
     );
 }
 
-/// A glass box in uniform light: what it reflects, refracts and totally reflects adds up to what is behind it.
+/// A glass box in uniform light: reflection, refraction and total reflection sum to the light
+/// behind it.
 #[test]
-fn a_clear_glass_box_is_invisible_in_uniform_light() {
+fn glass_box_in_uniform_light_is_invisible() {
     let mut b = SceneBuilder::new();
     let glass = Material {
         transmission: Spectrum::ONE,
@@ -117,14 +119,14 @@ fn a_clear_glass_box_is_invisible_in_uniform_light() {
     let film = render_film(&scene, camera, [64, 64], 256, None);
     let mean = film_mean(&film, 0);
     assert!((mean - 1.0).abs() < 2e-3, "mean {mean}");
-    // Radiance inside is η² times that outside, and nowhere is it seen.
+    // Radiance inside is η² times the radiance outside. No pixel may show it.
     for value in &film.develop().channels[0].values {
         assert!(*value < 1.2, "a pixel of {value}");
     }
 }
 
 #[test]
-fn paths_end_where_nothing_is_absorbed() {
+fn paths_without_absorption_end() {
     let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
     let resolution = UVec2::splat(8);
     let (film, statistics) = with_world(&glowing_room(1.0, 1.0), camera, resolution, |world| {
@@ -155,7 +157,7 @@ fn white_furnace_hides_a_white_object() {
     assert_unbiased("furnace", &film, 1.0);
 }
 
-/// A large floor at y = 0 of reflectance `rho`, front up.
+/// Adds a large floor at y = 0 of reflectance `rho`, facing up.
 fn floor(b: &mut SceneBuilder, rho: f32) {
     let s = 50.0;
     let corners = [
@@ -196,8 +198,8 @@ fn irradiance_under_a_point_light() {
     }
 }
 
-/// Irradiance at `p` on a surface of normal +y from a uniform polygonal emitter above it: Lambert's formula,
-/// `E = L/2 Σ γᵢ Γᵢ·n` over the edges (Arvo 1994, eq. 4).
+/// Irradiance at `p` on a surface of normal +y from a uniform polygonal emitter above it: Lambert's
+/// formula, `E = L/2 Σ γᵢ Γᵢ·n` over the edges (Arvo 1994, eq. 4).
 fn lambert_irradiance(p: Vec3, corners: &[Vec3], radiance: f64) -> f64 {
     let edges = (0..corners.len()).map(|i| {
         let [a, b] = [corners[i], corners[(i + 1) % corners.len()]].map(|c| (c - p).as_dvec3().normalize());
@@ -269,7 +271,8 @@ fn circle_of_confusion() {
     (camera.lens_radius, camera.focus_distance) = (lens, focus);
     let film = render_film(&scene, camera, [height, height], 512, Some(0));
 
-    // By similar triangles: displaced by l (z - f) / z in the plane of focus, which is f pixels-per-unit away.
+    // Similar triangles: the displacement in the plane of focus is l (z - f) / z; the plane is f
+    // pixels-per-unit away.
     let pixels_per_unit = height as f64 / (2.0 * (0.5 * fov as f64).to_radians().tan());
     let radius = lens as f64 * (depth - focus) as f64 / (depth * focus) as f64 * pixels_per_unit;
 
@@ -295,8 +298,9 @@ fn circle_of_confusion() {
     assert!((farthest - edge).abs() < 1.0, "edge at {farthest}, expected {edge}");
 }
 
-/// The blur of a point is an image of the lens's opening: a regular polygon of corners at distance R has E r² = R²/6 (2 + cos 2π/n), and behind the plane
-/// of focus it stands as the opening does.
+/// The blur of a point has the shape of the aperture. A regular polygon with corners at distance R
+/// has E r² = R²/6 (2 + cos 2π/n). Behind the plane of focus the blur has the orientation of the
+/// aperture.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn blades_shape_the_circle_of_confusion() {
@@ -333,7 +337,8 @@ fn blades_shape_the_circle_of_confusion() {
             "{blades}: {}",
             second / weight
         );
-        // Of a triangle E (x + iy)³ is a tenth of its corners' (x + iy)³: that of a corner that is up is −i R³.
+        // For a triangle, E (x + iy)³ is a tenth of (x + iy)³ at its corners; at an upper corner
+        // that is −i R³.
         if blades == 3 {
             let expected = -radius.powi(3) / 10.0;
             assert!(
@@ -346,7 +351,7 @@ fn blades_shape_the_circle_of_confusion() {
 }
 
 #[test]
-fn what_lies_in_the_plane_of_focus_is_sharp() {
+fn objects_in_the_plane_of_focus_are_sharp() {
     let s = 0.2;
     let corners = [
         Vec3::new(-s, -s, -2.0),
@@ -365,10 +370,11 @@ fn what_lies_in_the_plane_of_focus_is_sharp() {
     assert!(differ <= 4, "{differ} pixels differ");
 }
 
-/// Across a straight edge of light, pixels show the integral of their filter up to the edge.
+/// Across a straight edge of light, pixels have the integral of their filter up to the edge.
 #[test]
 fn filters_blur_an_edge_by_their_integral() {
-    // Seen from 4 above, at 90 degrees: a pixel of 8 is one unit wide, and the edge at x = 0.3 is at 4.3 on the film.
+    // Seen from 4 above, at 90 degrees: a pixel of 8 is one unit wide, and the edge at x = 0.3 is
+    // at 4.3 on the film.
     let mut b = SceneBuilder::new();
     let (left, right) = (-20.0, 0.3);
     let corner = |x, y| Vec3::new(x, y, 0.0);
@@ -431,8 +437,9 @@ fn filters_blur_an_edge_by_their_integral() {
     }
 }
 
-/// Between two plates at a distance h no direction is open for longer than h / cos θ, and cos² θ of a cosine-weighted direction is uniform: the open share
-/// within a distance d is (h / d)², and half of all directions are open for less than √2 h.
+/// Between two plates at a distance h a direction is open for h / cos θ, and cos² θ of a
+/// cosine-weighted direction is uniform. The open fraction within a distance d is (h / d)², and
+/// half of all directions are open for less than √2 h.
 #[test]
 fn ambient_occlusion_between_plates() {
     const H: f32 = 1.5;
@@ -454,12 +461,12 @@ fn ambient_occlusion_between_plates() {
                 f64::from(H / distance).powi(2).min(1.0),
             );
         }
-        // Half of that median, found by 1024 directions to some percent
+        // Half of that median; 1024 directions give it to a few percent
         let usual = AmbientOcclusion::usual_distance(&world);
         let expected = H * std::f32::consts::FRAC_1_SQRT_2;
         assert!((usual / expected - 1.0).abs() < 0.08, "{usual}, expected {expected}");
     });
-    // Where most directions are open, all that is there counts.
+    // If most directions are open, the distance is the diameter of the scene.
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 1.0), material(0.5, 0.0));
     let (scene, _) = b.build().unwrap();

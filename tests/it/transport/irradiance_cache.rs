@@ -1,4 +1,5 @@
-//! Irradiance caching: gradients against closed forms, the bias that its error allows, and bits that depend on nothing but the picture.
+//! Irradiance caching: gradients against closed forms, bias of the error setting, and bits that
+//! depend on the image settings only.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split, words};
@@ -18,11 +19,11 @@ use tempfile::TempDir;
 
 const RESOLUTION: UVec2 = UVec2::new(48, 40);
 
-/// Ward's error and rays of a record.
+/// Ward's error and the number of rays of a record.
 type Fineness = (f32, u32);
 const USUAL: Fineness = (0.3, 1024);
 
-/// Paths as they are beside the cache.
+/// Path tracer with the settings used beside the cache.
 fn path<'a>(world: World<'a, Backend<'a>>, max_depth: Option<u32>) -> PathIntegrator<'a, Backend<'a>> {
     PathIntegrator {
         light_samples: 2,
@@ -30,7 +31,7 @@ fn path<'a>(world: World<'a, Backend<'a>>, max_depth: Option<u32>) -> PathIntegr
     }
 }
 
-/// Renders `scene` with a cache so fine, and gives the number of records too.
+/// Renders `scene` with a cache of this fineness; returns the film and the number of records.
 fn cached(scene: &Scene, camera: CameraParameters, depth: u32, (error, rays): Fineness, spp: u32) -> (Film, usize) {
     with_world(scene, camera, RESOLUTION, |world| {
         let path = || path(world, Some(depth));
@@ -44,14 +45,14 @@ fn cached(scene: &Scene, camera: CameraParameters, depth: u32, (error, rays): Fi
     })
 }
 
-/// The light by paths alone.
+/// Renders with the path tracer only.
 fn by_paths(scene: &Scene, camera: CameraParameters, depth: u32, spp: u32) -> Film {
     with_world(scene, camera, RESOLUTION, |world| {
         film_by(&sobol(2), &path(world, Some(depth)), RESOLUTION, spp)
     })
 }
 
-/// Means over regions of 8 × 8 pixels, channel by channel.
+/// Means over regions of 8 × 8 pixels, for each channel.
 fn regions(film: &Film) -> Vec<f64> {
     let mut sums = vec![0.0; (RESOLUTION.x / 8 * (RESOLUTION.y / 8) * 3) as usize];
     for (pixel, sum) in film.pixels() {
@@ -63,7 +64,8 @@ fn regions(film: &Film) -> Vec<f64> {
     sums
 }
 
-/// Root of the mean squared difference of regions from `b`, each relative to what is there and a tenth of the mean.
+/// Root mean squared relative difference of the regions. The denominator is the region of `b` plus
+/// a tenth of the mean.
 fn difference(a: &Film, b: &Film) -> f64 {
     let (a, b) = (regions(a), regions(b));
     let count = a.len() as f64;
@@ -72,9 +74,9 @@ fn difference(a: &Film, b: &Film) -> f64 {
     (squares / count).sqrt()
 }
 
-/// Irradiance that the polygon sends, with radiance 1, to `p` with normal `n`: half the sum, over its edges, of the angle in which the edge is
-/// seen times the cosine of the angle between `n` and the normal of the plane through `p` and the edge (Lambert). All of it must be above the
-/// horizon.
+/// Irradiance from a polygon of radiance 1 at `p` with normal `n` (Lambert): half the sum over its
+/// edges of the angle that the edge subtends times the cosine of the angle between `n` and the
+/// normal of the plane through `p` and the edge. The polygon must be above the horizon.
 fn lambert(polygon: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     let edges = (0..polygon.len()).map(|i| [polygon[i], polygon[(i + 1) % polygon.len()]]);
     let terms = edges.map(|[a, b]| {
@@ -84,13 +86,14 @@ fn lambert(polygon: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     0.5 * terms.sum::<f64>().abs()
 }
 
-/// A rectangle that shines, above a plane, with nothing behind it: E, its change by moves and by turns.
+/// An emitting rectangle above a plane, with nothing behind it: E and its gradients by translation
+/// and by rotation.
 #[test]
-fn gradients_are_those_of_a_rectangle_above() {
+fn gradients_below_a_rectangle_match_closed_form() {
     let lamp = [[-0.3, -0.6], [1.1, -0.6], [1.1, 0.5], [-0.3, 0.5]].map(|[x, y]| DVec3::new(x, y, 0.8));
     let n = DVec3::Z;
     for p in [DVec3::ZERO, DVec3::new(-0.9, 0.3, 0.0), DVec3::new(1.5, 1.2, 0.0)] {
-        // What rays see
+        // Radiance along the rays
         let strata = Strata::new(40_000);
         let mut sampler = Sobol::new(3);
         let look = |index| {
@@ -110,10 +113,10 @@ fn gradients_are_those_of_a_rectangle_above() {
         let seen: Vec<Seen> = (0..strata.rays()).map(look).collect();
         let gathered = strata.gather(&seen);
 
-        // Against differences of the closed form
+        // Compare with differences of the closed form
         let h = 1e-4;
         let along = |d: DVec3| (lambert(&lamp, p + h * d, n) - lambert(&lamp, p - h * d, n)) / (2.0 * h);
-        // A turn about an axis moves the normal by the axis times the normal.
+        // A rotation about an axis changes the normal by axis × normal.
         let turned = |axis: DVec3, h: f64| lambert(&lamp, p, (n + h * axis.cross(n)).normalize());
         let about = |axis: DVec3| (turned(axis, h) - turned(axis, -h)) / (2.0 * h);
         let exact = lambert(&lamp, p, n);
@@ -136,11 +139,11 @@ fn gradients_are_those_of_a_rectangle_above() {
     }
 }
 
-/// Inside a box whose walls shine the more the higher they are, all is seen from everywhere, and nothing is hidden: differences between strata are
-/// then those of smooth light.
+/// Inside a convex box whose walls emit smoothly, nothing is hidden: differences between strata
+/// come from smooth light only.
 #[test]
-fn gradients_are_those_of_a_box() {
-    // Radiance of x, in the box [-1, 1]² × [0, 2], at a place of its floor
+fn gradients_in_a_box_match_differences() {
+    // Radiance at x, in the box [-1, 1]² × [0, 2]; `gather` collects it at a point of the floor
     let radiance = |q: Vec3| 1.0 + 0.5 * q.x;
     let gather = |p: Vec3, rays: u32| {
         let strata = Strata::new(rays);
@@ -148,7 +151,7 @@ fn gradients_are_those_of_a_box() {
         let look = |index| {
             sampler.start(SampleKey::new(0, 0, index));
             let w = strata.direction(index, sampler.get_2d(Dimension::PIXEL));
-            // The first wall on the way
+            // First wall along the ray
             let to = |p: f32, w: f32, min: f32, max: f32| ((if w > 0.0 { max } else { min }) - p) / w;
             let distance = to(p.x, w.x, -1.0, 1.0).min(to(p.y, w.y, -1.0, 1.0)).min(2.0 / w.z);
             Seen {
@@ -174,9 +177,10 @@ fn gradients_are_those_of_a_box() {
     }
 }
 
-/// In the closed box there is 2 everywhere, and 2 − 2⁻ⁿ after n scatterings: what `max_depth` cuts off is what it cuts off of paths.
+/// Radiance in the closed box is 2, and 2 − 2⁻ⁿ after n scatterings: `max_depth` limits the cache
+/// in the same way as paths.
 #[test]
-fn the_closed_box_is_as_bright_as_it_is() {
+fn closed_box_has_the_exact_radiance() {
     let scene = own("closed-box.toml");
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     for depth in [64, 0, 1, 2, 3] {
@@ -194,10 +198,10 @@ fn the_closed_box_is_as_bright_as_it_is() {
     }
 }
 
-/// Against paths: right within a per cent at the usual settings, and nearer with finer ones.
+/// Compared with paths: bias below 1 % at the usual settings, and less with finer ones.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn the_bias_is_small_and_shrinks() {
+fn bias_shrinks_with_finer_settings() {
     let scene = own("cornell-box.toml");
     let camera = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     let reference = by_paths(&scene, camera, 8, 1024);
@@ -217,10 +221,11 @@ fn the_bias_is_small_and_shrinks() {
     );
 }
 
-/// Mirrors and glass show what the cache knows, with what is left of the depth; other surfaces are those of paths.
+/// Mirrors and glass show cached light up to the remaining depth; other surfaces are traced as
+/// paths.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn what_is_behind_mirrors_is_that_of_paths() {
+fn mirrors_and_glass_agree_with_paths() {
     let mut builder = SceneBuilder::new();
     add(&mut builder, room(), material(0.6, 0.0));
     let lamp = panel(0.0, 0.6);
@@ -259,9 +264,10 @@ fn what_is_behind_mirrors_is_that_of_paths() {
     }
 }
 
-/// Records that a caustic lights rest on few of their rays, and the program says so; those of a matte room do not.
+/// Records lit by a caustic depend on a few of their rays, and the program warns. Records of a
+/// matte room cause no warning.
 #[test]
-fn caustics_make_records_doubtful() {
+fn caustics_cause_a_warning_about_records() {
     let warns = |scene: &str| {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
         let folder = folder(&[]);
@@ -273,7 +279,7 @@ fn caustics_make_records_doubtful() {
     assert!(!warns("cornell-box.toml"));
 }
 
-/// A convex white surface in a white world: all light is direct, and the cache adds nothing to it.
+/// A convex white surface in a white sky: all light is direct, and the cache adds none.
 #[test]
 fn the_furnace_is_one() {
     let camera = pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0);
@@ -281,8 +287,8 @@ fn the_furnace_is_one() {
     assert_unbiased("furnace", &film, 1.0);
 }
 
-/// Asks for a stop at every few calls.
-struct Impatient(AtomicU64);
+/// Requests a stop every eighth call.
+struct FrequentStop(AtomicU64);
 
 impl Observer for FrequentStop {
     fn progress(&self, _: u64) {}
@@ -292,9 +298,9 @@ impl Observer for FrequentStop {
     }
 }
 
-/// However often the filling is stopped, and by whichever number of threads it is done, the records are the same.
+/// Stops and the number of threads do not change the records.
 #[test]
-fn a_filling_goes_on_where_it_was() {
+fn interrupted_filling_gives_the_same_records() {
     let scene = own("cornell-box.toml");
     let camera = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     with_world(&scene, camera, RESOLUTION, |world| {
@@ -335,7 +341,7 @@ fn a_filling_goes_on_where_it_was() {
     });
 }
 
-/// A folder with a room, `s.toml`, that is open to the front: matte walls, a mirror and a lamp.
+/// A folder with `s.toml`: a room open to the front, with matte walls, a mirror and a lamp.
 fn scene() -> TempDir {
     folder(&[
         (
@@ -357,9 +363,10 @@ fn scene() -> TempDir {
     ])
 }
 
-/// Threads, crops, parts and interruptions make no difference: each fills the cache of the whole picture before it begins.
+/// Threads, crops, parts and interruptions change no bit: each render first fills the cache of the
+/// whole image.
 #[test]
-fn bits_are_those_of_one_render() {
+fn threads_crops_and_parts_change_no_bit() {
     let folder = scene();
     let usual = split("render s.toml -q");
     let render = |more: &str| done(folder.path(), &joined(&usual, &split(more)));
@@ -367,7 +374,7 @@ fn bits_are_those_of_one_render() {
     render("--threads 1 -o one.exr");
     render("--threads 3 -o three.exr");
     same("three.exr");
-    // Crops, and samples
+    // Crops and sample ranges
     render("--crop 0,0,17,30 -o left.exr");
     render("--crop 17,0,44,30 --samples 0..64 -o first.exr");
     render("--crop 17,0,44,30 --samples 64..128 --threads 1 -o second.exr");
@@ -376,7 +383,7 @@ fn bits_are_those_of_one_render() {
         &split("merge -q -o merged.exr second.exr left.exr first.exr"),
     );
     same("merged.exr");
-    // A render that ends before the cache is full writes nothing; one that is kept is resumed.
+    // A render that ends before the cache is full writes nothing. A checkpoint is resumed.
     let early = split("--checkpoint state.exr --time-limit 0.001s -o early.exr");
     let words = refused(folder.path(), &joined(&usual, &early), 1);
     assert!(
@@ -391,7 +398,7 @@ fn bits_are_those_of_one_render() {
     render("--checkpoint state.exr --resume --spp 100 -o later.exr");
     render("--checkpoint state.exr --resume -o whole.exr");
     same("whole.exr");
-    // Other settings are another picture.
+    // A checkpoint of other settings is refused.
     for other in ["--cache-error 0.4", "--cache-rays 65", "--integrator path"] {
         let more = split(&format!("--checkpoint state.exr --resume {other}")).join(" ");
         let words = refused(folder.path(), &joined(&usual, &split(&more)), 1);
@@ -400,7 +407,7 @@ fn bits_are_those_of_one_render() {
 }
 
 #[test]
-fn values_that_cannot_be_are_refused() {
+fn invalid_cache_options_are_errors() {
     let folder = scene();
     for (flags, words) in [
         ("--cache-error 0", "--cache-error 0"),

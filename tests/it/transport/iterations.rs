@@ -1,5 +1,6 @@
-//! Methods whose light falls on any pixel make iterations, others look at what was prepared for all pixels: the picture has the same bits however it was made, and
-//! files say what they should.
+//! Integrators whose light can fall on any pixel render in iterations; others prepare data for all
+//! pixels. Threads, stops and parts change no bit of the image, and files have the expected
+//! channels.
 
 use crate::support::program::{
     assert_same_bits, code, done, folder, joined, limited, read_json, refused, run, split, words,
@@ -9,7 +10,7 @@ use exr::prelude::read_all_flat_layers_from_file;
 use std::fs;
 use tempfile::TempDir;
 
-/// Each with what it is asked for besides.
+/// Each integrator with its options.
 const METHODS: &[&str] = &[
     "light --aov P,lights",
     "bdpt --max-depth 3 --aov strategies,lights,id",
@@ -21,7 +22,7 @@ const METHODS: &[&str] = &[
     "irradiance-cache --max-depth 4 --cache-rays 64",
 ];
 
-/// A lit floor behind a lens, a mirror, a glass tetrahedron, and a sky.
+/// A folder with a lit floor, a mirror, a glass tetrahedron and a sky, seen through a lens.
 fn scene() -> TempDir {
     folder(&[
         (
@@ -47,10 +48,11 @@ fn assert_same(folder: &TempDir, one: &str, other: &str) {
     assert_same_bits(&folder.path().join(one), &folder.path().join(other));
 }
 
-/// Threads, interruptions, crops and parts make no difference, nor does the order in which parts are joined.
+/// Threads, interruptions, crops and parts change no bit; the order in which parts are merged does
+/// not either.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn bits_do_not_depend_on_the_way() {
+fn threads_parts_and_stops_change_no_bit() {
     for method in METHODS {
         let folder = scene();
         let usual = joined(&["render", "s.toml", "-q", "--integrator"], &split(method));
@@ -65,7 +67,7 @@ fn bits_do_not_depend_on_the_way() {
         render("-o other.exr --threads 3");
         assert_same(&folder, "other.exr", "one.exr");
 
-        // Stopped again and again
+        // Stopped many times
         let (mut limit, mut stops) = (0.01, 0);
         loop {
             let more = split("--spp 130 -o later.exr --checkpoint c.exr --resume --stats s.json");
@@ -96,7 +98,7 @@ fn bits_do_not_depend_on_the_way() {
     }
 }
 
-/// A noise level ends the render where whole blocks of iterations end, and the error is near to what was asked for.
+/// A noise level ends the render at the end of a block of iterations, with the requested error.
 #[test]
 fn noise_levels_end_iterations() {
     let folder = scene();
@@ -117,9 +119,9 @@ fn noise_levels_end_iterations() {
     assert_same(&folder, "other.exr", "one.exr");
 }
 
-/// What cannot be had is refused before anything is rendered, with what to do.
+/// Unsupported options are errors before rendering starts. The message has a way out.
 #[test]
-fn what_cannot_be_is_refused_at_once() {
+fn unsupported_outputs_are_errors() {
     let folder = scene();
     for (args, words) in [
         ("--integrator bdpt --pixel 1,1", "no sample belongs to one pixel"),
@@ -138,7 +140,7 @@ fn what_cannot_be_is_refused_at_once() {
         let said = refused(folder.path(), &joined(&split("render s.toml -q"), &split(args)), 2);
         assert!(said.contains(words), "{args}: {said}");
     }
-    // All that there is leaves out what there is not.
+    // `all` leaves out unsupported outputs.
     done(
         folder.path(),
         &split("render s.toml -q --spp 1 --integrator path --aov all -o a.exr"),
@@ -147,7 +149,7 @@ fn what_cannot_be_is_refused_at_once() {
         folder.path(),
         &split("render s.toml -q --spp 1 --integrator bdpt --max-depth 2 --aov all -o a.exr"),
     );
-    // Strategies have to be named: they are hundreds of channels.
+    // Strategies must be named explicitly: they are hundreds of channels.
     let picture = read_all_flat_layers_from_file(folder.path().join("a.exr")).unwrap();
     let channels = picture.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
     let names: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
@@ -161,9 +163,9 @@ fn what_cannot_be_is_refused_at_once() {
     assert!(!read_channel(&folder.path().join("b.exr"), "P.X").is_empty());
 }
 
-/// The layers of strategies add up to the picture.
+/// Layers of strategies sum to the image.
 #[test]
-fn strategies_add_up() {
+fn strategies_sum_to_the_image() {
     let folder = scene();
     done(
         folder.path(),
@@ -182,9 +184,10 @@ fn strategies_add_up() {
     }
 }
 
-/// A render that ends before its first sample writes no picture and no checkpoint: a good one that is there stays.
+/// A render that ends before its first sample writes no image and no checkpoint. Existing files are
+/// kept.
 #[test]
-fn a_picture_of_no_sample_is_not_written() {
+fn render_without_samples_writes_no_image() {
     let folder = scene();
     let path = |name: &str| folder.path().join(name);
     fs::write(path("keep.png"), "good").unwrap();
@@ -197,7 +200,7 @@ fn a_picture_of_no_sample_is_not_written() {
         "irradiance-cache --cache-rays 99999",
         "path --size 16x16 --light-samples 1024 --light-selection all",
     ] {
-        // Before any tile of `path` is whole
+        // Before any tile of `path` is complete
         let limit = if method.starts_with("path") {
             "0.000001s"
         } else {
@@ -222,9 +225,10 @@ fn a_picture_of_no_sample_is_not_written() {
     }
 }
 
-/// Reading a scene takes longer than the limit, so that no sample is left to take, though each takes microseconds.
+/// Loading takes longer than the time limit, so no sample is taken, although each takes
+/// microseconds only.
 #[test]
-fn time_limit_below_the_time_of_reading_ends_the_render_before_the_first_sample() {
+fn time_limit_during_loading_is_an_error() {
     let folder = scene();
     let args = split("render s.toml -q --size 1x1 --spp 100000000 --time-limit 0.001s -o a.png --stats s.json");
     let said = refused(folder.path(), &args, 1);
@@ -236,10 +240,10 @@ fn time_limit_below_the_time_of_reading_ends_the_render_before_the_first_sample(
     assert!(!folder.path().join("a.png").exists());
 }
 
-/// An interrupt that comes before the first sample is told by its own code.
+/// An interrupt before the first sample has its own exit code.
 #[cfg(unix)]
 #[test]
-fn an_interrupt_of_no_sample_writes_nothing() {
+fn interrupt_before_first_sample_writes_nothing() {
     let folder = scene();
     let path = folder.path().join("keep.png");
     fs::write(&path, "good").unwrap();
@@ -253,9 +257,9 @@ fn an_interrupt_of_no_sample_writes_nothing() {
     assert_eq!(fs::read(&path).unwrap(), b"good");
 }
 
-/// Pictures and checkpoints that are due before an iteration is whole wait for it: the render gets on.
+/// Images and checkpoints due within an iteration wait for its end, so the render makes progress.
 #[test]
-fn iterations_outlast_what_is_due() {
+fn frequent_writes_wait_for_whole_iterations() {
     let folder = scene();
     let args = split(
         "render s.toml -q --integrator sppm --photons 200000 --spp 3 -o a.png --checkpoint c.exr --checkpoint-interval 0.001s \
@@ -266,10 +270,10 @@ fn iterations_outlast_what_is_due() {
     assert_eq!(stats["complete"], true, "{stats}");
 }
 
-/// What methods that carry light keep of it is forecast, and refused where it is too much.
+/// Memory of stored light is forecast, and too much is refused.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn light_takes_memory_too() {
+fn memory_of_stored_light_is_forecast() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box.toml");
     let folder = folder(&[]);
     let base = [
@@ -312,13 +316,13 @@ fn light_takes_memory_too() {
             assert!(said.contains("--max-memory"), "{said}");
         }
     }
-    // A limit of its own, where paths are kept whole
+    // Separate limit for integrators that keep whole paths
     let said = refused(folder.path(), &joined(&base, &split("vcm --photons 60000000")), 2);
     assert!(
         said.contains("--photons 60000000") && said.contains("16777216"),
         "{said}"
     );
-    // The path tracer is asked for nothing of the kind.
+    // The path tracer stores no light.
     let out = run(folder.path(), &joined(&base, &split("path -q --max-memory 30M")));
     assert_eq!(code(&out), 0, "{}", words(&out));
 }

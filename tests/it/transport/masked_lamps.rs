@@ -1,4 +1,5 @@
-//! Emitting surfaces whose opacity is below 1: closed forms, and all integrators against each other.
+//! Emitting surfaces whose opacity is below 1: closed forms, and all integrators against each
+//! other.
 
 use super::bent_normals::{MAX_T, compare};
 use super::{metropolis, mlt};
@@ -16,7 +17,7 @@ use embrasure::scene::{Scene, SceneBuilder};
 use half::f16;
 use std::fs;
 
-/// A black surface that emits 3, of this opacity.
+/// A black surface with emission 3 and the opacity `opacity`.
 fn lamp(opacity: f32) -> Material {
     Material {
         opacity,
@@ -24,7 +25,7 @@ fn lamp(opacity: f32) -> Material {
     }
 }
 
-/// Corners of a square of half side 1 at the height `y`, facing down.
+/// Corners of a square of half width 1 at height `y`, facing down.
 fn ceiling(y: f32) -> [Vec3; 4] {
     [
         Vec3::new(-1.0, y, -1.0),
@@ -34,7 +35,7 @@ fn ceiling(y: f32) -> [Vec3; 4] {
     ]
 }
 
-/// A floor of reflectance 0.6 below lamps of these opacities, the first the lowest.
+/// A floor of reflectance 0.6 below lamps with `opacities`, the lowest first.
 fn floor_below(opacities: &[f32]) -> Scene {
     let mut b = SceneBuilder::new();
     let floor = ceiling(0.0).map(|p| 20.0 * Vec3::new(p.x, p.y, -p.z));
@@ -45,7 +46,8 @@ fn floor_below(opacities: &[f32]) -> Scene {
     b.build().unwrap().0
 }
 
-/// Radiance of the floor below the lamp's middle, by light samples, by scattered rays and by both.
+/// Radiance of the floor below the middle of the lamp: with light samples, with scattered rays,
+/// with both.
 fn floor_radiances(scene: &Scene) -> [Mean; 3] {
     let camera = pinhole(Vec3::new(0.4, 0.7, 1.0), Vec3::ZERO, 0.01);
     let size = UVec2::splat(16);
@@ -64,7 +66,7 @@ fn floor_radiances(scene: &Scene) -> [Mean; 3] {
 }
 
 #[test]
-fn lamp_of_half_opacity_gives_half_of_the_light() {
+fn lamp_light_is_proportional_to_opacity() {
     let [_, _, whole] = floor_radiances(&floor_below(&[1.0]));
     for opacity in [0.5, 0.2] {
         let expected = Mean::new(whole.value * f64::from(opacity), whole.error() * f64::from(opacity));
@@ -76,7 +78,8 @@ fn lamp_of_half_opacity_gives_half_of_the_light() {
     }
 }
 
-/// Light samples, scattered rays and both find the same light of a lamp whose opacity its vertices have.
+/// Light samples, scattered rays and both find the same light if the vertices of a lamp have an
+/// opacity.
 #[test]
 fn opacities_of_vertices_dim_lamps() {
     let scene = |alphas: [f32; 4]| {
@@ -115,7 +118,7 @@ fn lamp_behind_a_lamp_shines_through_it() {
 }
 
 #[test]
-fn camera_sees_the_share_of_a_lamp_that_is_there() {
+fn camera_sees_lamps_weighted_by_opacity() {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 2.0), lamp(0.3));
     add(&mut b, panel(-1.0, 3.0), lamp(0.6));
@@ -126,7 +129,7 @@ fn camera_sees_the_share_of_a_lamp_that_is_there() {
 }
 
 #[test]
-fn power_of_a_lamp_is_that_of_its_opacity() {
+fn lamp_power_is_proportional_to_opacity() {
     let power = |opacity| {
         let scene = floor_below(&[opacity]);
         scene.lights().iter().map(|light| light.power(1.0)).sum::<f64>()
@@ -138,7 +141,7 @@ fn power_of_a_lamp_is_that_of_its_opacity() {
     assert!(scene.lights().iter().any(|light| matches!(light, Light::Constant(_))));
 }
 
-/// Walls that don't touch, a lamp whose opacity and emission are textures, and a lamp of opacity 0.4
+/// Walls that do not touch, a lamp with textures of opacity and emission, and a lamp of opacity 0.4
 /// in front of it and of the camera.
 fn masked_lamps() -> (Scene, CameraParameters) {
     let folder = tempfile::tempdir().unwrap();
@@ -175,7 +178,7 @@ fn masked_lamps() -> (Scene, CameraParameters) {
 }
 
 #[test]
-fn integrators_and_backends_agree_on_masked_lamps() {
+fn integrators_agree_on_masked_lamps() {
     let (scene, camera) = masked_lamps();
     assert!(scene.has_alpha());
     let is_masked = |light: &&Light| matches!(light, Light::Textured(_));
@@ -199,7 +202,7 @@ fn integrators_and_backends_agree_on_masked_lamps() {
 }
 
 #[test]
-fn chains_agree_with_the_path_tracer_on_masked_lamps() {
+fn metropolis_agrees_on_masked_lamps() {
     let (scene, camera) = masked_lamps();
     mlt::agrees("mlt", &scene, camera, (4, MetropolisDirect::Metropolis), 48);
     metropolis::assert_agrees_with_paths("pssmlt", (&scene, camera, &Filter::BOX), (4, 400), |metropolis| {
@@ -209,7 +212,7 @@ fn chains_agree_with_the_path_tracer_on_masked_lamps() {
 
 /// The ground compares arriving light with this irradiance.
 #[test]
-fn closed_form_of_irradiance_has_the_opacity() {
+fn irradiance_is_proportional_to_opacity() {
     let irradiance = |opacity| {
         let scene = floor_below(&[opacity]);
         let at = |light: &Light| light.irradiance_at(Vec3::ZERO, Vec3::Y, 0.0).unwrap();

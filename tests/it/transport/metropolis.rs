@@ -1,4 +1,5 @@
-//! Metropolis light transport: iterations against closed forms and against path tracing, and how they come about.
+//! Metropolis light transport in primary sample space: iterations against closed forms and path
+//! tracing, and the bits of threads and parts.
 
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 
@@ -20,7 +21,7 @@ use std::f64::consts::PI;
 
 const BOTH: [MetropolisDirect; 2] = [MetropolisDirect::Ordinary, MetropolisDirect::Metropolis];
 
-/// Few chains and bootstrap paths, so that much depends on them.
+/// Integrator with few chains and bootstrap paths, so errors in them are visible.
 fn pssmlt<'a>(
     world: World<'a, Backend<'a>>,
     max_depth: u32,
@@ -40,7 +41,7 @@ fn pssmlt<'a>(
     }
 }
 
-/// The samples from `first` to the one before `end` of the pixels of `crop`.
+/// Renders samples `first`..`end` of the pixels of `crop`.
 fn part(
     integrator: &dyn CompiledIntegrator,
     sampler: &RenderSampler,
@@ -52,7 +53,7 @@ fn part(
     (film, statistics)
 }
 
-/// Means over the whole picture of each of `count` iterations.
+/// Mean of the whole image for each of `count` iterations.
 fn means_of_iterations(integrator: &dyn CompiledIntegrator, resolution: UVec2, count: u32) -> Vec<f64> {
     let of = |iteration| {
         let all = (resolution, Rect::full(resolution));
@@ -64,8 +65,8 @@ fn means_of_iterations(integrator: &dyn CompiledIntegrator, resolution: UVec2, c
     (0..count).map(of).collect()
 }
 
-/// Fails unless the mean over iterations is right, and its standard error is at most 2 parts in a
-/// thousand with all samples.
+/// Fails unless the mean over iterations is right, and its standard error is at most 0.2 % with all
+/// samples.
 fn assert_mean(what: &str, iterations: &[f64], expected: f64) {
     let mean = Mean::of(iterations);
     assert!(
@@ -75,7 +76,7 @@ fn assert_mean(what: &str, iterations: &[f64], expected: f64) {
     assert_same_mean(what, mean, Mean::exact(expected));
 }
 
-/// A room of reflectance 0.5 whose walls emit 1, from within.
+/// A room of reflectance 0.5 whose walls emit 1, seen from inside.
 fn glowing_room() -> (Scene, CameraParameters) {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 1.0));
@@ -113,7 +114,8 @@ fn white_furnace_hides_a_white_object() {
     let camera = pinhole(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, 50.0);
     let resolution = UVec2::splat(24);
     with_world(&scene, camera, resolution, |world| {
-        // Nothing is scattered twice: chains of longer paths find nothing, and take their share of the bootstrap paths.
+        // Nothing is scattered twice: chains of longer paths find no light, and use their share of
+        // the bootstrap paths.
         for (direct, max_depth, iterations) in [
             (MetropolisDirect::Ordinary, 20, 200),
             (MetropolisDirect::Metropolis, 1, 800),
@@ -128,11 +130,11 @@ fn white_furnace_hides_a_white_object() {
     });
 }
 
-/// A point light anywhere in a diffuse sphere: what has been scattered once lights all of it evenly (the integrating sphere), with ρ Φ / (4 π R²),
-/// and each further scattering with ρ times as much.
+/// A point light anywhere in a diffuse sphere: light scattered once illuminates the sphere evenly
+/// (the integrating sphere), with ρ Φ / (4 π R²). Each further scattering multiplies by ρ.
 
 #[test]
-fn a_point_light_in_a_sphere_lights_it_evenly() {
+fn point_light_lights_a_sphere_evenly() {
     let (rho, intensity, radius) = (0.6, 3.0, 2.0);
     let mut b = SceneBuilder::new();
     add(&mut b, sphere(radius, Vec3::ZERO, 5), material(rho, 0.0));
@@ -149,7 +151,8 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
             integrator.metropolis.bootstrap = Some(2048);
             means_of_iterations(&integrator, resolution, budget(400))
         };
-        // Direct light is the same in both, to the bit: what is left comes by at least two scatterings, with radiance ρ E / π.
+        // Direct light is bit-identical in both renders. The difference has at least two
+        // scatterings, with radiance ρ E / π.
         let indirect: Vec<f64> = means(max)
             .iter()
             .zip(means(1))
@@ -161,8 +164,8 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
     });
 }
 
-/// Each iteration has the right mean, however few bootstrap paths and mutations it has: here chains often have no choice where to start, and go four
-/// steps.
+/// Each iteration is unbiased, even with few bootstrap paths and mutations. Here chains often have
+/// a single starting path, and four steps.
 #[test]
 fn single_iterations_are_unbiased() {
     let (scene, camera) = glowing_room();
@@ -184,7 +187,7 @@ fn single_iterations_are_unbiased() {
     });
 }
 
-/// z-tests of the means over 16 regions between iterations and path tracing.
+/// z-tests of the means of 16 regions: iterations against path tracing.
 pub(super) fn assert_agrees_with_paths(
     what: &str,
     (scene, camera, filter): (&Scene, CameraParameters, &Filter),
@@ -224,7 +227,7 @@ fn assert_choosing_agrees_with_paths(
         means.sum::<f64>() / region.area() as f64
     };
 
-    // Path tracing, whose pixels are independent
+    // Path tracing; its pixels are independent
     let paths = film_of(&path_tracer(world, Some(max_depth)), resolution, budget(2048), 9);
     let error = |region: Rect, c: usize| {
         let variances = region
@@ -271,14 +274,14 @@ fn pictures_agree_with_path_tracing() {
     let scene = own("cornell-box.toml");
     let many = |metropolis: &mut Metropolis| (metropolis.chains, metropolis.bootstrap) = (Some(64), Some(512));
     assert_agrees_with_paths("cornell-box", (&scene, cornell, &Filter::BOX), (4, 800), many);
-    // Filters that reach beyond the image, where chains go too
+    // Filters that reach beyond the image; chains go there too
     let filter = Filter::new(FilterKind::Mitchell, 2.0);
     assert_agrees_with_paths("cornell-box, filtered", (&scene, cornell, &filter), (3, 800), many);
 }
 
-/// Every lobe in one room, delta lobes among them.
+/// One room with every lobe, also delta lobes.
 #[test]
-fn pictures_of_every_lobe_agree_with_path_tracing() {
+fn every_lobe_agrees_with_path_tracing() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     let set = |metropolis: &mut Metropolis| {
         metropolis.large_step_probability = 0.6;
@@ -288,7 +291,7 @@ fn pictures_of_every_lobe_agree_with_path_tracing() {
 }
 
 #[test]
-fn pictures_through_glass_agree_with_path_tracing() {
+fn glass_agrees_with_path_tracing() {
     let set = |metropolis: &mut Metropolis| {
         metropolis.large_step_probability = 0.6;
         metropolis.mutation_size = 0.1;
@@ -296,9 +299,9 @@ fn pictures_through_glass_agree_with_path_tracing() {
     assert_agrees_with_paths("glass", (&glazed_room(), in_glazed_room(), &Filter::BOX), (4, 800), set);
 }
 
-/// A thin lens before lamps, a point and a sky, all of which are sampled at every vertex.
+/// A thin lens in front of lamps, a point light and a sky. All lights are sampled at every vertex.
 #[test]
-fn pictures_through_a_lens_agree_with_path_tracing() {
+fn lens_agrees_with_path_tracing() {
     let mut b = SceneBuilder::new();
     let blinn = Material {
         specular: Spectrum::splat(0.5),
@@ -324,7 +327,7 @@ fn pictures_through_a_lens_agree_with_path_tracing() {
     assert_choosing_agrees_with_paths("lens", (&scene, camera, &Filter::BOX), all, (3, 800), |_| {});
 }
 
-/// A scene with two groups of lights.
+/// A scene with two light groups.
 fn grouped() -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
@@ -337,7 +340,7 @@ fn grouped() -> Scene {
     b.build().unwrap().0
 }
 
-/// Means and variances of a film's pixels.
+/// Means and variances of the pixels of a film.
 fn sums(film: &Film) -> Vec<(UVec2, [[f64; 2]; 3])> {
     let of = |sums: &Accumulator| [0, 1, 2].map(|c| [sums.mean(c), sums.variance_of_mean(c)]);
     film.pixels().map(|(pixel, sums)| (pixel, of(sums))).collect()
@@ -374,13 +377,13 @@ fn threads_crops_and_parts_change_no_bit() {
         cropped.sort_by_key(|(pixel, _)| expected.iter().position(|(other, _)| other == pixel));
         assert_eq!(cropped, expected);
 
-        // Parts, merged
+        // Merged parts
         let (mut first, some) = film(2, full, [0, 2]);
         let (second, more) = film(1, full, [2, 6]);
         first.merge(&second);
         assert_eq!((sums(&first), some.merge(more)), (sums(&whole), statistics.clone()));
 
-        // Mutations: one a pixel in each iteration
+        // Mutations: one per pixel in each iteration
         let counts: Vec<_> = statistics.mutations.values().collect();
         let proposed: u64 = counts.iter().map(|counts| counts.proposed).sum();
         assert_eq!(proposed, 6 * full.area());
@@ -394,7 +397,7 @@ fn threads_crops_and_parts_change_no_bit() {
 }
 
 #[test]
-fn groups_of_lights_add_up_and_change_no_bit() {
+fn light_groups_sum_to_the_same_image() {
     let scene = grouped();
     let camera = pinhole(Vec3::new(0.1, -0.2, 0.9), Vec3::new(-0.2, 0.1, -1.0), 70.0);
     let resolution = UVec2::splat(16);
@@ -418,9 +421,10 @@ fn groups_of_lights_add_up_and_change_no_bit() {
     });
 }
 
-/// In a room that is as bright everywhere, chains of large steps alone are in a pixel twice as often as chance has it, and chains of tiny steps stay.
+/// In a room of uniform radiance, chains of large steps stay in a pixel about as long as
+/// independent samples; chains of tiny steps stay longer.
 #[test]
-fn chains_tell_how_long_they_stay() {
+fn autocorrelation_time_grows_for_small_steps() {
     let (scene, camera) = glowing_room();
     let resolution = UVec2::splat(32);
     with_world(&scene, camera, resolution, |world| {
@@ -457,9 +461,9 @@ fn chains_tell_how_long_they_stay() {
     });
 }
 
-/// Where there is no light there are no chains, and no trouble.
+/// Without light there are no chains, and no errors.
 #[test]
-fn darkness_is_dark() {
+fn dark_scene_renders_black() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
     let scene = b.build().unwrap().0;

@@ -1,4 +1,4 @@
-//! Metropolis light transport in path space against answers known on paper, and against the path tracer.
+//! Metropolis light transport in path space against closed forms and the path tracer.
 #![cfg(feature = "embree")]
 
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -39,7 +39,7 @@ fn mlt<'a>(
     }
 }
 
-/// The iterations before the one with index `end`.
+/// Renders the iterations before index `end`.
 fn iterations(world: World<Backend>, (max_depth, metropolis): (u32, Metropolis), seed: u64, end: u32) -> Film {
     let resolution = world.camera.resolution();
     let mut film = Film::new(resolution, Rect::full(resolution));
@@ -61,7 +61,8 @@ fn regions(film: &Film, cells: u32, c: usize) -> Vec<f64> {
     sums.into_iter().map(|[sum, n]| sum / n).collect()
 }
 
-/// Means of regions over independent renders of different seeds, each beside that of `reference`.
+/// Means of regions over independent renders with different seeds, each with the mean of
+/// `reference`.
 fn means_of_regions(films: &[Film], reference: &[Film], cells: u32) -> Vec<[Mean; 2]> {
     let mut all = Vec::new();
     for c in 0..3 {
@@ -75,7 +76,8 @@ fn means_of_regions(films: &[Film], reference: &[Film], cells: u32) -> Vec<[Mean
     all
 }
 
-/// Fails unless chains and the path tracer show the same in all regions of the picture, over renders by different seeds.
+/// Fails unless chains and the path tracer agree in all regions of the image, over renders with
+/// different seeds.
 pub(super) fn agrees(
     what: &str,
     scene: &Scene,
@@ -130,7 +132,7 @@ fn closed_box_shows_the_geometric_series() {
     }
 }
 
-/// A sphere that reflects all light, in a world of radiance 1, cannot be seen.
+/// A sphere that reflects all light is invisible under uniform radiance 1.
 #[test]
 fn furnace_is_even() {
     let mut b = SceneBuilder::new();
@@ -149,7 +151,7 @@ fn furnace_is_even() {
 }
 
 #[test]
-fn cornell_box_is_that_of_the_path_tracer() {
+fn cornell_box_agrees_with_paths() {
     let camera = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     let scene = own("cornell-box.toml");
     agrees("cornell", &scene, camera, (6, MetropolisDirect::Ordinary), 48);
@@ -164,7 +166,7 @@ fn cornell_box_is_that_of_the_path_tracer() {
 
 /// Every kind of lobe, and a lens.
 #[test]
-fn every_lobe_is_that_of_the_path_tracer() {
+fn every_lobe_agrees_with_paths() {
     let camera = CameraParameters {
         lens_radius: 0.05,
         ..pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0)
@@ -173,7 +175,7 @@ fn every_lobe_is_that_of_the_path_tracer() {
 }
 
 #[test]
-fn light_through_glass_is_that_of_the_path_tracer() {
+fn light_through_glass_agrees_with_paths() {
     agrees(
         "glass",
         &glazed_room(),
@@ -183,9 +185,9 @@ fn light_through_glass_is_that_of_the_path_tracer() {
     );
 }
 
-/// Lights at points and from infinitely far away, and a wall with holes.
+/// Point, spot, directional and constant lights, and a wall with opacity below 1.
 #[test]
-fn all_lights_are_those_of_the_path_tracer() {
+fn all_light_types_agree_with_paths() {
     let mut b = SceneBuilder::new();
     let floor = polygon(&[
         Vec3::new(-2.0, 0.0, -2.0),
@@ -231,14 +233,14 @@ fn all_lights_are_those_of_the_path_tracer() {
     );
 }
 
-/// A room that gets light only through a gap, from a lamp beside it: each render by itself has all of it, and none of it twice.
+/// A room lit only through a gap by a lamp beside it. Each render finds all of the light once.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn light_through_a_gap_is_missed_by_no_seed() {
+fn light_through_a_gap_is_found_by_each_seed() {
     const SEEDS: u64 = 20;
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.7, 0.0));
-    // A wall across, but for a slit at the floor, and the lamp behind it, which faces away
+    // A wall across the room with a slit at the floor. The lamp behind it faces away.
     let wall = polygon(&[
         Vec3::new(-1.0, -0.7, 0.0),
         Vec3::new(1.0, -0.7, 0.0),
@@ -287,7 +289,7 @@ fn light_through_a_gap_is_missed_by_no_seed() {
     });
 }
 
-/// Each iteration depends on its index alone: threads and parts change no bit.
+/// Each iteration depends on its index only: threads and parts change no bit.
 #[test]
 fn threads_change_no_bit() {
     let scene = lobes_room();
@@ -308,10 +310,11 @@ fn threads_change_no_bit() {
     assert_eq!(bits(&render(1)), bits(&render(3)));
 }
 
-/// Normals that are bent far away. What a camera's path finds where it meets the very facet that it has left is found neither by chains nor from the lights.
+/// Strongly bent normals. A camera path may hit the facet that it has left; neither chains nor
+/// light tracing find that light.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn bent_normals_show_what_light_tracing_shows() {
+fn bent_normals_agree_with_light_tracing() {
     let (scene, camera) = tilted_room();
     with_world(&scene, camera, UVec2::splat(16), |world| {
         let seeds = 0..16;

@@ -1,4 +1,4 @@
-//! Things that move while the shutter is open: against closed forms, and against sums of still pictures.
+//! Motion while the shutter is open: against closed forms and against means of still images.
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -18,7 +18,7 @@ fn shift(x: f32, y: f32, z: f32) -> Affine3A {
     affine_from_trs(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ONE)
 }
 
-/// The path tracer as users have it, or without sharing.
+/// Path tracer with the default settings, or without path reuse.
 fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a> {
     let path = PathIntegrator {
         light_samples: if reuse { 2 } else { 1 },
@@ -32,12 +32,12 @@ fn shutter(parameters: CameraParameters, shutter: [f32; 2]) -> Camera {
     Camera::moving(parameters, motion, SIZE).unwrap()
 }
 
-/// A panel that crosses the picture covers each column for a share of the time that is known.
+/// A panel that crosses the image covers each column for a known fraction of the time.
 #[test]
-fn a_panel_that_passes_is_seen_for_its_share_of_time() {
+fn moving_panel_has_the_exact_coverage() {
     for deforms in [false, true] {
         let mut b = SceneBuilder::new();
-        // Black before a white sky, two wide; its middle goes from x = −1 to 1.
+        // Black in front of a white sky, of width 2; its middle moves from x = −1 to 1.
         let id = b.add_material(material(0.0, 0.0)).unwrap();
         let mesh = panel(0.0, 1.0);
         if deforms {
@@ -61,7 +61,8 @@ fn a_panel_that_passes_is_seen_for_its_share_of_time() {
                 film_of(&path(world, true), SIZE, 512, 1)
             });
             for (column, x) in (0..24).map(|c| (c, (c as f64 + 0.5) / 12.0 - 1.0)) {
-                // Edges are at ends of pixels when the shutter opens and closes, so that a pixel's mean is the share at its middle.
+                // When the shutter opens and closes, edges lie on pixel boundaries. The mean of a
+                // pixel is then the coverage at its middle.
                 let covered = |t: f64| f64::from(u8::from(x > 2.0 * t - 2.0 && x < 2.0 * t));
                 const TIMES: u32 = 24_000;
                 let time = |i: u32| open as f64 + (i as f64 + 0.5) / TIMES as f64 * (close - open) as f64;
@@ -72,7 +73,7 @@ fn a_panel_that_passes_is_seen_for_its_share_of_time() {
                     .map(|(_, a)| a.mean(0))
                     .collect();
                 let mean = pixels.iter().sum::<f64>() / 24.0;
-                // Binomial with 24 · 512 samples at most
+                // Binomial with at most 24 · 512 samples
                 let error = (share * (1.0 - share) / (24.0 * 512.0)).sqrt().max(1e-4);
                 assert!(
                     (mean - (1.0 - share)).abs() < 4.5 * error,
@@ -84,7 +85,7 @@ fn a_panel_that_passes_is_seen_for_its_share_of_time() {
     }
 }
 
-/// A room with a lamp, in which a matte ball moves and turns, a mesh changes its shape, and a lamp moves.
+/// A room with a moving and rotating matte ball, a deforming mesh, and a moving lamp.
 fn busy_room() -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.6, 0.0));
@@ -102,7 +103,7 @@ fn busy_room() -> Scene {
     b.add_instance(balls, Placement::Moving(steps.into())).unwrap();
     b.add_instance(changing, Placement::Still(shift(0.5, 0.4, -0.5)))
         .unwrap();
-    // A lamp that looks down, and goes along the ceiling
+    // A lamp that faces down and moves along the ceiling
     let down = affine_from_trs(Vec3::ZERO, Vec3::new(90.0, 0.0, 0.0), Vec3::ONE);
     let lamps = b.add_prototype(vec![(panel(0.0, 0.2), lamp)]).unwrap();
     let steps = [shift(-0.5, 0.9, 0.0) * down, shift(0.5, 0.9, 0.0) * down];
@@ -116,7 +117,7 @@ fn inside() -> CameraParameters {
     pinhole(Vec3::new(0.0, 0.0, 0.95), Vec3::new(0.0, -0.1, 0.0), 80.0)
 }
 
-/// Means of the quarters of the picture, each over `seeds` renders, with their errors.
+/// Means of the quarters of the image over `seeds` renders, with their errors.
 fn quarters(seeds: std::ops::Range<u64>, render: impl Fn(u64) -> Film) -> Vec<Mean> {
     let films: Vec<Film> = seeds.map(render).collect();
     let quarter = |film: &Film, q: u32| {
@@ -135,10 +136,11 @@ fn assert_alike(what: &str, a: &[Mean], b: &[Mean]) {
     }
 }
 
-/// Naive paths, next-event estimation, sharing and branching find the same light where lamps and surfaces move.
+/// Naive paths, next-event estimation, path reuse and light samples find the same light if lamps
+/// and surfaces move.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn estimators_agree_on_what_moves() {
+fn estimators_agree_on_moving_scenes() {
     let scene = busy_room();
     let camera = || shutter(inside(), [0.0, 1.0]);
     let by = |render: &(dyn Fn(World<Backend>, u64) -> Film + Sync), seeds: u64| {
@@ -168,15 +170,15 @@ fn estimators_agree_on_what_moves() {
     assert_alike("light samples alone", &lights_alone, &own);
 }
 
-/// A black panel hides the left half of a room as long as a lamp is there: what light there is then may not reach it later through the paths of
-/// other pixels.
+/// A black panel hides the left half of a room while the lamp is there. Path reuse between pixels
+/// must not bring light of that time to the left half later.
 #[test]
-fn light_does_not_go_from_one_time_to_another() {
+fn path_reuse_keeps_light_in_its_time() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.8, 0.0));
     let black = b.add_material(material(0.0, 0.0)).unwrap();
     let lamp = b.add_material(material(0.0, 6.0)).unwrap();
-    // Both are gone after half the time, within 1/128 of it.
+    // Both leave at half the time, within 1/128 of it.
     let mut leaving = |mesh: Mesh, material, place: Affine3A| {
         let prototype = b.add_prototype(vec![(mesh, material)]).unwrap();
         let away = shift(0.0, 0.0, 90.0) * place;
@@ -202,7 +204,7 @@ fn light_does_not_go_from_one_time_to_another() {
     }
 }
 
-/// A render with the shutter open is the mean of those at single times, by a moving camera too.
+/// A render with an open shutter is the mean of renders at single times, also with a moving camera.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn an_open_shutter_is_the_mean_of_stills() {
@@ -229,7 +231,7 @@ fn an_open_shutter_is_the_mean_of_stills() {
     let stills: Vec<Film> = (0..STILLS)
         .map(|i| {
             let time = 0.2 + 0.6 * (i as f32 + 0.5) / STILLS as f32;
-            // Without any motion in it, as a scene of that time
+            // A scene without motion, frozen at that time
             let still = frozen(&scene, time);
             let pose = |a: Vec3, b: Vec3| a.lerp(b, time);
             let parameters = CameraParameters {
@@ -242,7 +244,7 @@ fn an_open_shutter_is_the_mean_of_stills() {
             with_camera(&still, camera, |world| film_of(&path(world, true), SIZE, 16, 500 + i))
         })
         .collect();
-    // Eight means of sixteen stills each, spread over the time alike
+    // Eight means of sixteen stills each, evenly spread over the time
     let sums: Vec<Vec<Mean>> = (0..8)
         .map(|k| quarters(0..16, |i| stills[(8 * i + k) as usize].clone()))
         .collect();
@@ -252,7 +254,7 @@ fn an_open_shutter_is_the_mean_of_stills() {
     assert_alike("stills", &open, &means);
 }
 
-/// The scene as it is at `time`, all of it standing in the world.
+/// The scene at `time`, with all objects placed in the world.
 fn frozen(scene: &Scene, time: f32) -> Scene {
     let mut b = SceneBuilder::new();
     let ids: Vec<_> = scene
@@ -290,9 +292,10 @@ fn frozen(scene: &Scene, time: f32) -> Scene {
     b.build().unwrap().0
 }
 
-/// Instances that emit are the same lights as their triangles put into the world, bit for bit but for roundings of the placement.
+/// Emitting instances are the same lights as their triangles placed in the world, up to rounding of
+/// the placement.
 #[test]
-fn lamps_that_are_copied_are_lights() {
+fn instanced_lamps_match_single_lamps() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
     let lamp = b.add_material(material(0.0, 4.0)).unwrap();
@@ -309,7 +312,7 @@ fn lamps_that_are_copied_are_lights() {
     }
     let scene = b.build().unwrap().0;
     assert_eq!(scene.lights().len(), 6);
-    // Mirrored triangles are put into the world with their winding turned, so that the front stays the front.
+    // Mirrored triangles get a reversed winding, so the front stays the front.
     let mut single = SceneBuilder::new();
     add(&mut single, room(), material(0.5, 0.0));
     for instance in scene.instances() {
@@ -336,7 +339,7 @@ fn lamps_that_are_copied_are_lights() {
     assert_alike("lamps", &by(&scene, 0), &by(&single, 50));
 }
 
-/// What a scene file says of places, motion and copies.
+/// Placement, motion and copies in a scene file.
 #[test]
 fn scene_files_place_and_move_objects() {
     let folder = tempfile::tempdir().unwrap();
@@ -357,17 +360,17 @@ fn scene_files_place_and_move_objects() {
         scene.instances().iter().map(at).collect()
     };
 
-    // Once and still: it stands in the world.
+    // A single still object is placed in the world.
     let scene = read("[[object]]\nobj = \"tri.obj\"\ntransform = { translate = [0, 0, 2] }\n").unwrap();
     assert_eq!((scene.instances().len(), scene.meshes()[0].positions[0].z), (0, 2.0));
 
-    // A file that two objects name is kept once.
+    // Two objects with the same file store it once.
     let scene =
         read("[[object]]\nobj = \"tri.obj\"\n[[object]]\nobj = \"tri.obj\"\ntransform = { scale = 2 }\n").unwrap();
     assert_eq!((scene.triangle_count(), scene.placed_triangle_count()), (1, 2));
     assert_eq!(places(&scene, 0.0), [Vec3::Y, 2.0 * Vec3::Y]);
 
-    // Lists of copies, which the object's own placement moves as a whole
+    // Lists of copies; the placement of the object moves all of them
     let scene = read("[[object]]\nobj = \"tri.obj\"\ninstances = \"list.txt\"\ntransform = { scale = 10 }\n").unwrap();
     assert_eq!(
         places(&scene, 0.0),
@@ -378,7 +381,7 @@ fn scene_files_place_and_move_objects() {
     let scene = read(&format!("[[object]]\nobj = \"tri.obj\"\ninstances = [{one}, {two}]\n")).unwrap();
     assert_eq!(places(&scene, 0.0), [1.0, 2.0].map(|x| Vec3::new(x, 1.0, 0.0)));
 
-    // Parts move linearly, angles too: a full turn passes all of them.
+    // Components of a transform move linearly, angles too: a full turn passes all angles.
     let scene =
         read("[[object]]\nobj = \"tri.obj\"\ntransform_close = { rotate = [0, 0, 360], translate = [4, 0, 0] }\n")
             .unwrap();
@@ -395,17 +398,17 @@ fn scene_files_place_and_move_objects() {
             places(&scene, time)
         );
     }
-    // Between two steps as well
+    // Also between two steps
     let radius = |time: f32| (places(&scene, time)[0] - Vec3::new(4.0 * time, 0.0, 0.0)).length();
     assert!((0..1000).all(|i| (radius(i as f32 / 1000.0) - 1.0).abs() < 1e-3));
 
-    // Matrices turn by the shorter way.
+    // Matrices rotate the shorter way.
     let quarter = "[[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]";
     let scene = read(&format!("[[object]]\nobj = \"tri.obj\"\nmatrix_close = {quarter}\n")).unwrap();
     let half = std::f32::consts::FRAC_1_SQRT_2;
     assert!(places(&scene, 0.5)[0].distance(Vec3::new(-half, half, 0.0)) < 1e-3);
 
-    // A shape that changes
+    // A deforming shape
     let scene =
         read("[[object]]\nobj = \"tri.obj\"\nobj_close = \"late.obj\"\ntransform = { translate = [1, 0, 0] }\n")
             .unwrap();
@@ -413,7 +416,7 @@ fn scene_files_place_and_move_objects() {
     assert_eq!((corners[2], scene.is_moving()), (Vec3::new(1.0, 1.5, 0.5), true));
     assert_eq!(scene.bounds().max, Vec3::new(2.0, 2.0, 1.0));
 
-    // Mistakes have their place.
+    // Errors have the file and line.
     write("bad.txt", "1 0 0 0  0 1 0 0  0 0 1\n");
     write("flat.txt", "1 0 0 0  0 1 0 0  0 0 1 0\n1 0 0 0  0 0 0 0  0 0 1 0\n");
     write("word.txt", "\n1 0 0 0  0 1 0 0  0 0 one 0\n");

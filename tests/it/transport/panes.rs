@@ -1,4 +1,5 @@
-//! Light through window panes and other thin glass: closed forms, the two treatments against each other, noise, bits, and what users are told.
+//! Light through window panes and other thin glass: closed forms, straight against refracted light,
+//! noise, bits and messages.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{done, folder, printed, read_json, refused, split, words};
@@ -16,7 +17,8 @@ use embrasure::math::{Quat, UVec2, Vec3};
 use embrasure::scene::{Panes, Scene, SceneBuilder};
 use std::path::Path;
 
-/// Angles of incidence, and the transmittance of a pane of index 1.5 for unpolarised light: (1 − F) / (1 + F).
+/// Angle of incidence in degrees, and transmittance of a pane of index 1.5 for unpolarised light:
+/// (1 − F) / (1 + F).
 const TRANSMITTANCES: [(f32, f64); 5] = [
     (0.0, 0.923077),
     (45.0, 0.904327),
@@ -31,7 +33,7 @@ fn turned(mut mesh: Mesh, degrees: f32) -> Mesh {
     mesh
 }
 
-/// A window at the origin whose normal has this angle with the z axis: a slab, or a thin dielectric.
+/// Window at the origin whose normal is at `degrees` from the z axis: a slab, or a thin dielectric.
 fn pane(degrees: f32, is_slab: bool) -> Mesh {
     let half = Vec3::new(2.0, 1.0, 0.005);
     match is_slab {
@@ -40,7 +42,7 @@ fn pane(degrees: f32, is_slab: bool) -> Mesh {
     }
 }
 
-/// A small lamp of radiance 1 behind panes, and the camera before them.
+/// A small lamp of radiance 1 behind panes, and a camera in front of them.
 fn lamp_behind(panes: &[Mesh], glass: &Material) -> (Scene, CameraParameters) {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(-3.0, 0.08), material(0.0, 1.0));
@@ -52,7 +54,7 @@ fn lamp_behind(panes: &[Mesh], glass: &Material) -> (Scene, CameraParameters) {
 
 const SMALL: UVec2 = UVec2::splat(16);
 
-/// Means of the picture by integrators of different families.
+/// Means of the image for different families of integrators.
 fn means(scene: &Scene, camera: CameraParameters) -> Vec<(&'static str, [f64; 3])> {
     let rgb = |film: Film| [0, 1, 2].map(|c| film_mean(&film, c));
     with_world(scene, camera, SMALL, |world| {
@@ -90,9 +92,9 @@ fn a_pane_has_the_transmittance_of_a_slab() {
     }
 }
 
-/// A surface lit by parallel light through a pane: all of it by shadow rays.
+/// A surface lit by a directional light through a pane, with shadow rays only.
 #[test]
-fn shadow_rays_have_it_too() {
+fn shadow_rays_have_pane_transmittance() {
     for (degrees, expected) in TRANSMITTANCES {
         for is_slab in [false, true] {
             let mut b = SceneBuilder::new();
@@ -105,7 +107,7 @@ fn shadow_rays_have_it_too() {
             let camera = pinhole(Vec3::new(0.0, -2.0, -2.0), Vec3::new(0.0, 0.0, -3.0), 0.5);
             let film = render_film(&scene, camera, [4, 4], 64, Some(1));
             for (c, kt) in [1.0f64, 0.5, 0.25].into_iter().enumerate() {
-                // Colour counts at both faces of a body.
+                // Both faces of a body multiply by the colour.
                 let kt = if is_slab { kt * kt } else { kt };
                 let (mean, expected) = (film_mean(&film, c), 0.5 / std::f64::consts::PI * expected * kt);
                 assert!(
@@ -138,9 +140,9 @@ fn panes_in_a_row_multiply() {
     }
 }
 
-/// The camera sees a lamp at its own side in a mirror behind a pane: light passes the pane twice.
+/// The camera sees a lamp in a mirror behind a pane; the light also passes a second pane.
 #[test]
-fn mirrors_behind_panes_show_what_is_before_them() {
+fn mirror_behind_a_pane_shows_the_lamp() {
     let mut b = SceneBuilder::new();
     add(&mut b, pane(0.0, true), glass([0.9, 1.0, 1.0], false));
     let mirror = Material {
@@ -176,7 +178,8 @@ fn mirrors_behind_panes_show_what_is_before_them() {
     }
 }
 
-/// Nothing is added or lost: in uniform light panes are as bright as all else, whether they are bodies or sheets.
+/// Energy is conserved: in uniform light, panes are as bright as all else, as bodies and as thin
+/// dielectrics.
 #[test]
 fn panes_are_invisible_in_uniform_light() {
     for panes in [Panes::Straight, Panes::Refract] {
@@ -197,7 +200,7 @@ fn panes_are_invisible_in_uniform_light() {
     }
 }
 
-/// A room that a lamp behind a window lights.
+/// A room lit by a lamp behind a window.
 fn lit_through_a_window(panes: Panes) -> Scene {
     let mut b = SceneBuilder::new();
     b.panes(panes);
@@ -215,9 +218,10 @@ fn lit_through_a_window(panes: Panes) -> Scene {
     b.build().unwrap().0
 }
 
-/// Straight and refracted light have one mean, and the first has less noise: the pictures differ in the number of scatterings that they count, so that all paths are long.
+/// Straight and refracted light have one mean, and straight light has less noise. The two count
+/// scatterings differently, so all paths are long.
 #[test]
-fn straight_light_is_that_of_scattered_rays() {
+fn straight_and_refracted_light_agree() {
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.9), Vec3::new(0.2, -0.6, -0.3), 80.0);
     let [straight, refract] = [Panes::Straight, Panes::Refract].map(|panes| {
         let spp = if panes == Panes::Straight { 1024 } else { 8192 };
@@ -232,7 +236,7 @@ fn straight_light_is_that_of_scattered_rays() {
     assert_all_means_within("pixels", &pairs, |_| 0.0);
 }
 
-/// Light from a small lamp behind a window, which scattered rays hardly ever find.
+/// Light from a small lamp behind a window. Scattered rays hardly ever find it.
 #[test]
 fn light_behind_a_window_has_little_noise() {
     let scene = |panes| {
@@ -257,7 +261,8 @@ fn light_behind_a_window_has_little_noise() {
     assert!(straight.1 < 0.05 * refract.1, "{straight:?} {refract:?}");
 }
 
-/// Camera rays pass windows by a stratified number: of a window before a lamp, pixels hardly differ.
+/// Camera rays choose transmission by a stratified number: pixels of a window in front of a lamp
+/// hardly differ.
 #[test]
 fn windows_in_the_picture_are_stratified() {
     let (scene, camera) = lamp_behind(&[pane(45.0, false)], &glass([1.0; 3], true));
@@ -275,7 +280,8 @@ fn windows_in_the_picture_are_stratified() {
     });
 }
 
-/// Backends differ in the last bits of barycentrics, by which rays that are not the camera's draw: the means are the same.
+/// Backends differ in the last bits of barycentrics, which secondary rays use as random numbers.
+/// The means are the same.
 #[test]
 fn backends_agree_through_glass() {
     let scene = glazed_room();
@@ -298,7 +304,7 @@ fn backends_agree_through_glass() {
     }
 }
 
-/// A room with a window of solid glass, and a lamp behind it.
+/// A room with a window of solid glass and a lamp behind it.
 fn house() -> [(&'static str, String); 3] {
     let cube = |low: [f32; 3], high: [f32; 3]| -> String {
         let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] });
@@ -342,7 +348,7 @@ fn pixels(path: &Path) -> [Vec<u32>; 3] {
 }
 
 #[test]
-fn threads_crops_and_parts_change_no_bit_behind_glass() {
+fn threads_and_parts_change_no_bit_behind_glass() {
     let files = house();
     let folder = folder(&files.each_ref().map(|(name, text)| (*name, text.as_str())));
     let run = |args: &str| {
@@ -362,7 +368,7 @@ fn threads_crops_and_parts_change_no_bit_behind_glass() {
         done(folder.path(), &split("merge b.exr a.exr -o merged.exr -q"));
         assert_eq!(pixels(&folder.path().join("merged.exr")), whole, "{integrator}: parts");
     }
-    // The other treatment is another scene.
+    // The other pane setting makes another scene.
     run("-o a.exr --samples 0..64");
     run("-o b.exr --samples 64..128 --panes refract");
     let said = refused(folder.path(), &split("merge a.exr b.exr -o merged.exr -q"), 1);
@@ -394,7 +400,7 @@ fn crops_change_no_bit_behind_glass() {
 }
 
 #[test]
-fn users_are_told_of_panes_once() {
+fn pane_message_is_printed_once() {
     let files = house();
     let folder = folder(&files.each_ref().map(|(name, text)| (*name, text.as_str())));
     const SAID: &str = "1 pane, light passes straight";

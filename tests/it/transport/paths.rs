@@ -1,4 +1,4 @@
-//! `embrasure paths` and `render --pixel --json`: what they record is what a render takes.
+//! `embrasure paths` and `render --pixel --json`: recorded paths are the paths of a render.
 
 use crate::support::program::{done, folder, joined, json, refused, run, split};
 use crate::support::read_channel;
@@ -22,7 +22,7 @@ fn color(value: &Value) -> [f64; 3] {
     [0, 1, 2].map(|c| value[c].as_f64().unwrap())
 }
 
-/// The colour of a pixel of a render with one sample.
+/// Colour of a pixel of a render with one sample.
 fn rendered(folder: &Path, flags: &[&str], [x, y]: [usize; 2]) -> [f64; 3] {
     done(folder, &joined(&split("render s.toml -q --spp 1 -o r.exr"), flags));
     ["R", "G", "B"].map(|c| read_channel(&folder.join("r.exr"), c)[y * 24 + x].into())
@@ -38,7 +38,7 @@ fn assert_near(found: [f64; 3], expected: [f64; 3], what: &str) {
     }
 }
 
-/// Integrators that find light, with flags that keep the test short.
+/// Integrators of light, with flags that keep the test short.
 const METHODS: [&str; 18] = [
     "path",
     "path --reuse none",
@@ -60,10 +60,10 @@ const METHODS: [&str; 18] = [
     "pssmlt",
 ];
 
-/// All contributions of a record add up to the pixel that a render has, for every integrator.
+/// All contributions of a record sum to the pixel of a render, for each integrator.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn contributions_are_the_light_of_the_pixel() {
+fn contributions_sum_to_the_pixel() {
     let folder = scene();
     let pixel = [9, 19];
     for method in METHODS {
@@ -75,7 +75,8 @@ fn contributions_are_the_light_of_the_pixel() {
         assert_near(color(&sample["radiance"]), expected, method);
         assert_eq!(facts["integrator"].as_str(), split(method).first().copied());
 
-        // The record is whole: each contribution lies on vertices that are there, and light has a way.
+        // The record is complete: the vertices of each contribution exist, and each surface vertex
+        // has a material and a parent.
         let mut lit = 0;
         for trace in sample["traces"].as_array().unwrap() {
             let vertices = trace["vertices"].as_array().unwrap();
@@ -98,9 +99,10 @@ fn contributions_are_the_light_of_the_pixel() {
     }
 }
 
-/// A density estimate of k photons has the radius of the k-th and counts those within; a larger one has about the same density.
+/// A density estimate with k photons has the distance of the k-th as radius and counts the nearer
+/// ones. The density hardly changes with k.
 #[test]
-fn density_estimates_have_the_photons_that_were_asked_for() {
+fn density_estimates_use_the_photon_count() {
     let folder = folder(&[("a.txt", "")]);
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ring-caustic.toml");
     let density = |count: f64| {
@@ -119,9 +121,9 @@ fn density_estimates_have_the_photons_that_were_asked_for() {
     assert!((0.4..2.5).contains(&ratio), "{ratio}");
 }
 
-/// Throughputs, densities and weights multiply to the contributions.
+/// The product of throughputs, densities and weights is the contribution.
 #[test]
-fn numbers_of_vertices_multiply_to_the_light() {
+fn vertex_factors_multiply_to_contributions() {
     let folder = scene();
     let mut samples = 0;
     for method in [
@@ -159,7 +161,8 @@ fn numbers_of_vertices_multiply_to_the_light() {
                         add(&mut sum, beta, product, scale);
                         samples += 1;
                     }
-                    // The throughput of the next vertex is one of those that a way on gives.
+                    // The throughput of the next vertex comes from one scattering record of its
+                    // parent.
                     if let Some(parent) = vertex["parent"].as_u64() {
                         let parent = &vertices[parent as usize];
                         let ways = parent["scattering"].as_array().into_iter().flatten().map(|way| {
@@ -182,7 +185,7 @@ fn numbers_of_vertices_multiply_to_the_light() {
 }
 
 #[test]
-fn paths_are_written_as_pictures_and_lines() {
+fn paths_are_written_as_svg_obj_and_json() {
     let folder = scene();
     for method in ["path", "bdpt", "light", "sppm"] {
         let args = [
@@ -198,7 +201,7 @@ fn paths_are_written_as_pictures_and_lines() {
         done(folder.path(), &joined(&args, &split("-o p.svg -o p.obj -o p.json")));
         let svg = fs::read_to_string(folder.path().join("p.svg")).unwrap();
         assert!(svg.contains("from the side") && svg.contains("sample 1: radiance") && !svg.contains("NaN"));
-        // Lines name vertices that are there, and other programs read the file.
+        // Lines refer to existing vertices, so other programs can read the file.
         let obj = fs::read_to_string(folder.path().join("p.obj")).unwrap();
         let vertices = obj.lines().filter(|line| line.starts_with("v ")).count();
         let lines: Vec<&str> = obj.lines().filter(|line| line.starts_with("l ")).collect();
@@ -233,9 +236,9 @@ fn a_replayed_pixel_has_the_same_numbers() {
     assert!(said.contains(".obj"), "{said}");
 }
 
-/// The type of a light in a record tells where its light comes from.
+/// A recorded light has the type of its source.
 #[test]
-fn lights_have_their_types() {
+fn recorded_lights_have_their_type() {
     let folder = scene();
     for (light, kind) in [
         ("", "surface"),
@@ -267,7 +270,7 @@ fn lights_have_their_types() {
         ),
         ("type = 'sky'\nsun = [0, 45]", "background"),
     ] {
-        // The lamp of the OBJ is off where another light is to be sampled.
+        // The lamp of the OBJ is off if another light is tested.
         let text = match light {
             "" => SCENE.to_string(),
             _ => format!("{SCENE}[patch.lamp]\nemission = [0, 0, 0]\n[[light]]\n{light}\n"),

@@ -1,4 +1,5 @@
-//! Photon mapping: what photons carry, against closed forms; pictures, against the path tracer; and that photons, too, depend on no thread.
+//! Photon mapping: power of photons against closed forms; images against the path tracer; bits of
+//! threads and parts.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder};
@@ -19,7 +20,8 @@ use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// Photons of paths that are scattered `max_depth` times at most, those included that have come straight from lights.
+/// Photons of paths with at most `max_depth` scatterings, also photons that come straight from
+/// lights.
 fn photons_of(scene: &Scene, paths: u32, max_depth: u32) -> Vec<Photon> {
     let camera = pinhole(Vec3::ZERO, Vec3::NEG_Z, 60.0);
     with_world(scene, camera, UVec2::ONE, |world| {
@@ -37,13 +39,14 @@ fn photons_of(scene: &Scene, paths: u32, max_depth: u32) -> Vec<Photon> {
     })
 }
 
-/// Light that leaves a lamp arrives: in a closed room the first photons carry the power of all lights, whatever their kind.
+/// Conservation of flux: in a closed room, the first photons carry the power of all lights of every
+/// kind.
 #[test]
 fn photons_carry_the_power_of_lights() {
     let (intensity, emission) = (3.0, 5.0);
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
-    // Half of a square's side, facing +z from the wall
+    // Square of half width 0.25 in front of the wall, facing +z
     add(&mut b, panel(-0.9, 0.25), material(0.0, emission));
     b.add_point_light(Vec3::new(0.1, 0.2, 0.3), Spectrum::splat(intensity))
         .unwrap();
@@ -55,9 +58,10 @@ fn photons_carry_the_power_of_lights() {
         first.map(|p| p.power().mean() as f64).sum::<f64>() / paths as f64
     };
     let expected = 4.0 * PI * intensity as f64 + PI * emission as f64 * 0.25;
-    // Lights are chosen by their power: each path carries all of it.
+    // Lights are sampled in proportion to their power, so each path carries the total power.
     assert!((sum(0) / expected - 1.0).abs() < 1e-3, "{} {expected}", sum(0));
-    // Half of it goes on, and half of that, but for what meets the lamp, which is black: less than 1 % of the area.
+    // Each scattering keeps half of the power, except for photons that hit the black lamp: less
+    // than 1 % of the area.
     for (scatterings, share) in [(1, 0.5), (2, 0.25)] {
         let ratio = sum(scatterings) / (share * expected);
         assert!((0.95..1.02).contains(&ratio), "{scatterings}: {ratio}");
@@ -65,9 +69,10 @@ fn photons_carry_the_power_of_lights() {
     assert!(photons.iter().all(|p| p.scatterings < 3));
 }
 
-/// The irradiance of a point light on a plane, `I cos θ / d²`, ring by ring: z-tests, as each photon has the same power.
+/// Irradiance of a point light on a plane, `I cos θ / d²`, in rings. z-tests, because each photon
+/// has the same power.
 #[test]
-fn photons_lie_as_dense_as_light_is() {
+fn photon_density_matches_irradiance() {
     let (intensity, height) = (2.0, 0.7);
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 50.0), material(0.5, 0.0));
@@ -80,7 +85,7 @@ fn photons_lie_as_dense_as_light_is() {
     for (inner, outer) in [(0.0, 0.2), (0.2, 0.5), (0.5, 1.0), (1.0, 3.0), (3.0, 20.0)] {
         let within = |p: &&Photon| (inner..outer).contains(&(p.p().truncate().length() as f64));
         let n = photons.iter().filter(within).count();
-        // The share of the sphere that a disk of this radius covers, seen from the light
+        // Fraction of the sphere around the light that is covered by a disk of radius `r`
         let share = |r: f64| 0.5 * (1.0 - height / (height * height + r * r).sqrt());
         let expected = paths as f64 * (share(outer) - share(inner));
         assert_same_mean(
@@ -93,7 +98,8 @@ fn photons_lie_as_dense_as_light_is() {
     }
 }
 
-/// Progressive photon mapping with photons that count within `radius` in the first iteration, and the radius reduction parameter `alpha`.
+/// Progressive photon mapping with search radius `radius` in the first iteration and radius
+/// reduction parameter `alpha`.
 fn progressive<A>(world: World<A>, (radius, alpha): (f32, f32), max_depth: u32) -> ProgressivePhotonIntegrator<A> {
     ProgressivePhotonIntegrator {
         world,
@@ -108,7 +114,7 @@ fn progressive<A>(world: World<A>, (radius, alpha): (f32, f32), max_depth: u32) 
     }
 }
 
-/// Vertex connection and merging with paths that may be merged within `radius`.
+/// Vertex connection and merging with search radius `radius`.
 fn merging<A>(world: World<A>, radius: f32, max_depth: u32) -> VertexMergingIntegrator<A> {
     VertexMergingIntegrator {
         world,
@@ -151,10 +157,10 @@ fn mapped(world: World<Backend>, resolution: UVec2, paths: u32, max_depth: u32, 
     film_of(&integrator, resolution, spp, seed)
 }
 
-/// Photons of one time are not where surfaces are at another: a glowing room that moves by a quarter of its width while the shutter is open is as bright as one
-/// that stands still.
+/// Photons of one time do not belong to surfaces at another time. An emitting room that moves by a
+/// quarter of its width while the shutter is open is as bright as a still room.
 #[test]
-fn photons_are_where_surfaces_are() {
+fn moving_room_is_as_bright_as_a_still_room() {
     let mean = |way: f32, seed: u64| {
         let mut b = SceneBuilder::new();
         let id = b.add_material(material(0.5, 1.0)).unwrap();
@@ -166,7 +172,7 @@ fn photons_are_where_surfaces_are() {
         };
         b.add_instance(prototype, placement).unwrap();
         let scene = b.build().unwrap().0;
-        // Its picture is the wall that the room moves along, and the one that it moves away from.
+        // The image shows two walls: the room moves along one of them, and away from the other.
         let camera = pinhole(Vec3::new(0.4, 0.1, 0.2), Vec3::new(1.5, 0.0, -0.4), 70.0);
         let resolution = UVec2::splat(8);
         with_world(&scene, camera, resolution, |world| {
@@ -180,7 +186,8 @@ fn photons_are_where_surfaces_are() {
     assert!((moving / still - 1.0).abs() < 0.02, "{moving}, not {still}");
 }
 
-/// A convex body that reflects all light in a bright world: no photon is scattered, and photon mapping has no bias of either kind.
+/// A convex body that reflects all light, in uniform light: no scattered photon hits it again, so
+/// photon mapping has no bias.
 #[test]
 fn the_furnace_has_no_bias() {
     let scene = own("furnace.toml");
@@ -190,7 +197,7 @@ fn the_furnace_has_no_bias() {
         let film = iterations(&progressive(world, (0.05, 2.0 / 3.0), 6), resolution, 64, 1);
         assert_unbiased("sppm in the furnace", &film, 1.0);
         let film = iterations(&merging(world, 0.05, 6), resolution, 64, 4);
-        // It merges what has come straight from the light, too, on a body of facets.
+        // VCM also merges photons straight from the light, and the body has facets.
         let (mean, error) = (film_mean(&film, 0), film_error(&film, 0));
         println!("vcm in the furnace: mean {mean} ± {error}");
         assert!((mean - 1.0).abs() < 0.02, "vcm in the furnace: {mean}");
@@ -199,10 +206,11 @@ fn the_furnace_has_no_bias() {
     });
 }
 
-/// The closed box, where everything is 2. Of the density a disk loses what lies beyond edges: with a room of side 2, seen into a corner, the mean is
-/// too small by about the radius; photon mapping gathers, and loses less.
+/// The closed box, with radiance 2 everywhere. A density estimate loses the part of its disk beyond
+/// edges. In a room of width 2, seen into a corner, the mean is too small by about the radius.
+/// Photon mapping gathers, and loses less.
 #[test]
-fn the_closed_box_is_right_but_for_its_edges() {
+fn closed_box_loses_light_at_edges_only() {
     let scene = own("closed-box.toml");
     let camera = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::splat(-1.0), 60.0);
     let resolution = UVec2::splat(16);
@@ -244,9 +252,9 @@ fn image(film: &Film) -> RgbImage {
     }
 }
 
-/// The mean squared error of n iterations falls as n^−α, to which the square of the bias, n^(2α − 2), is equal at 2/3 (Knaus and Zwicker 2011, eqs. 14
-/// and 17); errors of direct light, which fall as 1/n, and photons at edges make it steeper. The bias at the first radius is what radii that stay
-/// have.
+/// The mean squared error of n iterations falls as n^−α. The squared bias, n^(2α − 2), falls
+/// equally at 2/3 (Knaus and Zwicker 2011, eqs. 14 and 17). Errors of direct light, which fall as
+/// 1/n, and photons at edges make it steeper. Fixed radii keep the bias of the first radius.
 #[test]
 fn errors_shrink_as_iterations_are_added() {
     let scene = own("cornell-box.toml");
@@ -267,7 +275,7 @@ fn errors_shrink_as_iterations_are_added() {
         println!("relMSE {few} of 4 iterations, {many} of 128: exponent {slope}");
         assert!((-1.05..-0.5).contains(&slope), "{few} {many}: {slope}");
 
-        // Equal photons for both, so that their noise is, too: it moves means by half a percent.
+        // Both use the same photons, so the same noise, which moves means by 0.5 %.
         let bias = |film: &Film| film_mean(film, 0) / film_mean(&reference, 0) - 1.0;
         let (stays, shrinks) = (bias(&iterations(&of(1.0), resolution, 128, 20)), bias(&film));
         println!("bias of the mean {stays} at the first radius, {shrinks} with radii that shrink");
@@ -276,7 +284,7 @@ fn errors_shrink_as_iterations_are_added() {
     });
 }
 
-/// Means of the blocks of 4 × 4 pixels of a channel.
+/// Means of blocks of 4 × 4 pixels of a channel.
 fn blocks(film: &Film, c: usize) -> Vec<Mean> {
     let size = film.resolution().x as usize;
     let pixels: Vec<(f64, f64)> = film.pixels().map(|(_, a)| (a.mean(c), a.variance_of_mean(c))).collect();
@@ -291,7 +299,8 @@ fn blocks(film: &Film, c: usize) -> Vec<Mean> {
         .collect()
 }
 
-/// Fails if a block is not as bright as that of the path tracer, but for noise and the share `bias` of it.
+/// Fails if a block differs from the path tracer by more than noise and the fraction `bias` of its
+/// mean.
 fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
     let pairs: Vec<_> = [0, 1, 2]
         .iter()
@@ -300,10 +309,10 @@ fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
     assert_all_means_within(what, &pairs, |expected| bias * expected.value);
 }
 
-/// A panel of which a quarter is there: photons come to it by that chance, and so do those who look for them.
+/// A panel of opacity 0.25: photons hit it with that probability, and camera rays too.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn holes_count_once() {
+fn opacity_is_applied_once() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.3));
     let veil = Material {
@@ -323,13 +332,13 @@ fn holes_count_once() {
         assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.025);
         let film = mapped(world, resolution, 60_000, 4, 32, 3);
         assert_same_blocks("photon-map", &film, &reference, 0.025);
-        // Wide enough that much is merged
+        // Wide enough to merge much
         let film = iterations(&merging(world, 0.05, 4), resolution, 128, 4);
         assert_same_blocks("vcm", &film, &reference, 0.025);
     });
 }
 
-/// Panes, thin glass and veils: photons pass them as rays from the camera do.
+/// Panes, thin glass and filters: photons pass them in the same way as camera rays.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn photons_pass_glass() {
@@ -349,7 +358,8 @@ fn photons_pass_glass() {
     });
 }
 
-/// A room with every kind of lobe, glass and mirrors among them, and caustics of a wide lamp: each path of light is counted once, at every depth.
+/// A room with every kind of lobe, also glass and mirrors, and caustics of a wide lamp. Each light
+/// path counts once, at every depth.
 #[test]
 fn all_light_is_counted_once() {
     let scene = lobes_room();
@@ -373,9 +383,10 @@ fn all_light_is_counted_once() {
     });
 }
 
-/// A ball of glass over a floor, under a lamp that paths from the camera meet often enough: the caustic has its light, region by region.
+/// A glass ball above a floor, under a lamp that camera paths hit often enough. The caustic has the
+/// right light in each region.
 #[test]
-fn the_caustic_of_a_ball_is_right() {
+fn caustic_of_a_ball_agrees_with_paths() {
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 1.0), material(0.6, 0.0));
     let glass = Material {
@@ -387,7 +398,8 @@ fn the_caustic_of_a_ball_is_right() {
     let corners = [lamp(-1.0, -1.0), lamp(-1.0, 1.0), lamp(1.0, 1.0), lamp(1.0, -1.0)];
     add(&mut b, polygon(&corners), material(0.0, 10.0));
     let (scene, _) = b.build().unwrap();
-    // It sees the floor and the lower side of the ball, not the lamp's image in the upper one, which few samples would meet.
+    // The camera sees the floor and the lower side of the ball. It does not see the image of the
+    // lamp in the upper side, which few samples would hit.
     let camera = pinhole(Vec3::new(0.0, -1.2, 0.5), Vec3::new(0.0, -0.1, 0.0), 40.0);
     let resolution = UVec2::splat(16);
     with_world(&scene, camera, resolution, |world| {
@@ -408,10 +420,10 @@ fn the_caustic_of_a_ball_is_right() {
     });
 }
 
-/// Threads, crops, parts that are merged and renders that go on give the bits of one render.
+/// Threads, crops, merged parts and resumed renders give the bits of one render.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn photons_depend_on_no_thread() {
+fn threads_and_parts_change_no_bit() {
     let folder = folder(&[]);
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
     let scene = scene.to_str().unwrap();

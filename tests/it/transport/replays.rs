@@ -1,6 +1,6 @@
-//! Scenes of public bug reports about the light of path tracers, each with a value that is known.
+//! Scenes of public bug reports about the light of path tracers, each with a known value.
 //!
-//! Reports whose value another test checks are not repeated here.
+//! Reports covered by other tests are not repeated here.
 
 use crate::support::program::{done, folder, split};
 use crate::support::*;
@@ -19,7 +19,7 @@ fn assert_close(what: &str, value: f64, expected: f64, tolerance: f64) {
     assert!(difference < tolerance, "{what}: {value}, expected {expected}");
 }
 
-/// A floor of y = 0 and albedo 0.5, its front up, `half` to all sides.
+/// Floor at y = 0 of half width `half`, facing up.
 fn floor(half: f32) -> Mesh {
     let corner = |x: f32, z: f32| Vec3::new(half * x, 0.0, half * z);
     polygon(&[
@@ -37,7 +37,7 @@ fn floor_below(light: impl FnOnce(&mut SceneBuilder)) -> Scene {
     b.build().unwrap().0
 }
 
-/// Mean radiance of a small part of the floor about (x, 0, 0).
+/// Mean radiance of a small part of the floor around (x, 0, 0).
 fn floor_radiance(scene: &Scene, x: f32, direct: DirectLight, spp: u32) -> f64 {
     let camera = pinhole(Vec3::new(x, 0.05, 0.0), Vec3::new(x, 0.0, 0.0), 1.0);
     let size = UVec2::splat(8);
@@ -53,7 +53,7 @@ fn floor_radiance(scene: &Scene, x: f32, direct: DirectLight, spp: u32) -> f64 {
     })
 }
 
-/// Smooth glass of index 1.5 that absorbs nothing.
+/// Smooth glass of index 1.5 without absorption.
 fn clear() -> Material {
     Material {
         transmission: Spectrum::ONE,
@@ -72,7 +72,7 @@ fn in_white_sky(meshes: impl IntoIterator<Item = (Mesh, Material)>) -> Scene {
     b.build().unwrap().0
 }
 
-/// A ball of 8 facets, each divided into four `levels` times, with the normals of the ball.
+/// Coarse ball: 8 facets, subdivided `levels` times, with the normals of the ball.
 fn coarse_ball(levels: u32) -> Mesh {
     let mesh = sphere(1.0, Vec3::ZERO, levels);
     Mesh {
@@ -81,10 +81,10 @@ fn coarse_ball(levels: u32) -> Mesh {
     }
 }
 
-/// Nothing absorbs light: each material is as bright as its surroundings, if coarse facets with the
-/// normals of a ball have no black rims.
+/// Without absorption, each material is as bright as its surroundings. Coarse facets with the
+/// normals of a ball must not have black rims.
 #[test]
-fn coarse_balls_of_clear_materials_in_a_white_sky_are_white() {
+fn coarse_balls_in_a_white_sky_are_white() {
     let mirror = Material {
         specular: Spectrum::ONE,
         gloss: Gloss::Mirror(Fresnel::Full),
@@ -106,7 +106,7 @@ fn coarse_balls_of_clear_materials_in_a_white_sky_are_white() {
 
 /// An air bubble in a ball of glass neither absorbs nor adds light.
 #[test]
-fn air_bubble_in_glass_in_a_white_sky_is_white() {
+fn air_bubble_in_a_white_sky_is_white() {
     let mut bubble = sphere(0.5, Vec3::new(0.2, 0.0, 0.1), 3);
     bubble.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let scene = in_white_sky([(sphere(1.0, Vec3::ZERO, 3), clear()), (bubble, clear())]);
@@ -118,14 +118,14 @@ fn air_bubble_in_glass_in_a_white_sky_is_white() {
 /// Radiance over the square of the index is constant along a ray (Veach 1997, §5.2): a camera in
 /// glass sees n² times the sky.
 #[test]
-fn camera_inside_glass_sees_the_sky_times_the_squared_index() {
+fn radiance_inside_glass_is_scaled_by_squared_index() {
     let scene = in_white_sky([(sphere(1.0, Vec3::ZERO, 3), clear())]);
     let camera = pinhole(Vec3::new(0.1, 0.05, 0.02), Vec3::new(1.0, 0.3, 0.2), 60.0);
     let film = render_film(&scene, camera, [24, 24], 256, Some(300));
     assert_close("inside glass", film_mean(&film, 1), 2.25, 0.004);
 }
 
-/// A deep white well in a white sky is white: paths of hundreds of vertices need more than 1024
+/// A deep white well in a white sky is white. Its paths of hundreds of vertices need more than 1024
 /// dimensions of the sampler.
 #[test]
 fn deep_white_well_in_a_white_sky_is_white() {
@@ -149,7 +149,7 @@ fn deep_white_well_in_a_white_sky_is_white() {
     assert_close("well", film_mean(&film, 1), 1.0, 0.004);
 }
 
-/// Scenes of 10⁻⁶ to 10⁸ units give the picture of the scene of 1 unit.
+/// Scenes of size 10⁻⁶ to 10⁸ give the same image as size 1.
 #[test]
 fn pictures_do_not_depend_on_the_scale() {
     let mean = |scale: f32| {
@@ -176,7 +176,7 @@ fn pictures_do_not_depend_on_the_scale() {
     }
 }
 
-/// Bilinear value of texels `width` × `height` at a direction: +y is the top row, −z the middle
+/// Bilinear value of texels `width` × `height` in a direction: +y is the top row, −z the middle
 /// column, +x to its right.
 fn bilinear(texels: &[f64], width: usize, height: usize, [x, y, z]: [f64; 3]) -> f64 {
     let s = (0.5 + x.atan2(-z) / TAU) * width as f64 - 0.5;
@@ -191,8 +191,8 @@ fn bilinear(texels: &[f64], width: usize, height: usize, [x, y, z]: [f64; 3]) ->
     (1.0 - v) * of_row(row) + v * of_row(row + 1.0)
 }
 
-/// Irradiance of the floor, by the midpoint rule over the sky in the frame of the picture. `up` is
-/// the floor's normal in that frame.
+/// Irradiance of the floor, by the midpoint rule over the sky in the frame of the image. `up` is
+/// the normal of the floor in that frame.
 fn irradiance(texels: &[f64], width: usize, height: usize, up: Vec3) -> f64 {
     let (rows, columns) = (720, 1440);
     let up = up.to_array().map(f64::from);
@@ -211,10 +211,10 @@ fn irradiance(texels: &[f64], width: usize, height: usize, up: Vec3) -> f64 {
     sum * (PI / rows as f64) * (TAU / columns as f64)
 }
 
-/// Single texels in the middle, at the seam and at both poles, by light samples, by rays and by
-/// both, and turned environments.
+/// Single texels in the middle, at the seam and at both poles, with light samples, with rays and
+/// with both, and rotated environments.
 #[test]
-fn texels_of_environments_give_the_irradiance_of_their_integral() {
+fn environment_texels_give_exact_irradiance() {
     let (width, height) = (32, 16);
     let turned = Quat::from_rotation_x(0.5) * Quat::from_rotation_y(0.9) * Quat::from_rotation_z(1.2);
     for (column, row, rotation) in [
@@ -247,7 +247,7 @@ fn texels_of_environments_give_the_irradiance_of_their_integral() {
 }
 
 #[test]
-fn environments_of_odd_sizes_give_the_irradiance_of_their_integral() {
+fn odd_environment_sizes_give_exact_irradiance() {
     for (width, height) in [(1, 1), (2, 1), (1, 2), (5, 7)] {
         let texels: Vec<f64> = (0..width * height).map(|i| 0.3 + 0.4 * ((i * 5) % 3) as f64).collect();
         let expected = 0.5 / PI * irradiance(&texels, width, height, Vec3::Y);
@@ -261,7 +261,7 @@ fn environments_of_odd_sizes_give_the_irradiance_of_their_integral() {
     }
 }
 
-/// At the angle θ the intensity of a spot is a smooth step of cos θ between both cones.
+/// The intensity of a spot light at the angle θ is a smooth step of cos θ between both cones.
 #[test]
 fn spots_fall_off_by_a_smooth_step() {
     let (angle, falloff) = (40.0f32, 20.0f32);
@@ -283,7 +283,8 @@ fn spots_fall_off_by_a_smooth_step() {
     assert_eq!(floor_radiance(&scene, outside, DirectLight::Mis, 16), 0.0);
 }
 
-/// Irradiance below the middle of a square lamp of radiance 1, `half` to all sides, at a height.
+/// Irradiance below the centre of a square lamp of radiance 1 and half width `half` at height
+/// `height`.
 fn below_square(half: f64, height: f64) -> f64 {
     let a = half / height;
     let root = (1.0 + a * a).sqrt();
@@ -291,15 +292,15 @@ fn below_square(half: f64, height: f64) -> f64 {
     4.0 * a / root * (a / root).atan()
 }
 
-/// Vertex normals that oppose the facets change neither the front of a lamp nor its density.
+/// Vertex normals opposite to the facets change neither the front of a lamp nor its density.
 #[test]
-fn lamp_with_reversed_vertex_normals_lights_its_front() {
+fn reversed_vertex_normals_keep_the_lamp_front() {
     let expected = 0.5 / PI * 2.0 * below_square(0.5, 1.0);
     for is_mirrored in [false, true] {
         let mut lamp = panel(0.0, 0.5);
         lamp.positions.iter_mut().for_each(|p| *p = Vec3::new(p.x, 1.0, p.y));
         if is_mirrored {
-            // A mirrored lamp, with its winding turned to face down again.
+            // A mirrored lamp with reversed winding, so that it faces down again.
             lamp.positions.iter_mut().for_each(|p| p.x = -p.x);
             lamp.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
@@ -316,10 +317,10 @@ fn lamp_with_reversed_vertex_normals_lights_its_front() {
     }
 }
 
-/// Faces of both windings show normals towards the camera, emitters are opaque, and depth is that
-/// of the surface also outside of the plane of focus.
+/// Faces of both windings have normals towards the camera, emitters are opaque, and depth is exact
+/// also out of focus.
 #[test]
-fn layers_of_both_sides_and_of_emitters_are_right_out_of_focus() {
+fn feature_layers_are_exact_out_of_focus() {
     let folder = folder(&[
         ("a.mtl", "newmtl m\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 3 3 3\n"),
         (

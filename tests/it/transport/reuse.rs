@@ -1,4 +1,4 @@
-//! Pixels that share their paths: the same pictures, with less error.
+//! Path reuse between pixels: the same means with less error.
 #![cfg(feature = "embree")]
 
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -36,20 +36,22 @@ fn means(film: &Film) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
 }
 
-/// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
+/// Pixels of a film share errors; films of different seeds are independent. Means and variances are
+/// taken over seeds.
 fn assert_same(what: &str, integrator: &MaybeReusing, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))
         .collect();
     let reference: Vec<_> = reference.pixels().map(|(_, a)| *a).collect();
     for c in 0..3 {
-        // The whole picture
+        // The whole image
         let pictures: Vec<f64> = films.iter().map(|f| f[c].iter().sum::<f64>()).collect();
         let expected: f64 = reference.iter().map(|a| a.mean(c)).sum();
         let expected_variance: f64 = reference.iter().map(|a| a.variance_of_mean(c)).sum();
         let expected = Mean::new(expected, expected_variance.sqrt());
         assert_same_mean(format!("{what}, channel {c}"), Mean::of(&pictures), expected);
-        // Pixel by pixel; 32 values have the heavier tails of Student's distribution: P(|t| > 5.5) is 5e-6.
+        // Pixel by pixel. 32 values have the heavier tails of Student's distribution: P(|t| > 5.5)
+        // is 5e-6.
         let mut beyond = 0;
         for (i, expected) in reference.iter().enumerate() {
             let mean = Mean::of(&films.iter().map(|f| f[c][i]).collect::<Vec<_>>());
@@ -61,7 +63,8 @@ fn assert_same(what: &str, integrator: &MaybeReusing, reference: &Film, spp: u32
     }
 }
 
-/// Sharing must not move any mean, whichever way directions are drawn, light is found and paths end.
+/// Path reuse must not change any mean, for any direction sampling, light sampling and path
+/// termination.
 fn assert_unmoved(what: &str, scene: &Scene, camera: CameraParameters, spp: u32) {
     with_world(scene, camera, RESOLUTION, |world| assert_unmoved_in(what, world, spp));
 }
@@ -70,7 +73,7 @@ fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
     let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * budget(spp), 0);
     let best = path(world, true);
     assert_same(what, &best, &reference, spp);
-    // Shared paths end nowhere before their second vertex, however early roulette is to begin.
+    // Shared paths do not end before their second vertex, even if roulette starts at once.
     let mut at_once = path(world, true);
     at_once.path.roulette.depth = 0;
     let [a, b] = [&best, &at_once].map(|integrator| means(&film_of(integrator, RESOLUTION, spp, 100)));
@@ -83,15 +86,15 @@ fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
 }
 
 #[test]
-fn means_stay_where_they_are() {
+fn path_reuse_keeps_means() {
     assert_unmoved("cornell-box", &own("cornell-box.toml"), cornell(), 16);
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     assert_unmoved("closed-box", &own("closed-box.toml"), inside, 16);
-    // Every lobe: paths that cannot be shared, beside others that can.
+    // Every lobe: paths that can be shared, and paths that cannot.
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     assert_unmoved("lobes", &lobes_room(), inside, 16);
     assert_unmoved("glass", &glazed_room(), in_glazed_room(), 16);
-    // Pixels that have little in common: a lens, a point light, the horizon.
+    // Dissimilar pixels: a lens, a point light, the horizon.
     let lens = CameraParameters {
         lens_radius: 0.18,
         focus_distance: 7.45,
@@ -100,8 +103,9 @@ fn means_stay_where_they_are() {
     assert_unmoved("depth-of-field", &own("depth-of-field.toml"), lens, 32);
 }
 
-/// Sharing must not move any mean in a room of `walls`, seen from one of its corners, with a lamp and what `furnish` adds. Directions are drawn by the
-/// BSDF alone: by the cosine, samples of narrow lobes have too long a tail for tests of 32 seeds.
+/// Path reuse must not change any mean in a room with `walls`, seen from a corner, with a lamp and
+/// the objects of `furnish`. Directions follow the BSDF: by the cosine, samples of narrow lobes
+/// have too long a tail for tests of 32 seeds.
 fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut SceneBuilder)) {
     let mut builder = SceneBuilder::new();
     add(&mut builder, room(), walls);
@@ -121,7 +125,8 @@ fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut
     });
 }
 
-/// A material as exporters write it: a diffuse base of reflectance `base` under a dielectric coat of facets, or metal.
+/// A material as exporters write it: a diffuse base of reflectance `base` under a rough dielectric
+/// coat, or metal.
 fn coated(base: f32, roughness: f32, metallic: f32) -> Material {
     Material {
         specular: Spectrum::ONE,
@@ -131,10 +136,10 @@ fn coated(base: f32, roughness: f32, metallic: f32) -> Material {
     }
 }
 
-/// Ends of every kind of BSDF that is not matte: what they scatter is another light for each of the pixels.
+/// Shared vertices with every kind of glossy BSDF: they scatter different light to each pixel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn glossy_ends_are_seen_by_each_pixel_for_itself() {
+fn glossy_shared_vertices_keep_means() {
     assert_unmoved_between("coats", coated(0.7, 0.5, 0.0), |_| ());
     assert_unmoved_between("metals", coated(0.7, 0.5, 1.0), |_| ());
     let layered = Material {
@@ -144,7 +149,7 @@ fn glossy_ends_are_seen_by_each_pixel_for_itself() {
         ..coated(0.6, 0.6, 0.3)
     };
     assert_unmoved_between("layers", layered, |_| ());
-    // A sky beside the lamp, through a ceiling of which half is missing
+    // A sky and a lamp, through a half-open ceiling
     let mut builder = SceneBuilder::new();
     let wall = |corners: [[f32; 3]; 4]| polygon(&corners.map(Vec3::from));
     let floor = [
@@ -182,7 +187,7 @@ fn glossy_ends_are_seen_by_each_pixel_for_itself() {
     let scene = builder.build().unwrap().0;
     let outside = pinhole(Vec3::new(1.6, 0.8, 2.2), Vec3::new(-0.2, -0.4, -0.3), 45.0);
     assert_unmoved("coats under a sky", &scene, outside, 16);
-    // A delta lobe beside the diffuse one: its light stays with the pixel that found it.
+    // A delta lobe beside a diffuse one: its light stays with the pixel that found it.
     let polished = Material {
         specular: Spectrum::ONE,
         gloss: Gloss::Mirror(Fresnel::Dielectric { eta: 1.8 }),
@@ -197,10 +202,10 @@ fn glossy_ends_are_seen_by_each_pixel_for_itself() {
     assert_unmoved_between("Phong lobes", phong, |_| ());
 }
 
-/// Ends whose normals vary, which light passes, and which have alpha.
+/// Shared vertices with varying normals, transmission or an opacity below 1.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn ends_that_are_no_plain_walls_are_shared() {
+fn shared_vertices_on_any_surface_keep_means() {
     assert_unmoved_between("rough glass", coated(0.6, 0.5, 0.0), |builder| {
         let glass = Material {
             transmission: Spectrum::splat(0.95),
@@ -211,7 +216,7 @@ fn ends_that_are_no_plain_walls_are_shared() {
         add(builder, sphere(0.5, Vec3::new(-0.1, -0.4, -0.1), 3), glass);
     });
     assert_unmoved_between("bent normals", coated(0.6, 0.5, 0.0), |builder| {
-        // A floor with waves that its normals alone show
+        // A flat floor with the normals of waves
         let at = |i: u32| -0.95 + 0.1 * i as f32;
         let mut floor = Mesh::default();
         for (i, j) in (0..20).flat_map(|i| (0..20).map(move |j| (i, j))) {
@@ -236,9 +241,9 @@ fn ends_that_are_no_plain_walls_are_shared() {
     });
 }
 
-/// The first vertex of a pixel that looks into mirrors or through glass is the one behind them.
+/// If a pixel shows a mirror or glass, its first vertex is the surface behind it.
 #[test]
-fn mirrors_are_looked_into() {
+fn first_vertices_behind_mirrors_keep_means() {
     assert_unmoved_between("mirror and glass", coated(0.6, 0.5, 0.0), |builder| {
         let mirror = Material {
             specular: Spectrum::splat(0.9),
@@ -256,9 +261,9 @@ fn mirrors_are_looked_into() {
     });
 }
 
-/// Some surfaces absorb everything: their paths end, and cannot have found what others see.
+/// Paths from black surfaces end, so they find no light that other pixels could reuse.
 #[test]
-fn black_surfaces_share_nothing() {
+fn black_surfaces_keep_means() {
     let corners = |x: f32, z: f32| Vec3::new(x, 0.0, z);
     let mut builder = SceneBuilder::new();
     let floor = |a: f32, b: f32| polygon(&[corners(a, 3.0), corners(b, 3.0), corners(b, -3.0), corners(a, -3.0)]);
@@ -283,7 +288,8 @@ fn black_surfaces_share_nothing() {
     assert_unmoved("half of the floor is black", &scene, above, 16);
 }
 
-/// A bright closed room, in which a patch of reflectance `rho` covers half of what `looking_at_the_patch` sees.
+/// A bright closed room. A patch of reflectance `rho` covers half of the view of
+/// `looking_at_the_patch`.
 fn patched_room(rho: f32) -> Scene {
     let mut builder = SceneBuilder::new();
     let square = |y: f32, x: [f32; 2], z: f32| {
@@ -306,17 +312,17 @@ fn looking_at_the_patch() -> CameraParameters {
     pinhole(Vec3::new(0.0, 0.5, 0.8), Vec3::new(0.0, -1.0, 0.0), 40.0)
 }
 
-/// The paths that leave black surfaces are followed where directions ask for no albedo. Nothing comes of them on their own; what
-/// they find is for the neighbours, and must be whole.
+/// If direction sampling needs no albedo, paths that leave black surfaces continue. They add no
+/// light to their own pixel, but neighbours reuse them, so they must be complete.
 #[test]
-fn paths_from_black_surfaces_are_whole() {
+fn paths_from_black_surfaces_keep_means() {
     assert_unmoved("a black patch", &patched_room(0.0), looking_at_the_patch(), 16);
 }
 
-/// Roulette must not end paths for the darkness of the surface that happened to begin them.
+/// Roulette must not end paths because their first surface is dark.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn dark_neighbours_do_no_harm() {
+fn dark_neighbours_do_not_add_variance() {
     let variance = |reuse| {
         with_world(&patched_room(0.02), looking_at_the_patch(), RESOLUTION, |world| {
             let film = film_of(&path(world, reuse), RESOLUTION, 1024, 0);
@@ -329,10 +335,10 @@ fn dark_neighbours_do_no_harm() {
     assert!(ratio < 0.4, "{ratio}");
 }
 
-/// What pixels get from each other is worth many samples, and the variance channel tells what error is left.
+/// Path reuse is worth many samples, and the variance channel reports the remaining error.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn errors_are_smaller_and_known() {
+fn path_reuse_reduces_the_reported_error() {
     let scene = own("cornell-box.toml");
     let resolution = UVec2::splat(96);
     let render = |reuse, spp, seed| {
@@ -348,7 +354,7 @@ fn errors_are_smaller_and_known() {
     println!("relMSE falls by a factor of {ratio:.2}");
     assert!(ratio > 3.0, "relMSE falls by no more than a factor of {ratio}");
 
-    // Variance as it is told, and as squared differences of two renders show it
+    // Reported variance, and squared differences of two renders
     let other = render(true, 32, 1);
     let mut told = 0.0;
     let mut seen = 0.0;
@@ -362,11 +368,11 @@ fn errors_are_smaller_and_known() {
     assert!((told / seen - 1.0).abs() < 0.15, "variance told {told}, seen {seen}");
 }
 
-/// The error by which `--noise` decides is that which pictures of other seeds show; low-discrepancy points are a little better than
-/// it says.
+/// The error estimate of `--noise` matches the spread over seeds. With low-discrepancy points the
+/// true error is a little smaller.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn differences_of_blocks_tell_the_error() {
+fn reported_error_matches_spread_of_seeds() {
     let scene = own("cornell-box.toml");
     type Render<'a> = &'a dyn Fn(&MaybeReusing, UVec2, u64) -> Film;
     let check = |what: &str, width: u32, film: Render, range: std::ops::Range<f64>| {

@@ -63,9 +63,8 @@ impl SceneFile {
             "Scene file of {source}, written by embrasure {} init. It gives the same picture as the bare OBJ with the same flags.",
             env!("CARGO_PKG_VERSION")
         ));
-        text += &comment(
-            "A line that begins with # and no blank is a setting with its current value: remove the # and change it.",
-        );
+        text +=
+            &comment("Lines such as `#seed = 0` are settings at their current value: delete the # and change them.");
         text += &comment("`embrasure help scene` lists all keys.");
         let usual = usual_settings(options);
         for line in file.to_toml(path)?.lines() {

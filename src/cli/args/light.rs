@@ -15,7 +15,7 @@ pub(in crate::cli) struct LightFlags {
     #[arg(long, value_name = "FILE|COLOUR|studio|sky", value_parser = parse_env, help_heading = "Light")]
     pub env: Option<EnvFlag>,
 
-    /// Add a sun: azimuth and elevation in degrees, irradiance [default: 3]
+    /// Add a sun: azimuth (0 is +z, 90 is +x), elevation, irradiance [default: 3]
     #[arg(
         long,
         value_name = "AZ,EL[,STRENGTH]",

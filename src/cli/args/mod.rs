@@ -153,7 +153,7 @@ fn with_values(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
 pub(super) enum Command {
     /// Render a scene to EXR and PNG files
     Render(Box<RenderArgs>),
-    /// Render one scene with every estimator of the ladder, and compare them
+    /// Render one scene by several methods, and compare their errors and times
     Lab(Box<LabArgs>),
     /// Check a ray-tracing backend against another one, ray by ray
     Audit(AuditArgs),

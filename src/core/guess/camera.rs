@@ -17,7 +17,7 @@ use super::up::Sisters;
 use super::views::{Orbit, View};
 use crate::accel::Accel;
 use crate::camera::{CameraError, CameraParameters};
-use crate::math::{DVec3, Horizon, Vec3};
+use crate::math::{DVec3, Horizon, Vec3, significant};
 use crate::scene::Scene;
 
 /// Vertical field of view for objects, in degrees.
@@ -209,7 +209,7 @@ impl<'a> CameraFinder<'a> {
             orbit,
             ..
         } = self.asked;
-        let (azimuth, elevation, words) = self.angles();
+        let (azimuth, elevation, [words, remark]) = self.angles();
         let back = self.horizon().direction(azimuth, elevation);
         let (mut eye, mut target) = self.frame().place(&self.looker, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
@@ -222,8 +222,10 @@ impl<'a> CameraFinder<'a> {
             (eye, target) = (look_at + (eye - target), look_at);
         }
         if let Some(position) = position {
-            eye = position;
+            return self.guess(position, target, self.frame().fov, words);
         }
+        let distance = significant(eye.distance(target).into(), 3);
+        let words = format!("{words}, distance {distance}{remark}");
         self.guess(eye, target, self.frame().fov, words)
     }
 
@@ -314,8 +316,9 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// Azimuth and elevation of the view of an object, and a description for users.
-    fn angles(&self) -> (f32, f32, String) {
+    /// Azimuth and elevation of the view of an object, and words for users before and behind the
+    /// distance.
+    fn angles(&self) -> (f32, f32, [String; 2]) {
         let Asked {
             view, orbit, position, ..
         } = self.asked;
@@ -324,10 +327,10 @@ impl<'a> CameraFinder<'a> {
                 "around the scene at azimuth {}°, elevation {}°",
                 orbit.azimuth, orbit.elevation
             );
-            return (orbit.azimuth, orbit.elevation, words);
+            return (orbit.azimuth, orbit.elevation, [words, String::new()]);
         }
         if position.is_some() {
-            return (0.0, 0.0, "towards the middle of the scene".into());
+            return (0.0, 0.0, ["towards the middle of the scene".into(), String::new()]);
         }
         let front = self.front();
         let (azimuth, elevation, what) = match view.angles() {
@@ -342,11 +345,9 @@ impl<'a> CameraFinder<'a> {
             Some(_) => "",
             None => " (--orbit AZ,EL or --view NAME changes that)",
         };
-        let words = format!(
-            "{what} from azimuth {azimuth}°, elevation {elevation}°{change}; {}",
-            front_words(&front, azimuth, elevation)
-        );
-        (azimuth, elevation, words)
+        let words = format!("{what} from azimuth {azimuth}°, elevation {elevation}°");
+        let remark = format!("{change}; {}", front_words(&front, azimuth, elevation));
+        (azimuth, elevation, [words, remark])
     }
 
     fn front(&self) -> Front {

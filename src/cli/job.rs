@@ -8,7 +8,7 @@ use super::warnings::ShownWarnings;
 use super::words;
 use crate::color::{Curve, Exposure};
 use crate::denoise::Denoiser;
-use crate::description::{SceneFile, SceneOptions};
+use crate::description::{FileCamera, SceneFile, SceneOptions};
 use crate::film::Rect;
 use crate::guess::{Elevation, drawing_axes};
 use crate::io::{FileError, LoadOptions, Warning};
@@ -74,8 +74,11 @@ impl Job {
     /// Resolves all settings for a scene that was read.
     pub fn of_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         args.ground.apply(&mut scene);
-        let options = options(args, &scene);
-        let settings = settings(args, &scene, &options)?;
+        let name = args.camera_name.as_deref();
+        let read = |path: &PathBuf| FileCamera::read(path, name);
+        let camera = args.cameras.as_ref().map(read).transpose()?;
+        let options = options(args, &scene, camera.as_ref());
+        let settings = settings(args, &scene, &options, camera.as_ref())?;
         if let Some(height) = args.plan {
             let [up, _] = drawing_axes(settings.camera.up, &settings.camera.axes);
             scene.cut_above_lowest(name_of_axis(up.as_dvec3()), height);
@@ -133,13 +136,15 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     guesses_exposure
 }
 
-/// Picture options of the scene file, overridden by flags.
-fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
+/// Options of the picture: flags over those of the scene file. A camera of a file has the size of its
+/// picture.
+fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) -> SceneOptions {
+    let size = args.size.map(UVec2::from).or_else(|| camera?.size);
     SceneOptions {
         camera: scene.options.camera,
-        size: args.size.map_or(scene.options.size, |[width, height]| SizeOptions {
-            width: Some(width),
-            height: Some(height),
+        size: size.map_or(scene.options.size, |size| SizeOptions {
+            width: Some(size.x),
+            height: Some(size.y),
         }),
         print: args.print.0.or(scene.options.print),
         filter: args.filter.0.or(scene.options.filter),
@@ -152,8 +157,13 @@ fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
     }
 }
 
-/// Settings of the scene file, overridden by flags.
-fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Result<Settings, CliError> {
+/// Settings of a render: flags over the `camera` of a file over the scene file.
+fn settings(
+    args: &RenderArgs,
+    scene: &SceneFile,
+    options: &SceneOptions,
+    of_file: Option<&FileCamera>,
+) -> Result<Settings, CliError> {
     let mut settings = Settings::new(options, CameraSettings::of(scene));
     settings.crop = args.crop.map(|[x0, y0, x1, y1]| Rect {
         min: UVec2::new(x0, y0),
@@ -161,6 +171,10 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
     });
 
     let mut camera = args.camera.clone();
+    if let Some(of_file) = of_file {
+        camera.0 = camera.0.or(of_file.options(settings.resolution));
+        settings.camera.options = settings.camera.options.opening();
+    }
     if args.plan.is_some() {
         camera.0.elevation = Some(Elevation::Plan);
     }

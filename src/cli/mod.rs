@@ -13,6 +13,7 @@ mod aov_list;
 mod args;
 mod audit;
 mod bench;
+mod camera_files;
 mod check;
 mod checkpointer;
 mod clock;

@@ -10,7 +10,7 @@ use crate::session::{Error, Settings};
 use std::path::Path;
 
 /// Flags that only the command line has. Programs have other means for them.
-const OF_COMMAND: [&str; 17] = [
+const OF_COMMAND: [&str; 18] = [
     "audit-rays",
     "checkpoint",
     "checkpoint-interval",
@@ -27,6 +27,7 @@ const OF_COMMAND: [&str; 17] = [
     "verbose",
     "version",
     "warnings",
+    "write-cameras",
     "write-every",
 ];
 

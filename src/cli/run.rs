@@ -3,6 +3,7 @@
 
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
+use super::camera_files::{prepare_cameras, write_camera};
 use super::checkpointer::Checkpointer;
 use super::clock::Clock;
 use super::dump::write_scene;
@@ -43,7 +44,10 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let checkpoint = checkpoint
         .map(|path| outputs.prepare("--checkpoint", path))
         .transpose()?;
-    outputs.spare([&*args.scene])?;
+    if let Some(path) = &args.write_cameras {
+        prepare_cameras(path, &mut outputs)?;
+    }
+    outputs.spare([&*args.scene].into_iter().chain(args.cameras.as_deref()))?;
     let other = args
         .audit_rays
         .map(|_| other_backend(job.settings.backend, None))
@@ -90,6 +94,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         errln!("Glass: {words}");
     }
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
+    if let Some(path) = &args.write_cameras {
+        write_camera(path, &files.images, &job, &session)?;
+    }
     let load_s = start.elapsed().as_secs_f64() - session.guess_seconds();
     loading.begin("building the acceleration structure", 1);
     let renderer = session.renderer();

@@ -8,6 +8,8 @@
 //! its JSON Schema. `io` has the formats of meshes and pictures, `options` the parameters of a
 //! render.
 
+#[cfg(feature = "cli")]
+mod cameras;
 mod color_value;
 mod cut_section;
 mod exact_list;
@@ -58,6 +60,8 @@ pub use scene_file::SceneFile;
 pub use scene_options::SceneOptions;
 pub use schema::schema_text;
 
+#[cfg(feature = "cli")]
+pub(crate) use cameras::FileCamera;
 pub(crate) use light_changes::{Environment, LightChanges, Sun, Viewpoint};
 #[cfg(all(test, feature = "cli"))]
 pub(crate) use section::Section;

@@ -287,7 +287,7 @@ impl CameraSettings {
     }
 
     /// The camera for an image of `resolution` pixels.
-    pub(super) fn found(&self, finder: Option<&CameraFinder>, resolution: UVec2) -> Result<FoundCamera, CameraError> {
+    pub(crate) fn found(&self, finder: Option<&CameraFinder>, resolution: UVec2) -> Result<FoundCamera, CameraError> {
         let (description, guess) = self.describe(finder, resolution)?;
         Ok(FoundCamera {
             camera: description.camera(resolution)?,

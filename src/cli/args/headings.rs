@@ -98,6 +98,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
             "write-every",
             "tev",
             "dump-scene",
+            "write-cameras",
             "stats",
             "warnings",
         ],
@@ -192,10 +193,12 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scene commands that `--help` leaves out.
-const RARE: [&str; 39] = [
+const RARE: [&str; 42] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
+    "camera",
+    "cameras",
     "checkpoint-interval",
     "compact",
     "compression",
@@ -230,6 +233,7 @@ const RARE: [&str; 39] = [
     "vertex-color-space",
     "vertex-colors",
     "warnings",
+    "write-cameras",
     "write-every",
     "yaw",
 ];

@@ -17,6 +17,28 @@ use crate::options::{
 use clap::Parser;
 use std::path::PathBuf;
 
+/// Flags of the place and the lens, which a camera of a file replaces.
+const PLACE_AND_LENS: [&str; 18] = [
+    "position",
+    "look-at",
+    "up",
+    "fov",
+    "view",
+    "elevation",
+    "orbit",
+    "stand",
+    "yaw",
+    "pose",
+    "projection",
+    "ortho-height",
+    "shift",
+    "fisheye-fov",
+    "fisheye-mapping",
+    "intrinsics",
+    "distortion",
+    "plan",
+];
+
 /// Arguments of `render`: a flag beats the scene file, the scene file beats the default.
 #[derive(Clone, Debug, Default, Parser)]
 #[command(after_help = "\
@@ -45,6 +67,17 @@ pub(in crate::cli) struct RenderArgs {
 
     #[command(flatten)]
     pub camera: CameraArgs,
+
+    /// File of cameras: transforms.json, a COLMAP folder, .gltf, .glb, .toml or .csv
+    ///
+    /// The only camera of the file, or the one of --camera. Without --size the picture has the size
+    /// that the file says; with it intrinsics are scaled.
+    #[arg(long, value_name = "FILE", conflicts_with_all = PLACE_AND_LENS, help_heading = "Camera")]
+    pub cameras: Option<PathBuf>,
+
+    /// Camera of --cameras: its name, or that of its picture
+    #[arg(long = "camera", value_name = "NAME", requires = "cameras", help_heading = "Camera")]
+    pub camera_name: Option<String>,
 
     /// Plan: view from above, cut at this height above the lowest point of the scene
     ///
@@ -154,6 +187,12 @@ pub(in crate::cli) struct RenderArgs {
     /// Write the rendered scene, with all flags applied, to a .toml scene file
     #[arg(long, value_name = "FILE", value_parser = parse_scene_output)]
     pub dump_scene: Option<PathBuf>,
+
+    /// Write the camera to a transforms.json, or to a COLMAP folder
+    ///
+    /// Cameras of other pictures that are there stay.
+    #[arg(long, value_name = "FILE")]
+    pub write_cameras: Option<PathBuf>,
 
     /// Write statistics to FILE as JSON; - means standard output
     #[arg(long, value_name = "FILE")]

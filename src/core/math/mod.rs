@@ -26,7 +26,9 @@ pub use frame::Frame;
 /// render of the suite's cornell takes 8 % less time. Embree's 16-byte loads of a last vertex stay
 /// inside the array.
 pub use glam::Vec3A as Vec3;
-pub use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, Mat3A, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4};
+pub use glam::{
+    Affine3A, DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3A, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4,
+};
 pub use glob::Glob;
 pub use horizon::Horizon;
 pub use lanes::{LANES, Lane, Vec3Lanes};

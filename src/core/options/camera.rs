@@ -162,6 +162,22 @@ impl CameraOptions {
         }
     }
 
+    /// The options of the lens's opening, the focus and the shutter, without those of the place and
+    /// the projection.
+    pub fn opening(self) -> Self {
+        Self {
+            lens_radius: self.lens_radius,
+            f_stop: self.f_stop,
+            sensor_height: self.sensor_height,
+            aperture_blades: self.aperture_blades,
+            aperture_rotation: self.aperture_rotation,
+            focus_distance: self.focus_distance,
+            focus_at: self.focus_at,
+            shutter: self.shutter,
+            ..Self::default()
+        }
+    }
+
     /// All options that define the view of `description`'s camera.
     pub fn of(description: &CameraDescription) -> Self {
         let (parameters, motion) = (&description.parameters, description.motion);

@@ -3,6 +3,7 @@
 mod backends;
 mod calibrated;
 mod camera_attributes;
+mod camera_files;
 mod cuts;
 mod drawings;
 mod projections;

@@ -1,0 +1,35 @@
+//! `--write-cameras`: the camera of a render, written when the scene is loaded.
+
+use super::error::CliError;
+use super::job::Job;
+use super::outputs::{Images, Outputs};
+use crate::description::FileCamera;
+use crate::session::Session;
+use std::path::Path;
+
+/// Checks that the files of cameras below `path` can be written.
+pub(super) fn prepare_cameras(path: &Path, outputs: &mut Outputs) -> Result<(), CliError> {
+    for file in FileCamera::files(path)? {
+        // A folder that is missing is created.
+        if file
+            .parent()
+            .is_none_or(|folder| folder.as_os_str().is_empty() || folder.is_dir())
+        {
+            outputs.prepare("--write-cameras", &file)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the camera of `session` to `path`, by the name of its picture: the first of `images`.
+pub(super) fn write_camera(path: &Path, images: &Images, job: &Job, session: &Session) -> Result<(), CliError> {
+    let image = images.iter().next().map(|(_, output)| output.path());
+    let picture = image.unwrap_or(&job.scene_path);
+    // Relative to the file of cameras, if it is in a folder above
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let name = picture.strip_prefix(folder).unwrap_or(picture);
+    let size = session.settings().resolution;
+    let origin = session.settings().camera.origin;
+    let camera = FileCamera::of(name.display().to_string(), session.camera_description(), size, origin);
+    Ok(camera.write(path)?)
+}

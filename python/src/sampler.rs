@@ -21,8 +21,9 @@ fn decision(index: u32) -> Dimension {
     }
 }
 
-/// An empty vector with capacity for `count` × `dims` numbers. The allocator may return more than
-/// is available, and the system would end Python when the numbers are written.
+/// An empty vector with capacity for `count` × `dims` numbers, or an error if the free memory is
+/// too small. The allocator alone may accept more, and the system would then kill Python when the
+/// numbers are written.
 fn reserved(count: u32, dims: u32) -> PyResult<Vec<f32>> {
     let numbers = (count as usize).saturating_mul(dims as usize);
     let bytes = (numbers as u64).saturating_mul(size_of::<f32>() as u64);

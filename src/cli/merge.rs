@@ -39,7 +39,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         } else {
             let (image, denoised) = joined.develop(&finish);
             if let Err(error) = denoised {
-                words::warning(format!("the pictures are raw: {error}"));
+                words::warning(format!("the pictures are not denoised: {error}"));
             }
             joined.write(&image, &images)
         };

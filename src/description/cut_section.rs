@@ -32,8 +32,8 @@ section! {
         point: [f32; 3], default "0 0 0";
         /// Material of the caps that close the cut, by its name
         ///
-        /// One of the scene file or of the libraries of its objects. Texture coordinates of caps
-        /// are scene units.
+        /// The material is defined in the scene file or in an MTL file of its objects. Texture
+        /// coordinates of caps are in scene units.
         material: String, default "dark grey";
     }
 }

@@ -353,7 +353,7 @@ impl LightSection {
         if let (Some(first), Some(second)) = (of_choice.next(), of_choice.next()) {
             let error = file.error(
                 second.span.clone(),
-                format!("both `{}` and `{}`", first.key, second.key),
+                format!("both `{}` and `{}` are given", first.key, second.key),
             );
             return Err(error.help("keep one of them"));
         }

@@ -42,7 +42,7 @@ section! {
         ///
         /// Lines have twelve or sixteen numbers; `#` begins a comment.
         instances: Instances, default "one copy";
-        /// false: rays from the camera pass the object, and light meets it
+        /// false: camera rays pass through the object; all other rays hit it
         camera_visible: bool, default "true";
     }
 }

@@ -34,7 +34,7 @@ impl Settings {
             }
             let bounds = scene.bounds();
             if bounds.is_empty() {
-                return refused("elevation", elevation.text(), "the scene has no box: add an object");
+                return refused("elevation", elevation.text(), "the scene is empty: add an object");
             }
             let axes = elevation.axes(drawing_axes(self.camera.up, &self.camera.axes));
             let [min, max] = [bounds.min, bounds.max].map(Vec3::as_dvec3);

@@ -178,7 +178,9 @@ impl<'a> Renderer<'a> {
         };
         if let Some(difference) = difference {
             return refused(
-                format!("this checkpoint belongs to another render: {difference} (checkpoint and now)"),
+                format!(
+                    "this checkpoint belongs to another render: {difference} (in the checkpoint and in this render)"
+                ),
                 "use the earlier settings, or name another --checkpoint",
             );
         }

@@ -241,8 +241,8 @@ mod tests {
         );
     }
 
-    /// The name of a denoiser may follow with or without `=`, before or after the scene. The flag
-    /// is also valid without a name.
+    /// The name of a denoiser may follow `--denoise` with or without `=`, before or after the
+    /// scene. `--denoise` is also valid without a name.
     #[test]
     fn denoisers_are_named_either_way() {
         for (line, expected) in [

@@ -74,7 +74,7 @@ fn draw(text: &mut String, projection: &Projection, [star, cap]: [f64; 2], [x, y
         };
         [f64::from(u) * SIDE, bottom - f64::from(v) * SIDE]
     };
-    // Dots small enough to leave gaps, as one path with round ends
+    // Draw all dots as one path with round caps. The radius leaves gaps between dots.
     let radius = (0.3 * SIDE / (projection.points.len().max(1) as f64).sqrt()).clamp(0.4, 2.5);
     let dots: String = projection
         .points

@@ -66,7 +66,8 @@ pub(super) struct ConductorEnergy {
     pub loss: f32,
     /// Cosine-weighted mean of `loss` over all directions.
     pub mean_loss: f32,
-    /// Density of the direction in [`EnergyTable::sample`] of the loss, per solid angle.
+    /// Density, per solid angle, with which [`EnergyTable::sample`] of the table of losses samples
+    /// the direction.
     pub loss_pdf: f32,
     /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵` of the angle with the
     /// facet.

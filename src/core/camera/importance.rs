@@ -48,7 +48,8 @@ impl Camera {
         self.at(ray.time).lens_end(ray.origin, || ray.direction)
     }
 
-    /// End at `p` of a still camera; a parallel ray has the `direction`.
+    /// Lens point at `p`, for a camera that does not move. `direction` returns the direction of the
+    /// rays. It is called only for parallel rays.
     fn lens_end(&self, p: Vec3, direction: impl FnOnce() -> Vec3) -> LensPoint {
         let is_far = self.film.is_parallel();
         let normal = if is_far {

@@ -60,7 +60,7 @@ impl Rect {
     }
 }
 
-/// Change of the sums of a pixel by samples.
+/// Operation on the sums of a pixel: samples are added or subtracted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// Adds the next samples.

@@ -21,8 +21,8 @@ pub(super) struct Frustum {
 }
 
 impl Frustum {
-    /// An empty pyramid that looks along `-back`, with the up direction `up`. Points may fill the
-    /// angles of `slope`.
+    /// An empty pyramid that looks along `-back`, with the up direction `up`. `slope` has the
+    /// tangents of half its horizontal and vertical angles.
     pub fn new(back: Vec3, up: Vec3, slope: Vec2) -> Self {
         let right = up.cross(back).normalize();
         Self {

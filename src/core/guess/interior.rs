@@ -44,7 +44,7 @@ pub(super) struct InteriorView {
 }
 
 impl InteriorView {
-    /// Height of the floor below, in coordinates of the horizon.
+    /// Height of the floor below the eye, in the frame of `horizon`.
     pub fn floor(&self, horizon: &Horizon) -> f32 {
         horizon.coordinates(self.position).y - self.height
     }
@@ -184,8 +184,8 @@ const SIDE_RAYS: u32 = 12;
 /// Minimum share of the rays that pass the side, and the distance they must travel, as a share of
 /// the box.
 const OPEN: (f32, f32) = (0.75, 0.15);
-/// Minimum share of the side's width or height in the image, if the shapes of side and image
-/// differ.
+/// Minimum share of the side's width and height that the image shows. If the aspect ratios of side
+/// and image differ, the image crops the side.
 const SHOWN: f32 = 0.7;
 
 /// The view from outside through a side of the scene's box without a wall: some rooms are modelled

@@ -51,7 +51,7 @@ pub struct World<'a, A> {
     pub filter: &'a Filter,
     /// True if first surfaces come with their [`Features`](crate::film::Features).
     pub features: bool,
-    /// True if bidirectional methods separate their strategies.
+    /// True if bidirectional methods also record the light of each strategy separately.
     pub strategies: bool,
     /// Classes of light paths, if the render separates them.
     pub paths: Option<&'a LightPaths>,

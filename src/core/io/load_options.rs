@@ -22,12 +22,13 @@ parameters! {
         smooth: f32, default "normals of the file", in Range::Above(0.0);
         /// Steps of subdivision of all objects
         ///
-        /// Each step divides a face into four, and the mesh becomes the smooth surface whose control
-        /// mesh it is: by Loop if all faces are triangles, by Catmull and Clark otherwise.
+        /// Each step divides a face into four, and the mesh becomes the smooth surface whose
+        /// control mesh it is: by Loop if all faces are triangles, by Catmull and Clark otherwise.
         subdivision: u32 = 0, in Range::FromTo(0, MAX_STEPS), flag "subdivide";
         /// Keep edges between faces sharp above this angle in degrees
         ///
-        /// For subdivision. Vertices at which sharp edges turn by more keep their places.
+        /// For subdivision. A vertex keeps its position if the sharp curve through it turns by more
+        /// than this angle.
         crease_angle: f32, default "no sharp edges", in Range::Between(0.0, 180.0);
         /// Render lines and points as tubes and spheres of this diameter
         ///
@@ -35,32 +36,33 @@ parameters! {
         line_width: f32, default "lines and points are not rendered", in Range::Above(0.0);
         /// Displacement of surfaces by textures: on, off, or auto
         ///
-        /// `auto` displaces by the `displacement_map` of a scene file, and by `disp` of a library if the
-        /// object is subdivided.
+        /// `auto` displaces by the `displacement_map` of a scene file, and by `disp` of a library
+        /// if the object is subdivided.
         displacement: DisplacementUse = DisplacementUse::Auto;
         /// Colours of vertices: on, off, or auto
         ///
-        /// They multiply the diffuse or base colour. `auto` uses them if no texture gives that colour,
-        /// and if they are not the grey that exporters write by default.
+        /// They multiply the diffuse or base colour. `auto` uses them if no texture gives that
+        /// colour, and if they are not the grey that exporters write by default.
         vertex_colors: VertexColors = VertexColors::Auto;
         /// Encoding of the colours of vertices: srgb, or linear
         vertex_color_space: VertexColorSpace = VertexColorSpace::Srgb;
         /// Textures of materials that name none, by the names of files: auto, or off
         ///
-        /// `auto` takes `NAME_basecolor`, `NAME_roughness` and so on beside the OBJ file, if exactly one
-        /// set of them fits the name of the material, or of the file; and without a library the
-        /// only picture of the file's own name.
+        /// `auto` takes `NAME_basecolor`, `NAME_roughness` and so on beside the OBJ file, if
+        /// exactly one set fits the name of the material or of the file. Without a library it takes
+        /// the only picture with the name of the OBJ file.
         maps_by_name: MapsByName = MapsByName::Auto;
         /// Texture filter: mip, or bilinear in the finest level
         texture_filter: TextureFilter = TextureFilter::Mip;
         /// Light through thin glass and window panes: straight, or refracted
         ///
-        /// `straight`: shadow rays pass, and flat panes count as thin. `refract`: only scattered rays find the light, and panes are bodies.
+        /// `straight`: shadow rays pass, and flat panes count as thin. `refract`: only scattered
+        /// rays find the light, and panes are bodies.
         panes: Panes = Panes::Straight;
         /// Light of a scene that sections cut: cut, or whole
         ///
-        /// `whole`: the sections are for the camera alone, and light meets the whole scene. Caps are
-        /// black.
+        /// `whole`: the sections are for the camera alone, and light meets the whole scene. Caps
+        /// are black.
         cut_light: CutLight = CutLight::Cut;
         /// Caps that close the cuts of sections: on, or off
         cut_caps: CutCaps = CutCaps::On;

@@ -101,8 +101,8 @@ impl Vectors {
         }
     }
 
-    /// Returns true if these are normals of a surface, in a picture of `seen` texels: unit vectors
-    /// whose mean points away from the surface.
+    /// Returns true if the vectors are normals: most are unit vectors, and their mean points away
+    /// from the surface. `seen` is the number of opaque texels of the picture.
     fn are_normals(&self, seen: f32) -> bool {
         let [x, y, z] = self.sum.map(|component| component / self.count);
         let is_upright = z > MIN_UP && x.abs() < MAX_TILT && y.abs() < MAX_TILT;

@@ -149,7 +149,9 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
 
     let Some(place) = DataWindow::new(&display, &layer.absolute_bounds()) else {
         let message = "none of its pixels lies in its display window";
-        return Err(FileError::new(path, message).help("write it again with a display window that it meets"));
+        return Err(
+            FileError::new(path, message).help("save the picture with a display window that overlaps its data window")
+        );
     };
     let rgb = |channels: &[Vec<f32>; 3]| -> Vec<[f32; 3]> {
         let value = |c: usize, i: usize| channels[c].get(i).copied().unwrap_or(0.0);

@@ -363,7 +363,7 @@ impl VisibilityGrid {
         let region = ReceiverRegion { center, radius, normal };
         let corrected = |id: LightId, irradiance: f64| {
             if self.sky.as_ref().is_some_and(|sky| sky.id == id) {
-                // Without occlusion a quarter of the sky's light arrives.
+                // Without occlusion `share` is about 1/4: the mean of max(cos θ, 0) on a sphere.
                 return irradiance * (4.0 * share).max(MIN_SHARE);
             }
             let cluster = self.cluster_of.get(id.0 as usize).copied().flatten();

@@ -13,9 +13,9 @@ parameters! {
         /// Background of camera rays: light, transparent, gradient or a colour
         ///
         /// `light` shows the lights, such as an environment; `transparent` makes an alpha channel;
-        /// `gradient` is a backdrop that darkens towards the top, of radiance 0.8, or of another
-        /// one as `gradient:COLOUR`. A colour is `#rrggbb` in sRGB, a name of CSS such as `orange`,
-        /// or one or three linear numbers. Reflections and glass still see the lights.
+        /// `gradient` is a backdrop of radiance 0.8 that darkens towards the top; `gradient:COLOUR`
+        /// sets another radiance. A colour is `#rrggbb` in sRGB, a name of CSS such as `orange`, or
+        /// one or three linear numbers. Reflections and glass still see the lights.
         background: Background = Background::Light;
     }
 }

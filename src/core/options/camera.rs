@@ -19,7 +19,8 @@ parameters! {
         /// Elevation: an orthographic view of the front, back, left or right
         ///
         /// It shows the whole box of the scene. `plan` is the view from above, with the front
-        /// below. Up is the axis next to `up`, or that of the OBJ file's comments, or else +y.
+        /// below. The upright axis is the axis nearest to `up`. Without `up` it is the axis that
+        /// the comments of the OBJ file declare, or else +y.
         elevation: Elevation, default "off";
         /// Camera at this azimuth, elevation and distance, degrees and scene units
         ///
@@ -43,7 +44,7 @@ parameters! {
         ortho_height: f32, default "that of a perspective at look_at", in Range::Above(0.0);
         /// Shift of the picture in its heights, y up
         ///
-        /// Of perspective and orthographic pictures: verticals stay upright.
+        /// For perspective and orthographic cameras. Vertical lines stay vertical.
         shift: Vec2, default "0,0";
         /// Angle in degrees across the circle of a fisheye
         fisheye_fov: f32 = 180.0, in Range::FromTo(1.0, 360.0);
@@ -51,8 +52,8 @@ parameters! {
         fisheye_mapping: FisheyeMapping = FisheyeMapping::Equidistant;
         /// Focal lengths and principal point of a calibrated camera
         ///
-        /// Pixels of the picture, whose first pixel has its centre at 0.5, 0.5. In place of
-        /// `vertical_fov` and `shift`, of perspectives and fisheyes.
+        /// In pixels; the first pixel has its centre at 0.5, 0.5. For perspective and fisheye
+        /// cameras, in place of `vertical_fov` and `shift`.
         intrinsics: Intrinsics, default "off";
         /// Distortion of a calibrated camera, by OpenCV's coefficients
         ///
@@ -92,9 +93,9 @@ parameters! {
         ///
         /// The opening is a regular polygon with its corners on the rim of the lens.
         aperture_blades: u32, default "a disk", in Range::FromTo(BLADES[0], BLADES[1]);
-        /// Angle in degrees of the first corner between the blades
+        /// Angle of the first corner of the aperture polygon, degrees
         ///
-        /// It counts from the right of the image, counter-clockwise.
+        /// It is measured counter-clockwise from the right of the image.
         aperture_rotation: f32 = 0.0, in Range::Any;
         /// Distance along the view axis to the plane in focus
         focus_distance: f32, default "distance of look_at", in Range::Above(0.0);

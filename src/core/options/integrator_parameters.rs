@@ -28,15 +28,15 @@ parameters! {
         /// Survival in Russian roulette: throughput, luminance, constant:P or threshold:T
         ///
         /// `throughput` is the largest channel of the throughput, `luminance` its luminance, and
-        /// `threshold:T` the ratio of the largest channel to T; all are 0.95 at most. With
+        /// `threshold:T` the ratio of the largest channel to T; the maximum is 0.95. With
         /// `constant:P` all paths survive with the probability P, from above 0 to 1; at 1
         /// `max_depth` alone ends paths.
         roulette: Survival = Survival::LargestChannel;
         /// Distribution of the directions sampled at surfaces
         ///
         /// `perturbed-qmc` (by the cosine) and `perturbed-qmc-uniform` take low-discrepancy points
-        /// of the cube that lie in the ball, and move each on a disk. `fibonacci` takes spherical
-        /// Fibonacci points, by the cosine.
+        /// of the cube, keep the points inside the unit ball, project them to the sphere, and move
+        /// each on a disk. `fibonacci` takes spherical Fibonacci points, by the cosine.
         directions: Directions = Directions::Bsdf;
         /// Points in the cube from which perturbed-qmc makes directions
         direction_points: CubePoints = CubePoints::Halton;
@@ -47,8 +47,8 @@ parameters! {
         direction_perturbation: f32 = 1.0, in Range::FromTo(0.0, 16.0);
         /// Random rotation of the points of perturbed-qmc in each pixel; off is biased
         ///
-        /// With `off` all pixels use the same points, and `direction_perturbation` moves them. At 0
-        /// the error is a pattern.
+        /// With `off` all pixels use the same points, and `direction_perturbation` moves them. If
+        /// `direction_perturbation` is 0, the error shows as a regular pattern.
         direction_scrambling: Scrambling = Scrambling::On;
         /// Direct light: light sampling (light), rays that hit lights (none), or both (mis)
         direct: DirectLight = DirectLight::Mis;

@@ -39,8 +39,9 @@ parameters! {
     pub struct ToneOptions, heading "", values tone_values {
         /// Exposure of PNG files in stops, each of which doubles the light, auto or studio
         ///
-        /// From -64 to 64. `auto` meters the picture. `studio` suits the light of the studio, and
-        /// shifts by one stop at most towards what is metered. `render` prints the stops.
+        /// From -64 to 64. `auto` meters the picture. `studio` is the exposure for the studio
+        /// light, shifted by a maximum of one stop towards the metered exposure. `render` prints
+        /// the stops.
         exposure: Exposure = Exposure::Stops(0.0), default "0; of a bare OBJ: studio or auto";
         /// Tone curve of PNG files; srgb clips
         tone: Curve = Curve::Srgb, default "srgb; agx for a bare OBJ";

@@ -12,9 +12,9 @@ parameters! {
     pub struct PrintOptions, heading "", values print {
         /// Scale of an orthographic picture on paper, such as 1:50
         ///
-        /// The size of the image follows, of `elevation` and `--plan` from the box of the scene, or
-        /// else from `ortho_height`. Without these the height of the view follows from the size.
-        /// The OBJ file names its unit, or else it is a metre.
+        /// It sets the image size: from the bounding box of the scene with `elevation` or `--plan`,
+        /// or from `ortho_height`. Without these, it sets the height of the view from the image
+        /// size. The unit is that of the OBJ file's comments, or else a metre.
         scale: DrawingScale, default "off";
         /// Pixels per inch of a picture to scale
         dpi: f32 = 300.0, in Range::FromTo(1.0, 100_000.0);

@@ -10,9 +10,9 @@ parameters! {
         /// Sets samples, noise level and denoiser; --spp, --noise, --denoise override it
         ///
         /// `draft`: 4 samples; `good`: 16; `final`: up to 2048, until the relative error is 0.01.
-        /// The denoiser is `oidn`, of a draft
-        /// `oidn-fast`, if they are built in, else `atrous`. `samples` and `denoise` of the scene
-        /// file override its `quality`; the flag `--quality` overrides all three.
+        /// The denoiser is `oidn` (`oidn-fast` for `draft`) if it is built in, else `atrous`.
+        /// `samples` and `denoise` of the scene file override its `quality`; the flag `--quality`
+        /// overrides all three.
         quality: Quality, default "good for a bare OBJ, else none";
     }
 }

@@ -17,12 +17,12 @@ const GOLDEN_SECTION: f32 = 0.618_034;
 /// Directions from spherical Fibonacci points, each moved at random on a disk in its tangent plane.
 /// All other numbers come from another sampler.
 ///
-/// Each of n samples has another point of a spherical Fibonacci set (Marques et al. 2013,
-/// "Spherical Fibonacci Point Sets for Illumination Integrals"), in a separate order for each
-/// decision. n is the largest power of 2 up to the number of samples, at most 1024. The radius of
-/// the disks is 1/√n: half the radius of a point's share of the sphere. A uniform rotation turns
-/// each set. So every single direction is exactly uniform on the sphere for any points and disks:
-/// densities are known.
+/// Each of n samples uses a different point of a spherical Fibonacci set (Marques et al. 2013,
+/// "Spherical Fibonacci Point Sets for Illumination Integrals"). Each decision uses the points in a
+/// separate order. n is the largest power of 2 up to the number of samples, at most 1024. The disks
+/// have the radius 1/√n, which is half the radius of a disk with the area 4π/n. A uniform random
+/// rotation turns each set. Each direction alone is therefore exactly uniform on the sphere, and
+/// its density is known.
 ///
 /// The sampler returns points of the unit square that [`uniform_sphere`] maps to the directions.
 /// Sets are independent of each other.

@@ -68,7 +68,7 @@ pub struct SceneBuilder {
     /// Object of each instance.
     pub(super) instance_objects: Vec<u32>,
     pub(super) materials: Vec<Material>,
-    /// Materials that are hidden from the camera, by their originals.
+    /// Copies of materials that are hidden from the camera. The key is the original material.
     pub(super) hidden: HashMap<MaterialId, MaterialId>,
     pub(super) textures: Vec<Texture>,
     pub(super) texture_filter: TextureFilter,

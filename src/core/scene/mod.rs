@@ -61,7 +61,7 @@ pub struct Shape {
     /// True if the mesh stands in the world itself, keeps its shape, and has constant normals and a
     /// constant material on each triangle.
     pub is_plain: bool,
-    /// Index of its object in [`Scene::objects`], if the mesh stands in the world itself.
+    /// Index of the mesh's object in [`Scene::objects`], if the mesh is not part of a prototype.
     pub object: u32,
     /// First light of the mesh, if it emits; the others follow in order. In a prototype it is
     /// relative to [`Instance::first_light`].

@@ -163,7 +163,7 @@ impl Loader<'_> {
         }
         let warning = request.remark("displaces nothing: the object is not subdivided");
         let warning =
-            warning.help("--subdivide 5 makes faces small enough, --displacement on displaces those of the file");
+            warning.help("use --subdivide 5 for small faces, or --displacement on to displace the faces of the file");
         self.findings.add(Severity::Warning, "idle-displacement", warning);
     }
 }

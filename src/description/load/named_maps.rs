@@ -188,7 +188,7 @@ impl NamedMaps {
     }
 }
 
-/// Set and role of a picture from its name without extension.
+/// Name of the texture set of a picture, and role of the picture, from its name without extension.
 fn role_of(stem: &str) -> Option<(String, Role)> {
     let words = words_of(stem);
     let words = without_sizes(&words);

@@ -80,8 +80,7 @@ section! {
         transmission: ColorValue, default "0", in range_of;
         /// Index of refraction behind the surface
         ///
-        /// With `blinn` and `ggx` also of their Fresnel term, which they do not have without the
-        /// key.
+        /// With `blinn` and `ggx` it also adds a Fresnel term; without the key they have none.
         ior: f32, default "1.5", in range_of;
         /// Abbe number of smooth glass, whose ior is that at 587.56 nm
         ///
@@ -97,14 +96,14 @@ section! {
         absorption_depth: f32, default "off", in Numbers::Above(0.0);
         /// true: thin dielectric, which light passes without a change of direction
         ///
-        /// It takes the place of the boundary of a body; see
+        /// The surface is then a sheet with two faces, not the boundary of a body; see
         /// [Window panes](materials.md#window-panes-and-thin-glass).
         thin: bool, default "false";
         /// Radiance of the front, W·sr⁻¹·m⁻²
         emission: ColorValue, default "0", in range_of;
         /// Opacity
         ///
-        /// A surface that emits sends the share `opacity` of its emission.
+        /// The emission is multiplied by `opacity`.
         opacity: f32, default "1", in range_of;
         /// false: rays from the camera pass the surface, and light meets it
         ///
@@ -124,9 +123,9 @@ section! {
         metallic_map: MapSection, default "none";
         /// Texture that multiplies opacity
         opacity_map: MapSection, default "none";
-        /// Texture of heights, white one texel above black
+        /// Height map (bump map); white is one texel width above black
         bump_map: MapSection, default "none";
-        /// Texture of normals in the frame of the texture coordinates, over heights
+        /// Tangent-space normal map; it takes precedence over `bump_map`
         normal_map: MapSection, default "none";
         /// Texture of displacements along the normal, `height` scene units at white
         ///

@@ -63,7 +63,8 @@ pub(super) fn is_of_light(name: &str) -> bool {
     [DISK_NAME, RECTANGLE_NAME, SPHERE_NAME].contains(&name)
 }
 
-/// Materials of `scene` that users know, without the materials of lights and of the ground.
+/// Materials of `scene` that come from files, without the materials that the program makes for
+/// lights and for the ground.
 pub(super) fn of_users(scene: &Scene) -> Vec<&Material> {
     let mut materials: Vec<&Material> = scene.materials().iter().collect();
     let ground = materials.iter().rposition(|material| material.name == Ground::NAME);

@@ -43,7 +43,8 @@ impl<'a> Turns<'a> {
         })
     }
 
-    /// Returns true if the rival must render next, beside a picture of `state`.
+    /// Returns true if the rival must render the next sample: it is not complete, and the main
+    /// picture with `state` is complete or has taken more time.
     pub fn is_next(&self, state: &RenderState, is_complete: bool) -> bool {
         !self.is_complete && (is_complete || self.state.seconds < state.seconds)
     }

@@ -63,8 +63,8 @@ struct GeometryHandle(RTCGeometry);
 
 impl Drop for GeometryHandle {
     fn drop(&mut self) {
-        // SAFETY: gives back the one reference that rtcNewGeometry gave; a scene it is attached to
-        // holds its own.
+        // SAFETY: this releases the one reference that rtcNewGeometry returned. A scene to which
+        // the geometry is attached holds another reference.
         unsafe { rtcReleaseGeometry(self.0) }
     }
 }

@@ -24,7 +24,8 @@ const SHARING: f64 = 16.0;
 pub enum CommonErrors {
     /// No common errors: each pixel has separate paths.
     None,
-    /// Common errors of up to 16 pixels of a tile, which share paths or parts of a light's path.
+    /// Errors that up to 16 pixels of a tile have in common: they share camera paths, or parts of
+    /// light paths.
     Tile,
     /// Common errors of all pixels in a sample: a photon contributes to many pixels, and a Markov
     /// chain stays in bright areas. Samples are independent, so that the variance of each pixel is

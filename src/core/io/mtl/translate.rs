@@ -122,7 +122,7 @@ impl Section {
             _ => LEVEL_F0,
         };
         self.f0 = Some((level * full).min(MAX_F0));
-        // The weight of transmission is written only with the extension.
+        // Blender writes the weight of transmission (`Tf`) only with the PBR extension.
         let filter = self.filter.take();
         self.transmitted = filter.filter(|_| is_extended).map(|w| w.mean().min(1.0));
         self.clearcoat /= BLENDER_COAT;

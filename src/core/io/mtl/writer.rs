@@ -397,8 +397,8 @@ fn is_like_blender(section: &Section) -> bool {
         && (is_metal || section.ambient == Some(Spectrum::ONE))
 }
 
-/// Returns true if the material has `illum 4`, literally glass, without an index that refracts, as
-/// Maya writes every surface.
+/// Returns true if the material has `illum 4` (glass, if read literally), no index of refraction
+/// except 1, no opacity and no metallic-roughness statements. Maya writes every surface like this.
 fn is_like_maya(section: &Section) -> bool {
     section.illum == Some(4)
         && section.ior.is_none_or(|ior| ior == 1.0)

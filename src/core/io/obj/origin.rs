@@ -170,7 +170,7 @@ mod tests {
             ("vt 5000000 5000000\nvn 1 1 1\n", [0.0; 3]),
             ("v nan 5e9 5e9\nv 1e9\n", [0.0; 3]),
             ("v 512345 5412345 430\n\0\0\n", [0.0; 3]),
-            // Line ends of old programs
+            // Lines that end with a carriage return only (classic Mac OS)
             (
                 "v 512345.25 5412345.75 430\rv 512346.25 5412346.75 431\r",
                 [512_346.0, 5_412_346.0, 431.0],

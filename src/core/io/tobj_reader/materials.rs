@@ -7,7 +7,7 @@ use crate::math::excerpt_of_name;
 use std::path::Path;
 
 /// Materials of a library that tobj has read. The file is read again for data that tobj leaves out:
-/// comments, which name the writer, and lines.
+/// line numbers, and comments, which name the program that wrote the file.
 pub(super) fn load(
     path: &Path,
     obj: &ObjContext,

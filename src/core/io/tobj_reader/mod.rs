@@ -77,8 +77,8 @@ fn panicked(message: String) -> String {
     format!("it panics: {message}")
 }
 
-/// Converts a mesh of tobj. A list of values is as long as the positions only if no corner lacks a
-/// value.
+/// Converts a mesh of tobj. Texture coordinates and normals are used only if there are as many as
+/// positions: tobj leaves out missing values.
 fn mesh(read: tobj::Mesh) -> Mesh {
     let positions: Vec<Vec3> = read.positions.chunks_exact(3).map(Vec3::from_slice).collect();
     let mut uvs: Vec<Vec2> = read.texcoords.chunks_exact(2).map(Vec2::from_slice).collect();

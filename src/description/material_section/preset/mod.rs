@@ -1,4 +1,4 @@
-//! Presets as materials. `presets` has their keys.
+//! Conversion of presets to materials. The module `presets` lists the presets and their keys.
 
 use super::{FileMaterial, MapSlot, MaterialSection};
 use crate::color::Spectrum;

@@ -115,8 +115,8 @@ impl<'a> Surface<'a> {
         self.is_detailed && self.point.bends_for(wo)
     }
 
-    /// [`Surface::scattered`] for light of a light path: zero if `wi` is one-way
-    /// ([`Surface::is_one_way`]).
+    /// [`Surface::scattered`] for light that a light path brings from the direction `wi`. Zero if
+    /// only a camera path can continue in that direction ([`Surface::is_one_way`]).
     pub fn scattered_arrival(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         match self.is_one_way(wo, wi) {
             true => Spectrum::ZERO,

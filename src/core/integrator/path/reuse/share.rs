@@ -142,7 +142,7 @@ impl<'v> End<'v> {
             }
         }
 
-        // Shares of all viewers
+        // Add to each viewer its share of the light that reaches the end
         let Some(viewers) = viewers else { return };
         for (i, candidate) in viewers.of(work).iter().enumerate() {
             let share = shares.of(i) * (candidate.beta * (1.0 / viewers.pdf));

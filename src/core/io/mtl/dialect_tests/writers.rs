@@ -148,7 +148,8 @@ fn the_obj_file_names_the_writer_too() {
         told[0].contains("t.mtl:1: written by Blender 2.54, as its OBJ file says; "),
         "{told:?}"
     );
-    // A library written by hand stays literal, and a library with a comment has its own writer.
+    // A library written by hand is read literally. If a library has a comment, the comment decides
+    // its dialect, not the OBJ file.
     for by_hand in ["newmtl m\nKd 0.2\nKs 0.5\nNs 30\n", "newmtl m\nKs 0.9\nillum 3\n"] {
         let (materials, _, told) = read_of(obj, by_hand, MtlDialect::Auto);
         assert_eq!((&materials[0], told.len()), (&auto(by_hand), 0));

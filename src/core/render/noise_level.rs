@@ -130,7 +130,8 @@ fn wanted_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
     let roots: Vec<f64> = tiles.iter().map(|tile| one_block(tile).sqrt()).collect();
     let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
 
-    // ANCHOR: shares n = c √v, with c such that Σ v/n is the allowed error. Tiles at their maximum
+    // ANCHOR: shares
+    // n = c √v, with c such that Σ v/n is the allowed error. Tiles at their maximum
     // leave more error, and the other tiles compensate for it.
     let mut allowed = level * level * film.crop().area() as f64;
     let mut is_full = vec![false; tiles.len()];

@@ -419,6 +419,7 @@ mod tests {
             channels: names.iter().map(channel).collect(),
             finish: crate::options::Finish::default(),
             backing: None,
+            camera: None,
         }
     }
 

@@ -72,6 +72,10 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         steps.push(format!("scale={width}x{height}"));
     }
 
+    // A scaled part is a picture of its own, to whose window the matrices do not lead.
+    let is_whole = image.crop == Rect::full(image.resolution);
+    let camera = layers.camera.filter(|_| size.is_none() || is_whole);
+
     let steps = steps.join(" ");
     let mut failures: Vec<FileError> = Vec::new();
     let mut said = Vec::new();
@@ -82,13 +86,15 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
                 said.push(format!("{name}: linear values"));
                 let image = scaled(image.clone(), size, kind.is_colors());
                 let steps = steps.clone();
-                Developed { image, steps }.write_exr(output, &exr)
+                let developed = Developed { image, camera, steps };
+                developed.write_exr(output, &exr)
             }
             (Format::Png(_), Kind::Colors | Kind::Reflectance) => {
                 said.push(format!("{name}: {tone}"));
                 let image = scaled(image.clone(), size, true);
                 let steps = steps.clone();
-                Developed { image, steps }.write_png(output, &tone)
+                let developed = Developed { image, camera, steps };
+                developed.write_png(output, &tone)
             }
             (Format::Png(_), _) => {
                 let figure = figure::draw(&found, &image, size);

@@ -75,6 +75,7 @@ impl State<'_> {
             resolution: film.resolution(),
             crop: film.crop(),
             metadata: Some(metadata),
+            camera: None,
             attributes: self.attributes(metadata),
             compression: exr::Compression::Uncompressed,
         };

@@ -1,5 +1,6 @@
 use super::exr::{self, ExrFormat, Header};
 use super::{FileError, png};
+use crate::camera::CameraAttributes;
 use crate::color::Tone;
 use crate::files::Output;
 use crate::film::Image;
@@ -10,6 +11,8 @@ pub struct Developed {
     /// Channels of the picture. A colour picture has `R`, `G`, `B` and, with alpha, `A`. The
     /// colours are multiplied by alpha.
     pub image: Image,
+    /// Camera of the picture, if the file has it.
+    pub camera: Option<CameraAttributes>,
     /// Steps of development, as `key=value` pairs.
     pub steps: String,
 }
@@ -21,6 +24,7 @@ impl Developed {
             resolution: self.image.resolution,
             crop: self.image.crop,
             metadata: None,
+            camera: self.camera,
             attributes: vec![("embrasure.develop".into(), self.steps.clone())],
             compression: format.compression.code(),
         };

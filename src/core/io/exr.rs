@@ -4,6 +4,7 @@
 use super::ascii::ascii;
 use super::exr_text::exr_text;
 use super::{Metadata, png};
+use crate::camera::CameraAttributes;
 use crate::film::{Image, Rect};
 use crate::math::UVec2;
 use crate::parameter::named;
@@ -142,6 +143,8 @@ pub(super) struct Header<'a> {
     pub crop: Rect,
     /// Metadata of the picture, if it is a render.
     pub metadata: Option<&'a Metadata>,
+    /// Camera of a picture that is not a render.
+    pub camera: Option<CameraAttributes>,
     /// Additional attributes, by name.
     pub attributes: Vec<(String, String)>,
     pub compression: exr::Compression,
@@ -180,7 +183,7 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
         .other
         .extend(own.chain(further).map(|(name, value)| (exr_text(&name), value)));
     attributes.horizontal_density = metadata.and_then(|metadata| metadata.print).map(|print| print.dpi);
-    if let Some(camera) = metadata.and_then(|metadata| metadata.camera.as_ref()) {
+    if let Some(camera) = metadata.and_then(|metadata| metadata.camera).or(header.camera) {
         camera.write_to(&mut attributes);
     }
     let layer = exr::Layer::new(

@@ -305,7 +305,7 @@ impl CameraAttributes {
     }
 
     /// The camera of a header; `None` if the header has none.
-    fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
+    pub(super) fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
         let other = |name: &str| attributes.other.get(&exr::Text::from(name));
         Some(Self {
             world_to_camera: attributes.world_to_camera?,

@@ -2,6 +2,7 @@ use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
 use super::metadata::{DENOISER, FINISH, SETTINGS, TONE};
 use super::{FileError, Metadata};
+use crate::camera::CameraAttributes;
 use crate::files::memory::Allowance;
 use crate::film::{Backing, Image, Rect};
 use crate::math::UVec2;
@@ -24,6 +25,8 @@ pub struct Layers {
     pub finish: Finish,
     /// Background, if pictures for display show it as requested.
     pub backing: Option<Backing>,
+    /// The camera; `None` in files without its attributes.
+    pub camera: Option<CameraAttributes>,
 }
 
 impl Layers {
@@ -40,6 +43,7 @@ impl Layers {
             channels: channels.collect(),
             finish: metadata.finish(),
             backing: image.backing,
+            camera: metadata.camera,
         }
     }
 }
@@ -112,6 +116,8 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         ..asked
     };
     let settings = text(SETTINGS);
+    let mut layers = file.layer_data.iter();
+    let camera = layers.find_map(|layer| CameraAttributes::of_attributes(&layer.attributes));
     let mut channels = Vec::new();
     for (i, layer) in file.layer_data.into_iter().enumerate() {
         let part = layer.attributes.layer_name.as_ref().map(ToString::to_string);
@@ -159,5 +165,6 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         channels,
         finish,
         backing,
+        camera,
     })
 }

@@ -68,6 +68,7 @@ fn write_exr(
         resolution: image.resolution,
         crop: image.crop,
         metadata: Some(metadata),
+        camera: None,
         attributes,
         compression: format.compression.code(),
     };

@@ -56,8 +56,8 @@ test: setup ## run the quick tests; some minutes
 	$(CARGO) test --release $(FEATURES)
 	$(CARGO) test --release $(UNITS) $(call OPT_1,release)
 
-lint: setup ## check formatting, words, the public interface, clippy and rustdoc; any warning is an error
-	scripts/words
+lint: setup ## check formatting, width of comments, the public interface, clippy and rustdoc; any warning is an error
+	scripts/comment-width
 	@if command -v python3 >/dev/null; then scripts/public-api; else echo 'skipped: public interface: there is no python3'; fi
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check

@@ -20,7 +20,8 @@
 //! renderer.render(&mut state, &());
 //!
 //! let (image, metadata) = (renderer.develop(&state), renderer.metadata(&state, true));
-//! Output::prepare(path)?.write_image(&Format::Exr(ExrFormat::default()), &image, None, &metadata)?;
+//! let format = Format::Exr(ExrFormat::default());
+//! Output::prepare(path)?.write_image(&format, &image, None, &metadata)?;
 //! # image.save_png(path.with_extension("png"), &session.settings().tone)?;
 //! # Ok(())
 //! # }

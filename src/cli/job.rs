@@ -136,8 +136,8 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     guesses_exposure
 }
 
-/// Options of the picture: flags over those of the scene file. A camera of a file has the size of its
-/// picture.
+/// Options of the picture: flags over those of the scene file. A camera of a file has the size of
+/// its picture.
 fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) -> SceneOptions {
     let size = args.size.map(UVec2::from).or_else(|| camera?.size);
     SceneOptions {

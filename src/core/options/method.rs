@@ -155,7 +155,7 @@ methods! {
     Direct(DirectSettings) = "direct" { directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, light_samples }
     /// Ambient occlusion
     AmbientOcclusion(AmbientOcclusionSettings) = "ao" { ao_distance }
-    /// A property of the first surface as a colour: normals, texture coordinates, wireframe, cost and others
+    /// A property of the first surface as a colour: normals, uv, wireframe, cost and others
     Debug(DebugSettings) = "debug" { debug_view }
     /// Light tracing: paths from lights alone; mirrors and glass seen directly stay black
     Light(LightSettings) = "light" { light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette }

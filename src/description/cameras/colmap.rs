@@ -1,7 +1,7 @@
 //! Models of COLMAP: a folder with `cameras` and `images`, as text or binary.
 //!
-//! Source: COLMAP's documentation, "Output Format". Poses take the world to the camera, with the axes
-//! of OpenCV. The centre of the first pixel is 0.5, 0.5.
+//! Source: COLMAP's documentation, "Output Format". Poses take the world to the camera, with the
+//! axes of OpenCV. The centre of the first pixel is 0.5, 0.5.
 
 use super::{FileCamera, calibrated};
 use crate::camera::{Distortion, Intrinsics};

@@ -1,5 +1,5 @@
-//! Lists of cameras: TOML with a `[[camera]]` each, and CSV with a line each. Their keys are the ones
-//! of `[camera]`, with `name`, `width` and `height`.
+//! Lists of cameras: TOML with a `[[camera]]` each, and CSV with a line each. Their keys are the
+//! ones of `[camera]`, with `name`, `width` and `height`.
 
 use super::FileCamera;
 use crate::description::option_section::OptionSection;

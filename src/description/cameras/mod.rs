@@ -120,8 +120,8 @@ impl FileCamera {
         options
     }
 
-    /// The camera of `description` with a picture of `size` pixels, for a file. `origin` is the point
-    /// of the OBJ file that is the scene's origin.
+    /// The camera of `description` with a picture of `size` pixels, for a file. `origin` is the
+    /// point of the OBJ file that is the scene's origin.
     pub fn of(name: String, description: &CameraDescription, size: UVec2, origin: DVec3) -> Self {
         let parameters = &description.parameters;
         let described = CameraOptions::of(description);
@@ -152,8 +152,8 @@ impl FileCamera {
         }
     }
 
-    /// Writes the camera to `path`: a `.json` file as NeRF's `transforms.json`, a folder as a COLMAP
-    /// model. Cameras of other names that are there stay; one of this name is replaced.
+    /// Writes the camera to `path`: a `.json` file as NeRF's `transforms.json`, a folder as a
+    /// COLMAP model. Cameras of other names that are there stay; one of this name is replaced.
     ///
     /// # Errors
     ///

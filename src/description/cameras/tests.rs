@@ -114,7 +114,8 @@ fn written_cameras_have_the_same_rays_when_read() {
     }
 }
 
-/// One camera at (1, 2, 3) that looks along −x, with z up, and sees 90° from side to side of a square.
+/// One camera at (1, 2, 3) that looks along −x, with z up, and sees 90° from side to side of a
+/// square.
 #[test]
 fn cameras_of_all_formats_have_one_pose() {
     let folder = tempfile::tempdir().unwrap();
